@@ -1,0 +1,27 @@
+# Every third-party dependency is found here and nowhere else. Debian 12 and Debian 13 both serve.
+
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(fmt REQUIRED)
+
+# Embree 4 (Debian 13) or 3 (Debian 12); renderer/embree_compat.hpp hides the difference.
+find_package(embree 4 QUIET)
+if(NOT embree_FOUND)
+    find_package(embree 3 REQUIRED)
+endif()
+
+find_package(OpenEXR REQUIRED)
+find_package(TBB REQUIRED)
+find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
+pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
+
+# toml++ is header-only; both Debian releases ship the pkg-config file.
+pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus)
+
+if(OBSCURA_BUILD_TESTS)
+    find_package(Catch2 REQUIRED)
+endif()

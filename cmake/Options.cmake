@@ -1,0 +1,37 @@
+# Compiler settings shared by every target, and the helper that makes one of the project's libraries.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+    set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
+endif()
+
+find_program(OBSCURA_CCACHE ccache)
+if(OBSCURA_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+    set(CMAKE_CXX_COMPILER_LAUNCHER "${OBSCURA_CCACHE}")
+endif()
+
+add_library(obscura_options INTERFACE)
+target_include_directories(obscura_options INTERFACE "${PROJECT_SOURCE_DIR}")
+target_compile_options(obscura_options INTERFACE
+    -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+    # Same input, same bytes on every machine: the compiler may not fuse or reorder floating point on its own.
+    -ffp-contract=off)
+if(OBSCURA_WERROR)
+    target_compile_options(obscura_options INTERFACE -Werror)
+endif()
+if(OBSCURA_SANITIZE)
+    target_compile_options(obscura_options INTERFACE -fsanitize=${OBSCURA_SANITIZE} -fno-omit-frame-pointer
+                           -fno-sanitize-recover=all)
+    target_link_options(obscura_options INTERFACE -fsanitize=${OBSCURA_SANITIZE})
+    target_compile_definitions(obscura_options INTERFACE OBSCURA_SANITIZED=1)
+endif()
+
+# obscura_library(NAME SOURCES...): static library obscura_NAME with the project's options.
+function(obscura_library name)
+    add_library(obscura_${name} STATIC ${ARGN})
+    target_link_libraries(obscura_${name} PUBLIC obscura_options)
+endfunction()

@@ -1,0 +1,96 @@
+// Read this first: TOML files become plain structs here, checked whole or refused with one line.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/scene.hpp"
+#include "core/sensor_description.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace obscura::config {
+
+/// [daemon]
+struct DaemonSection {
+    std::string log_level = "info"; ///< error, warning, notice, info, debug
+    std::string realtime = "auto";  ///< off, auto (use SCHED_FIFO where permitted), required
+    std::int32_t pool_frames = 12;
+    std::uint64_t seed = 1;
+};
+
+/// [render]
+struct RenderSection {
+    std::int32_t samples_per_pixel = 4;
+    std::int32_t threads = 0; ///< 0: one per core
+    std::int32_t band_rows = 64;
+};
+
+/// [trigger]: the clock of the bench, seen by the camera as Line0.
+struct TriggerSection {
+    std::string source = "timer"; ///< timer, none (software only)
+    double rate_hz = 10;
+    double phase_ms = 0;
+};
+
+/// [camera]: reset values of what a client may change over GigE Vision.
+struct CameraSection {
+    std::int32_t width = 0, height = 0; ///< 0: the whole sensor
+    std::int32_t offset_x = 0, offset_y = 0;
+    std::string pixel_format = "Mono16";
+    double exposure_us = 10'000;
+    double gain_db = 0;
+    std::string trigger_mode = "On";
+    std::string trigger_source = "Line0";
+    double frame_rate_hz = 10;
+};
+
+/// [gige]
+struct GigeSection {
+    bool enabled = true;
+    std::string interface = "lo"; ///< interface name or one of its IPv4 addresses
+    std::int32_t port = 3956;
+    std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name = "";
+    std::int32_t packet_size = 1500; ///< reset value of GevSCPSPacketSize
+    std::int32_t heartbeat_timeout_ms = 3000;
+    std::int32_t history_frames = 4; ///< frames kept for packet resend
+    double drop_percent = 0;         ///< fault: packets left out on purpose at first sending
+};
+
+/// [file]
+struct FileSection {
+    bool enabled = false;
+    std::string directory = "frames";
+    std::string format = "png"; ///< png, fits, raw
+    std::int32_t queue_frames = 4;
+};
+
+/// The configuration of one daemon.
+struct Config {
+    std::filesystem::path source; ///< the file it was read from; relative paths in it start from its folder
+    std::filesystem::path scene_file;
+    DaemonSection daemon;
+    RenderSection render;
+    TriggerSection trigger;
+    CameraSection camera;
+    GigeSection gige;
+    FileSection file;
+    SensorDescription sensor;
+    scene::Scene scene;
+};
+
+/// Reads a daemon configuration with its sensor and scene files. Nothing but files is touched. Throws
+/// ConfigError with `file:line:column: key: what is wrong, what is allowed`.
+[[nodiscard]] Config load(const std::filesystem::path& file);
+
+/// Reads a scene file alone (for `obscura render`).
+[[nodiscard]] scene::Scene load_scene(const std::filesystem::path& file);
+
+/// The effective configuration as TOML with every key, its unit, range and help as comments.
+[[nodiscard]] std::string print(const Config& config);
+
+/// The reset CameraSettings of a configuration.
+[[nodiscard]] CameraSettings camera_settings(const Config& config);
+
+} // namespace obscura::config

@@ -1,0 +1,77 @@
+// The scheduling clock behind an interface, so that hours of triggering can be simulated in seconds.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+
+namespace obscura {
+
+/// A clock that can tell the time and be slept on. All members may be called from any thread.
+class Clock {
+public:
+    virtual ~Clock() = default;
+
+    [[nodiscard]] virtual Time now() const noexcept = 0;
+
+    /// Blocks until `deadline` or until interrupt() is called after the start of the wait. Returns true when
+    /// the deadline was reached. Does not allocate.
+    virtual bool sleep_until(Time deadline) noexcept = 0;
+
+    /// Wakes every sleeper now and makes later sleeps return false at once, until rearm().
+    virtual void interrupt() noexcept = 0;
+    virtual void rearm() noexcept = 0;
+
+    /// TAI minus this clock, in ns. Where the kernel's TAI offset is not set, TAI equals UTC
+    /// (CLOCK_REALTIME).
+    [[nodiscard]] virtual std::int64_t tai_offset_ns() const noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC. Sleeps on a futex with an absolute time-out, so that interrupt() needs no signal.
+class MonotonicClock final : public Clock {
+public:
+    [[nodiscard]] Time now() const noexcept override;
+    bool sleep_until(Time deadline) noexcept override;
+    void interrupt() noexcept override;
+    void rearm() noexcept override;
+    [[nodiscard]] std::int64_t tai_offset_ns() const noexcept override;
+
+private:
+    std::atomic<std::uint32_t> interrupted_{0};
+};
+
+/// A clock that moves only when told to. In `auto_advance` mode a sleep jumps the clock to its deadline at
+/// once, for single-threaded simulation; otherwise sleepers wait until advance_to() passes their deadline.
+class FakeClock final : public Clock {
+public:
+    explicit FakeClock(Time start = {}, bool auto_advance = false)
+        : now_(start), auto_advance_(auto_advance) {}
+
+    [[nodiscard]] Time now() const noexcept override;
+    bool sleep_until(Time deadline) noexcept override;
+    void interrupt() noexcept override;
+    void rearm() noexcept override;
+    [[nodiscard]] std::int64_t tai_offset_ns() const noexcept override;
+
+    /// Moves the clock forward to `t` (never back) and wakes the sleepers whose deadline has come.
+    void advance_to(Time t);
+    void advance(std::int64_t span_ns) { advance_to(now() + span_ns); }
+    /// Steps the TAI offset, as a leap second or a clock step would.
+    void set_tai_offset_ns(std::int64_t offset_ns);
+    /// Number of threads now blocked in sleep_until().
+    [[nodiscard]] int sleepers() const;
+
+private:
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    Time now_;
+    std::int64_t tai_offset_ns_ = 0;
+    int sleepers_ = 0;
+    bool auto_advance_;
+    bool interrupted_ = false;
+};
+
+} // namespace obscura

@@ -1,0 +1,219 @@
+// The frame that travels from the detector to the transports, and the fixed pool it comes from.
+#pragma once
+
+#include "core/geometry.hpp"
+#include "core/region.hpp"
+#include "core/time.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+
+namespace obscura {
+
+/// GenICam PFNC values. In a Frame the digital numbers are always 16-bit words, least significant bit
+/// aligned, as they came out of the ADC; a transport packs them into the format that was asked for (see
+/// pack_rows()).
+enum class PixelFormat : std::uint32_t {
+    mono8 = 0x01080001,
+    mono10 = 0x01100003,
+    mono12 = 0x01100005,
+    mono14 = 0x01100025,
+    mono16 = 0x01100007,
+    mono10p = 0x010A0046,
+    mono12p = 0x010C0047,
+};
+
+constexpr std::size_t max_windows = 32;
+constexpr std::size_t max_truth_bodies = 16;
+
+/// When one row of the composed image was reset and read.
+struct RowTime {
+    Time reset;
+    Time read;
+
+    [[nodiscard]] constexpr std::int64_t exposure_ns() const { return read - reset; }
+    [[nodiscard]] constexpr Time mid() const { return midpoint(reset, read); }
+};
+
+/// One sensor window inside the composed image. Windows are composed one below the other in readout order,
+/// left aligned; pixels right of a narrow window are 0.
+struct FrameWindow {
+    Region sensor;            ///< where the window lies on the sensor
+    std::int32_t image_y = 0; ///< its first row in the composed image
+    std::int64_t exposure_requested_ns = 0;
+    std::uint32_t flags = 0; ///< sticky readout flags of the window (sensors/readout)
+};
+
+enum FrameFlag : std::uint32_t {
+    frame_late = 1u << 0,     ///< at least one row was ready after its release time
+    frame_repeated = 1u << 1, ///< pixels are those of an earlier frame
+    frame_partial = 1u << 2,  ///< rows past `rows_ready` hold no image
+    frame_dropped = 1u << 3,  ///< carried no pixels at all
+    frame_readout_clamped =
+        1u << 4, ///< exposure or window settings were not met exactly, see the windows' flags
+};
+
+/// Name and pose of a body at mid-exposure of the frame, in the scene's inertial frame.
+struct BodyTruth {
+    std::array<char, 32> name{}; ///< zero terminated
+    Pose pose;
+};
+
+/// What was really in front of the camera: the record that a test compares the flight software against.
+struct GroundTruth {
+    Time mid_exposure;   ///< of the frame: half way between the first reset and the last read
+    Pose camera;         ///< at mid_exposure, inertial
+    Vec3 sun_position_m; ///< at mid_exposure, inertial
+    std::uint32_t body_count = 0;
+    std::array<BodyTruth, max_truth_bodies> bodies{};
+    std::uint64_t seed = 0;
+};
+
+/// Everything about a frame but its pixels. Written by the producer before the frame is submitted, except
+/// `flags`.
+struct FrameInfo {
+    std::uint64_t frame_id = 0; ///< counts from 1 at each acquisition start; drives the random numbers
+    std::uint64_t trigger_id = 0;
+    Time trigger_edge;                  ///< the edge's own stamp, never "now"
+    std::int64_t tai_offset_ns = 0;     ///< TAI minus the scheduling clock when the trigger was seen
+    std::int32_t width = 0, height = 0; ///< of the composed image
+    int bits_per_pixel = 16;            ///< ADC depth: digital numbers are < 2^bits
+    PixelFormat pixel_format = PixelFormat::mono16; ///< what the client asked for
+    double gain_db = 0;
+    std::int64_t exposure_ns = 0; ///< requested, first window
+    std::uint32_t window_count = 1;
+    std::array<FrameWindow, max_windows> windows{};
+    GroundTruth truth;
+
+    // Stamps of the frame's way, scheduling clock; 0 where not reached.
+    Time seen, render_begin, render_end, detector_end;
+};
+
+class FramePool;
+
+/// A frame of the pool. Life: a producer acquires it, fills `info` and row times, submits it to the
+/// transports while it is still being filled, publishes rows from the top down; from then on those rows are
+/// read-only for everybody. The last FrameRef to go puts it back. No member allocates or throws.
+class Frame {
+public:
+    FrameInfo info;
+    std::atomic<std::uint32_t> flags{0};
+
+    /// Row-major, `info.width` pixels a row without padding.
+    [[nodiscard]] std::span<std::uint16_t> pixels() noexcept {
+        return {pixels_, static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height)};
+    }
+    [[nodiscard]] std::span<const std::uint16_t> pixels() const noexcept {
+        return {pixels_, static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height)};
+    }
+    [[nodiscard]] std::span<std::uint16_t> row(std::int32_t y) noexcept {
+        const auto w = static_cast<std::size_t>(info.width);
+        return {pixels_ + static_cast<std::size_t>(y) * w, w};
+    }
+    [[nodiscard]] std::span<const std::uint16_t> row(std::int32_t y) const noexcept {
+        const auto w = static_cast<std::size_t>(info.width);
+        return {pixels_ + static_cast<std::size_t>(y) * w, w};
+    }
+    /// One entry per row of the composed image.
+    [[nodiscard]] std::span<RowTime> row_times() noexcept {
+        return {row_times_, static_cast<std::size_t>(info.height)};
+    }
+    [[nodiscard]] std::span<const RowTime> row_times() const noexcept {
+        return {row_times_, static_cast<std::size_t>(info.height)};
+    }
+
+    /// Producer: rows [0, rows) are final. Monotonic; wakes the waiting transports.
+    void publish_rows(std::int32_t rows) noexcept;
+    /// Producer gives up: no further row will come. Waiters return with what there is, `frame_partial` is set
+    /// unless the frame was complete.
+    void abandon() noexcept;
+    [[nodiscard]] std::int32_t rows_ready() const noexcept {
+        return static_cast<std::int32_t>(progress_.load(std::memory_order_acquire) & ~abandoned_bit);
+    }
+    [[nodiscard]] bool abandoned() const noexcept {
+        return (progress_.load(std::memory_order_acquire) & abandoned_bit) != 0;
+    }
+    [[nodiscard]] bool complete() const noexcept { return rows_ready() >= info.height; }
+    /// Consumer: blocks until at least `rows` rows are final or the producer gave up; returns the rows that
+    /// are.
+    std::int32_t wait_rows(std::int32_t rows) const noexcept;
+
+private:
+    friend class FramePool;
+    friend class FrameRef;
+    static constexpr std::uint32_t abandoned_bit = 1u << 31;
+
+    std::uint16_t* pixels_ = nullptr;
+    RowTime* row_times_ = nullptr;
+    std::atomic<std::uint32_t> progress_{0};
+    std::atomic<std::uint32_t> references_{0};
+};
+
+/// Shared ownership of a pooled frame; the pool must outlive it. Copying is one atomic increment.
+class FrameRef {
+public:
+    FrameRef() = default;
+    FrameRef(const FrameRef& other) noexcept : frame_(other.frame_) { retain(); }
+    FrameRef(FrameRef&& other) noexcept : frame_(std::exchange(other.frame_, nullptr)) {}
+    FrameRef& operator=(FrameRef other) noexcept {
+        std::swap(frame_, other.frame_);
+        return *this;
+    }
+    ~FrameRef() {
+        if (frame_ != nullptr) frame_->references_.fetch_sub(1, std::memory_order_acq_rel);
+    }
+
+    [[nodiscard]] Frame* get() const noexcept { return frame_; }
+    Frame* operator->() const noexcept { return frame_; }
+    Frame& operator*() const noexcept { return *frame_; }
+    explicit operator bool() const noexcept { return frame_ != nullptr; }
+
+private:
+    friend class FramePool;
+    explicit FrameRef(Frame* adopted) noexcept : frame_(adopted) {}
+    void retain() noexcept {
+        if (frame_ != nullptr) frame_->references_.fetch_add(1, std::memory_order_relaxed);
+    }
+    Frame* frame_ = nullptr;
+};
+
+/// A fixed number of frames, allocated and touched once.
+class FramePool {
+public:
+    /// Frames of at most `max_pixels` pixels and `max_rows` rows. Throws std::bad_alloc.
+    FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows);
+
+    /// A frame that nobody holds, with `info` reset and no rows ready; empty when all are in use. Does not
+    /// allocate or block. Any thread.
+    [[nodiscard]] FrameRef acquire() noexcept;
+    [[nodiscard]] std::size_t size() const noexcept { return count_; }
+    [[nodiscard]] std::size_t in_use() const noexcept;
+    [[nodiscard]] std::size_t max_pixels() const noexcept { return max_pixels_; }
+    [[nodiscard]] std::size_t max_rows() const noexcept { return max_rows_; }
+
+private:
+    std::size_t count_;
+    std::size_t max_pixels_;
+    std::size_t max_rows_;
+    std::unique_ptr<std::uint16_t[]> pixel_store_;
+    std::unique_ptr<RowTime[]> row_store_;
+    std::unique_ptr<Frame[]> frames_;
+    std::atomic<std::size_t> next_{0};
+};
+
+/// Bytes of one row of `width` pixels in `format`.
+[[nodiscard]] std::size_t packed_row_bytes(PixelFormat format, std::int32_t width) noexcept;
+/// Bytes of a whole image; Mono10p and Mono12p run on across row ends as PFNC prescribes.
+[[nodiscard]] std::size_t packed_bytes(PixelFormat format, std::int64_t pixels) noexcept;
+/// Packs `pixels` digital numbers of `bits` depth into `format`, little endian. Formats deeper than the data
+/// keep the digital number as it is (LSB aligned, as the chip delivered it); shallower ones drop the low
+/// bits. For the packed formats `pixels.size()` must be a multiple of 4 (Mono10p) or 2 (Mono12p) unless it is
+/// the image's end.
+void pack_pixels(PixelFormat format, int bits, std::span<const std::uint16_t> pixels,
+                 std::span<std::uint8_t> out) noexcept;
+
+} // namespace obscura

@@ -1,0 +1,81 @@
+// Logging: lines for people from ordinary threads, fixed-size records from real-time ones.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+namespace obscura {
+
+/// syslog(3) priorities.
+enum class LogLevel : int { error = 3, warning = 4, notice = 5, info = 6, debug = 7 };
+
+/// Lines below this importance are not written. Default: info.
+void set_log_level(LogLevel level) noexcept;
+[[nodiscard]] LogLevel log_level() noexcept;
+
+/// Writes one line to standard error: "level: text", or "<N>text" when standard error is the journal. Any
+/// ordinary thread; never a real-time one.
+void log_line(LogLevel level, std::string_view text);
+
+template<typename... Args>
+void log_error(fmt::format_string<Args...> f, Args&&... args) {
+    log_line(LogLevel::error, fmt::format(f, std::forward<Args>(args)...));
+}
+template<typename... Args>
+void log_warning(fmt::format_string<Args...> f, Args&&... args) {
+    log_line(LogLevel::warning, fmt::format(f, std::forward<Args>(args)...));
+}
+template<typename... Args>
+void log_notice(fmt::format_string<Args...> f, Args&&... args) {
+    log_line(LogLevel::notice, fmt::format(f, std::forward<Args>(args)...));
+}
+template<typename... Args>
+void log_info(fmt::format_string<Args...> f, Args&&... args) {
+    if (log_level() >= LogLevel::info) log_line(LogLevel::info, fmt::format(f, std::forward<Args>(args)...));
+}
+template<typename... Args>
+void log_debug(fmt::format_string<Args...> f, Args&&... args) {
+    if (log_level() >= LogLevel::debug)
+        log_line(LogLevel::debug, fmt::format(f, std::forward<Args>(args)...));
+}
+
+/// What a real-time thread has to say: a message with static storage and up to three numbers.
+struct LogRecord {
+    Time time;
+    LogLevel level = LogLevel::info;
+    const char* text = ""; ///< string literal; "{}" stands for each argument in turn
+    std::array<std::int64_t, 3> arguments{};
+};
+
+/// Bounded many-producer, one-consumer ring of records. push() neither allocates, locks nor waits; when the
+/// ring is full the record is counted as lost. An ordinary thread calls drain() now and then. Vyukov's
+/// bounded queue: every cell carries the turn on which it may be written or read.
+class LogRing {
+public:
+    LogRing() noexcept;
+    bool push(const LogRecord& record) noexcept;
+    /// Writes what has gathered through log_line(); returns the number of records. One thread at a time.
+    std::size_t drain();
+    [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
+
+private:
+    static constexpr std::size_t capacity = 1024;
+    struct Cell {
+        std::atomic<std::size_t> turn{0};
+        LogRecord record;
+    };
+    std::array<Cell, capacity> cells_;
+    std::atomic<std::size_t> head_{0};
+    std::size_t tail_ = 0;
+    std::atomic<std::uint64_t> lost_{0};
+    std::uint64_t lost_reported_ = 0;
+};
+
+} // namespace obscura

@@ -1,0 +1,70 @@
+// Read this first: the renderer turns a scene and row times into irradiance per pixel, W/m2 per band.
+//
+// Frames and units. Inertial frame: right-handed, metres, J2000 axes where stars matter. Camera frame: x
+// right, y down, z boresight. A quaternion is scalar first and turns vectors of the thing's own frame into
+// the inertial frame. Output: irradiance at the entrance pupil from the solid angle of each pixel, W/m2 per
+// spectral band; where nothing is, exactly 0. The sum over a star's pixels is the star's irradiance.
+#pragma once
+
+#include "core/frame.hpp"
+#include "core/geometry.hpp"
+#include "core/region.hpp"
+#include "core/scene.hpp"
+#include "core/time.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace obscura::renderer {
+
+struct RenderSettings {
+    std::uint32_t samples_per_pixel = 4; ///< rays per pixel that a body may cover
+    std::uint32_t threads = 0;           ///< 0: one per core
+    std::uint64_t seed = 1;
+};
+
+/// One piece of work: some rows of a window, each to be seen at its own time. The result depends on nothing
+/// but the scene, the settings and these fields: not on how rows are grouped into bands, nor on the number of
+/// threads.
+struct RenderRequest {
+    Region window;              ///< in sensor pixels; the image is `window.width` wide
+    std::int32_t first_row = 0; ///< rows [first_row, first_row + rows) of the window
+    std::int32_t rows = 0;
+    std::span<const RowTime> row_times; ///< one per requested row; the row is seen at its mid-exposure
+    std::uint64_t frame_id = 0;         ///< decorrelates the sampling of successive frames
+};
+
+/// The renderer of one camera in one scene. Thread-safe after construction as long as each render() has its
+/// own output; render() spreads over the renderer's own worker threads and returns when the band is done.
+class Renderer {
+public:
+    /// Loads meshes and catalogues and builds the acceleration structures. Throws InputError or ConfigError.
+    Renderer(scene::Scene scene, RenderSettings settings);
+    ~Renderer();
+    Renderer(Renderer&&) noexcept;
+    Renderer& operator=(Renderer&&) noexcept;
+
+    [[nodiscard]] const scene::Scene& scene() const noexcept;
+    [[nodiscard]] std::size_t band_count() const noexcept;
+
+    /// Fills `irradiance` (bands x rows x window.width floats). Returns false when `cancel` became true on
+    /// the way.
+    bool render(const RenderRequest& request, std::span<float> irradiance,
+                const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Poses of everything at `t`, for the frame's ground truth.
+    void fill_truth(Time t, GroundTruth& truth) const noexcept;
+
+    /// Rays traced so far (primary + shadow), for benchmarks.
+    [[nodiscard]] std::uint64_t rays_traced() const noexcept;
+    [[nodiscard]] std::uint64_t samples_taken() const noexcept;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace obscura::renderer

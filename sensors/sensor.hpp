@@ -1,0 +1,81 @@
+// Read this first: a sensor says WHEN each row is reset and read (readout) and turns light into numbers
+// (detector).
+#pragma once
+
+#include "core/frame.hpp"
+#include "core/region.hpp"
+#include "core/scene.hpp"
+#include "core/sensor_description.hpp"
+#include "core/time.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace obscura::sensors {
+
+struct WindowRequest {
+    Region region;
+    std::int64_t exposure_ns = 0;
+};
+
+/// Readout flags of a window, sticky for the frame.
+enum ReadoutFlag : std::uint32_t {
+    exposure_clamped_up = 1u << 0,   ///< T_CLAMPED: below one row slot
+    exposure_clamped_down = 1u << 1, ///< T_CLAMPED: above what the settings allow
+    row_shared = 1u << 2,         ///< ROW_SHARED: another window's reads or resets cut this one's integration
+    exposure_quantised = 1u << 3, ///< obtained exposure differs from the request by the row grid
+};
+
+/// What the chip will do after a trigger. Rows appear in the order of the composed image (= readout order).
+struct ReadoutPlan {
+    Time trigger;                       ///< exposure of the first row starts here (plus the trigger delay)
+    std::int32_t width = 0, height = 0; ///< composed image
+    std::vector<FrameWindow> windows;
+    std::vector<RowTime> rows;            ///< one per composed row
+    std::vector<std::int32_t> sensor_row; ///< one per composed row: the row on the chip
+    std::int64_t row_ns = 0;              ///< of the first window
+    std::int64_t readout_ns = 0;          ///< first to last row slot
+    std::int64_t frame_period_ns = 0;     ///< shortest time to the next trigger
+};
+
+/// Plans a frame. A pure function of its arguments; re-uses the vectors of `plan`, so that with enough
+/// capacity nothing is allocated. Returns an empty string, or the reason why these settings are refused
+/// (impossible window).
+[[nodiscard]] std::string plan_readout(const ReadoutSettings& settings,
+                                       std::span<const WindowRequest> windows, Time trigger,
+                                       ReadoutPlan& plan);
+
+/// A band of a composed image in physical units: irradiance at the entrance pupil, W/m2 per pixel (radiance
+/// times the pixel's solid angle), one plane per spectral band, row-major, `width` floats a row.
+struct IrradianceBand {
+    std::int32_t first_row = 0, rows = 0; ///< rows of the composed image
+    std::int32_t width = 0;
+    std::span<const float> values; ///< bands x rows x width
+};
+
+/// Turns irradiance into digital numbers. Immutable after construction; expose() may run on several threads
+/// at once, neither allocates, locks nor throws, and gives the same bytes for a row whatever band it comes
+/// in.
+class Detector {
+public:
+    /// `seed` drives the temporal noise, `description.serial` the fixed patterns. Throws ConfigError.
+    Detector(const SensorDescription& description, std::span<const scene::SpectralBand> bands,
+             double aperture_m, std::uint64_t seed);
+    ~Detector();
+    Detector(Detector&&) noexcept;
+    Detector& operator=(Detector&&) noexcept;
+
+    /// Exposes the rows of `light` and writes their digital numbers, `light.rows * plan.width` of them, to
+    /// `dn`.
+    void expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id, double gain_db,
+                std::span<std::uint16_t> dn) const noexcept;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace obscura::sensors

@@ -1,0 +1,38 @@
+// Read this first: trigger sources turn an outside clock into Triggers.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <cstdint>
+#include <string_view>
+
+namespace obscura::sync {
+
+/// One edge of the bench's clock.
+struct Trigger {
+    std::uint64_t id = 0; ///< counts from 1 per source, gaps mean lost edges
+    Time edge;            ///< the edge's own stamp (scheduled instant, kernel stamp), never "now"
+    Time seen;            ///< when user space learnt of it
+};
+
+/// Receives triggers. Implemented by the emulator.
+class TriggerSink {
+public:
+    virtual ~TriggerSink() = default;
+    /// Called on the source's thread, which may be real-time: must not block, allocate, lock, log or throw.
+    virtual void on_trigger(const Trigger& trigger) noexcept = 0;
+};
+
+/// A source of triggers with a thread of its own. One file pair per kind of source, and one line in the
+/// registry that makes it from its configuration.
+class TriggerSource {
+public:
+    virtual ~TriggerSource() = default; ///< stops first if need be
+    [[nodiscard]] virtual std::string_view name() const = 0;
+    /// Starts delivering to `sink`, which must outlive stop(). Throws HardwareError.
+    virtual void start(TriggerSink& sink) = 0;
+    /// After the return no further trigger is delivered.
+    virtual void stop() = 0;
+};
+
+} // namespace obscura::sync

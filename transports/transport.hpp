@@ -1,0 +1,37 @@
+// Read this first: a transport takes frames to the outside world while they are still being made.
+#pragma once
+
+#include "core/frame.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace obscura::transports {
+
+/// What a transport has done since its start. Read from any thread; values may be a frame behind.
+struct TransportCounters {
+    std::uint64_t submitted = 0; ///< frames handed to it
+    std::uint64_t delivered = 0; ///< frames that left completely
+    std::uint64_t dropped = 0;   ///< frames it could not take or finish (queue full, no client, error)
+    std::uint64_t bytes = 0;
+};
+
+/// A way out for frames, with threads of its own.
+class Transport {
+public:
+    virtual ~Transport() = default; ///< stops first if need be
+    [[nodiscard]] virtual std::string_view name() const = 0;
+    /// Opens sockets, files or devices and starts the threads. Throws HardwareError or OutputError with one
+    /// line.
+    virtual void start() = 0;
+    /// Finishes or abandons the frame in work and joins the threads; within 0.5 s.
+    virtual void stop() = 0;
+    /// Takes a reference to a frame that is about to be filled; rows become readable as the producer
+    /// publishes them (Frame::wait_rows). Called by the pipeline thread: must not block, allocate, lock for
+    /// long or throw. False when the frame was not taken; the transport counts it as dropped.
+    virtual bool submit(const FrameRef& frame) noexcept = 0;
+    [[nodiscard]] virtual TransportCounters counters() const noexcept = 0;
+};
+
+} // namespace obscura::transports
