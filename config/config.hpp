@@ -18,6 +18,10 @@ struct DaemonSection {
     std::string realtime = "auto";  ///< off, auto (use SCHED_FIFO where permitted), required
     std::int32_t pool_frames = 12;
     std::uint64_t seed = 1;
+    /// nominal: frame k shows the scene at (k - 1) nominal periods, so that frames can be made again offline;
+    /// clock: at the time that really passed since the start of the acquisition.
+    std::string scene_time = "nominal";
+    bool autostart = false; ///< acquire from the start; always so when no control port is enabled
 };
 
 /// [render]

@@ -11,6 +11,19 @@
 #include <cstring>
 
 namespace obscura {
+namespace {
+
+thread_local bool declared_realtime = false;
+
+} // namespace
+
+void declare_this_thread_realtime() noexcept {
+    declared_realtime = true;
+}
+
+bool this_thread_is_realtime() noexcept {
+    return declared_realtime;
+}
 
 void name_this_thread(const char* name) noexcept {
     char shortened[16] = {};

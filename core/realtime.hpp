@@ -14,6 +14,11 @@ struct RealtimeGrant {
 /// Names the calling thread (15 characters at most are kept).
 void name_this_thread(const char* name) noexcept;
 
+/// Says that the calling thread has a deadline from here on, whatever the scheduler grants it: it must not
+/// allocate, lock, log or throw. Tests hold it to that.
+void declare_this_thread_realtime() noexcept;
+[[nodiscard]] bool this_thread_is_realtime() noexcept;
+
 /// Puts the calling thread under SCHED_FIFO at `priority` (1..99). Refusal is no error: benches and laptops
 /// run the same program without the right to it.
 RealtimeGrant make_this_thread_realtime(int priority) noexcept;
