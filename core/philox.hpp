@@ -28,9 +28,10 @@ constexpr std::array<std::uint32_t, 2> philox_key(std::uint64_t seed) noexcept {
     return {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
 }
 
-/// Uniform in (0,1): never 0 and never 1, so that logarithms of it are finite. 24 bits.
+/// Uniform in (0,1): never 0 and never 1, so that logarithms of it are finite. 23 bits, because
+/// the half added for that takes the last bit of a float.
 constexpr float uniform_float(std::uint32_t word) noexcept {
-    return (static_cast<float>(word >> 8) + 0.5F) * 0x1p-24F;
+    return (static_cast<float>(word >> 9) + 0.5F) * 0x1p-23F;
 }
 /// Uniform in (0,1) with 32 bits.
 constexpr double uniform_double(std::uint32_t word) noexcept {

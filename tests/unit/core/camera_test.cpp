@@ -1,0 +1,36 @@
+#include "core/camera.hpp"
+#include "tests/support/catch.hpp"
+
+#include <cmath>
+
+using namespace obscura;
+
+TEST_CASE("settings outside the limits are named with what is allowed") {
+    CameraLimits limits;
+    limits.sensor_width = 1024;
+    limits.sensor_height = 512;
+    limits.width_step = 8;
+    limits.width_min = 16;
+    CameraSettings good;
+    good.region = {8, 0, 64, 64};
+    CHECK(explain_invalid(good, limits).empty());
+
+    const auto complaint = [&](auto change) {
+        CameraSettings s = good;
+        change(s);
+        return explain_invalid(s, limits);
+    };
+    CHECK(complaint([](auto& s) { s.region.width = 2048; }) ==
+          "Width 2048: allowed 16 to 1024 in steps of 8");
+    CHECK(complaint([](auto& s) { s.region.width = 63; }) == "Width 63: allowed 16 to 1024 in steps of 8");
+    CHECK(complaint([](auto& s) { s.region.height = 0; }) == "Height 0: allowed 1 to 512 in steps of 1");
+    CHECK(complaint([](auto& s) { s.region.x = 968; }) == "OffsetX 968: allowed 0 to 960 in steps of 8");
+    CHECK(complaint([](auto& s) { s.region.y = -1; }) == "OffsetY -1: allowed 0 to 448 in steps of 1");
+    CHECK(complaint([](auto& s) { s.exposure_ns = 0; }) == "ExposureTime 0 us: allowed 1 to 10000000");
+    CHECK(complaint([](auto& s) { s.gain_db = NAN; }) == "Gain nan dB: allowed 0 to 24");
+    CHECK(complaint([](auto& s) { s.frame_rate_hz = 1e9; }) ==
+          "AcquisitionFrameRate 1000000000 Hz: allowed 0.01 to 1000");
+    CHECK(complaint([](auto& s) { s.trigger_delay_ns = -1; }) == "TriggerDelay -0.001 us: allowed 0 to 1e7");
+    CHECK(complaint([](auto& s) { s.acquisition_frame_count = 0; }) ==
+          "AcquisitionFrameCount 0: allowed 1 and more");
+}
