@@ -1,4 +1,5 @@
-// Catch2 2 (Debian 12) and 3 (Debian 13) behind one include. Use Catch::Matchers (WithinAbs, WithinRel), not Approx.
+// Catch2 2 (Debian 12) and 3 (Debian 13) behind one include. Use Catch::Matchers (WithinAbs, WithinRel), not
+// Approx.
 #pragma once
 
 #if __has_include(<catch2/catch_test_macros.hpp>)

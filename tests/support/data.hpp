@@ -8,8 +8,8 @@
 
 namespace obscura::test {
 
-/// The file `relative` of the data folder (OBSCURA_DATA, default ../shared/data beside the project), or nothing, having
-/// said on standard output that the test is skipped.
+/// The file `relative` of the data folder (OBSCURA_DATA, default ../shared/data beside the project), or
+/// nothing, having said on standard output that the test is skipped.
 inline std::optional<std::filesystem::path> data_file(const std::filesystem::path& relative) {
     const char* set = std::getenv("OBSCURA_DATA");
     const std::filesystem::path file =
