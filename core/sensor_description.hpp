@@ -18,6 +18,8 @@ struct ReadoutSettings {
     std::int64_t row_overhead_ns = 1000;
     std::int64_t sample_instant_ns = 200; ///< o_S: signal sample inside a row slot
     std::int64_t reset_instant_ns = 400;  ///< o_R: reset inside a row slot, o_S < o_R < row_overhead
+    std::int64_t frame_overhead_ns = 0;   ///< global shutter: charge transfer between exposure and readout
+    bool overlapped = true;               ///< the next exposure may start while this frame is read out
 };
 
 /// One point of a tabulated curve over wavelength.

@@ -29,13 +29,17 @@ enum ReadoutFlag : std::uint32_t {
     exposure_quantised = 1u << 3, ///< obtained exposure differs from the request by the row grid
 };
 
-/// What the chip will do after a trigger. Rows appear in the order of the composed image (= readout order).
+/// What the chip will do after a trigger. Rows appear in the order of the composed image (= readout order). A
+/// row's light is collected from rows[i].reset to rows[i].read; under a global shutter that is the exposure
+/// common to all rows, and the row leaves the chip later: `release` says when a row may be shown to the
+/// world.
 struct ReadoutPlan {
     Time trigger;                       ///< exposure of the first row starts here (plus the trigger delay)
     std::int32_t width = 0, height = 0; ///< composed image
     std::vector<FrameWindow> windows;
     std::vector<RowTime> rows;            ///< one per composed row
     std::vector<std::int32_t> sensor_row; ///< one per composed row: the row on the chip
+    std::vector<Time> release;            ///< one per composed row: its last pixel has left the ADC
     std::int64_t row_ns = 0;              ///< of the first window
     std::int64_t readout_ns = 0;          ///< first to last row slot
     std::int64_t frame_period_ns = 0;     ///< shortest time to the next trigger

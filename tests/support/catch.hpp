@@ -12,4 +12,10 @@
 #include <catch2/matchers/catch_matchers_string.hpp>
 #else
 #include <catch2/catch.hpp>
+// The name that Catch2 3 gives it.
+namespace Catch::Matchers {
+inline StdString::ContainsMatcher ContainsSubstring(const std::string& part) {
+    return Contains(part);
+}
+} // namespace Catch::Matchers
 #endif

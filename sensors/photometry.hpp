@@ -1,0 +1,19 @@
+// From watts to electrons: the quantum efficiency folded with the spectrum of the light in a band.
+#pragma once
+
+#include "core/scene.hpp"
+#include "core/sensor_description.hpp"
+
+#include <span>
+
+namespace obscura::sensors {
+
+/// Quantum efficiency at a wavelength: linear between the points of the table, the end values held beyond it.
+[[nodiscard]] double quantum_efficiency(std::span<const SpectralPoint> table, double wavelength_m);
+
+/// Electrons per joule that fell on the detector inside `band`:
+/// integral(S eta lambda / (h c)) / integral(S), EMVA 1288 release 4 eq. 4 folded over the band, with S the
+/// spectral irradiance, flat over the band.
+[[nodiscard]] double electrons_per_joule(std::span<const SpectralPoint> table, scene::SpectralBand band);
+
+} // namespace obscura::sensors
