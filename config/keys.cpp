@@ -1,0 +1,356 @@
+#include "config/keys.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+namespace obscura::config {
+namespace {
+
+template<typename... F>
+struct Overloaded : F... {
+    using F::operator()...;
+};
+template<typename... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+/// Edits (insert, delete, replace, swap of neighbours) that make `a` of `b`.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+    for (std::size_t i = 0; i <= a.size(); ++i)
+        d[i][0] = i;
+    std::iota(d[0].begin(), d[0].end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i)
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+            d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, replaced});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+        }
+    return d[a.size()][b.size()];
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
+    if (word.size() > 64) word = word.substr(0, 64);
+    std::string_view best;
+    std::size_t best_score = 1000;
+    for (const std::string_view candidate : known) {
+        std::size_t score = edit_distance(word, candidate);
+        // "rate" for "rate_hz": the unit was forgotten.
+        if (word.size() >= 3 && candidate.substr(0, word.size() + 1) == std::string(word) + "_") score = 1;
+        if (score < best_score) best = candidate, best_score = score;
+    }
+    if (best_score <= std::max<std::size_t>(1, word.size() / 3))
+        return fmt::format("did you mean \"{}\"?", best);
+    return fmt::format("allowed {}", fmt::join(known, ", "));
+}
+
+std::string number_text(double value) {
+    // Shortest text that reads back to the same double, and never mistaken for an integer.
+    std::string text = fmt::format("{}", value);
+    if (text.find_first_of(".en") == std::string::npos) text += ".0";
+    return text;
+}
+
+std::string range_text(const Range& range, std::string_view unit) {
+    const std::string suffix = unit.empty() ? "" : fmt::format(" {}", unit);
+    if (std::isfinite(range.min) && std::isfinite(range.max))
+        return fmt::format("{} to {}{}", range.min, range.max, suffix);
+    if (std::isfinite(range.min)) return fmt::format("{} or more{}", range.min, suffix);
+    if (std::isfinite(range.max)) return fmt::format("at most {}{}", range.max, suffix);
+    return {};
+}
+
+std::string_view type_name(const Target& target) {
+    return std::visit(Overloaded{
+                          [](bool*) { return "true or false"; },
+                          [](double*) { return "a number"; },
+                          [](Scaled) { return "a number"; },
+                          [](std::string*) { return "a string"; },
+                          [](const Path&) { return "a file name"; },
+                          [](const Word&) { return "a string"; },
+                          [](Vec3*) { return "an array of 3 numbers [x, y, z]"; },
+                          [](Quat*) { return "an array of 4 numbers [w, x, y, z]"; },
+                          [](Curve) { return "an array of [wavelength_nm, value] pairs"; },
+                          [](auto*) { return "an integer"; },
+                      },
+                      target);
+}
+
+/// Reads one value into one target.
+class Reader {
+public:
+    Reader(const Key& key, const Value& value, const Where& where)
+        : key_(key), value_(value), where_(where) {}
+
+    void operator()(bool* target) const {
+        if (value_.kind != Value::Kind::boolean) wrong_type();
+        *target = value_.boolean;
+    }
+    template<typename Integer>
+    void operator()(Integer* target) const {
+        if (value_.kind != Value::Kind::integer) wrong_type();
+        // Range limits are whole and far below 2^53; only the default limits need the target's own.
+        const bool fits =
+            std::is_unsigned_v<Integer>
+                ? value_.integer >= 0 &&
+                      (sizeof(Integer) == 8 || value_.integer <= std::numeric_limits<std::uint32_t>::max())
+                : sizeof(Integer) == 8 || (value_.integer >= std::numeric_limits<std::int32_t>::min() &&
+                                           value_.integer <= std::numeric_limits<std::int32_t>::max());
+        const auto real = static_cast<double>(value_.integer);
+        if (real < key_.range.min || real > key_.range.max)
+            out_of_range(fmt::format("{}", value_.integer), range_text(key_.range, key_.unit));
+        if (!fits)
+            out_of_range(fmt::format("{}", value_.integer),
+                         fmt::format("{} to {}", std::numeric_limits<Integer>::min(),
+                                     std::numeric_limits<Integer>::max()));
+        *target = static_cast<Integer>(value_.integer);
+    }
+    void operator()(double* target) const { *target = number(value_); }
+    void operator()(Scaled target) const { *target.value = number(value_) * target.si; }
+    void operator()(std::string* target) const {
+        const std::string& text = word();
+        if (text.size() > 1000) fail(where_, value_.at, "longer than 1000 characters");
+        if (text.find('\0') != std::string::npos) fail(where_, value_.at, "holds a zero character");
+        *target = text;
+    }
+    void operator()(const Word& target) const { target.set(word()); }
+    void operator()(const Path& target) const {
+        const std::string& text = word();
+        if (text.empty()) fail(where_, value_.at, "empty, a file name is wanted");
+        if (text.find('\0') != std::string::npos) fail(where_, value_.at, "holds a zero character");
+        const std::filesystem::path path = (where_.file.parent_path() / text).lexically_normal();
+        if (target.must_exist) {
+            std::error_code error;
+            const auto status = std::filesystem::status(path, error);
+            if (!std::filesystem::exists(status))
+                fail(where_, value_.at, fmt::format("{}: no such file", path.string()));
+            if (!std::filesystem::is_regular_file(status))
+                fail(where_, value_.at, fmt::format("{}: not a regular file", path.string()));
+        }
+        *target.value = path.string();
+    }
+    void operator()(Vec3* target) const {
+        const auto c = components(3);
+        *target = {c[0], c[1], c[2]};
+    }
+    void operator()(Quat* target) const {
+        const auto c = components(4);
+        const Quat q{c[0], c[1], c[2], c[3]};
+        if (!(std::abs(norm(q) - 1) <= 1e-3))
+            fail(where_, value_.at,
+                 fmt::format("|q| = {:.6g}, a unit quaternion [w, x, y, z] is wanted", norm(q)));
+        *target = normalized(q);
+    }
+    void operator()(Curve target) const {
+        if (value_.kind != Value::Kind::array) wrong_type();
+        std::vector<SpectralPoint> points;
+        for (const Value& pair : value_.items) {
+            if (pair.kind != Value::Kind::array || pair.items.size() != 2)
+                fail(where_, pair.at, "each entry must be a [wavelength_nm, value] pair");
+            const double nm = plain_number(pair.items[0]);
+            if (!(nm >= 1 && nm <= 1e6))
+                fail(where_, pair.items[0].at,
+                     fmt::format("wavelength {} is out of range, allowed 1 to 1e6 nm", nm));
+            if (!points.empty() && nm * 1e-9 <= points.back().wavelength_m)
+                fail(where_, pair.at, "wavelengths must increase");
+            points.push_back({nm * 1e-9, number(pair.items[1])});
+        }
+        if (points.empty())
+            fail(where_, value_.at, "empty, at least one [wavelength_nm, value] pair is wanted");
+        *target.points = std::move(points);
+    }
+
+private:
+    [[noreturn]] void wrong_type() const {
+        std::string allowed;
+        if (const std::string range = range_text(key_.range, key_.unit);
+            !range.empty() && !std::holds_alternative<Curve>(key_.target))
+            allowed = fmt::format(", {}", range);
+        fail(where_, value_.at,
+             fmt::format("is {}, allowed {}{}", kind_name(value_.kind), type_name(key_.target), allowed));
+    }
+    [[noreturn]] void out_of_range(const std::string& value, const std::string& allowed) const {
+        fail(where_, value_.at, fmt::format("{} is out of range, allowed {}", value, allowed));
+    }
+    [[nodiscard]] const std::string& word() const {
+        if (value_.kind != Value::Kind::string) wrong_type();
+        if (!key_.choices.empty() &&
+            std::find(key_.choices.begin(), key_.choices.end(), value_.string) == key_.choices.end())
+            fail(where_, value_.at,
+                 fmt::format("\"{}\" is not known, allowed {}", printable(value_.string, 60),
+                             fmt::join(key_.choices, ", ")));
+        return value_.string;
+    }
+    [[nodiscard]] double plain_number(const Value& value) const {
+        double number = 0;
+        if (value.kind == Value::Kind::integer)
+            number = static_cast<double>(value.integer);
+        else if (value.kind == Value::Kind::real)
+            number = value.real;
+        else if (&value == &value_)
+            wrong_type();
+        else
+            fail(where_, value.at,
+                 fmt::format("holds {}, allowed {}", kind_name(value.kind), type_name(key_.target)));
+        if (!std::isfinite(number)) fail(where_, value.at, fmt::format("{} is not a finite number", number));
+        return number;
+    }
+    [[nodiscard]] double number(const Value& value) const {
+        const double number = plain_number(value);
+        if (number < key_.range.min || number > key_.range.max)
+            fail(where_, value.at,
+                 fmt::format("{} is out of range, allowed {}", number, range_text(key_.range, key_.unit)));
+        return number;
+    }
+    [[nodiscard]] std::vector<double> components(std::size_t count) const {
+        if (value_.kind != Value::Kind::array) wrong_type();
+        if (value_.items.size() != count)
+            fail(where_, value_.at,
+                 fmt::format("has {} elements, allowed {}", value_.items.size(), type_name(key_.target)));
+        std::vector<double> numbers;
+        for (const Value& item : value_.items)
+            numbers.push_back(number(item));
+        return numbers;
+    }
+
+    const Key& key_;
+    const Value& value_;
+    const Where& where_;
+};
+
+/// The value inside { value = ..., provenance = "...", source = "..." }, or `value` itself.
+const Value& unwrapped(const Value& value, const Where& where) {
+    if (value.kind != Value::Kind::table) return value;
+    for (const Member& member : value.members) {
+        if (member.key == "value") continue;
+        if (member.key != "provenance" && member.key != "source")
+            fail(where.in(member.key), member.at,
+                 "unknown key, " + suggestion(member.key, {"value", "provenance", "source"}));
+        if (member.value.kind != Value::Kind::string)
+            fail(where.in(member.key), member.value.at,
+                 fmt::format("is {}, allowed a string", kind_name(member.value.kind)));
+    }
+    const Member* inner = value.find("value");
+    if (inner == nullptr) fail(where, value.at, "the table has no key \"value\"");
+    return inner->value;
+}
+
+} // namespace
+
+void fail(const Where& where, Position at, std::string_view what) {
+    std::string line = where.file.string();
+    if (at.line != 0) line += fmt::format(":{}:{}", at.line, at.column);
+    if (!where.path.empty()) line += ": " + printable(where.path, 200);
+    throw ConfigError(fmt::format("{}: {}", line, what));
+}
+
+Given read_keys(const Value& table, const Where& where, const Keys& keys,
+                const std::vector<std::string_view>& elsewhere, bool annotated) {
+    Given given;
+    for (const Member& member : table.members) {
+        const Where here = where.in(member.key);
+        const auto key =
+            std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == member.key; });
+        if (key != keys.end()) {
+            const Value& value = annotated ? unwrapped(member.value, here) : member.value;
+            std::visit(Reader(*key, value, here), key->target);
+            given.emplace(member.key, member.value.at);
+        } else if (std::find(elsewhere.begin(), elsewhere.end(), member.key) == elsewhere.end()) {
+            std::vector<std::string_view> known = elsewhere;
+            for (const Key& k : keys)
+                known.push_back(k.name);
+            fail(here, member.at, "unknown key, " + suggestion(member.key, known));
+        }
+    }
+    return given;
+}
+
+const Value& expect_table(const Value& value, const Where& where) {
+    if (value.kind != Value::Kind::table)
+        fail(where, value.at, fmt::format("is {}, allowed a table", kind_name(value.kind)));
+    return value;
+}
+
+std::string toml_string(std::string_view text) {
+    std::string out = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            out += std::string("\\") + c;
+        else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+            out += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
+        else
+            out += c;
+    }
+    return out + "\"";
+}
+
+std::string value_text(const Key& key) {
+    return std::visit(
+        Overloaded{
+            [](bool* v) { return std::string(*v ? "true" : "false"); },
+            [](double* v) { return number_text(*v); },
+            [](Scaled v) {
+                // The file value that comes closest to reading back as the same SI value.
+                double text = *v.value / v.si;
+                for (const double near :
+                     {text, std::nextafter(text, -HUGE_VAL), std::nextafter(text, HUGE_VAL)})
+                    if (near * v.si == *v.value) {
+                        text = near;
+                        break;
+                    }
+                for (int digits = 6; digits < 17; ++digits) {
+                    const double shorter = std::stod(fmt::format("{:.{}g}", text, digits));
+                    if (shorter * v.si == *v.value) return number_text(shorter);
+                }
+                return number_text(text);
+            },
+            [](std::string* v) { return toml_string(*v); },
+            [](const Path& v) { return toml_string(*v.value); },
+            [](const Word& v) { return toml_string(v.get()); },
+            [](Vec3* v) {
+                return fmt::format("[{}, {}, {}]", number_text(v->x), number_text(v->y), number_text(v->z));
+            },
+            [](Quat* v) {
+                return fmt::format("[{}, {}, {}, {}]", number_text(v->w), number_text(v->x),
+                                   number_text(v->y), number_text(v->z));
+            },
+            [](Curve v) {
+                std::string text;
+                for (const SpectralPoint& p : *v.points) {
+                    double nm = p.wavelength_m;
+                    double value = p.value;
+                    text += fmt::format("{}[{}, {}]", text.empty() ? "" : ", ",
+                                        value_text({"", Scaled{&nm, 1e-9}}), value_text({"", &value}));
+                }
+                return "[" + text + "]";
+            },
+            [](auto* v) { return fmt::format("{}", *v); },
+        },
+        key.target);
+}
+
+std::string allowed_text(const Key& key) {
+    if (!key.choices.empty()) return fmt::format("{}", fmt::join(key.choices, " | "));
+    const std::string range = range_text(key.range, key.unit);
+    if (!range.empty()) return range;
+    return std::string(key.unit);
+}
+
+std::string print_keys(const Keys& keys) {
+    std::string out;
+    for (const Key& key : keys) {
+        const std::string allowed = allowed_text(key);
+        std::string comment(key.help);
+        if (!allowed.empty()) comment += fmt::format(" ({})", allowed);
+        out += fmt::format("# {}\n{} = {}\n", comment, key.name, value_text(key));
+    }
+    return out;
+}
+
+} // namespace obscura::config

@@ -1,0 +1,197 @@
+// Scene files: [scene] [sun] [stars] [camera] [[body]] [[band]].
+#include "config/config.hpp"
+#include "config/scene_keys.hpp"
+#include "config/star_catalogue.hpp"
+#include "config/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace obscura::config {
+namespace {
+
+constexpr double astronomical_unit_m = 149'597'870'700.0; // IAU 2012 B2
+constexpr double degree = std::numbers::pi / 180;
+
+bool has(const Given& given, std::string_view key) {
+    return given.find(key) != given.end();
+}
+
+void require(const Given& given, std::string_view key, const Value& table, const Where& where) {
+    if (!has(given, key)) fail(where, table.at, fmt::format("the key \"{}\" is missing", key));
+}
+
+void exclude(const Given& given, std::string_view key, std::string_view other, const Where& where) {
+    if (has(given, key) && has(given, other))
+        fail(where.in(key), given.find(key)->second, fmt::format("cannot stand beside \"{}\"", other));
+}
+
+void require_direction(Vec3 v, std::string_view key, const Given& given, const Where& where) {
+    if (has(given, key) && !(length(v) > 0))
+        fail(where.in(key), given.find(key)->second, "a vector that is not zero is wanted");
+}
+
+scene::Sun read_sun(const Value& table, const Where& where) {
+    SunKeys sun;
+    const Given given = read_keys(table, where, keys_of(sun));
+    exclude(given, "direction", "position_m", where);
+    exclude(given, "distance_au", "position_m", where);
+    require_direction(sun.direction, "direction", given, where);
+    require_direction(sun.position_m, "position_m", given, where);
+    scene::Sun result;
+    result.irradiance_scale = sun.irradiance_scale;
+    result.radius_m = sun.radius_m;
+    if (has(given, "position_m"))
+        result.position_m = sun.position_m;
+    else
+        result.position_m = normalized(sun.direction) * (sun.distance_au * astronomical_unit_m);
+    return result;
+}
+
+scene::Motion motion_of(const PlaceKeys& place, const Given& given, const Value& table, const Where& where) {
+    for (const char* key : {"position_m", "orientation", "boresight", "look_at_m", "up"})
+        exclude(given, key, "trajectory", where);
+    exclude(given, "orientation", "boresight", where);
+    exclude(given, "orientation", "look_at_m", where);
+    exclude(given, "look_at_m", "boresight", where);
+    exclude(given, "up", "orientation", where);
+    require_direction(place.boresight, "boresight", given, where);
+    require_direction(place.up, "up", given, where);
+    require_direction(place.spin_axis, "spin_axis", given, where);
+
+    scene::Motion motion;
+    motion.spin_axis = place.spin_axis;
+    motion.spin_rate_rad_s = place.spin_rate_deg_per_s * degree;
+    if (has(given, "trajectory")) {
+        motion.samples = read_trajectory(place.trajectory);
+        return motion;
+    }
+    Pose pose{place.position_m, place.orientation};
+    if (has(given, "boresight") || has(given, "look_at_m")) {
+        const char* key = has(given, "boresight") ? "boresight" : "look_at_m";
+        const Vec3 boresight = has(given, "boresight") ? place.boresight : place.look_at_m - place.position_m;
+        if (!(length(boresight) > 0))
+            fail(where.in(key), given.find(key)->second, "is the camera's own position");
+        if (!(length(cross(boresight, place.up)) > 1e-9 * length(boresight) * length(place.up)))
+            fail(where.in(key), given.find(key)->second, "is parallel to \"up\"");
+        pose.orientation = look_along(boresight, place.up);
+    } else if (has(given, "up")) {
+        fail(where, table.at, "\"up\" needs \"boresight\" or \"look_at_m\"");
+    }
+    motion.samples = {{0, pose}};
+    return motion;
+}
+
+scene::Camera read_camera(const Value& table, const Where& where) {
+    scene::Camera camera;
+    PlaceKeys place;
+    Keys keys = keys_of(camera);
+    const Keys place_keys = camera_place_keys(place);
+    keys.insert(keys.end(), place_keys.begin(), place_keys.end());
+    const Given given = read_keys(table, where, keys);
+    camera.motion = motion_of(place, given, table, where);
+    return camera;
+}
+
+scene::Body read_body(const Value& table, const Where& where) {
+    BodyKeys keys;
+    Keys list = keys_of(keys);
+    const Keys place_keys = body_place_keys(keys.place);
+    list.insert(list.end(), place_keys.begin(), place_keys.end());
+    const Given given = read_keys(table, where, list);
+    require(given, "shape", table, where);
+    require(given, "albedo", table, where);
+
+    // A key of another shape would be ignored: say so instead.
+    for (const auto& [key, shapes] : shape_of_keys())
+        if (has(given, key) && std::find(shapes.begin(), shapes.end(), keys.shape) == shapes.end())
+            fail(where.in(key), given.find(key)->second,
+                 fmt::format("belongs to shape = \"{}\", this body's shape is \"{}\"",
+                             fmt::join(shapes, "\" or \""), keys.shape));
+
+    scene::Body body;
+    body.name = keys.name;
+    body.motion = motion_of(keys.place, given, table, where);
+    if (keys.shape == "ellipsoid") {
+        require(given, "radii_m", table, where);
+        body.shape = scene::Ellipsoid{keys.radii_m};
+    } else if (keys.shape == "mesh") {
+        require(given, "file", table, where);
+        body.shape = scene::MeshFile{keys.file, keys.metres_per_unit, keys.smooth_normals};
+    } else {
+        require(given, "mean_radius_m", table, where);
+        body.shape =
+            scene::ProceduralBody{keys.mean_radius_m, keys.axis_ratios, keys.seed, keys.subdivisions};
+    }
+    if (keys.material == "lambert")
+        body.material = scene::Lambert{keys.albedo};
+    else
+        body.material = scene::LommelSeeliger{keys.albedo};
+    return body;
+}
+
+/// The tables of an array of tables.
+const std::vector<Value>& tables_of(const Member& member, const Where& where) {
+    const bool good = member.value.kind == Value::Kind::array &&
+                      std::all_of(member.value.items.begin(), member.value.items.end(),
+                                  [](const Value& v) { return v.kind == Value::Kind::table; });
+    if (!good) fail(where, member.at, fmt::format("allowed tables [[{}]]", member.key));
+    return member.value.items;
+}
+
+} // namespace
+
+scene::Scene load_scene(const std::filesystem::path& file) {
+    const Value root = parse_file(file);
+    const Where top{file, ""};
+    scene::Scene scene;
+    read_keys(root, top, keys_of(scene), {"sun", "stars", "camera", "body", "band"});
+    if (scene.name.empty()) scene.name = file.stem().string();
+
+    if (const Member* sun = root.find("sun"))
+        scene.sun = read_sun(expect_table(sun->value, top.in("sun")), top.in("sun"));
+    if (const Member* camera = root.find("camera"))
+        scene.camera = read_camera(expect_table(camera->value, top.in("camera")), top.in("camera"));
+    if (const Member* stars = root.find("stars")) {
+        const Where where = top.in("stars");
+        StarKeys keys;
+        const Value& table = expect_table(stars->value, where);
+        require(read_keys(table, where, keys_of(keys)), "catalogue", table, where);
+        scene.stars = read_stars(keys.catalogue, keys.limiting_magnitude);
+    }
+    if (const Member* bodies = root.find("body")) {
+        const std::vector<Value>& tables = tables_of(*bodies, top.in("body"));
+        std::set<std::string> names;
+        for (std::size_t i = 0; i < tables.size(); ++i) {
+            const Where where = top.in(fmt::format("body[{}]", i));
+            scene.bodies.push_back(read_body(tables[i], where));
+            scene::Body& body = scene.bodies.back();
+            if (body.name.empty()) body.name = fmt::format("body{}", i);
+            if (!names.insert(body.name).second)
+                fail(where.in("name"), tables[i].at,
+                     fmt::format("\"{}\" is the name of an earlier body", body.name));
+        }
+    }
+    if (const Member* bands = root.find("band")) {
+        const std::vector<Value>& tables = tables_of(*bands, top.in("band"));
+        scene.bands.clear();
+        for (std::size_t i = 0; i < tables.size(); ++i) {
+            const Where where = top.in(fmt::format("band[{}]", i));
+            scene::SpectralBand band;
+            const Given given = read_keys(tables[i], where, keys_of(band));
+            require(given, "from_nm", tables[i], where);
+            require(given, "to_nm", tables[i], where);
+            if (!(band.to_m > band.from_m))
+                fail(where.in("to_nm"), given.find("to_nm")->second, "must be greater than from_nm");
+            scene.bands.push_back(band);
+        }
+        if (scene.bands.empty()) fail(top.in("band"), bands->at, "at least one band is wanted");
+        if (scene.bands.size() > 16) fail(top.in("band"), bands->at, "more than 16 bands");
+    }
+    return scene;
+}
+
+} // namespace obscura::config

@@ -1,0 +1,129 @@
+#include "config/scene_keys.hpp"
+
+namespace obscura::config {
+namespace {
+
+constexpr double nano = 1e-9, micro = 1e-6, milli = 1e-3;
+/// 1e15 m is far beyond any planet and still a comfortable double.
+constexpr Range anywhere{-1e15, 1e15};
+
+} // namespace
+
+Keys keys_of(scene::Scene& s) {
+    return {{"name", &s.name, {}, {}, {}, "Name of the scene; the file's own name if not given"}};
+}
+
+Keys keys_of(SunKeys& s) {
+    return {
+        {"position_m", &s.position_m, "m", anywhere, {}, "Centre of the Sun"},
+        {"direction", &s.direction, {}, anywhere, {}, "Instead: direction from the origin to the Sun"},
+        {"distance_au", &s.distance_au, "au", {0.005, 1000}, {}, "Distance that goes with direction"},
+        {"radius_m", &s.radius_m, "m", {1, 1e12}, {}, "Radius of the Sun's disc"},
+        {"irradiance_scale", &s.irradiance_scale, {}, {0, 1e6}, {}, "Times the ASTM E490 spectrum"},
+    };
+}
+
+Keys keys_of(StarKeys& s) {
+    return {
+        {"catalogue", Path{&s.catalogue}, {}, {}, {}, "CSV table: ra_deg,dec_deg,v_mag,b_v (J2000)"},
+        {"limiting_magnitude", &s.limiting_magnitude, "mag", {-30, 40}, {}, "Fainter stars are left out"},
+    };
+}
+
+Keys keys_of(scene::Camera& s) {
+    return {
+        {"width", &s.width, "px", {1, 65536}, {}, "Columns; in a daemon the sensor's"},
+        {"height", &s.height, "px", {1, 65536}, {}, "Rows; in a daemon the sensor's"},
+        {"pixel_pitch_um",
+         Scaled{&s.pixel_pitch_m, micro},
+         "um",
+         {0.1, 1000},
+         {},
+         "In a daemon the sensor's"},
+        {"focal_length_mm", Scaled{&s.focal_length_m, milli}, "mm", {0.1, 1e6}, {}, "Focal length"},
+        {"aperture_mm",
+         Scaled{&s.aperture_m, milli},
+         "mm",
+         {0.001, 1e5},
+         {},
+         "Diameter of the entrance pupil"},
+        {"psf_sigma_px",
+         &s.psf_sigma_px,
+         "px",
+         {0, 20},
+         {},
+         "Standard deviation of the Gaussian point spread function; 0: each star in one pixel"},
+    };
+}
+
+Keys camera_place_keys(PlaceKeys& s) {
+    return {
+        {"position_m", &s.position_m, "m", anywhere, {}, "Position"},
+        {"orientation",
+         &s.orientation,
+         {},
+         {-1.001, 1.001},
+         {},
+         "Quaternion [w, x, y, z] from camera axes (x right, y down, z boresight) to inertial"},
+        {"boresight", &s.boresight, {}, anywhere, {}, "Instead: direction of view"},
+        {"look_at_m", &s.look_at_m, "m", anywhere, {}, "Instead: point in view"},
+        {"up", &s.up, {}, anywhere, {}, "Direction that is up in the image, with boresight or look_at_m"},
+        {"trajectory", Path{&s.trajectory}, {}, {}, {}, "Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"},
+    };
+}
+
+Keys keys_of(BodyKeys& s) {
+    return {
+        {"name", &s.name, {}, {}, {}, "Name; body0, body1, ... if not given"},
+        {"shape", &s.shape, {}, {}, {"ellipsoid", "mesh", "procedural"}, "Kind of shape"},
+        {"radii_m", &s.radii_m, "m", {1e-6, 1e12}, {}, "Ellipsoid: its three radii"},
+        {"file", Path{&s.file}, {}, {}, {}, "Mesh: Wavefront OBJ file"},
+        {"metres_per_unit", &s.metres_per_unit, "m", {1e-9, 1e12}, {}, "Mesh: length of the file's unit"},
+        {"smooth_normals", &s.smooth_normals, {}, {}, {}, "Mesh: interpolate normals across facets"},
+        {"mean_radius_m", &s.mean_radius_m, "m", {1e-3, 1e9}, {}, "Procedural: mean radius"},
+        {"axis_ratios", &s.axis_ratios, {}, {0.1, 10}, {}, "Procedural: proportions of the axes"},
+        {"seed", &s.seed, {}, {0, 9e15}, {}, "Procedural: same seed, same body"},
+        {"subdivisions", &s.subdivisions, {}, {0, 9}, {}, "Procedural: 20 * 4^n facets"},
+        {"material", &s.material, {}, {}, {"lambert", "lommel-seeliger"}, "Photometric model"},
+        {"albedo",
+         &s.albedo,
+         {},
+         {0, 1},
+         {},
+         "Lambert: hemispherical reflectance; Lommel-Seeliger: single-scattering albedo"},
+    };
+}
+
+Keys body_place_keys(PlaceKeys& s) {
+    return {
+        {"position_m", &s.position_m, "m", anywhere, {}, "Position of the body frame's origin"},
+        {"orientation",
+         &s.orientation,
+         {},
+         {-1.001, 1.001},
+         {},
+         "Quaternion [w, x, y, z] from body axes to inertial, at time 0"},
+        {"trajectory", Path{&s.trajectory}, {}, {}, {}, "Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"},
+        {"spin_axis", &s.spin_axis, {}, anywhere, {}, "Axis of a uniform spin, body frame"},
+        {"spin_rate_deg_per_s", &s.spin_rate_deg_per_s, "deg/s", {-36000, 36000}, {}, "Rate of the spin"},
+    };
+}
+
+Keys keys_of(scene::SpectralBand& s) {
+    return {
+        {"from_nm", Scaled{&s.from_m, nano}, "nm", {100, 20000}, {}, "Lower end of the band"},
+        {"to_nm", Scaled{&s.to_m, nano}, "nm", {100, 20000}, {}, "Upper end of the band"},
+    };
+}
+
+const std::vector<std::pair<std::string_view, std::vector<std::string_view>>>& shape_of_keys() {
+    static const std::vector<std::pair<std::string_view, std::vector<std::string_view>>> table{
+        {"radii_m", {"ellipsoid"}},        {"file", {"mesh"}},
+        {"metres_per_unit", {"mesh"}},     {"smooth_normals", {"mesh"}},
+        {"mean_radius_m", {"procedural"}}, {"axis_ratios", {"procedural"}},
+        {"seed", {"procedural"}},          {"subdivisions", {"procedural"}},
+    };
+    return table;
+}
+
+} // namespace obscura::config
