@@ -1,0 +1,52 @@
+#include "sync/timer.hpp"
+
+#include "core/realtime.hpp"
+
+namespace obscura::sync {
+
+TimerTrigger::TimerTrigger(TimerSettings settings, std::unique_ptr<Clock> clock)
+    : settings_(settings), clock_(std::move(clock)) {}
+
+TimerTrigger::~TimerTrigger() {
+    stop();
+}
+
+void TimerTrigger::start(TriggerSink& sink) {
+    stop();
+    stopping_ = false;
+    missed_ = 0;
+    clock_->rearm();
+    const Schedule schedule(settings_.rate, settings_.start.value_or(clock_->now()), settings_.phase_ns);
+    thread_ = std::thread([this, &sink, schedule] {
+        name_this_thread("trigger-timer");
+        if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
+        declare_this_thread_realtime();
+        run(sink, schedule);
+    });
+}
+
+void TimerTrigger::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    clock_->interrupt();
+    thread_.join();
+}
+
+void TimerTrigger::run(TriggerSink& sink, const Schedule& schedule) noexcept {
+    // A start that lies in the past is an epoch to count from, not a debt of slots to deliver.
+    std::uint64_t k = schedule.first_slot_from(clock_->now());
+    while (!stopping_.load(std::memory_order_relaxed)) {
+        if (!clock_->sleep_until(schedule.slot(k))) continue;
+        const Time now = clock_->now();
+        const std::uint64_t next = schedule.first_slot_from(now + 1);
+        // Slots k .. next-1 have come; all but the last were slept through.
+        if (next > k + 1) missed_.fetch_add(next - 1 - k, std::memory_order_relaxed);
+        if (next > k) {
+            k = next - 1;
+            sink.on_trigger({k + 1, schedule.slot(k), now});
+            ++k;
+        }
+    }
+}
+
+} // namespace obscura::sync

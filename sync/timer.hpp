@@ -1,0 +1,49 @@
+// A trigger source that ticks by itself, on an absolute schedule.
+#pragma once
+
+#include "core/clock.hpp"
+#include "sync/schedule.hpp"
+#include "sync/sync.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <thread>
+
+namespace obscura::sync {
+
+struct TimerSettings {
+    RationalRate rate{10, 1};
+    std::int64_t phase_ns = 0;
+    std::optional<Time> start; ///< slot 0 without phase; empty: when start() is called
+    int priority = 0;          ///< SCHED_FIFO priority of the thread; 0: ordinary scheduling
+};
+
+/// Slot k of the schedule becomes the trigger with id k+1 and the slot's own instant as its edge. When the
+/// thread comes so late that further slots have passed, only the latest of them is delivered: the gap in the
+/// ids tells of the others, there is never a burst. start() and stop() belong to one thread.
+class TimerTrigger final : public TriggerSource {
+public:
+    /// `clock` must be this source's own: stop() interrupts it.
+    TimerTrigger(TimerSettings settings, std::unique_ptr<Clock> clock);
+    ~TimerTrigger() override;
+
+    [[nodiscard]] std::string_view name() const override { return "timer"; }
+    void start(TriggerSink& sink) override;
+    void stop() override;
+
+    /// Slots that passed without a trigger since start(). Any thread.
+    [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
+
+private:
+    void run(TriggerSink& sink, const Schedule& schedule) noexcept;
+
+    TimerSettings settings_;
+    std::unique_ptr<Clock> clock_;
+    std::atomic<bool> stopping_{false};
+    std::atomic<std::uint64_t> missed_{0};
+    std::thread thread_;
+};
+
+} // namespace obscura::sync
