@@ -57,12 +57,24 @@ std::string number_text(double value) {
     return text;
 }
 
+/// A limit for people: 1e12 rather than thirteen digits, 1e-6 rather than 1e-06.
+std::string limit_text(double value) {
+    std::string text = fmt::format("{}", value);
+    if (std::abs(value) >= 1e7) text = fmt::format("{:.6e}", value);
+    const std::size_t e = text.find('e');
+    if (e == std::string::npos) return text;
+    std::string mantissa = text.substr(0, e);
+    if (mantissa.find('.') != std::string::npos) mantissa.erase(mantissa.find_last_not_of("0") + 1);
+    if (mantissa.back() == '.') mantissa.pop_back();
+    return fmt::format("{}e{}", mantissa, std::stoi(text.substr(e + 1)));
+}
+
 std::string range_text(const Range& range, std::string_view unit) {
     const std::string suffix = unit.empty() ? "" : fmt::format(" {}", unit);
     if (std::isfinite(range.min) && std::isfinite(range.max))
-        return fmt::format("{} to {}{}", range.min, range.max, suffix);
-    if (std::isfinite(range.min)) return fmt::format("{} or more{}", range.min, suffix);
-    if (std::isfinite(range.max)) return fmt::format("at most {}{}", range.max, suffix);
+        return fmt::format("{} to {}{}", limit_text(range.min), limit_text(range.max), suffix);
+    if (std::isfinite(range.min)) return fmt::format("{} or more{}", limit_text(range.min), suffix);
+    if (std::isfinite(range.max)) return fmt::format("at most {}{}", limit_text(range.max), suffix);
     return {};
 }
 
@@ -172,6 +184,7 @@ private:
         if (const std::string range = range_text(key_.range, key_.unit);
             !range.empty() && !std::holds_alternative<Curve>(key_.target))
             allowed = fmt::format(", {}", range);
+        if (!key_.choices.empty()) allowed = fmt::format(": {}", fmt::join(key_.choices, ", "));
         fail(where_, value_.at,
              fmt::format("is {}, allowed {}{}", kind_name(value_.kind), type_name(key_.target), allowed));
     }

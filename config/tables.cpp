@@ -23,6 +23,20 @@ Keys keys_of(DaemonSection& s) {
          "SCHED_FIFO and locked memory: never, where permitted, or refuse to start without"},
         {"pool_frames", &s.pool_frames, {}, {3, 256}, {}, "Frames allocated at start"},
         {"seed", &s.seed, {}, {0, 9e15}, {}, "Same seed and trigger: same bytes"},
+        {"scene_time",
+         &s.scene_time,
+         {},
+         {},
+         {"nominal", "clock"},
+         "nominal: frame k shows the scene k - 1 nominal periods after its start, so that it can be made "
+         "again "
+         "offline; clock: as much later as really passed"},
+        {"autostart",
+         &s.autostart,
+         {},
+         {},
+         {},
+         "Acquire from the start on; always so when no control port is enabled"},
     };
 }
 
@@ -153,6 +167,13 @@ Keys keys_of(ReadoutSettings& s) {
          {0, 1e9},
          {},
          "Reset inside a row slot: sample_instant < reset_instant < row_overhead"},
+        {"frame_overhead_ns",
+         &s.frame_overhead_ns,
+         "ns",
+         {0, 1e9},
+         {},
+         "Global shutter: charge transfer between exposure and readout"},
+        {"overlapped", &s.overlapped, {}, {}, {}, "The next exposure may start while a frame is read out"},
     };
 }
 

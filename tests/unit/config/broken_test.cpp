@@ -1,0 +1,529 @@
+// Files that must be refused: each with its exact one-line message and exit status.
+#include "config/config.hpp"
+#include "config/star_catalogue.hpp"
+#include "config/trajectory.hpp"
+#include "core/error.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+using namespace obscura;
+
+namespace {
+
+/// The one line that `load` throws, with the folder's name taken out.
+std::string complaint(const test::TempFolder& folder, const std::function<void()>& load) {
+    try {
+        load();
+    } catch (const Error& error) {
+        CHECK(error.status() == exit_config);
+        std::string line = error.what();
+        CHECK(line.find('\n') == std::string::npos);
+        const std::string prefix = folder.path().string() + "/";
+        for (std::size_t at; (at = line.find(prefix)) != std::string::npos;)
+            line.erase(at, prefix.size());
+        return line;
+    }
+    return "no error";
+}
+
+struct Broken {
+    const char* text;
+    const char* line;
+};
+
+const std::vector<Broken> broken_configs{
+    {R"([scene]
+file = "scene.toml"
+[trigger]
+rate = 5
+)",
+     R"(c.toml:4:1: trigger.rate: unknown key, did you mean "rate_hz"?)"},
+    {R"([scene]
+file = "scene.toml"
+[trigger]
+rate_hz = 0
+)",
+     "c.toml:4:11: trigger.rate_hz: 0 is out of range, allowed 0.001 to 10000 Hz"},
+    {R"([scene]
+file = "scene.toml"
+[trigger]
+rate_hz = "5"
+)",
+     "c.toml:4:11: trigger.rate_hz: is a string, allowed a number, 0.001 to 10000 Hz"},
+    {R"([scene]
+file = "scene.toml"
+[trigger]
+rate_hz = nan
+)",
+     "c.toml:4:11: trigger.rate_hz: nan is not a finite number"},
+    {R"([scene]
+file = "scene.toml"
+[trigger]
+rate_hz = 20000
+)",
+     "c.toml:4:11: trigger.rate_hz: 20000 is out of range, allowed 0.001 to 10000 Hz"},
+    {R"([scene]
+file = "scene.toml"
+[trigger]
+source = "gpio"
+)",
+     R"(c.toml:4:10: trigger.source: "gpio" is not known, allowed timer, none)"},
+    {R"([scene]
+file = "scene.toml"
+[triger]
+rate_hz = 5
+)",
+     R"(c.toml:3:2: triger: unknown key, did you mean "trigger"?)"},
+    {R"([scene]
+file = "scene.toml"
+[completely_different]
+)",
+     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, camera, gige, file, "
+     "scene, sensor"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+exposure_us = 5
+exposure_us = 6
+)",
+     "c.toml:5:15: not valid TOML: Error while parsing key-value pair: cannot redefine existing integer "
+     "'exposure_us'"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+width = 2000
+)",
+     "c.toml:4:9: camera.width: columns 0 to 1999 leave the sensor, which is 1024 px wide"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+width = 512
+offset_x = 600
+)",
+     "c.toml:4:9: camera.width: columns 600 to 1111 leave the sensor, which is 1024 px wide"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+height = 12.5
+)",
+     "c.toml:4:10: camera.height: is a number, allowed an integer, 0 to 65536 px"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+pixel_format = "RGB8"
+)",
+     R"(c.toml:4:16: camera.pixel_format: "RGB8" is not known, allowed Mono8, Mono16)"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+exposure_us = 0.5
+)",
+     "c.toml:4:15: camera.exposure_us: 0.5 is out of range, allowed 1 to 1e7 us"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+port = 70000
+)",
+     "c.toml:4:8: gige.port: 70000 is out of range, allowed 1 to 65535"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+serial = "far too long a serial number"
+)",
+     "c.toml:4:10: gige.serial: allowed are at most 15 printable ASCII characters"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+packet_size = 1501
+)",
+     "c.toml:4:15: gige.packet_size: 1501 is not a multiple of 4"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+enabled = 1
+)",
+     "c.toml:4:11: gige.enabled: is an integer, allowed true or false"},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
+seed = -1
+)",
+     "c.toml:4:8: daemon.seed: -1 is out of range, allowed 0 to 9e15"},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
+log_level = 7
+)",
+     "c.toml:4:13: daemon.log_level: is an integer, allowed a string: error, warning, notice, info, debug"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+file = "none.toml"
+)",
+     "c.toml:4:8: sensor.file: none.toml: no such file"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+file = "bad_sensor.toml"
+)",
+     "bad_sensor.toml:2:9: readout.width: 0 is out of range, allowed 1 to 65536 px"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+file = "."
+)",
+     "c.toml:4:8: sensor.file: : not a regular file"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+pixel_pitch_um = { valu = 5 }
+)",
+     R"(c.toml:4:20: sensor.pixel_pitch_um.valu: unknown key, did you mean "value"?)"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+pixel_pitch_um = { source = "x" }
+)",
+     R"(c.toml:4:18: sensor.pixel_pitch_um: the table has no key "value")"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+pixel_pitch_um = { value = 5, source = 3 }
+)",
+     "c.toml:4:40: sensor.pixel_pitch_um.source: is an integer, allowed a string"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
+quantum_efficiency = [[500, 0.5], [400, 0.4]]
+)",
+     "c.toml:4:35: sensor.detector.quantum_efficiency: wavelengths must increase"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
+quantum_efficiency = [[500, 1.5]]
+)",
+     "c.toml:4:29: sensor.detector.quantum_efficiency: 1.5 is out of range, allowed 0 to 1"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
+quantum_efficiency = 0.5
+)",
+     "c.toml:4:22: sensor.detector.quantum_efficiency: is a number, allowed an array of [wavelength_nm, "
+     "value] pairs"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
+quantum_efficiency = []
+)",
+     "c.toml:4:22: sensor.detector.quantum_efficiency: empty, at least one [wavelength_nm, value] pair is "
+     "wanted"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
+offset_dn = 5000
+)",
+     "c.toml:3:1: sensor.detector: offset_dn 5000 is above the full scale of 12 bits"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.readout]
+reset_instant_ns = 100
+)",
+     "c.toml:3:9: sensor.readout: sample_instant_ns 200 < reset_instant_ns 100 < row_overhead_ns 1000 does "
+     "not hold"},
+    {R"([scene]
+file = "scene.toml"
+sensor = 4
+)",
+     "c.toml:3:1: scene.sensor: unknown key, allowed file"},
+    {"[scene]\n", R"(c.toml:1:2: scene: the key "file" is missing, a scene file is wanted)"},
+    {"", R"(c.toml: scene: the key "file" is missing, a scene file is wanted)"},
+    {R"([scene]
+file = "missing.toml"
+)",
+     "c.toml:2:8: scene.file: missing.toml: no such file"},
+    {"[scene]\nfile = 12\n", "c.toml:2:8: scene.file: is an integer, allowed a file name"},
+    {R"([scene]
+file = ""
+)",
+     "c.toml:2:8: scene.file: empty, a file name is wanted"},
+    {"[scene\n", "c.toml:1:7: not valid TOML: Error while parsing table header: expected ']', saw '\\n'"},
+    {"key = \n", "c.toml:1:7: not valid TOML: Error while parsing key-value pair: expected value, saw '\\n'"},
+    {R"([scene]
+file = "scene.toml
+)",
+     "c.toml:2:19: not valid TOML: Error while parsing string: unescaped control characters other than TAB "
+     "(U+0009) are explicitly prohibited"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+gain_db = 1979-05-27
+)",
+     "c.toml:4:11: camera.gain_db: is a date or time, allowed a number, 0 to 48 dB"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+width = 99999999999999999999
+)",
+     "c.toml:4:29: not valid TOML: Error while parsing decimal integer: '99999999999999999999' is not "
+     "representable in 64 bits"},
+    {"\xff"
+     "\xfe"
+     "[scene]\n",
+     "c.toml:1:1: not valid TOML: Encountered invalid utf-8 sequence"},
+};
+const std::vector<Broken> broken_scenes{
+    {"[[body]]\n", R"(s.toml:1:1: body[0]: the key "shape" is missing)"},
+    {R"([[body]]
+shape = "cube"
+)",
+     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, procedural)"},
+    {R"([[body]]
+shape = "ellipsoid"
+albedo = 0.5
+)",
+     R"(s.toml:1:1: body[0]: the key "radii_m" is missing)"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+)",
+     R"(s.toml:1:1: body[0]: the key "albedo" is missing)"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 0, 1]
+albedo = 0.5
+)",
+     "s.toml:3:15: body[0].radii_m: 0 is out of range, allowed 1e-6 to 1e12 m"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1]
+albedo = 0.5
+)",
+     "s.toml:3:11: body[0].radii_m: has 2 elements, allowed an array of 3 numbers [x, y, z]"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, "a", 1]
+albedo = 0.5
+)",
+     "s.toml:3:15: body[0].radii_m: holds a string, allowed an array of 3 numbers [x, y, z]"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+position_m = [nan, 0, 0]
+)",
+     "s.toml:5:15: body[0].position_m: nan is not a finite number"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+orientation = [1, 1, 0, 0]
+)",
+     "s.toml:5:15: body[0].orientation: |q| = 1.41421, a unit quaternion [w, x, y, z] is wanted"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+orientation = [0, 0, 0, 0]
+)",
+     "s.toml:5:15: body[0].orientation: |q| = 0, a unit quaternion [w, x, y, z] is wanted"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+seed = 4
+)",
+     R"(s.toml:5:8: body[0].seed: belongs to shape = "procedural", this body's shape is "ellipsoid")"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+trajectory = "gone.csv"
+)",
+     "s.toml:5:14: body[0].trajectory: gone.csv: no such file"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+trajectory = "good.csv"
+position_m = [1, 2, 3]
+)",
+     R"(s.toml:6:14: body[0].position_m: cannot stand beside "trajectory")"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+spin_axis = [0, 0, 0]
+)",
+     "s.toml:5:13: body[0].spin_axis: a vector that is not zero is wanted"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+name = "x"
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+name = "x"
+)",
+     R"(s.toml:6:1: body[1].name: "x" is the name of an earlier body)"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 1.5
+)",
+     "s.toml:4:10: body[0].albedo: 1.5 is out of range, allowed 0 to 1"},
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+material = "lambertian"
+)",
+     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger)"},
+    {R"([[body]]
+shape = "mesh"
+albedo = 0.5
+)",
+     R"(s.toml:1:1: body[0]: the key "file" is missing)"},
+    {R"([[body]]
+shape = "mesh"
+file = "no.obj"
+albedo = 0.5
+)",
+     "s.toml:3:8: body[0].file: no.obj: no such file"},
+    {"body = 3\n", "s.toml:1:1: body: allowed tables [[body]]"},
+    {R"([body]
+shape = "mesh"
+)",
+     "s.toml:1:2: body: allowed tables [[body]]"},
+    {"[sun]\nposition_m = [0, 0, 0]\n", "s.toml:2:14: sun.position_m: a vector that is not zero is wanted"},
+    {"[sun]\ndirection = [0, 0, 0]\n", "s.toml:2:13: sun.direction: a vector that is not zero is wanted"},
+    {"[sun]\ndirection = [1, 0, 0]\nposition_m = [1, 0, 0]\n",
+     R"(s.toml:2:13: sun.direction: cannot stand beside "position_m")"},
+    {"[sun]\nradius = 1\n", R"(s.toml:2:1: sun.radius: unknown key, did you mean "radius_m"?)"},
+    {"[camera]\nboresight = [0, 0, 1]\nup = [0, 0, -2]\n",
+     R"(s.toml:2:13: camera.boresight: is parallel to "up")"},
+    {"[camera]\nlook_at_m = [0, 0, 0]\n", "s.toml:2:13: camera.look_at_m: is the camera's own position"},
+    {"[camera]\nup = [0, 0, 1]\n", R"(s.toml:1:1: camera: "up" needs "boresight" or "look_at_m")"},
+    {"[camera]\nboresight = [0, 0, 1]\norientation = [1, 0, 0, 0]\n",
+     R"(s.toml:3:15: camera.orientation: cannot stand beside "boresight")"},
+    {"[camera]\nfocal_length_mm = -5\n",
+     "s.toml:2:19: camera.focal_length_mm: -5 is out of range, allowed 0.1 to 1000000 mm"},
+    {"[camera]\nwidth = 0\n", "s.toml:2:9: camera.width: 0 is out of range, allowed 1 to 65536 px"},
+    {"[stars]\n", R"(s.toml:1:1: stars: the key "catalogue" is missing)"},
+    {R"([stars]
+catalogue = "gone.csv"
+)",
+     "s.toml:2:13: stars.catalogue: gone.csv: no such file"},
+    {R"([stars]
+catalogue = "bad_stars.csv"
+)",
+     "bad_stars.csv:2:1: 3 values, the header has 4 columns (ra_deg,dec_deg,v_mag,b_v)"},
+    {"[[band]]\nfrom_nm = 500\n", R"(s.toml:1:1: band[0]: the key "to_nm" is missing)"},
+    {"[[band]]\nfrom_nm = 500\nto_nm = 400\n", "s.toml:3:9: band[0].to_nm: must be greater than from_nm"},
+    {"band = []\n", "s.toml:1:1: band: at least one band is wanted"},
+};
+const std::vector<Broken> broken_trajectories{
+    {"", R"(t.csv:1:1: empty, the header "time_s,x_m,y_m,z_m,qw,qx,qy,qz" is wanted)"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n", "t.csv: no rows after the header"},
+    {"time,x,y,z\n0,0,0,0\n",
+     R"(t.csv:1:1: header is "time,x,y,z", allowed "time_s,x_m,y_m,z_m,qw,qx,qy,qz")"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0\n",
+     "t.csv:2:1: 7 values, the header has 8 columns (time_s,x_m,y_m,z_m,qw,qx,qy,qz)"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n0,0,0,0,1,0,0,0\n",
+     "t.csv:3:1: time_s: 0 does not come after 0"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n-1,0,0,0,1,0,0,0\n",
+     "t.csv:3:1: time_s: -1 does not come after 0"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,nan,1,0,0,0\n",
+     R"(t.csv:2:7: z_m: "nan" is not a finite number)"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,1e999,1,0,0,0\n",
+     R"(t.csv:2:7: z_m: "1e999" is not a finite number)"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,  ,1,0,0,0\n", R"(t.csv:2:7: z_m: "" is not a finite number)"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,12m,0,1,0,0,0\n",
+     R"(t.csv:2:5: y_m: "12m" is not a finite number)"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0.1,0,0\n",
+     "t.csv:2:9: qw: |q| = 1.00499, a unit quaternion is wanted"},
+};
+const std::vector<Broken> broken_catalogues{
+    {"ra_deg,dec_deg,v_mag,b_v\n361,0,1,0\n", "k.csv:2:1: ra_deg: 361 is out of range, allowed 0 to 360"},
+    {"ra_deg,dec_deg,v_mag,b_v\n0,-91,1,0\n", "k.csv:2:3: dec_deg: -91 is out of range, allowed -90 to 90"},
+    {"ra_deg,dec_deg,v_mag,b_v\n0,0,x,0\n", R"(k.csv:2:5: v_mag: "x" is not a finite number)"},
+    {"ra_deg,dec_deg,v_mag,b_v\n0,0,1\n",
+     "k.csv:2:1: 3 values, the header has 4 columns (ra_deg,dec_deg,v_mag,b_v)"},
+};
+
+constexpr const char* good_body = "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.5\n";
+constexpr const char* trajectory_header = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
+
+void write_neighbours(const test::TempFolder& folder) {
+    folder.write("scene.toml", good_body);
+    folder.write("bad_sensor.toml", "[readout]\nwidth = 0\n");
+    folder.write("good.csv", std::string(trajectory_header) + "0,0,0,0,1,0,0,0\n");
+    folder.write("bad_stars.csv", "ra_deg,dec_deg,v_mag,b_v\n1,2,3\n");
+}
+
+} // namespace
+
+TEST_CASE("broken configurations are refused with one line") {
+    const test::TempFolder folder;
+    write_neighbours(folder);
+    for (const Broken& broken : broken_configs) {
+        const auto file = folder.write("c.toml", broken.text);
+        CHECK(complaint(folder, [&] { (void)config::load(file); }) == broken.line);
+    }
+    CHECK(broken_configs.size() >= 20);
+}
+
+TEST_CASE("broken scenes are refused with one line") {
+    const test::TempFolder folder;
+    write_neighbours(folder);
+    for (const Broken& broken : broken_scenes) {
+        const auto file = folder.write("s.toml", broken.text);
+        CHECK(complaint(folder, [&] { (void)config::load_scene(file); }) == broken.line);
+    }
+}
+
+TEST_CASE("broken trajectories are refused with one line") {
+    const test::TempFolder folder;
+    for (const Broken& broken : broken_trajectories) {
+        const auto file = folder.write("t.csv", broken.text);
+        CHECK(complaint(folder, [&] { (void)config::read_trajectory(file); }) == broken.line);
+    }
+}
+
+TEST_CASE("broken star catalogues are refused with one line") {
+    const test::TempFolder folder;
+    for (const Broken& broken : broken_catalogues) {
+        const auto file = folder.write("k.csv", broken.text);
+        CHECK(complaint(folder, [&] { (void)config::read_stars(file, 99); }) == broken.line);
+    }
+}
+
+TEST_CASE("files that cannot be read at all") {
+    const test::TempFolder folder;
+    CHECK(complaint(folder, [&] { (void)config::load(folder.path() / "none.toml"); }) ==
+          "none.toml: cannot be opened: No such file or directory");
+    std::filesystem::create_directory(folder.path() / "d");
+    CHECK(complaint(folder, [&] { (void)config::load(folder.path() / "d"); }) ==
+          "d: cannot be opened: not a regular file");
+    CHECK(complaint(folder, [&] { (void)config::load_scene("/dev/zero"); }) ==
+          "/dev/zero: cannot be opened: not a regular file");
+    CHECK(complaint(folder, [&] { (void)config::read_trajectory(folder.path() / "none.csv"); }) ==
+          "none.csv: cannot be opened: No such file or directory");
+}
+
+TEST_CASE("hostile text is survived") {
+    const test::TempFolder folder;
+    const auto load = [&](const std::string& text) {
+        return complaint(folder, [&, file = folder.write("c.toml", text)] { (void)config::load(file); });
+    };
+    // Nesting beyond any sense, a key of a megabyte, a zero byte, an escape sequence of a terminal.
+    CHECK(load("a = " + std::string(100'000, '[')).substr(0, 7) == "c.toml:");
+    CHECK(load(std::string(1'000'000, 'k') + " = 1").size() < 1000);
+    CHECK(load(std::string("[scene]\nfile = \"a\0b\"\n", 22)).substr(0, 7) == "c.toml:");
+    CHECK(load("\"\\u001b[31m\" = 1\n").find('\x1b') == std::string::npos);
+}

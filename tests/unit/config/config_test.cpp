@@ -1,0 +1,231 @@
+// Configurations that must load, and what must come out of them.
+#include "config/config.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <cmath>
+#include <numbers>
+
+using namespace obscura;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+constexpr const char* small_scene = R"([[body]]
+shape = "ellipsoid"
+radii_m = [3, 2, 1]
+albedo = 0.2
+)";
+
+constexpr double degree = std::numbers::pi / 180;
+
+} // namespace
+
+TEST_CASE("the smallest configuration keeps every default") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", small_scene);
+    const auto config = config::load(folder.write("c.toml", "[scene]\nfile = \"scene.toml\"\n"));
+    const config::Config fresh;
+    CHECK(config.scene_file == folder.path() / "scene.toml");
+    CHECK(config.daemon.seed == fresh.daemon.seed);
+    CHECK(config.trigger.rate_hz == fresh.trigger.rate_hz);
+    CHECK(config.gige.packet_size == fresh.gige.packet_size);
+    CHECK(config.file.directory == (folder.path() / "frames").string());
+    // The default sensor decides the size of the picture.
+    CHECK(config.scene.camera.width == fresh.sensor.readout.width);
+    CHECK(config.scene.camera.pixel_pitch_m == fresh.sensor.pixel_pitch_m);
+    REQUIRE(config.scene.bodies.size() == 1);
+    CHECK(config.scene.bodies[0].name == "body0");
+    CHECK(std::get<scene::Ellipsoid>(config.scene.bodies[0].shape).radii_m == Vec3{3, 2, 1});
+    const CameraSettings camera = config::camera_settings(config);
+    CHECK(camera.region == Region{0, 0, 1024, 1024});
+    CHECK(camera.exposure_ns == 10'000'000);
+    CHECK(camera.trigger_source == TriggerSource::line0);
+}
+
+TEST_CASE("print() loads back to itself, from any folder") {
+    const test::TempFolder folder;
+    folder.write("sub/scene.toml", small_scene);
+    const auto first = config::load(folder.write("sub/c.toml", R"(
+[scene]
+file = "scene.toml"
+[daemon]
+log_level = "debug"
+seed = 123456789012345
+scene_time = "clock"
+[render]
+samples_per_pixel = 7
+[trigger]
+rate_hz = 29.97
+phase_ms = 0.1
+[camera]
+width = 320
+offset_x = 16
+exposure_us = 333.333
+pixel_format = "Mono8"
+trigger_mode = "Off"
+trigger_source = "Software"
+[gige]
+user_name = 'quo"te \ back'
+drop_percent = 1
+[file]
+directory = "../out"
+format = "fits"
+[sensor]
+name = "tab	here"
+pixel_pitch_um = 6.9
+serial = 42
+[sensor.readout]
+width = 640
+shutter = "global"
+frame_overhead_ns = 12000
+overlapped = false
+[sensor.detector]
+quantum_efficiency = [[400.5, 0.3], [700, 0.65], [1000.1, 0]]
+read_noise_e = 2.2
+adc_bits = 14
+)"));
+    const std::string text = config::print(first);
+    const auto second = config::load(folder.write("elsewhere/printed.toml", text));
+    // All but the first line, which names the source.
+    const auto body = [](const std::string& s) { return s.substr(s.find('\n')); };
+    CHECK(body(config::print(second)) == body(text));
+    CHECK(second.gige.user_name == "quo\"te \\ back");
+    CHECK(second.sensor.name == "tab\there");
+    CHECK(second.sensor.pixel_pitch_m == first.sensor.pixel_pitch_m);
+    CHECK(second.sensor.detector.quantum_efficiency.size() == 3);
+    CHECK(second.sensor.detector.quantum_efficiency[2].wavelength_m ==
+          first.sensor.detector.quantum_efficiency[2].wavelength_m);
+    CHECK(second.sensor.readout.shutter == Shutter::global);
+    CHECK(second.trigger.rate_hz == 29.97);
+    CHECK(second.daemon.seed == 123456789012345u);
+    CHECK(second.file.directory == (folder.path() / "out").string());
+    CHECK(config::camera_settings(second) == config::camera_settings(first));
+}
+
+TEST_CASE("a sensor file is read first, keys beside it override it, values may tell where they come from") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", small_scene);
+    folder.write("sensors/x.toml", R"(
+name = "X100"
+pixel_pitch_um = { value = 4.8, provenance = "datasheet", source = "X100 data sheet rev. 3, table 2" }
+[readout]
+width = { value = 800, provenance = "datasheet" }
+height = 600
+[detector]
+read_noise_e = 3
+quantum_efficiency = { value = [[500, 0.7]], provenance = "measured", source = "bench" }
+)");
+    const auto config = config::load(folder.write("c.toml", R"(
+[scene]
+file = "scene.toml"
+[sensor]
+file = "sensors/x.toml"
+serial = 9
+[sensor.detector]
+read_noise_e = 4
+)"));
+    CHECK(config.sensor.name == "X100");
+    CHECK(config.sensor.serial == 9);
+    CHECK_THAT(config.sensor.pixel_pitch_m, WithinRel(4.8e-6, 1e-15));
+    CHECK(config.sensor.readout.width == 800);
+    CHECK(config.sensor.detector.read_noise_e == 4);
+    CHECK(config.sensor.detector.quantum_efficiency[0].value == 0.7);
+    CHECK(config.scene.camera.width == 800);
+    CHECK(config.scene.camera.height == 600);
+    CHECK_THAT(config.scene.camera.pixel_pitch_m, WithinRel(4.8e-6, 1e-15));
+}
+
+TEST_CASE("a scene with everything in it") {
+    const test::TempFolder folder;
+    folder.write("stars.csv",
+                 "# two stars\nra_deg,dec_deg,v_mag,b_v\n101.28717,-16.71611,-1.44,0.01\n10,20,7.5,1\n");
+    folder.write(
+        "path.csv",
+        "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,1,2,3,1,0,0,0\r\n10, 4,5,6, 0.70710678,0,0,-0.70710678\n");
+    folder.write("m.obj", "v 0 0 0\n");
+    const auto scene = config::load_scene(folder.write("s.toml", R"(
+[sun]
+direction = [0, 2, 0]
+distance_au = 2
+irradiance_scale = 0.5
+[stars]
+catalogue = "stars.csv"
+limiting_magnitude = 6
+[camera]
+width = 100
+height = 50
+pixel_pitch_um = 10
+focal_length_mm = 100
+aperture_mm = 20
+psf_sigma_px = 0
+position_m = [0, 0, -1000]
+look_at_m = [0, 0, 0]
+up = [0, 1, 0]
+[[body]]
+name = "a"
+shape = "mesh"
+file = "m.obj"
+metres_per_unit = 1000
+smooth_normals = false
+material = "lommel-seeliger"
+albedo = 0.3
+trajectory = "path.csv"
+spin_axis = [0, 0, 2]
+spin_rate_deg_per_s = 90
+[[body]]
+name = "b"
+shape = "procedural"
+mean_radius_m = 250
+seed = 77
+albedo = 1
+[[band]]
+from_nm = 400
+to_nm = 500
+[[band]]
+from_nm = 500
+to_nm = 700
+)"));
+    CHECK(scene.name == "s");
+    CHECK_THAT(scene.sun.position_m.y, WithinRel(2 * 149597870700.0, 1e-15));
+    CHECK(scene.sun.position_m.x == 0);
+    CHECK(scene.sun.irradiance_scale == 0.5);
+    REQUIRE(scene.stars.size() == 1); // the fainter one is left out
+    CHECK_THAT(scene.stars[0].right_ascension_rad, WithinRel(101.28717 * degree, 1e-14));
+    CHECK_THAT(scene.stars[0].declination_rad, WithinRel(-16.71611 * degree, 1e-14));
+    CHECK_THAT(scene.camera.focal_length_m, WithinRel(0.1, 1e-15));
+    CHECK_THAT(scene.camera.aperture_m, WithinRel(0.02, 1e-15));
+    const Pose camera = scene.camera.motion.samples.at(0).pose;
+    const Vec3 ahead = rotate(camera.orientation, {0, 0, 1});
+    const Vec3 up = rotate(camera.orientation, {0, -1, 0});
+    CHECK_THAT(ahead.z, WithinAbs(1, 1e-15));
+    CHECK_THAT(up.y, WithinAbs(1, 1e-15));
+    REQUIRE(scene.bodies.size() == 2);
+    const auto& mesh = std::get<scene::MeshFile>(scene.bodies[0].shape);
+    CHECK(mesh.path == (folder.path() / "m.obj").string());
+    CHECK(mesh.metres_per_unit == 1000);
+    CHECK_FALSE(mesh.smooth_normals);
+    CHECK(std::get<scene::LommelSeeliger>(scene.bodies[0].material).albedo == 0.3);
+    const scene::Motion& motion = scene.bodies[0].motion;
+    CHECK_THAT(motion.spin_rate_rad_s, WithinRel(std::numbers::pi / 2, 1e-15));
+    REQUIRE(motion.samples.size() == 2);
+    CHECK(motion.samples[1].time_s == 10);
+    CHECK(motion.samples[1].pose.position_m == Vec3{4, 5, 6});
+    CHECK_THAT(norm(motion.samples[1].pose.orientation), WithinAbs(1, 1e-15));
+    CHECK_THAT(motion.samples[1].pose.orientation.z, WithinAbs(-std::sqrt(0.5), 1e-8));
+    CHECK(std::get<scene::ProceduralBody>(scene.bodies[1].shape).seed == 77);
+    CHECK(std::get<scene::Lambert>(scene.bodies[1].material).albedo == 1);
+    REQUIRE(scene.bands.size() == 2);
+    CHECK_THAT(scene.bands[1].to_m, WithinRel(700e-9, 1e-15));
+}
+
+TEST_CASE("the shipped configuration and scene load") {
+    const auto config = config::load(OBSCURA_SOURCE_DIR "/config/demo.toml");
+    CHECK(config.trigger.rate_hz == 5);
+    CHECK(config.scene.bodies.size() == 1);
+    CHECK(config.scene.stars.size() > 4000);
+    // Sirius, from the Hipparcos catalogue: HIP 32349, ra 101.2872, dec -16.7161.
+    CHECK_THAT(config.scene.stars[0].right_ascension_rad / degree, WithinAbs(101.28716, 1e-4));
+    CHECK_THAT(config.scene.stars[0].declination_rad / degree, WithinAbs(-16.71612, 1e-4));
+}

@@ -1,0 +1,113 @@
+#include "transports/file/file_sink.hpp"
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/realtime.hpp"
+#include "transports/file/pending_file.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace obscura::transports {
+
+FileSink::FileSink(FileSinkSettings settings)
+    : settings_(std::move(settings)), ring_(std::max<std::size_t>(settings_.queue_frames, 1)) {}
+
+FileSink::~FileSink() {
+    stop();
+}
+
+void FileSink::start() {
+    if (thread_.joinable()) return;
+    require_writable(settings_.directory);
+    stopping_ = false;
+    last_id_ = 0, run_ = 1;
+    thread_ = std::thread([this] { work(); });
+}
+
+void FileSink::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    wake_.release();
+    thread_.join();
+}
+
+bool FileSink::submit(const FrameRef& frame) noexcept {
+    submitted_.fetch_add(1, std::memory_order_relaxed);
+    const std::size_t head = head_.load(std::memory_order_relaxed);
+    if (stopping_.load(std::memory_order_relaxed) ||
+        head - tail_.load(std::memory_order_acquire) >= ring_.size()) {
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+        return false;
+    }
+    ring_[head % ring_.size()] = frame;
+    head_.store(head + 1, std::memory_order_release);
+    wake_.release();
+    return true;
+}
+
+void FileSink::work() {
+    name_this_thread("file-sink");
+    std::chrono::steady_clock::time_point give_up{};
+    for (;;) {
+        const std::size_t tail = tail_.load(std::memory_order_relaxed);
+        if (tail == head_.load(std::memory_order_acquire)) {
+            if (stopping_) return;
+            wake_.acquire();
+            continue;
+        }
+        FrameRef& frame = ring_[tail % ring_.size()];
+        if (stopping_) {
+            const auto now = std::chrono::steady_clock::now();
+            if (give_up == std::chrono::steady_clock::time_point{})
+                give_up = now + std::chrono::milliseconds(300);
+            if (now > give_up)
+                dropped_.fetch_add(1, std::memory_order_relaxed);
+            else
+                write(*frame);
+        } else {
+            write(*frame);
+        }
+        frame = FrameRef{};
+        tail_.store(tail + 1, std::memory_order_release);
+    }
+}
+
+void FileSink::write(const Frame& frame) {
+    const FrameInfo& info = frame.info;
+    const std::int32_t rows = frame.wait_rows(info.height);
+    if (rows == 0 && info.height > 0) {
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+        return;
+    }
+    if (info.frame_id <= last_id_) ++run_;
+    last_id_ = info.frame_id;
+    Picture picture{info.width, info.height, info.bits_per_pixel, frame.pixels()};
+    if (rows < info.height) {
+        // The rest of the buffer holds an earlier frame.
+        const auto valid = static_cast<std::ptrdiff_t>(rows) * info.width;
+        partial_.assign(frame.pixels().begin(), frame.pixels().begin() + valid);
+        partial_.resize(frame.pixels().size(), 0);
+        picture.pixels = partial_;
+    }
+    std::string file_name = frame_file_name(info.frame_id, settings_.format);
+    if (run_ > 1) file_name = fmt::format("run{}_{}", run_, file_name);
+    try {
+        write_picture(settings_.directory / file_name, settings_.format, picture, frame_cards(frame));
+        delivered_.fetch_add(1, std::memory_order_relaxed);
+        bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);
+        failing_ = false;
+    } catch (const std::exception& error) {
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+        if (!failing_) log_error("{}", error.what());
+        failing_ = true;
+    }
+}
+
+TransportCounters FileSink::counters() const noexcept {
+    return {submitted_.load(std::memory_order_relaxed), delivered_.load(std::memory_order_relaxed),
+            dropped_.load(std::memory_order_relaxed), bytes_.load(std::memory_order_relaxed)};
+}
+
+} // namespace obscura::transports

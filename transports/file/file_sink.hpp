@@ -1,0 +1,59 @@
+// Read this first: a transport that writes every frame to a file.
+#pragma once
+
+#include "transports/file/frame_writer.hpp"
+#include "transports/transport.hpp"
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <semaphore>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace obscura::transports {
+
+struct FileSinkSettings {
+    std::filesystem::path directory; ///< must exist
+    FrameFormat format = FrameFormat::png;
+    std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
+};
+
+/// Writes `frame_<frame id>.<format>` into a folder; the second and later acquisitions of one start() write
+/// `run<n>_frame_...`. One thread of its own, which waits for each frame to be complete. A file that cannot
+/// be written counts as a dropped frame and is logged once until writing succeeds again. A frame that was
+/// abandoned by its producer is written with the missing rows 0 and PARTIAL set, or dropped if it has none.
+///
+/// stop() expects that no frame is in work any more (every frame complete or abandoned); it writes what is in
+/// the queue for at most 0.3 s and drops the rest. One thread calls submit().
+class FileSink final : public Transport {
+public:
+    explicit FileSink(FileSinkSettings settings);
+    ~FileSink() override;
+
+    [[nodiscard]] std::string_view name() const override { return "file"; }
+    void start() override;
+    void stop() override;
+    bool submit(const FrameRef& frame) noexcept override;
+    [[nodiscard]] TransportCounters counters() const noexcept override;
+
+private:
+    void work();
+    void write(const Frame& frame);
+
+    FileSinkSettings settings_;
+    std::vector<FrameRef> ring_;       ///< slot i % size; filled by submit(), emptied by work()
+    std::atomic<std::size_t> head_{0}; ///< frames put in
+    std::atomic<std::size_t> tail_{0}; ///< frames taken out and finished with
+    std::counting_semaphore<> wake_{0};
+    std::atomic<bool> stopping_{false};
+    std::thread thread_;
+
+    std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
+    std::vector<std::uint16_t> partial_; ///< copy of a partial frame
+    std::uint64_t last_id_ = 0, run_ = 1;
+    bool failing_ = false;
+};
+
+} // namespace obscura::transports
