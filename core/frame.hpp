@@ -39,6 +39,11 @@ struct RowTime {
     [[nodiscard]] constexpr Time mid() const { return midpoint(reset, read); }
 };
 
+/// How the rows of a window are sampled. `destructive` takes the signal, resets and takes the reset level
+/// (double sampling); the others leave the charge where it is: every read on its own, the last read less the
+/// first (correlated double sampling), or a straight line fitted through all reads.
+enum class Sampling : std::uint8_t { destructive, non_destructive, cds, ramp };
+
 /// One sensor window inside the composed image. Windows are composed one below the other in readout order,
 /// left aligned; pixels right of a narrow window are 0.
 struct FrameWindow {
@@ -46,6 +51,11 @@ struct FrameWindow {
     std::int32_t image_y = 0; ///< its first row in the composed image
     std::int64_t exposure_requested_ns = 0;
     std::uint32_t flags = 0; ///< sticky readout flags of the window (sensors/readout)
+    std::int64_t exposure_min_ns = 0, exposure_max_ns = 0; ///< obtained, over the window's rows
+    std::uint32_t request = 0;                             ///< which of the requested windows this is
+    Sampling sampling = Sampling::destructive;
+    std::int32_t reads = 1, read_index = 0; ///< non-destructive: this is read `read_index` of `reads`
+    std::int64_t read_spacing_ns = 0;       ///< between successive non-destructive reads
 };
 
 enum FrameFlag : std::uint32_t {

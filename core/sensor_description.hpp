@@ -7,7 +7,13 @@
 
 namespace obscura {
 
-enum class Shutter : std::uint8_t { rolling, global };
+/// `rolling`: a reset pointer runs ahead of the read pointer. `global`: all rows are exposed together, then
+/// read. `push_broom`: one row is read over and over, at the line rate; a window's height counts lines.
+enum class Shutter : std::uint8_t { rolling, global, push_broom };
+
+/// How a rolling shutter serves several windows: one after the other, each with its own reset scan, or all of
+/// them in every cycle of an on-chip sequencer, each with resets of its own.
+enum class WindowMode : std::uint8_t { sequential, interleaved };
 
 /// Readout timing of a chip. T_row = row_overhead + ceil(width / outputs) / pixel_clock.
 struct ReadoutSettings {
@@ -20,6 +26,15 @@ struct ReadoutSettings {
     std::int64_t reset_instant_ns = 400;  ///< o_R: reset inside a row slot, o_S < o_R < row_overhead
     std::int64_t frame_overhead_ns = 0;   ///< global shutter: charge transfer between exposure and readout
     bool overlapped = true;               ///< the next exposure may start while this frame is read out
+    WindowMode window_mode = WindowMode::sequential;
+    std::int32_t windows_max = 32;
+    std::int64_t window_overhead_ns = 0; ///< after the last row of each window
+    std::int32_t blanking_rows = 0;      ///< idle row slots at the end of each cycle
+    bool stretch_blanking = true;        ///< add idle slots for an exposure that is longer than the cycle
+    std::int64_t exposure_step_ns = 1;   ///< global shutter and push-broom: exposures are multiples of this
+    double line_rate_hz = 1000;          ///< push-broom
+    std::int32_t window_step = 1;        ///< x and y of a window are multiples of this
+    bool strict = true;                  ///< refuse impossible windows; otherwise crop and align them
 };
 
 /// One point of a tabulated curve over wavelength.

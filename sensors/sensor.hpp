@@ -17,37 +17,51 @@
 namespace obscura::sensors {
 
 struct WindowRequest {
-    Region region;
-    std::int64_t exposure_ns = 0;
+    Region region;                ///< in sensor pixels; under push-broom `height` counts lines
+    std::int64_t exposure_ns = 0; ///< reset to read; first to last read where there are several reads
+    Sampling sampling = Sampling::destructive;
+    std::int32_t reads = 1; ///< 1 destructive, at least 1 non_destructive, 2 or more for cds and ramp
 };
 
 /// Readout flags of a window, sticky for the frame.
 enum ReadoutFlag : std::uint32_t {
-    exposure_clamped_up = 1u << 0,   ///< T_CLAMPED: below one row slot
+    exposure_clamped_up = 1u << 0,   ///< T_CLAMPED: below what the settings allow
     exposure_clamped_down = 1u << 1, ///< T_CLAMPED: above what the settings allow
     row_shared = 1u << 2,         ///< ROW_SHARED: another window's reads or resets cut this one's integration
-    exposure_quantised = 1u << 3, ///< obtained exposure differs from the request by the row grid
+    exposure_quantised = 1u << 3, ///< obtained exposure differs from the request by the grid of row slots
+    window_cropped = 1u << 4,     ///< not strict: the window was cut or aligned to fit the array
+    trigger_deferred = 1u << 5,   ///< the trigger landed in a readout and waited for its row grid
+    settings_changed = 1u << 6,   ///< dirty first frame: rows had been reset under the old settings
 };
+/// Names of the flags that are set, in the order of their bits, separated by '|'.
+[[nodiscard]] std::string flag_names(std::uint32_t flags);
 
 /// What the chip will do after a trigger. Rows appear in the order of the composed image (= readout order). A
-/// row's light is collected from rows[i].reset to rows[i].read; under a global shutter that is the exposure
-/// common to all rows, and the row leaves the chip later: `release` says when a row may be shown to the
-/// world.
+/// row's light is collected from rows[i].reset to rows[i].read (cds and ramp: between the first and the last
+/// read); under a global shutter that is the exposure common to all rows, and the row leaves the chip later:
+/// `release` says when a row may be shown to the world. Each of several non-destructive reads that are
+/// delivered one by one has a window of its own.
 struct ReadoutPlan {
-    Time trigger;                       ///< exposure of the first row starts here (plus the trigger delay)
+    Time trigger;                       ///< integration of the first row starts here
     std::int32_t width = 0, height = 0; ///< composed image
     std::vector<FrameWindow> windows;
     std::vector<RowTime> rows;            ///< one per composed row
     std::vector<std::int32_t> sensor_row; ///< one per composed row: the row on the chip
     std::vector<Time> release;            ///< one per composed row: its last pixel has left the ADC
-    std::int64_t row_ns = 0;              ///< of the first window
-    std::int64_t readout_ns = 0;          ///< first to last row slot
+    std::int64_t row_ns = 0;              ///< row slot of the first window
+    std::int64_t cycle_ns = 0;            ///< rolling: length of one cycle of row slots
+    Time cycle_start;                     ///< rolling: start of the first row slot of the cycle of reads
+    std::int64_t readout_ns = 0;          ///< first to last row slot, all windows
     std::int64_t frame_period_ns = 0;     ///< shortest time to the next trigger
 };
 
-/// Plans a frame. A pure function of its arguments; re-uses the vectors of `plan`, so that with enough
-/// capacity nothing is allocated. Returns an empty string, or the reason why these settings are refused
-/// (impossible window).
+/// Plans a frame of a camera that has been running with these settings. A pure function of its arguments;
+/// re-uses the vectors of `plan`, so that with enough capacity nothing is allocated. Returns an empty string,
+/// or the reason why these settings are refused, which names the key.
+///
+/// A row's integration time is its read less the last reset event on that row, whoever issued it: reset and
+/// select lines are row-wide, and a destructive read resets the row o_R - o_S after its sample. A reset can
+/// only be fired inside a row slot, so T_w <= T_int < T_w + max(T_row) unless flagged.
 [[nodiscard]] std::string plan_readout(const ReadoutSettings& settings,
                                        std::span<const WindowRequest> windows, Time trigger,
                                        ReadoutPlan& plan);

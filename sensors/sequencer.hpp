@@ -1,0 +1,54 @@
+// Successive triggers of one sensor: which are taken, when their exposure starts, which come too early.
+#pragma once
+
+#include "sensors/sensor.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace obscura::sensors {
+
+enum class TriggerVerdict : std::uint8_t {
+    accepted,
+    over_trigger, ///< the chip is still busy with the frame before: no frame, to be counted
+    refused,      ///< the settings are impossible, see reason()
+};
+
+/// Plans frame after frame. A trigger that lands while the frame before is still being read out waits for the
+/// next instant of its row grid (one window, or global shutter) or of its cycle (several interleaved
+/// windows); one that comes before the chip can start again is an over-trigger. Settings are shadow
+/// registers: they apply to the frame of the next trigger. Where that frame's integration was started by the
+/// reads of the frame before, its rows keep the start they got under the old settings, and the windows say
+/// `settings_changed`.
+///
+/// One thread; does not allocate once `plan` and the sequencer have seen a frame of that size.
+class ReadoutSequencer {
+public:
+    TriggerVerdict next(const ReadoutSettings& settings, std::span<const WindowRequest> windows, Time trigger,
+                        ReadoutPlan& plan);
+
+    /// Why the last call was refused.
+    [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
+    [[nodiscard]] std::uint64_t accepted() const noexcept { return accepted_; }
+    [[nodiscard]] std::uint64_t over_triggers() const noexcept { return over_triggers_; }
+    /// Forgets the frames so far, as a stop and start of the acquisition does.
+    void restart() noexcept { running_ = false; }
+
+private:
+    [[nodiscard]] Time start_of(const ReadoutSettings& settings, Time trigger) const noexcept;
+    void keep_old_starts(const ReadoutSettings& settings, ReadoutPlan& plan) const noexcept;
+
+    bool running_ = false;
+    Time earliest_next_; ///< before this the chip cannot start again
+    Time reading_until_; ///< end of the frame's last row slot
+    Time grid_origin_;   ///< an instant at which an exposure may start while rows are being read
+    std::int64_t grid_ns_ = 1;
+    std::vector<WindowRequest> windows_;
+    std::vector<Time> row_reset_; ///< per array row: reset by the last destructive read; INT64_MIN: none
+    std::string reason_;
+    std::uint64_t accepted_ = 0, over_triggers_ = 0;
+};
+
+} // namespace obscura::sensors
