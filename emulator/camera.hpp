@@ -1,0 +1,157 @@
+// The camera itself: takes triggers, makes frames, hands them to the transports; and its control port.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/clock.hpp"
+#include "core/frame.hpp"
+#include "core/log.hpp"
+#include "emulator/frame_maker.hpp"
+#include "emulator/releaser.hpp"
+#include "sync/schedule.hpp"
+#include "sync/sync.hpp"
+#include "sync/timer.hpp"
+#include "transports/transport.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// Which clock the scene follows.
+enum class SceneTime : std::uint8_t {
+    nominal, ///< frame k shows the scene at (k - 1) nominal periods: the same bytes on every run
+    clock,   ///< at the time that passed since the acquisition started
+};
+
+struct CameraConfig {
+    CameraSettings initial;
+    CameraLimits limits;
+    SceneTime scene_time = SceneTime::nominal;
+    sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
+    int priority = 0;                       ///< SCHED_FIFO priority of the pipeline thread; 0: ordinary
+};
+
+/// The scene time at the trigger of frame `frame_id` when the scene follows nominal periods.
+[[nodiscard]] Time nominal_scene_time(const CameraSettings& settings, sync::RationalRate trigger_rate,
+                                      std::uint64_t frame_id);
+
+/// What has happened since construction. Every edge that reached the camera while it was acquiring and
+/// listening to that source is in `triggers`, and then either in `frames` or in exactly one of
+/// `missed_triggers` and `dropped`, but for the frame in work.
+struct CameraCounters {
+    std::uint64_t triggers = 0;        ///< edges, lost ones (gaps in the source's ids) included
+    std::uint64_t missed_triggers = 0; ///< lost edges, and edges that came before the camera was ready again
+    std::uint64_t ignored = 0;         ///< edges while not acquiring or not listening to their source
+    std::uint64_t dropped = 0;         ///< pool empty, or no transport took the frame
+    std::uint64_t frames = 0;          ///< handed to at least one transport
+    std::uint64_t complete = 0;        ///< of those: all rows left
+    std::uint64_t late = 0;            ///< of those: with rows that were not ready in time
+    std::uint64_t late_rows = 0;
+    std::uint64_t abandoned = 0; ///< acquisition stopped with the abort flag while they were in work
+};
+
+/// One camera: at most one frame is being made at any moment. A trigger that comes while the one before is
+/// being rendered, or sooner than the chip's shortest frame period, is counted as missed and makes no frame.
+/// on_trigger() is the camera's Line0 and may be called on a real-time thread.
+class Camera final : public CameraControl, public sync::TriggerSink {
+public:
+    /// The references must outlive the camera; `transports` must be started before frames are to flow. `log`
+    /// receives what real-time threads have to say.
+    Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser, FramePool& pool,
+           std::vector<transports::Transport*> transports, const Clock& clock, LogRing& log);
+    ~Camera() override;
+
+    [[nodiscard]] CameraLimits limits() const override { return config_.limits; }
+    [[nodiscard]] CameraSettings settings() const override;
+    bool apply(const CameraSettings& settings) override;
+    bool acquisition_start() override;
+    void acquisition_stop(bool abort) override;
+    [[nodiscard]] bool acquiring() const override;
+    bool software_trigger(Time edge) override;
+
+    void on_trigger(const sync::Trigger& trigger) noexcept override;
+
+    [[nodiscard]] CameraCounters counters() const noexcept;
+    /// True while a trigger would be accepted now: what a "trigger ready" lamp shows.
+    [[nodiscard]] bool trigger_ready() const noexcept;
+    /// False when the camera has been busy with one band of rows since the last call: then a thread of it
+    /// hangs. One caller, every second or so.
+    [[nodiscard]] bool alive() noexcept;
+
+private:
+    // State word: the phase of the hand-over, and whether the camera is acquiring.
+    static constexpr std::uint32_t phase_ready = 0;   ///< waiting for a trigger
+    static constexpr std::uint32_t phase_writing = 1; ///< a trigger is being written into the slot
+    static constexpr std::uint32_t phase_full = 2;    ///< taken; the frame is not yet with the transports
+    static constexpr std::uint32_t phase_working = 3; ///< the frame is being made
+    static constexpr std::uint32_t phase_mask = 3;
+    static constexpr std::uint32_t acquiring_bit = 4;
+    static constexpr std::uint32_t quit_bit = 8;
+
+    /// Where edges are taken from at the moment.
+    enum class Route : std::uint8_t { line0, software, action, free_run };
+
+    /// Free run: the camera's own timer.
+    struct FreeRunSink final : sync::TriggerSink {
+        explicit FreeRunSink(Camera& c) : camera(c) {}
+        void on_trigger(const sync::Trigger& trigger) noexcept override;
+        Camera& camera;
+    };
+
+    static Route route_of(const CameraSettings& settings) noexcept;
+    bool take(const sync::Trigger& trigger, Route from) noexcept;
+    void count_lost(const sync::Trigger& trigger, Route from) noexcept;
+    void wait_until_handed_over(bool also_made) const noexcept;
+    void forget_edges() noexcept;
+    void set_phase(std::uint32_t from, std::uint32_t to) noexcept;
+    void run() noexcept;
+    void make_frame() noexcept;
+    bool start_frame(FrameRef& frame) noexcept;
+    void start_free_run();
+    void stop_free_run();
+
+    const CameraConfig config_;
+    FrameMaker& maker_;
+    Releaser& releaser_;
+    FramePool& pool_;
+    const std::vector<transports::Transport*> transports_;
+    const Clock& clock_;
+    LogRing& log_;
+
+    // Control side: one mutex for the calls of CameraControl, another for the settings alone, which the
+    // pipeline thread only ever tries to take.
+    mutable std::mutex control_mutex_, settings_mutex_;
+    CameraSettings settings_;
+    FreeRunSink free_run_sink_{*this};
+    std::unique_ptr<sync::TimerTrigger> free_run_;
+
+    std::atomic<std::uint32_t> state_{phase_ready};
+    std::atomic<Route> route_;
+    sync::Trigger slot_;
+    std::atomic<std::int64_t> not_before_ns_{INT64_MIN}; ///< shortest frame period: earliest next edge
+    std::atomic<bool> cancel_{false};
+
+    // Written by acquisition_start() while not acquiring, then by the pipeline thread.
+    std::uint64_t next_frame_id_ = 1;
+    std::uint64_t frames_left_ = 0;
+    Time acquisition_begin_;
+
+    /// By route; 0: the next edge has no predecessor to compare with.
+    std::array<std::atomic<std::uint64_t>, 4> last_edge_id_{};
+    std::atomic<std::uint64_t> software_edges_{0};
+
+    // Pipeline thread: of the frame in work.
+    CameraSettings frame_settings_;
+    RowSink* sink_ = nullptr;
+
+    std::uint64_t last_progress_ = UINT64_MAX; ///< alive()
+    std::atomic<std::uint64_t> triggers_{0}, missed_{0}, ignored_{0}, dropped_{0}, frames_{0};
+    std::thread thread_;
+};
+
+} // namespace obscura::emulator

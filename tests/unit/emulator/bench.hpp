@@ -1,0 +1,97 @@
+// A small camera on the test bench: everything of the pipeline around the test renderer.
+#pragma once
+
+#include "emulator/camera.hpp"
+#include "emulator/frame_maker.hpp"
+#include "emulator/releaser.hpp"
+#include "renderer/renderer.hpp"
+#include "sensors/sensor.hpp"
+#include "tests/unit/emulator/test_renderer.hpp"
+#include "transports/loopback/loopback.hpp"
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <thread>
+
+namespace obscura::test {
+
+inline SensorDescription small_sensor(std::int32_t width = 40, std::int32_t height = 30) {
+    SensorDescription sensor;
+    sensor.readout.width = width;
+    sensor.readout.height = height;
+    return sensor;
+}
+
+inline CameraSettings whole_sensor(const SensorDescription& sensor) {
+    CameraSettings s;
+    s.region = {0, 0, sensor.readout.width, sensor.readout.height};
+    s.exposure_ns = 100 * ns_per_us;
+    return s;
+}
+
+/// Renderer, detector and maker for `sensor`.
+struct MakerBench {
+    explicit MakerBench(const SensorDescription& description = small_sensor(), std::int32_t band_rows = 8)
+        : sensor(description),
+          renderer(scene::Scene{}, {}),
+          detector(sensor, std::array{scene::SpectralBand{}}, 0.025, 7),
+          maker(renderer, detector, sensor, clock, {band_rows, 7, 0}),
+          pool(6, static_cast<std::size_t>(sensor.readout.width * sensor.readout.height),
+               static_cast<std::size_t>(sensor.readout.height)) {}
+
+    MonotonicClock clock;
+    SensorDescription sensor;
+    renderer::Renderer renderer;
+    sensors::Detector detector;
+    emulator::FrameMaker maker;
+    FramePool pool;
+};
+
+/// A whole camera with one loopback transport.
+struct CameraBench : MakerBench {
+    explicit CameraBench(const SensorDescription& description = small_sensor(), std::size_t keep = 5,
+                         std::function<void(CameraSettings&)> adjust = {})
+        : MakerBench(description),
+          loopback({4, keep,
+                    [this](const FrameRef&) {
+                        ++ended;
+                        ended.notify_all();
+                    }}),
+          releaser({static_cast<std::size_t>(description.readout.height), 0, 250 * ns_per_us},
+                   std::make_unique<MonotonicClock>()),
+          camera(config(description, adjust), maker, releaser, pool, {&loopback}, clock, log) {
+        loopback.start();
+    }
+    ~CameraBench() {
+        render_gate().open();
+        camera.acquisition_stop(true);
+        loopback.stop();
+    }
+
+    static emulator::CameraConfig config(const SensorDescription& sensor,
+                                         const std::function<void(CameraSettings&)>& adjust) {
+        emulator::CameraConfig c;
+        c.initial = whole_sensor(sensor);
+        if (adjust) adjust(c.initial);
+        c.limits.sensor_width = sensor.readout.width;
+        c.limits.sensor_height = sensor.readout.height;
+        return c;
+    }
+    void wait_ended(std::uint32_t n) const {
+        for (std::uint32_t seen = ended; seen < n; seen = ended)
+            ended.wait(seen);
+    }
+    void wait_ready() const {
+        while (!camera.trigger_ready())
+            std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+
+    std::atomic<std::uint32_t> ended{0};
+    LogRing log;
+    transports::LoopbackTransport loopback;
+    emulator::Releaser releaser;
+    emulator::Camera camera;
+};
+
+} // namespace obscura::test

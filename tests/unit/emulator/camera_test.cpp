@@ -1,0 +1,321 @@
+#include "emulator/camera.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/unit/emulator/bench.hpp"
+
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::emulator;
+using namespace obscura::test;
+
+namespace {
+
+sync::Trigger edge_now(const CameraBench& bench, std::uint64_t id) {
+    const Time now = bench.clock.now();
+    return {id, now, now};
+}
+
+// Every edge is accounted for, once.
+void check_balance(const CameraCounters& c) {
+    CHECK(c.triggers == c.frames + c.missed_triggers + c.dropped);
+    CHECK(c.frames >= c.complete + c.abandoned);
+}
+
+} // namespace
+
+TEST_CASE("one edge, one frame, and the frame is what the maker makes offline") {
+    CameraBench bench;
+    CHECK_FALSE(bench.camera.acquiring());
+    REQUIRE(bench.camera.acquisition_start());
+    CHECK_FALSE(bench.camera.acquisition_start());
+    std::vector<Time> edges;
+    for (std::uint64_t id = 1; id <= 5; ++id) {
+        bench.wait_ready();
+        const sync::Trigger t = edge_now(bench, id);
+        edges.push_back(t.edge);
+        bench.camera.on_trigger(t);
+        bench.wait_ended(static_cast<std::uint32_t>(id));
+    }
+    bench.camera.acquisition_stop(false);
+    bench.releaser.wait_idle();
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 5);
+
+    MakerBench offline;
+    for (std::uint64_t id = 1; id <= 5; ++id) {
+        const Frame& frame = *kept[id - 1];
+        CHECK(frame.info.frame_id == id);
+        CHECK(frame.info.trigger_edge == edges[id - 1]);
+        FrameOrder order;
+        order.frame_id = id;
+        order.settings = bench.camera.settings();
+        order.scene_time = nominal_scene_time(order.settings, {10, 1}, id);
+        CHECK(order.scene_time.ns == static_cast<std::int64_t>(id - 1) * 100 * ns_per_ms);
+        const FrameRef again = offline.pool.acquire();
+        REQUIRE(offline.maker.make(order, *again).empty());
+        CHECK(std::equal(again->pixels().begin(), again->pixels().end(), frame.pixels().begin()));
+    }
+    const CameraCounters c = bench.camera.counters();
+    CHECK(c.triggers == 5);
+    CHECK(c.frames == 5);
+    CHECK(c.complete == 5);
+    CHECK(c.missed_triggers == 0);
+    check_balance(c);
+}
+
+TEST_CASE("an edge during rendering is counted as missed and makes no frame") {
+    CameraBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    bench.camera.on_trigger(edge_now(bench, 1));
+    render_gate().wait_for_render();
+    for (std::uint64_t id = 2; id <= 4; ++id)
+        bench.camera.on_trigger(edge_now(bench, id));
+    CHECK(bench.camera.counters().missed_triggers == 3);
+    render_gate().open();
+    bench.wait_ended(1);
+    bench.wait_ready();
+    bench.camera.on_trigger(edge_now(bench, 5));
+    bench.wait_ended(2);
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 2);
+    CHECK(kept[1]->info.frame_id == 2); // missed edges take no number
+    CHECK(kept[1]->info.trigger_id == 5);
+    const CameraCounters c = bench.camera.counters();
+    CHECK(c.triggers == 5);
+    CHECK(c.missed_triggers == 3);
+    check_balance(c);
+}
+
+TEST_CASE("an edge sooner than the chip's frame period is missed however fast the rendering is") {
+    CameraBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    const Time first = bench.clock.now();
+    bench.camera.on_trigger({1, first, first});
+    bench.wait_ended(1);
+    bench.wait_ready();
+    const std::int64_t period = bench.maker.plan().frame_period_ns;
+    bench.camera.on_trigger({2, first + period - 1, first});
+    CHECK(bench.camera.counters().missed_triggers == 1);
+    bench.camera.on_trigger({3, first + period, first});
+    bench.wait_ended(2);
+    CHECK(bench.camera.counters().frames == 2);
+    check_balance(bench.camera.counters());
+}
+
+TEST_CASE("edges that the source lost are counted through the gap in its ids") {
+    CameraBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 41)); // no predecessor: nothing can be said about earlier ones
+    bench.wait_ended(1);
+    bench.wait_ready();
+    bench.camera.on_trigger(edge_now(bench, 45));
+    bench.wait_ended(2);
+    const CameraCounters c = bench.camera.counters();
+    CHECK(c.triggers == 5);
+    CHECK(c.missed_triggers == 3);
+    CHECK(c.frames == 2);
+}
+
+TEST_CASE("edges count only while acquiring and from the chosen source") {
+    CameraBench bench;
+    bench.camera.on_trigger(edge_now(bench, 1));
+    CHECK_FALSE(bench.camera.software_trigger(bench.clock.now()));
+    REQUIRE(bench.camera.acquisition_start());
+    CHECK_FALSE(bench.camera.software_trigger(bench.clock.now()));
+    CameraSettings s = bench.camera.settings();
+    s.trigger_source = TriggerSource::software;
+    REQUIRE(bench.camera.apply(s));
+    bench.camera.on_trigger(edge_now(bench, 2));
+    CHECK(bench.camera.counters().triggers == 0);
+    CHECK(bench.camera.counters().ignored == 4);
+    CHECK(bench.camera.software_trigger(bench.clock.now()));
+    bench.wait_ended(1);
+    CHECK(bench.camera.counters().frames == 1);
+}
+
+TEST_CASE("settings outside the limits change nothing; good ones hold from the next frame on") {
+    CameraBench bench;
+    const CameraSettings before = bench.camera.settings();
+    CameraSettings s = before;
+    s.region = {0, 0, 41, 30};
+    CHECK_FALSE(bench.camera.apply(s));
+    CHECK(bench.camera.settings() == before);
+    s.region = {4, 2, 20, 10};
+    s.exposure_ns = 55 * ns_per_us;
+    s.pixel_format = PixelFormat::mono8;
+    REQUIRE(bench.camera.apply(s));
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 1));
+    bench.wait_ended(1);
+    bench.loopback.stop();
+    REQUIRE(bench.loopback.kept().size() == 1);
+    const FrameInfo& info = bench.loopback.kept()[0]->info;
+    CHECK(info.width == 20);
+    CHECK(info.height == 10);
+    CHECK(info.exposure_ns == 55 * ns_per_us);
+    CHECK(info.windows[0].sensor == Region{4, 2, 20, 10});
+    CHECK(info.pixel_format == PixelFormat::mono8);
+}
+
+TEST_CASE("single and multi frame acquisitions end by themselves, and numbers restart at 1") {
+    CameraBench bench(small_sensor(), 8);
+    CameraSettings s = bench.camera.settings();
+    s.acquisition_mode = AcquisitionMode::multi_frame;
+    s.acquisition_frame_count = 2;
+    REQUIRE(bench.camera.apply(s));
+    std::uint32_t ended = 0;
+    for (int round = 0; round < 2; ++round) {
+        REQUIRE(bench.camera.acquisition_start());
+        for (std::uint64_t id = 1; id <= 2; ++id) {
+            bench.wait_ready();
+            bench.camera.on_trigger(edge_now(bench, id));
+            bench.wait_ended(++ended);
+        }
+        CHECK_FALSE(bench.camera.acquiring());
+        bench.camera.on_trigger(edge_now(bench, 3));
+    }
+    s.acquisition_mode = AcquisitionMode::single_frame;
+    REQUIRE(bench.camera.apply(s));
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 9));
+    bench.wait_ended(++ended);
+    CHECK_FALSE(bench.camera.acquiring());
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 5);
+    const std::uint64_t expected[] = {1, 2, 1, 2, 1};
+    for (std::size_t i = 0; i < 5; ++i)
+        CHECK(kept[i]->info.frame_id == expected[i]);
+    CHECK(bench.camera.counters().ignored == 2);
+}
+
+TEST_CASE("stopping with abort gives up the frame in work, and the next acquisition is whole") {
+    CameraBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    bench.camera.on_trigger(edge_now(bench, 1));
+    render_gate().wait_for_render();
+    bench.camera.acquisition_stop(true);
+    render_gate().open();
+    bench.wait_ended(1);
+    CHECK(bench.camera.counters().abandoned == 1);
+    CHECK(bench.camera.counters().complete == 0);
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 2));
+    bench.wait_ended(2);
+    bench.releaser.wait_idle();
+    CHECK(bench.camera.counters().complete == 1);
+    check_balance(bench.camera.counters());
+}
+
+TEST_CASE("stopping without abort lets the frame in work finish") {
+    CameraBench bench;
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    bench.camera.on_trigger(edge_now(bench, 1));
+    render_gate().wait_for_render();
+    bench.camera.acquisition_stop(false); // returns while the frame is still being rendered
+    CHECK_FALSE(bench.camera.acquiring());
+    render_gate().open();
+    bench.wait_ended(1);
+    bench.releaser.wait_idle();
+    CHECK(bench.camera.counters().complete == 1);
+}
+
+TEST_CASE("an abort does not wait for the end of a long exposure") {
+    CameraBench bench(small_sensor(), 5, [](CameraSettings& s) { s.exposure_ns = 10 * ns_per_s; });
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 1));
+    bench.wait_ready(); // rendered, and now the rows wait for the end of their exposure
+    CHECK(bench.ended == 0);
+    bench.camera.acquisition_stop(true);
+    bench.wait_ended(1);
+    CHECK(bench.camera.counters().abandoned == 1);
+}
+
+TEST_CASE("an empty pool drops the frame, says so, and uses up its number") {
+    CameraBench bench;
+    std::vector<FrameRef> hold;
+    while (FrameRef frame = bench.pool.acquire())
+        hold.push_back(std::move(frame));
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 1));
+    bench.wait_ready();
+    hold.clear();
+    bench.camera.on_trigger(edge_now(bench, 2));
+    bench.wait_ended(1);
+    bench.loopback.stop();
+    REQUIRE(bench.loopback.kept().size() == 1);
+    CHECK(bench.loopback.kept()[0]->info.frame_id == 2);
+    const CameraCounters c = bench.camera.counters();
+    CHECK(c.dropped == 1);
+    check_balance(c);
+    CHECK(bench.log.drain() == 1);
+}
+
+TEST_CASE("in free run the camera ticks by itself, at the rate asked for") {
+    CameraBench bench(small_sensor(), 4, [](CameraSettings& s) {
+        s.trigger_enabled = false;
+        s.frame_rate_hz = 200;
+    });
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 1)); // Line0 does not matter now
+    bench.wait_ended(4);
+    bench.camera.acquisition_stop(false);
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 4);
+    for (std::size_t i = 1; i < 4; ++i) {
+        const std::int64_t span = kept[i]->info.trigger_edge - kept[i - 1]->info.trigger_edge;
+        CHECK(span % (5 * ns_per_ms) == 0); // multiples, should an edge have been missed on a busy machine
+        CHECK(kept[i]->info.frame_id == kept[i - 1]->info.frame_id + 1);
+    }
+    check_balance(bench.camera.counters());
+}
+
+TEST_CASE("no row leaves before its time, and rows that are not ready in time are counted") {
+    CameraBench bench(small_sensor(), 5, [](CameraSettings& s) { s.exposure_ns = 30 * ns_per_ms; });
+    REQUIRE(bench.camera.acquisition_start());
+    const sync::Trigger edge = edge_now(bench, 1);
+    bench.camera.on_trigger(edge);
+    bench.wait_ended(1);
+    CHECK(bench.clock.now() - edge.edge >= 30 * ns_per_ms);
+    bench.releaser.wait_idle();
+    CHECK(bench.releaser.trigger_to_first_row().max_ns() >= 30 * ns_per_ms);
+
+    bench.wait_ready();
+    render_gate().close();
+    const Time now = bench.clock.now();
+    bench.camera.on_trigger({2, now, now});
+    render_gate().wait_for_render();
+    while (bench.clock.now() - now < 32 * ns_per_ms)
+        std::this_thread::yield();
+    render_gate().open();
+    bench.wait_ended(2);
+    bench.releaser.wait_idle();
+    bench.loopback.stop();
+    REQUIRE(bench.loopback.kept().size() == 2);
+    CHECK((bench.loopback.kept()[1]->flags.load() & frame_late) != 0);
+    const CameraCounters c = bench.camera.counters();
+    CHECK(c.late >= 1);
+    CHECK(c.late_rows >= 30);
+}
+
+TEST_CASE("the camera is alive when idle and while bands move, and not when one hangs") {
+    CameraBench bench;
+    CHECK(bench.camera.alive());
+    CHECK(bench.camera.alive());
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    bench.camera.on_trigger(edge_now(bench, 1));
+    render_gate().wait_for_render();
+    (void)bench.camera.alive();
+    CHECK_FALSE(bench.camera.alive());
+    render_gate().open();
+    bench.wait_ended(1);
+    bench.wait_ready();
+    CHECK(bench.camera.alive());
+}

@@ -1,0 +1,71 @@
+#include "tests/unit/emulator/test_renderer.hpp"
+
+#include "renderer/renderer.hpp"
+
+#include <thread>
+#include <utility>
+
+namespace obscura::test {
+
+RenderGate& render_gate() {
+    static RenderGate gate;
+    return gate;
+}
+
+float test_irradiance(std::int32_t x, std::int32_t y, std::int64_t mid_ns, std::uint64_t frame_id) {
+    const auto phase = static_cast<std::uint64_t>(x * 7 + y * 13) +
+                       static_cast<std::uint64_t>(mid_ns / 1000) + frame_id * 101;
+    return static_cast<float>(phase % 997) * 1e-10F;
+}
+
+} // namespace obscura::test
+
+namespace obscura::renderer {
+
+struct Renderer::Impl {
+    scene::Scene scene;
+};
+
+Renderer::Renderer(scene::Scene scene, RenderSettings /*settings*/)
+    : impl_(std::make_unique<Impl>(Impl{std::move(scene)})) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+const scene::Scene& Renderer::scene() const noexcept {
+    return impl_->scene;
+}
+std::size_t Renderer::band_count() const noexcept {
+    return 1;
+}
+
+bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
+                      const std::atomic<bool>* cancel) const {
+    test::RenderGate& gate = test::render_gate();
+    ++gate.waiting;
+    gate.waiting.notify_all();
+    while (gate.closed.load() && !(cancel != nullptr && cancel->load()))
+        std::this_thread::yield();
+    --gate.waiting;
+    if (cancel != nullptr && cancel->load()) return false;
+    ++gate.bands;
+    for (std::int32_t r = 0; r < request.rows; ++r)
+        for (std::int32_t x = 0; x < request.window.width; ++x)
+            irradiance[static_cast<std::size_t>(r * request.window.width + x)] = test::test_irradiance(
+                request.window.x + x, request.window.y + request.first_row + r,
+                request.row_times[static_cast<std::size_t>(r)].mid().ns, request.frame_id);
+    return true;
+}
+
+void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
+    truth.mid_exposure = t;
+    truth.camera.position_m = {to_seconds(t.ns), 0, 0};
+}
+std::uint64_t Renderer::rays_traced() const noexcept {
+    return 0;
+}
+std::uint64_t Renderer::samples_taken() const noexcept {
+    return 0;
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,31 @@
+// A renderer for pipeline tests: light that is known in closed form, and that can be held back.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace obscura::test {
+
+/// Holds every render() back while closed; shared by all renderers of the program.
+struct RenderGate {
+    std::atomic<bool> closed{false};
+    std::atomic<std::uint32_t> waiting{0}; ///< renders that stand at the gate
+    std::atomic<std::uint32_t> bands{0};   ///< bands rendered since the start
+
+    void close() { closed = true; }
+    void open() {
+        closed = false;
+        closed.notify_all();
+    }
+    /// Blocks until a render stands at the gate.
+    void wait_for_render() const {
+        while (waiting.load() == 0)
+            waiting.wait(0);
+    }
+};
+RenderGate& render_gate();
+
+/// What the test renderer shows: W/m2 at sensor pixel (x, y) seen at scene time `mid_ns` in frame `frame_id`.
+float test_irradiance(std::int32_t x, std::int32_t y, std::int64_t mid_ns, std::uint64_t frame_id);
+
+} // namespace obscura::test

@@ -1,0 +1,53 @@
+// A transport that stays in the process: keeps the last frames and calls back, for tests.
+#pragma once
+
+#include "transports/transport.hpp"
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace obscura::transports {
+
+struct LoopbackSettings {
+    std::size_t queue_frames = 4; ///< frames taken and not yet complete; more are dropped
+    std::size_t keep_frames = 0;  ///< complete frames held on to; each one keeps a frame of the pool
+    /// Called on the transport's thread for every frame that came to its end, complete or abandoned.
+    std::function<void(const FrameRef&)> on_frame;
+};
+
+/// Waits for each frame to be filled, in the order of submission.
+class LoopbackTransport final : public Transport {
+public:
+    explicit LoopbackTransport(LoopbackSettings settings);
+    ~LoopbackTransport() override;
+
+    [[nodiscard]] std::string_view name() const override { return "loopback"; }
+    void start() override;
+    void stop() override;
+    bool submit(const FrameRef& frame) noexcept override;
+    [[nodiscard]] TransportCounters counters() const noexcept override;
+
+    /// The frames kept so far, oldest first.
+    [[nodiscard]] std::vector<FrameRef> kept() const;
+
+private:
+    void run();
+
+    const LoopbackSettings settings_;
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    // A ring of fixed size, so that submit() allocates nothing.
+    std::vector<FrameRef> queue_;
+    std::size_t queued_ = 0, head_ = 0;
+    std::deque<FrameRef> kept_;
+    TransportCounters counters_;
+    bool running_ = false;
+    std::thread thread_;
+};
+
+} // namespace obscura::transports
