@@ -15,13 +15,15 @@ if(OBSCURA_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 
 add_library(obscura_options INTERFACE)
-target_include_directories(obscura_options INTERFACE "${PROJECT_SOURCE_DIR}")
+target_include_directories(obscura_options INTERFACE
+    "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/obscura>")
+target_compile_features(obscura_options INTERFACE cxx_std_20)
 target_compile_options(obscura_options INTERFACE
-    -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+    "$<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wnon-virtual-dtor;-Woverloaded-virtual>"
     # Same input, same bytes on every machine: the compiler may not fuse or reorder floating point on its own.
     -ffp-contract=off)
 if(OBSCURA_WERROR)
-    target_compile_options(obscura_options INTERFACE -Werror)
+    target_compile_options(obscura_options INTERFACE "$<BUILD_INTERFACE:-Werror>")
 endif()
 if(OBSCURA_SANITIZE)
     target_compile_options(obscura_options INTERFACE -fsanitize=${OBSCURA_SANITIZE} -fno-omit-frame-pointer

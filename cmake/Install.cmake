@@ -1,0 +1,52 @@
+# What `cmake --install` puts where: programs, shipped scenes, and the libraries with headers and CMake package for
+# programs that build on them. Units and their like are installed by systemd/.
+
+foreach(program obscurad obscura)
+    if(TARGET ${program})
+        install(TARGETS ${program} RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+    endif()
+endforeach()
+
+install(FILES config/demo.toml DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
+install(DIRECTORY config/scenes config/stars DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
+install(FILES README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+if(EXISTS "${PROJECT_SOURCE_DIR}/docs")
+    install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
+endif()
+
+# The libraries. Headers are included as in the source: #include "renderer/renderer.hpp".
+include(CMakePackageConfigHelpers)
+set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/obscura")
+function(obscura_libraries_below folder result)
+    get_property(targets DIRECTORY "${folder}" PROPERTY BUILDSYSTEM_TARGETS)
+    set(found)
+    foreach(target IN LISTS targets)
+        get_target_property(type ${target} TYPE)
+        if(type MATCHES "^(STATIC|INTERFACE)_LIBRARY$")
+            list(APPEND found ${target})
+        endif()
+    endforeach()
+    get_property(folders DIRECTORY "${folder}" PROPERTY SUBDIRECTORIES)
+    foreach(below IN LISTS folders)
+        obscura_libraries_below("${below}" more)
+        list(APPEND found ${more})
+    endforeach()
+    set(${result} ${found} PARENT_SCOPE)
+endfunction()
+set(libraries)
+foreach(folder core config renderer sensors sync transports)
+    obscura_libraries_below("${PROJECT_SOURCE_DIR}/${folder}" more)
+    list(APPEND libraries ${more})
+endforeach()
+install(TARGETS obscura_options ${libraries} EXPORT obscura
+        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+install(EXPORT obscura NAMESPACE obscura:: FILE obscuraTargets.cmake DESTINATION "${package_dir}")
+install(DIRECTORY core config renderer sensors sync transports DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/obscura"
+        FILES_MATCHING PATTERN "*.hpp" PATTERN scenes EXCLUDE PATTERN stars EXCLUDE)
+configure_package_config_file(cmake/obscuraConfig.cmake.in "${PROJECT_BINARY_DIR}/obscuraConfig.cmake"
+                              INSTALL_DESTINATION "${package_dir}")
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/obscuraConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/obscuraConfig.cmake" "${PROJECT_BINARY_DIR}/obscuraConfigVersion.cmake"
+        DESTINATION "${package_dir}")
+install(FILES cmake/Dependencies.cmake DESTINATION "${package_dir}" RENAME obscuraDependencies.cmake)

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Judges the units as systemd itself does: exposure at most 2.0, no unknown setting, no capability, valid account.
+
+Usage: units_test.py UNIT-DIRECTORY SOURCE-DIRECTORY SYSTEM-CONFIGURATION-DIRECTORY
+Exit status 77 (skipped) where systemd's tools are not installed.
+"""
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+units_folder, source, sysconf = (pathlib.Path(argument) for argument in sys.argv[1:4])
+if not shutil.which("systemd-analyze"):
+    print("skipped: systemd-analyze is not installed")
+    sys.exit(77)
+
+complaints = []
+
+
+def run(*command):
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return result.returncode, result.stdout
+
+
+def settings(text, key):
+    """All values of a setting; an empty one resets the list, as systemd does."""
+    values = []
+    for value in re.findall(rf"^{key}=(.*)$", text, re.MULTILINE):
+        values = values + [value] if value else []
+    return values
+
+
+for name in ["obscurad.service", "obscurad@.service"]:
+    text = (units_folder / name).read_text()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        # The program is not installed while the tests run; any that exists serves the check of the rest.
+        runnable = re.sub(r"^(Exec\w+=-?)\S+/obscurad", r"\1/bin/true", text, flags=re.MULTILINE)
+        copy = folder / name.replace("@", "@north")
+        copy.write_text(runnable)
+        status, output = run("systemd-analyze", "--offline=true", "--threshold=20", "--no-pager", "security", str(copy))
+        level = re.search(r"Overall exposure level for \S+: ([\d.]+)", output)
+        print(f"{name}: exposure {level[1] if level else '?'}")
+        if status != 0 or not level:
+            complaints.append(f"{name}: exposure above 2.0\n{output}")
+        status, output = run("systemd-analyze", "--man=no", "--recursive-errors=no", "verify", str(copy))
+        if status != 0 or output.strip():
+            complaints.append(f"{name}: systemd-analyze verify says: {output}")
+
+    if re.search(r"@[A-Z_]+@", text):
+        complaints.append(f"{name}: a placeholder was left")
+    for key in ["CapabilityBoundingSet", "AmbientCapabilities"]:
+        if f"\n{key}=\n" not in text or settings(text, key):
+            complaints.append(f"{name}: {key} must be there and empty")
+    for key, wanted in {
+        "Type": "notify",
+        "WatchdogSec": "5s",
+        "ExecReload": "/bin/kill -HUP $MAINPID",
+        "RestartPreventExitStatus": "78",
+        "StartLimitIntervalSec": "0",
+        "User": "obscura",
+    }.items():
+        if settings(text, key) != [wanted]:
+            complaints.append(f"{name}: {key}={settings(text, key)}, wanted {wanted}")
+    config = sysconf / "obscura" / ("%i.toml" if "@" in name else "obscurad.toml")
+    program = settings(text, "ExecStart")
+    check = settings(text, "ExecStartPre")
+    if len(program) != 1 or not program[0].endswith(f"/obscurad --config {config}"):
+        complaints.append(f"{name}: ExecStart={program} does not start the daemon with {config}")
+    if len(check) != 1 or not check[0].endswith(f"/obscurad --check --config {config}"):
+        complaints.append(f"{name}: ExecStartPre={check} does not check {config}")
+
+# Two services of one machine must not share a folder that systemd removes when one of them stops.
+folders = [
+    settings((units_folder / name).read_text(), "RuntimeDirectory")[0] for name in ["obscurad.service", "obscurad@.service"]
+]
+if folders[1].startswith(folders[0] + "/") or folders[0] == folders[1]:
+    complaints.append(f"the runtime folders {folders} lie within one another")
+
+# Groups that the unit and the rules name exist on Debian or come with the account.
+groups = {"obscura", "video", "plugdev"}
+rules = (source / "systemd/obscura.rules").read_text()
+named = set(re.findall(r'GROUP="(\w+)"', rules))
+for name in ["obscurad.service", "obscurad@.service"]:
+    for line in settings((units_folder / name).read_text(), "SupplementaryGroups"):
+        named |= set(line.split())
+for group in sorted(named - groups):
+    complaints.append(f"group {group} is used but nothing makes it")
+# Every GOTO has its label and every line of the rules is complete (udevadm verify came after Debian 12).
+if set(re.findall(r'GOTO="(\w+)"', rules)) != set(re.findall(r'LABEL="(\w+)"', rules)):
+    complaints.append("obscura.rules: GOTO without LABEL")
+term = r'(?:[A-Z]+(?:\{[\w/]+\})?(?:==|!=|=|\+=|:=)"(?:[^"\\]|\\.)*")'
+for number, line in enumerate(rules.splitlines(), 1):
+    if line and not line.startswith("#") and not re.fullmatch(rf"{term}(?:, {term})*", line):
+        complaints.append(f"obscura.rules:{number}: not a rule: {line}")
+
+if shutil.which("systemd-sysusers"):
+    with tempfile.TemporaryDirectory() as root:
+        status, output = run("systemd-sysusers", f"--root={root}", "--dry-run", str(source / "systemd/obscura.sysusers"))
+        if status != 0 or "obscura" not in output:
+            complaints.append(f"obscura.sysusers: {output}")
+
+print("\n".join(complaints) or "the units pass")
+sys.exit(1 if complaints else 0)
