@@ -1,0 +1,57 @@
+// A triangle mesh in an Embree scene of its own, in its body's frame.
+#pragma once
+
+#include "renderer/embree_compat.hpp"
+#include "renderer/shape.hpp"
+#include "renderer/triangle_mesh.hpp"
+
+#include <memory>
+#include <type_traits>
+
+namespace obscura::renderer {
+
+/// The Embree device, shared by all meshes of a renderer.
+class EmbreeDevice {
+public:
+    /// Throws Error when Embree cannot start.
+    EmbreeDevice();
+
+    [[nodiscard]] RTCDevice get() const { return device_.get(); }
+    [[nodiscard]] bool has_16_wide() const { return has_16_wide_; }
+
+private:
+    struct Release {
+        void operator()(RTCDevice d) const { rtcReleaseDevice(d); }
+    };
+    std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
+    bool has_16_wide_ = false;
+};
+
+/// Embree works in floats, so every ray is first moved, in double precision, to where it enters the body's
+/// bounding sphere: what Embree sees is never larger than the body, wherever the camera is.
+class MeshShape final : public Shape {
+public:
+    /// `mesh` must have passed validate().
+    MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh);
+
+    [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
+    [[nodiscard]] bool shadows_itself() const override { return true; }
+    void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
+    void occlude(RayPacket& rays) const override;
+    void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
+                 SurfacePacket& out) const override;
+
+    [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
+
+private:
+    struct Release {
+        void operator()(RTCScene s) const { rtcReleaseScene(s); }
+    };
+
+    std::shared_ptr<const EmbreeDevice> device_;
+    TriangleMesh mesh_;
+    std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
+    double bounding_radius_m_ = 0;
+};
+
+} // namespace obscura::renderer

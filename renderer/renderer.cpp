@@ -1,0 +1,439 @@
+#include "renderer/renderer.hpp"
+
+#include "renderer/build.hpp"
+#include "renderer/footprint.hpp"
+#include "renderer/motion.hpp"
+#include "renderer/pinhole.hpp"
+#include "renderer/row_state.hpp"
+#include "renderer/sampler.hpp"
+#include "renderer/spectrum.hpp"
+#include "renderer/star_field.hpp"
+#include "renderer/tracer.hpp"
+#include "renderer/vector_math.hpp"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#if defined(__SSE2__)
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <thread>
+
+namespace obscura::renderer {
+namespace {
+
+/// Denormals are flushed while rendering, as Embree asks; the thread's mode is put back at the end.
+class FlushDenormals {
+public:
+#if defined(__SSE2__)
+    FlushDenormals() : saved_(_mm_getcsr()) {
+        _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+        _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+    }
+    ~FlushDenormals() {
+        _mm_setcsr(saved_);
+    }
+
+private:
+    unsigned saved_;
+#else
+    FlushDenormals() = default;
+    ~FlushDenormals() = default;
+
+public:
+#endif
+    FlushDenormals(const FlushDenormals&) = delete;
+    FlushDenormals& operator=(const FlushDenormals&) = delete;
+};
+
+/// What one thread needs to render a row; kept between rows so that nothing is allocated after the first.
+struct Scratch {
+    RowState row;
+    std::vector<double> sunlight;  ///< per pixel of the row, per irradiance of the Sun at 1 au, sr
+    std::vector<double> starlight; ///< bands x pixels, W/m2
+    std::vector<std::int32_t> candidates;
+    RayCounts counts;
+};
+
+/// Stars that some row of a band may show.
+struct StarCandidates {
+    std::vector<std::uint32_t> stars;
+};
+
+/// Index of the first block of 16 pixels; blocks are aligned to the sensor, so that a packet holds the same
+/// rays whatever the window.
+std::int32_t block_of(std::int32_t x) {
+    return x >= 0 ? x / packet_size : -((-x + packet_size - 1) / packet_size);
+}
+
+} // namespace
+
+struct Renderer::Impl {
+    scene::Scene scene;
+    RenderSettings settings;
+    unsigned threads;
+    Pinhole pinhole;
+    Footprint footprint;
+    std::vector<BuiltBody> bodies;
+    StarField stars;
+    std::vector<double> sun_w_m2; ///< per band, at 1 au
+    /// TBB has one worker per core; more threads than that must be asked for.
+    std::optional<tbb::global_control> more_threads;
+    mutable tbb::task_arena arena;
+    mutable tbb::enumerable_thread_specific<Scratch> scratch;
+    mutable std::atomic<std::uint64_t> rays_done{0};
+    mutable std::atomic<std::uint64_t> samples_done{0};
+
+    Impl(scene::Scene s, RenderSettings r)
+        : scene((validate(s), std::move(s))),
+          settings(r),
+          threads(r.threads > 0 ? r.threads : std::max(1u, std::thread::hardware_concurrency())),
+          pinhole(scene.camera),
+          footprint(scene.camera.psf_sigma_px),
+          bodies(build_bodies(scene)),
+          stars(scene.stars, scene.bands),
+          arena(static_cast<int>(threads)) {
+        if (threads > std::thread::hardware_concurrency())
+            more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
+        settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
+        for (const scene::SpectralBand& band : scene.bands)
+            sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
+    }
+
+    void find_stars(const RenderRequest& request, StarCandidates& found) const;
+    void render_row(const RenderRequest& request, const StarCandidates& stars_in_view, std::int32_t r,
+                    std::span<float> irradiance, Scratch& s) const;
+    void trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer, Scratch& s) const;
+    void trace_block(const RenderRequest& request, std::int32_t block, std::int32_t y, Tracer& tracer,
+                     Scratch& s) const;
+    void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, Tracer& tracer,
+                    Scratch& s) const;
+    void splat_stars(const RenderRequest& request, std::int32_t y, const StarCandidates& in_view,
+                     Tracer& tracer, Scratch& s) const;
+};
+
+void Renderer::Impl::find_stars(const RenderRequest& request, StarCandidates& found) const {
+    found.stars.clear();
+    if (stars.size() == 0 || request.row_times.empty()) return;
+    // The field at the middle row, grown by the largest turn of the camera within the band.
+    const auto attitude = [&](const RowTime& t) {
+        return pose_at(scene.camera.motion, to_seconds(t.mid().ns)).orientation;
+    };
+    const Quat middle = attitude(request.row_times[request.row_times.size() / 2]);
+    double turn_rad = 0;
+    for (const RowTime& t : request.row_times) {
+        const double cosine = std::min(1.0, std::abs(dot(middle, attitude(t))));
+        turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
+    }
+    stars.inside(rotate(middle, {0, 0, 1}),
+                 pinhole.field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found.stars);
+}
+
+void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t block, std::int32_t y,
+                                 Tracer& tracer, Scratch& s) const {
+    const std::int32_t first_x = block * packet_size;
+    // Which bodies can be seen from which pixel: the distance to the body's centre on the unit sphere.
+    Doubles x;
+    Doubles row_y;
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] = first_x + i;
+        row_y.v[i] = y;
+    }
+    Vec3s centre;
+    Doubles unused;
+    pinhole.rays(x, row_y, centre, unused);
+    bool covered[packet_size] = {};
+    std::uint32_t samples = 0;
+    s.candidates.clear();
+    for (std::size_t b = 0; b < s.row.bodies.size(); ++b) {
+        const BodyState& body = s.row.bodies[b];
+        bool any = false;
+        for (int i = 0; i < packet_size; ++i) {
+            const Vec3 chord = centre.lane(i) - body.direction;
+            const bool in = length_squared(chord) <= body.reach_chord2;
+            any = any || in;
+            if (in && !body.targeted) covered[i] = true;
+        }
+        if (!any) continue;
+        // Targeted bodies hide what is behind them but shine through splat_body().
+        s.candidates.push_back(static_cast<std::int32_t>(b));
+        if (!body.targeted) samples = std::max(samples, body.samples);
+    }
+    if (samples == 0) return;
+
+    SeedWords seeds[packet_size];
+    for (int i = 0; i < packet_size; ++i)
+        if (covered[i])
+            seeds[i] = seed_words(settings.seed, request.frame_id, SamplePurpose::pixel, first_x + i, y);
+    double sums[packet_size] = {};
+    for (std::uint32_t first = 0; first < samples * packet_size; first += packet_size) {
+        Words index;
+        Words lens_seed;
+        Words light_seed;
+        Lanes active;
+        int pixel[packet_size];
+        for (std::uint32_t i = 0; i < packet_size; ++i) {
+            const std::uint32_t p = (first + i) / samples;
+            pixel[i] = static_cast<int>(p);
+            index.v[i] = (first + i) % samples;
+            active.on[i] = covered[p] ? -1 : 0;
+            lens_seed.v[i] = covered[p] ? seeds[p][0] : 0;
+            light_seed.v[i] = covered[p] ? seeds[p][1] : 0;
+        }
+        if (!active.any()) continue;
+        Doubles u;
+        Doubles v;
+        sobol_pair(index, lens_seed, u, v);
+        Doubles dx;
+        Doubles dy;
+        footprint.offsets(u, dx);
+        footprint.offsets(v, dy);
+        Doubles px;
+        Doubles py;
+        for (int i = 0; i < packet_size; ++i) {
+            px.v[i] = first_x + pixel[i] + dx.v[i];
+            py.v[i] = y + dy.v[i];
+        }
+        Vec3s direction;
+        Doubles solid_angle;
+        pinhole.rays(px, py, direction, solid_angle);
+        HitPacket hits;
+        tracer.intersect(direction, active, s.candidates, hits);
+        s.counts.samples += static_cast<std::uint64_t>(active.count());
+        for (int i = 0; i < packet_size; ++i)
+            if (hits.body[i] >= 0 && s.row.bodies[static_cast<std::size_t>(hits.body[i])].targeted)
+                hits.body[i] = -1;
+        sobol_pair(index, light_seed, u, v);
+        Doubles radiance;
+        tracer.radiance(direction, hits, u, v, radiance);
+        for (int i = 0; i < packet_size; ++i)
+            sums[pixel[i]] += radiance.v[i] * solid_angle.v[i];
+    }
+    for (int i = 0; i < packet_size; ++i) {
+        const std::int32_t column = first_x + i - request.window.x;
+        if (covered[i] && column >= 0 && column < request.window.width)
+            s.sunlight[static_cast<std::size_t>(column)] = sums[i] / samples;
+    }
+}
+
+void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer,
+                                  Scratch& s) const {
+    if (std::none_of(s.row.bodies.begin(), s.row.bodies.end(),
+                     [](const BodyState& b) { return !b.targeted; }))
+        return;
+    const std::int32_t last = block_of(request.window.x + request.window.width - 1);
+    for (std::int32_t block = block_of(request.window.x); block <= last; ++block)
+        trace_block(request, block, y, tracer, s);
+}
+
+void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
+                                Tracer& tracer, Scratch& s) const {
+    const BodyState& body = s.row.bodies[static_cast<std::size_t>(index)];
+    const auto centre = pinhole.project(body.direction);
+    if (!centre) return;
+    const double reach = footprint.splat_reach_px() + 2 * targeted_radius_px;
+    if (std::abs(centre->y - y) > reach || centre->x < request.window.x - reach ||
+        centre->x > request.window.x + request.window.width - 1 + reach)
+        return;
+
+    // Every body whose cone meets this one's can hide it.
+    s.candidates.clear();
+    const double sine = body.cone_sine;
+    for (std::size_t b = 0; b < s.row.bodies.size(); ++b) {
+        const BodyState& other = s.row.bodies[b];
+        const double reach_cos = body.cos_cone * other.cos_cone - sine * other.cone_sine;
+        if (static_cast<std::int32_t>(b) == index || other.cos_cone < 0 ||
+            dot(other.direction, body.direction) >= reach_cos)
+            s.candidates.push_back(static_cast<std::int32_t>(b));
+    }
+    Vec3 e1;
+    Vec3 e2;
+    orthonormal_basis(body.direction, e1, e2);
+    const double one_minus_cos = sine * sine / (1 + body.cos_cone);
+    const SeedWords seeds = seed_words(settings.seed, request.frame_id, SamplePurpose::body, index, 0);
+    const double weight = body.solid_angle_sr / samples_per_target;
+    for (std::uint32_t first = 0; first < samples_per_target; first += packet_size) {
+        Words sample;
+        Words seed0;
+        Words seed1;
+        for (std::uint32_t i = 0; i < packet_size; ++i) {
+            sample.v[i] = first + i;
+            seed0.v[i] = seeds[0];
+            seed1.v[i] = seeds[1];
+        }
+        Doubles u;
+        Doubles v;
+        sobol_pair(sample, seed0, u, v);
+        Vec3s direction;
+        Lanes active;
+        for (int i = 0; i < packet_size; ++i) {
+            const double h = u.v[i] * one_minus_cos;
+            const double sin_theta = std::sqrt(h * (2 - h));
+            double sin_phi;
+            double cos_phi;
+            sincos_turn(v.v[i], sin_phi, cos_phi);
+            direction.set(i, body.direction * (1 - h) + (e1 * cos_phi + e2 * sin_phi) * sin_theta);
+            active.on[i] = -1;
+        }
+        HitPacket hits;
+        tracer.intersect(direction, active, s.candidates, hits);
+        s.counts.samples += packet_size;
+        for (std::int32_t& hit : hits.body)
+            hit = hit == index ? hit : -1;
+        sobol_pair(sample, seed1, u, v);
+        Doubles radiance;
+        tracer.radiance(direction, hits, u, v, radiance);
+        for (int i = 0; i < packet_size; ++i) {
+            if (!(radiance.v[i] > 0)) continue;
+            const auto at = pinhole.project(direction.lane(i));
+            if (!at) continue;
+            const double row_share = footprint.weight(at->y, y);
+            if (row_share == 0) continue;
+            const double value = radiance.v[i] * weight * row_share;
+            const double half = footprint.splat_reach_px();
+            const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - half)));
+            const auto to = std::min(request.window.x + request.window.width - 1,
+                                     static_cast<std::int32_t>(std::ceil(at->x + half)));
+            for (std::int32_t column = from; column <= to; ++column)
+                s.sunlight[static_cast<std::size_t>(column - request.window.x)] +=
+                    value * footprint.weight(at->x, column);
+        }
+    }
+}
+
+void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y, const StarCandidates& in_view,
+                                 Tracer& tracer, Scratch& s) const {
+    const double reach = footprint.splat_reach_px();
+    for (const std::uint32_t star : in_view.stars) {
+        const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
+        const auto at = pinhole.project(direction);
+        if (!at || std::abs(at->y - y) > reach || at->x < request.window.x - reach ||
+            at->x > request.window.x + request.window.width - 1 + reach)
+            continue;
+        s.candidates.clear();
+        for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
+            if (dot(direction, s.row.bodies[b].direction) >= s.row.bodies[b].cos_cone - 1e-12)
+                s.candidates.push_back(static_cast<std::int32_t>(b));
+        if (!s.candidates.empty()) {
+            Vec3s directions;
+            Lanes active{};
+            for (int i = 0; i < packet_size; ++i)
+                directions.set(i, direction);
+            active.on[0] = -1;
+            HitPacket hits;
+            tracer.intersect(directions, active, s.candidates, hits);
+            if (hits.body[0] >= 0) continue;
+        }
+        const double row_share = footprint.weight(at->y, y);
+        const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - reach)));
+        const auto to = std::min(request.window.x + request.window.width - 1,
+                                 static_cast<std::int32_t>(std::ceil(at->x + reach)));
+        for (std::int32_t column = from; column <= to; ++column) {
+            const double share = row_share * footprint.weight(at->x, column);
+            const auto pixel = static_cast<std::size_t>(column - request.window.x);
+            for (std::size_t band = 0; band < scene.bands.size(); ++band)
+                s.starlight[band * static_cast<std::size_t>(request.window.width) + pixel] +=
+                    share * stars.irradiance(star, band);
+        }
+    }
+}
+
+void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidates& stars_in_view,
+                                std::int32_t r, std::span<float> irradiance, Scratch& s) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    const std::int32_t y = request.window.y + request.first_row + r;
+    const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
+    set_row_state(scene, bodies, pinhole, footprint, settings.samples_per_pixel, time_s, s.row);
+    s.sunlight.assign(width, 0);
+    s.starlight.assign(width * scene.bands.size(), 0);
+    Tracer tracer(s.row, scene.sun.radius_m, s.counts);
+    trace_pixels(request, y, tracer, s);
+    for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
+        if (s.row.bodies[b].targeted) splat_body(request, y, static_cast<std::int32_t>(b), tracer, s);
+    splat_stars(request, y, stars_in_view, tracer, s);
+    for (std::size_t band = 0; band < scene.bands.size(); ++band) {
+        float* out = irradiance.data() +
+                     (band * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
+        for (std::size_t x = 0; x < width; ++x)
+            out[x] = static_cast<float>(s.sunlight[x] * sun_w_m2[band] + s.starlight[band * width + x]);
+    }
+}
+
+Renderer::Renderer(scene::Scene scene, RenderSettings settings)
+    : impl_(std::make_unique<Impl>(std::move(scene), settings)) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+const scene::Scene& Renderer::scene() const noexcept {
+    return impl_->scene;
+}
+
+std::size_t Renderer::band_count() const noexcept {
+    return impl_->scene.bands.size();
+}
+
+bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
+                      const std::atomic<bool>* cancel) const {
+    assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
+    assert(irradiance.size() == band_count() * static_cast<std::size_t>(request.rows) *
+                                    static_cast<std::size_t>(request.window.width));
+    std::atomic<bool> complete{true};
+    StarCandidates stars;
+    impl_->find_stars(request, stars);
+    impl_->arena.execute([&] {
+        tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, request.rows),
+                          [&](const tbb::blocked_range<std::int32_t>& rows) {
+                              const FlushDenormals flush;
+                              Scratch& scratch = impl_->scratch.local();
+                              for (std::int32_t r = rows.begin(); r != rows.end(); ++r) {
+                                  if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
+                                      complete.store(false, std::memory_order_relaxed);
+                                      return;
+                                  }
+                                  impl_->render_row(request, stars, r, irradiance, scratch);
+                              }
+                              impl_->rays_done.fetch_add(scratch.counts.rays, std::memory_order_relaxed);
+                              impl_->samples_done.fetch_add(scratch.counts.samples,
+                                                            std::memory_order_relaxed);
+                              scratch.counts = {};
+                          });
+    });
+    return complete.load();
+}
+
+void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
+    const double time_s = to_seconds(t.ns);
+    truth.mid_exposure = t;
+    truth.camera = pose_at(impl_->scene.camera.motion, time_s);
+    truth.sun_position_m = impl_->scene.sun.position_m;
+    truth.seed = impl_->settings.seed;
+    const auto& bodies = impl_->scene.bodies;
+    truth.body_count = static_cast<std::uint32_t>(std::min(bodies.size(), max_truth_bodies));
+    for (std::uint32_t i = 0; i < truth.body_count; ++i) {
+        BodyTruth& body = truth.bodies[i];
+        body.name.fill('\0');
+        const std::string& name = bodies[i].name;
+        std::copy_n(name.begin(), std::min(name.size(), body.name.size() - 1), body.name.begin());
+        body.pose = pose_at(bodies[i].motion, time_s);
+    }
+}
+
+std::uint64_t Renderer::rays_traced() const noexcept {
+    return impl_->rays_done.load(std::memory_order_relaxed);
+}
+
+std::uint64_t Renderer::samples_taken() const noexcept {
+    return impl_->samples_done.load(std::memory_order_relaxed);
+}
+
+} // namespace obscura::renderer

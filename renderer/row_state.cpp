@@ -1,0 +1,98 @@
+#include "renderer/row_state.hpp"
+
+#include "renderer/motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+Mat3 product(const Mat3& a, const Mat3& b) {
+    Mat3 c;
+    for (int r = 0; r < 3; ++r)
+        for (int k = 0; k < 3; ++k)
+            c.m[r][k] = a.m[r][0] * b.m[0][k] + a.m[r][1] * b.m[1][k] + a.m[r][2] * b.m[2][k];
+    return c;
+}
+
+/// Whether `b` can reach into the hull of the spheres of `a` and the Sun.
+bool may_shade(const BodyState& a, const BodyState& b, Vec3 sun_m, double sun_radius_m) {
+    const Vec3 axis = sun_m - a.position_m;
+    const double axis_length = length(axis);
+    const double ra = a.shape->bounding_radius_m();
+    const double rb = b.shape->bounding_radius_m();
+    const Vec3 offset = b.position_m - a.position_m;
+    if (length(offset) <= ra + rb) return true;
+    const double along = std::clamp(dot(offset, axis) / (axis_length * axis_length), 0.0, 1.0);
+    const double slope = std::abs(sun_radius_m - ra) / axis_length;
+    const double hull = (ra + (sun_radius_m - ra) * along) * std::sqrt(1 + slope * slope) + slope * rb;
+    return length(offset - along * axis) <= hull + rb * std::sqrt(1 + slope * slope);
+}
+
+} // namespace
+
+void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Pinhole& pinhole,
+                   const Footprint& footprint, std::uint32_t samples_per_pixel, double time_s,
+                   RowState& row) {
+    row.camera = pose_at(scene.camera.motion, time_s);
+    const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
+    row.camera_from_inertial = transposed(inertial_from_camera);
+    row.bodies.resize(bodies.size());
+    // The farthest a displaced sample can lie from its pixel's centre.
+    const double margin_rad = (footprint.reach_px() + 1e-6) * std::numbers::sqrt2 * pinhole.pixel_angle_rad();
+
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const BuiltBody& built = bodies[i];
+        BodyState& s = row.bodies[i];
+        const Pose pose = pose_at(built.motion, time_s);
+        s.shape = built.shape.get();
+        s.material = built.material.get();
+        s.position_m = pose.position_m;
+        s.to_inertial = to_matrix(pose.orientation);
+        const Mat3 from_inertial = transposed(s.to_inertial);
+        s.from_camera = product(from_inertial, inertial_from_camera);
+        s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
+        s.sun_m = from_inertial * (scene.sun.position_m - pose.position_m);
+        s.occluders.clear();
+
+        const Vec3 to_body = pose.position_m - row.camera.position_m;
+        const double distance = length(to_body);
+        const double radius = s.shape->bounding_radius_m();
+        if (distance <= radius) {
+            s.direction = {0, 0, 1};
+            s.cone_sine = 1;
+            s.cos_cone = -1;
+            s.reach_chord2 = 5;
+            s.solid_angle_sr = 4 * std::numbers::pi;
+            s.targeted = false;
+            s.samples = samples_per_pixel;
+            continue;
+        }
+        s.direction = row.camera_from_inertial * (to_body / distance);
+        s.cone_sine = radius / distance;
+        s.cos_cone = std::sqrt(std::max(0.0, 1 - s.cone_sine * s.cone_sine));
+        s.solid_angle_sr =
+            2 * std::numbers::pi * (s.cone_sine * s.cone_sine / (1 + s.cos_cone)); // 2 pi (1 - cos)
+        const double angle = std::asin(s.cone_sine);
+        const double half = (angle + margin_rad) / 2;
+        s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
+        const double radius_px = angle / pinhole.pixel_angle_rad();
+        s.targeted = radius_px < targeted_radius_px;
+        s.samples = 0;
+        if (!s.targeted) {
+            const double wanted = samples_per_body / (std::numbers::pi * radius_px * radius_px);
+            s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
+        }
+    }
+    for (std::size_t a = 0; a < bodies.size(); ++a) {
+        if (row.bodies[a].material == nullptr) continue;
+        for (std::size_t b = 0; b < bodies.size(); ++b)
+            if (b != a && row.bodies[b].material != nullptr &&
+                may_shade(row.bodies[a], row.bodies[b], scene.sun.position_m, scene.sun.radius_m))
+                row.bodies[a].occluders.push_back(static_cast<std::int32_t>(b));
+    }
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,62 @@
+// Everything about one row's instant: poses, frames and who can shade whom.
+#pragma once
+
+#include "core/geometry.hpp"
+#include "core/scene.hpp"
+#include "renderer/footprint.hpp"
+#include "renderer/material.hpp"
+#include "renderer/pinhole.hpp"
+#include "renderer/shape.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// A body as built from its description; the Sun is one of them, with no material.
+struct BuiltBody {
+    std::shared_ptr<const Shape> shape;
+    std::shared_ptr<const Material> material; ///< none: the body is the Sun
+    scene::Motion motion;
+};
+
+/// A body at the row's instant.
+struct BodyState {
+    const Shape* shape = nullptr;
+    const Material* material = nullptr;
+    Mat3 to_inertial;     ///< body frame -> inertial axes
+    Mat3 from_camera;     ///< camera frame -> body frame
+    Vec3 camera_m;        ///< the camera in the body frame
+    Vec3 sun_m;           ///< the Sun's centre in the body frame
+    Vec3 position_m;      ///< inertial
+    Vec3 direction;       ///< unit, camera frame, to the body's centre
+    double cone_sine = 1; ///< of the bounding sphere's half angle
+    double cos_cone = -1; ///< of that angle; -1 when the camera is inside
+    /// Squared chord (distance between unit vectors) of that angle grown by what the footprint reaches: exact
+    /// for the smallest cones, where cosines are not. 5: everywhere.
+    double reach_chord2 = 5;
+    double solid_angle_sr = 0;
+    std::uint32_t samples = 0;           ///< per pixel; 0: not seen in pixels
+    bool targeted = false;               ///< smaller than pixels: sampled itself, then splatted
+    std::vector<std::int32_t> occluders; ///< bodies that may stand between it and the Sun
+};
+
+struct RowState {
+    Pose camera;
+    Mat3 camera_from_inertial;
+    std::vector<BodyState> bodies;
+};
+
+/// Bodies with a bounding sphere smaller than this are targeted.
+constexpr double targeted_radius_px = 3;
+/// A resolved body gets at least this many samples in all, so that its noise does not depend on its size.
+constexpr double samples_per_body = 16384;
+/// Samples of a targeted body.
+constexpr std::uint32_t samples_per_target = 1024;
+
+/// Fills `row` for `time_s` of scene time. Re-uses its vectors.
+void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Pinhole& pinhole,
+                   const Footprint& footprint, std::uint32_t samples_per_pixel, double time_s, RowState& row);
+
+} // namespace obscura::renderer

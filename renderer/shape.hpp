@@ -1,0 +1,29 @@
+// The one interface of everything that has a surface.
+#pragma once
+
+#include "renderer/packet.hpp"
+
+#include <memory>
+
+namespace obscura::renderer {
+
+/// A surface in its own (body) frame, metres. Immutable; any thread may call any member.
+class Shape {
+public:
+    virtual ~Shape() = default;
+
+    /// Radius of the sphere about the origin that holds the whole shape.
+    [[nodiscard]] virtual double bounding_radius_m() const = 0;
+    /// Whether a point of the surface can lie in the shadow of another point of the same surface's lit side.
+    [[nodiscard]] virtual bool shadows_itself() const = 0;
+
+    /// Nearest hits of the active rays, 0 < t < hits.t. Writes t, primitive, u, v and `body` where nearer.
+    virtual void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const = 0;
+    /// Switches off the active lanes that meet the surface at 0 < t < t_max.
+    virtual void occlude(RayPacket& rays) const = 0;
+    /// The surface at the hits of `body`; the normals face the ray's origin.
+    virtual void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
+                         SurfacePacket& out) const = 0;
+};
+
+} // namespace obscura::renderer
