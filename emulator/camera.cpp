@@ -14,12 +14,11 @@ Time nominal_scene_time(const CameraSettings& settings, sync::RationalRate trigg
 }
 
 Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser, FramePool& pool,
-               std::vector<transports::Transport*> transports, const Clock& clock, LogRing& log)
+               const Clock& clock, LogRing& log)
     : config_(config),
       maker_(maker),
       releaser_(releaser),
       pool_(pool),
-      transports_(std::move(transports)),
       clock_(clock),
       log_(log),
       settings_(config.initial),

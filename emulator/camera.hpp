@@ -60,11 +60,13 @@ struct CameraCounters {
 /// on_trigger() is the camera's Line0 and may be called on a real-time thread.
 class Camera final : public CameraControl, public sync::TriggerSink {
 public:
-    /// The references must outlive the camera; `transports` must be started before frames are to flow. `log`
-    /// receives what real-time threads have to say.
+    /// The references must outlive the camera. `log` receives what real-time threads have to say.
     Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser, FramePool& pool,
-           std::vector<transports::Transport*> transports, const Clock& clock, LogRing& log);
+           const Clock& clock, LogRing& log);
     ~Camera() override;
+
+    /// Frames go to `transport`, too, which must outlive the camera. Before the first acquisition_start().
+    void add_transport(transports::Transport& transport) { transports_.push_back(&transport); }
 
     [[nodiscard]] CameraLimits limits() const override { return config_.limits; }
     [[nodiscard]] CameraSettings settings() const override;
@@ -119,7 +121,7 @@ private:
     FrameMaker& maker_;
     Releaser& releaser_;
     FramePool& pool_;
-    const std::vector<transports::Transport*> transports_;
+    std::vector<transports::Transport*> transports_;
     const Clock& clock_;
     LogRing& log_;
 

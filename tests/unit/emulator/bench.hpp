@@ -60,7 +60,8 @@ struct CameraBench : MakerBench {
                     }}),
           releaser({static_cast<std::size_t>(description.readout.height), 0, 250 * ns_per_us},
                    std::make_unique<MonotonicClock>()),
-          camera(config(description, adjust), maker, releaser, pool, {&loopback}, clock, log) {
+          camera(config(description, adjust), maker, releaser, pool, clock, log) {
+        camera.add_transport(loopback);
         loopback.start();
     }
     ~CameraBench() {

@@ -1,0 +1,106 @@
+#include "emulator/assemble.hpp"
+
+#include "core/error.hpp"
+#include "emulator/releaser.hpp"
+#include "sync/registry.hpp"
+#include "transports/file/file_sink.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+namespace obscura::emulator {
+
+CameraLimits camera_limits(const SensorDescription& sensor) {
+    CameraLimits limits;
+    limits.sensor_width = sensor.readout.width;
+    limits.sensor_height = sensor.readout.height;
+    limits.adc_bits = sensor.detector.adc_bits;
+    return limits;
+}
+
+Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities) {
+    camera.initial = config::camera_settings(config);
+    camera.limits = camera_limits(config.sensor);
+    camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
+    camera.trigger_rate = sync::rational_rate(config.trigger.rate_hz);
+    if (const std::string complaint = explain_invalid(camera.initial, camera.limits); !complaint.empty())
+        throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
+
+    renderer = std::make_unique<renderer::Renderer>(
+        config.scene,
+        renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
+                                 static_cast<std::uint32_t>(config.render.threads), config.daemon.seed});
+    detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
+                                                   config.scene.camera.aperture_m, config.daemon.seed);
+    maker = std::make_unique<FrameMaker>(
+        *renderer, *detector, config.sensor, clock,
+        FrameMakerSettings{config.render.band_rows, config.daemon.seed, priorities.detector});
+    const auto rows = static_cast<std::size_t>(config.sensor.readout.height);
+    pool = std::make_unique<FramePool>(pool_frames,
+                                       rows * static_cast<std::size_t>(config.sensor.readout.width), rows);
+}
+
+FrameOrder Imaging::nominal_order(std::uint64_t frame_id) const {
+    FrameOrder order;
+    order.frame_id = order.trigger_id = frame_id;
+    order.settings = camera.initial;
+    order.scene_time = nominal_scene_time(camera.initial, camera.trigger_rate, frame_id);
+    order.trigger_edge = order.seen = order.scene_time;
+    return order;
+}
+
+std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config,
+                                                         const Priorities& priorities) {
+    sync::SourceSettings settings;
+    settings.kind = config.trigger.source;
+    settings.rate_hz = config.trigger.rate_hz;
+    settings.phase_ns = std::llround(config.trigger.phase_ms * static_cast<double>(ns_per_ms));
+    settings.priority = priorities.trigger;
+    return sync::make_source(settings);
+}
+
+namespace {
+
+using TransportPtr = std::unique_ptr<transports::Transport>;
+
+TransportPtr make_file(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
+                       const Priorities& /*priorities*/) {
+    if (!config.file.enabled) return nullptr;
+    const std::filesystem::path directory = config.file.directory;
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error)
+        throw OutputError(fmt::format("{}: file.directory: cannot make {}: {}", config.source.string(),
+                                      directory.string(), error.message()));
+    return std::make_unique<transports::FileSink>(
+        transports::FileSinkSettings{directory, transports::frame_format(config.file.format),
+                                     static_cast<std::size_t>(config.file.queue_frames)});
+}
+
+// One line for each kind of transport.
+constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const Priorities&) = {
+    make_file,
+};
+
+} // namespace
+
+std::vector<TransportPtr> make_transports(const config::Config& config, CameraControl& control,
+                                          const Clock& clock, const Priorities& priorities) {
+    std::vector<TransportPtr> made;
+    for (const auto make : makers)
+        if (TransportPtr transport = make(config, control, clock, priorities))
+            made.push_back(std::move(transport));
+    return made;
+}
+
+std::size_t frames_needed(const config::Config& config) {
+    std::size_t frames = Releaser::frames_in_flight + 1;
+    if (config.gige.enabled) frames += static_cast<std::size_t>(config.gige.history_frames) + 2;
+    if (config.file.enabled) frames += static_cast<std::size_t>(config.file.queue_frames);
+    return frames;
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,65 @@
+// From a configuration to the objects that make frames, and to the transports that take them away.
+#pragma once
+
+#include "config/config.hpp"
+#include "core/clock.hpp"
+#include "emulator/camera.hpp"
+#include "emulator/frame_maker.hpp"
+#include "renderer/renderer.hpp"
+#include "sensors/sensor.hpp"
+#include "sync/sync.hpp"
+#include "transports/transport.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// SCHED_FIFO priorities of the threads with deadlines; 0: ordinary scheduling. Rendering is never among
+/// them: a thread that computes for tens of milliseconds under SCHED_FIFO starves everything else on its
+/// core.
+struct Priorities {
+    int trigger = 0, release = 0, transmit = 0, detector = 0;
+};
+constexpr Priorities realtime_priorities{80, 75, 70, 65};
+
+/// What makes frames, from light to numbers, without triggers and transports. This is all that an offline
+/// capture needs:
+///
+///     Imaging imaging(config);
+///     const FrameRef frame = imaging.pool->acquire();
+///     const std::string refusal = imaging.maker->make(imaging.nominal_order(1), *frame);
+///
+/// gives byte for byte the first frame that obscurad sends with the same configuration.
+struct Imaging {
+    /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor. Throws Error.
+    Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities = {});
+
+    /// The order for frame `frame_id` with the configuration's own camera settings, in nominal scene time.
+    /// The scheduling clock is made to agree with the scene's.
+    [[nodiscard]] FrameOrder nominal_order(std::uint64_t frame_id) const;
+
+    MonotonicClock clock;
+    CameraConfig camera;
+    std::unique_ptr<renderer::Renderer> renderer;
+    std::unique_ptr<sensors::Detector> detector;
+    std::unique_ptr<FrameMaker> maker;
+    std::unique_ptr<FramePool> pool;
+};
+
+/// The limits that a sensor sets to the settings of its camera.
+[[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor);
+
+/// The source wired to Line0, or null. Throws ConfigError.
+[[nodiscard]] std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config,
+                                                                       const Priorities& priorities);
+
+/// Every transport the configuration enables, none of them started. Throws Error.
+[[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>
+make_transports(const config::Config& config, CameraControl& control, const Clock& clock,
+                const Priorities& priorities);
+
+/// Frames of the pool that the enabled transports and the pipeline may hold at one time.
+[[nodiscard]] std::size_t frames_needed(const config::Config& config);
+
+} // namespace obscura::emulator

@@ -1,0 +1,114 @@
+#include "emulator/daemon.hpp"
+
+#include "core/error.hpp"
+#include "core/realtime.hpp"
+#include "emulator/statistics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+// Which priorities the threads get, with the reason in the log when they get none.
+Priorities choose_priorities(const std::string& wish) {
+    if (wish == "off") {
+        log_info("real time: off, as configured; deadlines are met as well as ordinary scheduling allows");
+        return {};
+    }
+    const RealtimeGrant grant = realtime_permitted(realtime_priorities.trigger);
+    if (grant.granted) return realtime_priorities;
+    if (wish == "required")
+        throw HardwareError(fmt::format(
+            "daemon.realtime: \"required\", but {}; allowed with \"auto\", CAP_SYS_NICE or LimitRTPRIO >= {}",
+            grant.why, realtime_priorities.trigger));
+    log_warning(
+        "real time: not permitted ({}); running with ordinary scheduling, expect late frames on a busy "
+        "machine",
+        grant.why);
+    return {};
+}
+
+} // namespace
+
+Daemon::Daemon(config::Config config) : config_(std::move(config)) {
+    priorities_ = choose_priorities(config_.daemon.realtime);
+    auto frames = static_cast<std::size_t>(config_.daemon.pool_frames);
+    if (const std::size_t needed = frames_needed(config_); frames < needed) {
+        log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
+                    needed);
+        frames = needed;
+    }
+    imaging_ = std::make_unique<Imaging>(config_, frames, priorities_);
+    ReleaserSettings release;
+    release.max_rows = static_cast<std::size_t>(config_.sensor.readout.height);
+    release.priority = priorities_.release;
+    releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>());
+    camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
+                                       imaging_->clock, log_);
+    transports_ = make_transports(config_, *camera_, imaging_->clock, priorities_);
+    for (const auto& transport : transports_)
+        camera_->add_transport(*transport);
+    source_ = make_trigger_source(config_, priorities_);
+}
+
+Daemon::~Daemon() {
+    stop();
+    // Transports let go of their frames before camera, releaser and pool go.
+    transports_.clear();
+}
+
+void Daemon::start() {
+    if (priorities_.trigger > 0) {
+        const RealtimeGrant locked = lock_memory();
+        if (locked.granted)
+            log_info("real time: SCHED_FIFO and locked memory");
+        else if (config_.daemon.realtime == "required")
+            throw HardwareError(fmt::format("daemon.realtime: \"required\", but {}", locked.why));
+        else
+            log_warning("real time: SCHED_FIFO, but memory can be paged out ({})", locked.why);
+    }
+    running_ = true;
+    try {
+        for (const auto& transport : transports_)
+            transport->start();
+        if (source_) source_->start(*camera_);
+    } catch (...) {
+        stop();
+        throw;
+    }
+    if (config_.daemon.autostart || !config_.gige.enabled) camera_->acquisition_start();
+}
+
+void Daemon::stop() {
+    if (!std::exchange(running_, false)) return;
+    if (source_) source_->stop();
+    camera_->acquisition_stop(true);
+    for (auto transport = transports_.rbegin(); transport != transports_.rend(); ++transport)
+        (*transport)->stop();
+    tick();
+}
+
+std::string Daemon::address() const {
+    return address_;
+}
+
+void Daemon::tick() {
+    log_.drain();
+}
+
+bool Daemon::alive() {
+    return camera_->alive();
+}
+
+std::string Daemon::summary() const {
+    return summary_line(*camera_, transports_);
+}
+
+std::string Daemon::statistics_json() const {
+    return statistics_to_json(*camera_, *releaser_, transports_);
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,158 @@
+// The daemon's main program: command line, signals, start in order, end in reverse.
+#include "config/config.hpp"
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "emulator/daemon.hpp"
+#include "emulator/service_notify.hpp"
+#include "emulator/version.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace {
+
+using namespace obscura;
+
+struct Options {
+    std::string config_file;
+    std::string ready_file;
+    std::string statistics_file;
+    bool check = false;
+    bool print_config = false;
+};
+
+// Written beside the target and renamed, so that nobody reads half of it.
+void write_whole(const std::string& file, const std::string& text) {
+    const std::string temporary = fmt::format("{}.{}", file, ::getpid());
+    std::ofstream out(temporary, std::ios::binary);
+    out << text;
+    out.close();
+    std::error_code error;
+    if (out) std::filesystem::rename(temporary, file, error);
+    if (!out || error) {
+        std::filesystem::remove(temporary, error);
+        throw OutputError(fmt::format("{}: cannot be written", file));
+    }
+}
+
+LogLevel level_of(const std::string& name) {
+    if (name == "error") return LogLevel::error;
+    if (name == "warning") return LogLevel::warning;
+    if (name == "notice") return LogLevel::notice;
+    if (name == "debug") return LogLevel::debug;
+    return LogLevel::info;
+}
+
+// Signals are taken one by one in serve(); every thread made later inherits the mask.
+sigset_t block_signals() {
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP})
+        sigaddset(&set, signal);
+    pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
+    return set;
+}
+
+// Runs until a signal asks for the end.
+void serve(emulator::Daemon& daemon, const sigset_t& signals) {
+    const MonotonicClock clock;
+    const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
+    Time next_beat = clock.now();
+    for (;;) {
+        const timespec tick{0, 100 * ns_per_ms};
+        const int signal = sigtimedwait(&signals, nullptr, &tick);
+        daemon.tick();
+        if (signal == SIGTERM || signal == SIGINT) {
+            log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+            return;
+        }
+        if (signal == SIGHUP) log_warning("SIGHUP: the configuration is read at the start only");
+        // A third of the time allowed, so that one beat may be lost; withheld when a worker hangs.
+        if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
+            emulator::notify_service_manager("WATCHDOG=1");
+            next_beat = clock.now() + watchdog_ns / 3;
+        }
+    }
+}
+
+int run(const Options& options) {
+    const sigset_t signals = block_signals();
+    const config::Config config = config::load(options.config_file);
+    if (options.print_config) {
+        std::fputs(config::print(config).c_str(), stdout);
+        return exit_ok;
+    }
+    set_log_level(level_of(config.daemon.log_level));
+    if (options.check) {
+        const emulator::Imaging everything_loads(config, 1);
+        fmt::print("{}: good\n", options.config_file);
+        return exit_ok;
+    }
+    log_info("obscurad {} starting with {}", emulator::version, config.source.string());
+    emulator::Daemon daemon(config);
+    daemon.start();
+    const std::string ready = fmt::format("ready {}\n", daemon.address());
+    std::fputs(ready.c_str(), stdout);
+    std::fflush(stdout);
+    if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
+    emulator::notify_service_manager("READY=1");
+
+    serve(daemon, signals);
+
+    emulator::notify_service_manager("STOPPING=1");
+    daemon.stop();
+    log_notice("{}", daemon.summary());
+    if (!options.statistics_file.empty()) write_whole(options.statistics_file, daemon.statistics_json());
+    return exit_ok;
+}
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    CLI::App app{
+        "The camera emulator: renders a scene on every trigger and streams the frames.\n"
+        "Stops on SIGTERM or SIGINT. Exit status: 0 good, 64 command line, 66 input file, 69 interface or\n"
+        "device, 74 output, 78 configuration.",
+        "obscurad"};
+    Options options;
+    app.add_option("-c,--config", options.config_file, "Configuration file (TOML)")
+        ->type_name("FILE")
+        ->required();
+    app.add_flag("--check", options.check, "Read the configuration and everything it names, then leave");
+    app.add_flag("--print-config", options.print_config,
+                 "Print the effective configuration with every key, its range and meaning, then leave");
+    app.add_option("--ready-file", options.ready_file, "Write \"ready ADDRESS:PORT\" to FILE when serving")
+        ->type_name("FILE");
+    app.add_option("--stats", options.statistics_file,
+                   "Write counters and latencies to FILE (JSON) at the end")
+        ->type_name("FILE");
+    app.set_version_flag("-V,--version", fmt::format("obscurad {}", emulator::version));
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? exit_ok : exit_usage;
+    }
+    try {
+        return run(options);
+    } catch (const Error& e) {
+        fmt::print(stderr, "{}\n", e.what());
+        return e.status();
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr,
+                   "out of memory: fewer pool frames (daemon.pool_frames) or a smaller sensor may help\n");
+        return exit_hardware;
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "internal error: {}\n", e.what());
+        return exit_software;
+    }
+}

@@ -1,0 +1,23 @@
+// What a run came to, as a line for people and as JSON for machines.
+#pragma once
+
+#include "emulator/camera.hpp"
+#include "emulator/releaser.hpp"
+#include "transports/transport.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace obscura::emulator {
+
+using TransportList = std::vector<std::unique_ptr<transports::Transport>>;
+
+[[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
+
+/// {"camera": {counters...}, "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max"}, ...},
+///  "transports": {"gige": {...}, ...}}
+[[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
+                                             const TransportList& transports);
+
+} // namespace obscura::emulator
