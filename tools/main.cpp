@@ -1,0 +1,77 @@
+// obscura VERB ...: the command line beside the daemon.
+#include "tools/interrupt.hpp"
+#include "tools/verb.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#ifndef OBSCURA_VERSION
+#error "OBSCURA_VERSION comes from the build"
+#endif
+
+namespace {
+
+using namespace obscura;
+using namespace obscura::tools;
+
+void print_help() {
+    std::string out = "obscura - renders, captures and receives the frames of an emulated space camera\n\n"
+                      "Usage: obscura VERB [ARGUMENT]...\n\nVerbs:\n";
+    for (const VerbEntry& entry : verbs()) {
+        CommandLine line;
+        entry.make()->declare(line);
+        out += fmt::format("  {:<10} {}\n", entry.name, line.summary);
+    }
+    out += "\n`obscura VERB --help` explains a verb, with examples. The camera itself is the daemon:\n"
+           "`obscurad --help`.\n\n"
+           "First steps:\n"
+           "  obscura check config/demo.toml                        # is the configuration sound?\n"
+           "  obscura render config/scenes/demo.toml -o demo.exr    # what the camera would see, W/m2\n"
+           "  obscurad --config config/demo.toml &                  # start the camera\n"
+           "  obscura grab --address 127.0.0.1 --frames 25 -o out   # receive frames from it\n";
+    std::fputs(out.c_str(), stdout);
+}
+
+int run(const std::vector<std::string>& arguments) {
+    if (arguments.empty()) throw UsageError("obscura: a verb is missing (try: obscura --help)");
+    catch_interrupts();
+    const std::string& verb = arguments.front();
+    if (verb == "--help" || verb == "-h" || verb == "help") {
+        print_help();
+        return exit_ok;
+    }
+    if (verb == "--version" || verb == "-V") {
+        fmt::print("obscura {}\n", OBSCURA_VERSION);
+        return exit_ok;
+    }
+    std::string known;
+    for (const VerbEntry& entry : verbs()) {
+        known += fmt::format("{}{}", known.empty() ? "" : ", ", entry.name);
+        if (entry.name != verb) continue;
+        const std::unique_ptr<Verb> made = entry.make();
+        CommandLine line;
+        made->declare(line);
+        if (!line.parse(verb, {arguments.begin() + 1, arguments.end()})) return exit_ok;
+        return made->run();
+    }
+    throw UsageError(fmt::format("obscura: unknown verb \"{}\", allowed {} (try: obscura --help)",
+                                 verb.substr(0, 60), known));
+}
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    try {
+        return run(std::vector<std::string>(argv + 1, argv + argc));
+    } catch (const Error& error) {
+        fmt::print(stderr, "{}\n", error.what());
+        return error.status();
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "obscura: internal error: {}\n", error.what());
+        return exit_software;
+    }
+}

@@ -1,0 +1,30 @@
+// A progress line with the time left, on a terminal only.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace obscura::tools {
+
+/// Writes "what  43 %  12 s left" to standard error when that is a terminal, at most ten times a second, and
+/// wipes it at the end. One thread.
+class Progress {
+public:
+    Progress(std::string what, std::uint64_t total);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    void done(std::uint64_t units);
+
+private:
+    using Clock = std::chrono::steady_clock;
+    std::string what_;
+    std::uint64_t total_;
+    bool terminal_;
+    bool shown_ = false;
+    Clock::time_point start_ = Clock::now(), last_{};
+};
+
+} // namespace obscura::tools

@@ -1,0 +1,39 @@
+// Figures for people (a table) or for machines (one JSON object).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace obscura::tools {
+
+/// An ordered list of named figures. `key` is the JSON name, `label` what people read.
+class Report {
+public:
+    void add(std::string_view key, std::string_view label, std::int64_t value);
+    void add(std::string_view key, std::string_view label, std::string_view value);
+    void add(std::string_view key, std::string_view label, bool value);
+    /// A missing value is null in JSON and "-" in the table.
+    void add(std::string_view key, std::string_view label, std::optional<double> value, std::string_view unit,
+             int decimals);
+
+    [[nodiscard]] std::string table() const;
+    [[nodiscard]] std::string json() const;
+    /// Writes one of the two to standard output.
+    void print(bool as_json) const;
+
+private:
+    struct Line {
+        std::string key, label, text;
+        std::variant<std::monostate, std::int64_t, double, bool, std::string> value;
+    };
+    std::vector<Line> lines_;
+};
+
+/// The `percent` percentile of `values` (nearest rank), or nothing when there are none.
+[[nodiscard]] std::optional<double> percentile(std::vector<double> values, double percent);
+
+} // namespace obscura::tools

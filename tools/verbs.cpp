@@ -1,0 +1,16 @@
+#include "tools/verb.hpp"
+
+#include <array>
+
+namespace obscura::tools {
+
+std::span<const VerbEntry> verbs() {
+    static constexpr std::array table{
+        VerbEntry{"render", make_render},
+        VerbEntry{"grab", make_grab},
+        VerbEntry{"check", make_check},
+    };
+    return table;
+}
+
+} // namespace obscura::tools
