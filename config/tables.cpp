@@ -5,6 +5,21 @@ namespace {
 
 constexpr double micro = 1e-6;
 
+/// A key whose words stand for the values of an enumeration.
+template<typename Enum>
+Word word(Enum& target, std::vector<std::pair<std::string_view, Enum>> words) {
+    const auto set = [&target, words](std::string_view name) {
+        for (const auto& [text, value] : words)
+            if (text == name) target = value;
+    };
+    const auto get = [&target, words] {
+        for (const auto& [text, value] : words)
+            if (value == target) return std::string(text);
+        return std::string();
+    };
+    return {set, get};
+}
+
 } // namespace
 
 Keys keys_of(DaemonSection& s) {
@@ -145,13 +160,15 @@ Keys keys_of(SensorDescription& s) {
 }
 
 Keys keys_of(ReadoutSettings& s) {
-    const Word shutter{
-        [&s](std::string_view word) { s.shutter = word == "global" ? Shutter::global : Shutter::rolling; },
-        [&s] { return std::string(s.shutter == Shutter::global ? "global" : "rolling"); }};
+    const Word shutter = word(
+        s.shutter,
+        {{"rolling", Shutter::rolling}, {"global", Shutter::global}, {"push-broom", Shutter::push_broom}});
+    const Word window_mode = word(
+        s.window_mode, {{"sequential", WindowMode::sequential}, {"interleaved", WindowMode::interleaved}});
     return {
         {"width", &s.width, "px", {1, 65536}, {}, "Columns of the array"},
         {"height", &s.height, "px", {1, 65536}, {}, "Rows of the array"},
-        {"shutter", shutter, {}, {}, {"rolling", "global"}, "Shutter"},
+        {"shutter", shutter, {}, {}, {"rolling", "global", "push-broom"}, "Shutter"},
         {"pixel_clock_hz", &s.pixel_clock_hz, "Hz", {1e3, 1e11}, {}, "Pixel clock of one output"},
         {"outputs", &s.outputs, {}, {1, 4096}, {}, "Pixels of a row read at once"},
         {"row_overhead_ns",
@@ -174,6 +191,35 @@ Keys keys_of(ReadoutSettings& s) {
          {},
          "Global shutter: charge transfer between exposure and readout"},
         {"overlapped", &s.overlapped, {}, {}, {}, "The next exposure may start while a frame is read out"},
+        {"window_mode",
+         window_mode,
+         {},
+         {},
+         {"sequential", "interleaved"},
+         "How a rolling shutter serves several windows: one after the other, or all in every cycle"},
+        {"windows_max", &s.windows_max, {}, {1, 32}, {}, "Windows at once"},
+        {"window_overhead_ns",
+         &s.window_overhead_ns,
+         "ns",
+         {0, 1e9},
+         {},
+         "After the last row of each window"},
+        {"blanking_rows", &s.blanking_rows, {}, {0, 1e6}, {}, "Idle row slots at the end of each cycle"},
+        {"stretch_blanking",
+         &s.stretch_blanking,
+         {},
+         {},
+         {},
+         "Add idle slots for an exposure that is longer than the cycle"},
+        {"exposure_step_ns",
+         &s.exposure_step_ns,
+         "ns",
+         {1, 1e9},
+         {},
+         "Global shutter and push-broom: exposures are multiples of this"},
+        {"line_rate_hz", &s.line_rate_hz, "Hz", {1e-3, 1e7}, {}, "Push-broom: lines per second"},
+        {"window_step", &s.window_step, "px", {1, 4096}, {}, "Place of a window is a multiple of this"},
+        {"strict", &s.strict, {}, {}, {}, "Refuse impossible windows; otherwise crop and align them"},
     };
 }
 

@@ -20,13 +20,17 @@ std::vector<std::uint8_t> stretched(const std::vector<float>& image) {
     // A star field has fewer bright pixels than that.
     if (!(white > black)) white = *std::max_element(image.begin(), image.end());
     if (!(white > black)) white = black + 1;
-    constexpr double softness = 0.05; // where the curve turns from linear to logarithmic
-    const double norm = std::asinh(1 / softness);
+    // Mostly a display's own gamma, which keeps the shading of a body, and some logarithm for faint stars.
+    constexpr double faint = 1e-3;
+    const double norm = std::asinh(1 / faint);
+    const auto tone = [&](double x) {
+        return 0.8 * std::pow(x, 1 / 2.2) + 0.2 * std::asinh(x / faint) / norm;
+    };
     std::vector<std::uint8_t> out;
     out.reserve(image.size());
     for (const float value : image) {
         const double x = std::clamp((static_cast<double>(value) - black) / (white - black), 0.0, 1.0);
-        out.push_back(static_cast<std::uint8_t>(std::lround(255 * std::asinh(x / softness) / norm)));
+        out.push_back(static_cast<std::uint8_t>(std::lround(255 * tone(x))));
     }
     return out;
 }

@@ -8,7 +8,7 @@
 namespace obscura::tools {
 
 /// Stretches an image for the eye: black is its darkest twentieth, white the brightest ten-thousandth; in
-/// between an inverse hyperbolic sine shows the bright body and the faint stars at once. Not for
+/// between, a display's gamma and some logarithm show a bright body and faint stars at once. Not for
 /// measurements.
 [[nodiscard]] std::vector<std::uint8_t> stretched(const std::vector<float>& image);
 
