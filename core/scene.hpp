@@ -4,6 +4,7 @@
 #include "core/geometry.hpp"
 #include "core/time.hpp"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -43,14 +44,50 @@ struct ProceduralBody {
 };
 using Shape = std::variant<Ellipsoid, MeshFile, ProceduralBody>;
 
+/// r = A / pi mu0: the same radiance in every direction.
 struct Lambert {
     double albedo = 0.1; ///< hemispherical reflectance, 0..1
 };
-/// Lommel-Seeliger: r = w/(4 pi) mu0/(mu0+mu), `albedo` is the single-scattering albedo w.
+/// Lommel-Seeliger: r = w/(4 pi) mu0/(mu0+mu).
 struct LommelSeeliger {
-    double albedo = 0.1;
+    double albedo = 0.1; ///< single-scattering albedo w, 0..1
 };
-using Material = std::variant<Lambert, LommelSeeliger>;
+/// Lambert and Lommel-Seeliger mixed by the phase angle (McEwen).
+struct LunarLambert {
+    double albedo = 0.1;
+    /// L(g): coefficients of the phase angle in degrees, constant term first; the default is the Moon's.
+    std::array<double, 4> weight{1, -0.019, 2.42e-4, -1.46e-6};
+};
+struct Minnaert {
+    double albedo = 0.1;
+    double exponent = 0.7; ///< k, 0.5..1.5
+};
+/// Rough surface of Lambertian facets.
+struct OrenNayar {
+    double albedo = 0.5;
+    double slope_rad = 0.3; ///< standard deviation of the facets' slope angle
+};
+/// Energy-conserving Phong; diffuse + specular <= 1.
+struct Phong {
+    double diffuse = 0.3, specular = 0.3;
+    double exponent = 20;
+};
+/// Hapke (2012) with both opposition surges, roughness and porosity; every refinement is off at 0.
+struct Hapke {
+    double single_scattering_albedo = 0.3; ///< w, 0..<1
+    double phase_b = 0.3, phase_c = 0.5;   ///< two-lobed Henyey-Greenstein; c = 1: all backwards
+    double shadow_hiding_b0 = 0, shadow_hiding_h = 0.05;
+    double backscatter_b0 = 0, backscatter_h = 0.1;
+    double roughness_rad = 0;  ///< mean slope angle theta-bar
+    double filling_factor = 0; ///< phi, 0..0.75; 0: no porosity correction
+};
+/// Microfacet surface: a metal, or a dielectric over a diffuse base.
+struct Ggx {
+    double roughness = 0.3;       ///< perceptual; alpha is its square
+    double reflectance_f0 = 0.04; ///< at normal incidence
+    double base_albedo = 0;       ///< 0 for metals
+};
+using Material = std::variant<Lambert, LommelSeeliger, LunarLambert, Minnaert, OrenNayar, Phong, Hapke, Ggx>;
 
 struct Body {
     std::string name;

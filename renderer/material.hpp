@@ -1,6 +1,7 @@
 // The one interface of everything that scatters light.
 #pragma once
 
+#include "core/geometry.hpp"
 #include "core/scene.hpp"
 #include "renderer/packet.hpp"
 
@@ -23,6 +24,13 @@ public:
     /// Bidirectional reflectance r = f cos_in (Hapke's r; radiance per collimated irradiance normal to the
     /// beam), per steradian. 0 where cos_in <= 0.
     virtual void reflectance(const ScatterPacket& s, Doubles& r) const = 0;
+
+    /// A direction of incidence (unit, local frame: z along the normal) for the viewer's direction `out`,
+    /// drawn with density pdf(); it may point below the surface, which then counts as no light. u, v in
+    /// [0,1). Cosine-weighted unless the law knows better.
+    [[nodiscard]] virtual Vec3 sample(Vec3 out, double u, double v) const;
+    /// Density of sample() at `in`, per steradian.
+    [[nodiscard]] virtual double pdf(Vec3 out, Vec3 in) const;
 };
 
 /// The registry: one line per scattering law. Throws ConfigError naming `place`.
