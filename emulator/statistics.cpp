@@ -1,6 +1,5 @@
 #include "emulator/statistics.hpp"
 
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

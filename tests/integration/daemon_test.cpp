@@ -1,0 +1,183 @@
+// The daemon from outside: start, service manager, signals, and what it says when something is wrong.
+#include "tests/integration/daemon_bench.hpp"
+#include "tests/support/catch.hpp"
+
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <utility>
+
+using namespace obscura::test;
+using namespace std::chrono_literals;
+using Catch::Matchers::Contains;
+
+namespace {
+
+using Json = nlohmann::json;
+
+// The other end of NOTIFY_SOCKET, under an abstract name.
+class ServiceManager {
+public:
+    ServiceManager() {
+        name_ = "obscura-test-" + std::to_string(getpid()) + "-" + std::to_string(++made);
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        std::memcpy(address.sun_path + 1, name_.data(), name_.size());
+        fd_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name_.size());
+        REQUIRE(bind(fd_, reinterpret_cast<sockaddr*>(&address), size) == 0);
+        const timeval limit{20, 0};
+        setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    }
+    ~ServiceManager() { close(fd_); }
+    [[nodiscard]] std::string environment() const { return "NOTIFY_SOCKET=@" + name_; }
+    std::string next() const {
+        char text[256];
+        const ssize_t n = recv(fd_, text, sizeof text, 0);
+        return n > 0 ? std::string(text, static_cast<std::size_t>(n)) : std::string();
+    }
+
+private:
+    static inline int made = 0;
+    std::string name_;
+    int fd_ = -1;
+};
+
+} // namespace
+
+TEST_CASE("frames go to files without any client, and SIGTERM ends the daemon within a second") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 128;
+    options.rate_hz = 20;
+    options.frames_folder = (folder.path() / "frames").string();
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    CHECK(daemon.ready_text() == "ready none\n");
+    CHECK(daemon.process().out() == "ready none\n");
+    for (int i = 0; i < 1000 && !std::filesystem::exists(folder.path() / "frames" / "frame_000010.raw"); ++i)
+        std::this_thread::sleep_for(20ms);
+
+    const auto begin = ChildProcess::Clock::now();
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    CHECK(ChildProcess::Clock::now() - begin < 1s);
+    CHECK_THAT(daemon.process().err(), Contains("SIGTERM: stopping"));
+
+    const Json json = Json::parse(daemon.statistics());
+    const Json& camera = json["camera"];
+    CHECK(camera["frames"] >= 10);
+    CHECK(camera["triggers"] ==
+          camera["frames"].get<int>() + camera["missed_triggers"].get<int>() + camera["dropped"].get<int>());
+    CHECK(json["latency_us"]["trigger_to_first_row"]["p50"] >= 5000);
+    const int delivered = json["transports"]["file"]["delivered"];
+    CHECK(delivered >= 10);
+    CHECK_THAT(daemon.process().err(), Contains(std::to_string(delivered) + " delivered"));
+}
+
+TEST_CASE("the service manager hears READY, the watchdog's beats and STOPPING") {
+    const TempFolder folder;
+    const ServiceManager manager;
+    DaemonOptions options;
+    options.size = 64;
+    DaemonProcess daemon(folder, write_configuration(folder, options),
+                         {manager.environment(), "WATCHDOG_USEC=600000"});
+    CHECK(manager.next() == "READY=1");
+    CHECK(manager.next() == "WATCHDOG=1");
+    CHECK(manager.next() == "WATCHDOG=1");
+    daemon.process().send(SIGINT);
+    std::string last;
+    while ((last = manager.next()) == "WATCHDOG=1") {
+    }
+    CHECK(last == "STOPPING=1");
+    CHECK(daemon.process().wait(30s) == 0);
+}
+
+TEST_CASE("questions are answered without starting anything") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 64;
+    options.frames_folder = (folder.path() / "frames").string();
+    const std::string config = write_configuration(folder, options).string();
+    const std::string program = OBSCURA_BINARY_DIR "/emulator/obscurad";
+
+    ChildProcess check(folder.path(), "check", {program, "--config", config, "--check"});
+    CHECK(check.wait(30s) == 0);
+    CHECK(check.out() == config + ": good\n");
+    ChildProcess print(folder.path(), "print", {program, "--config", config, "--print-config"});
+    CHECK(print.wait(30s) == 0);
+    CHECK_THAT(print.out(), Contains("pool_frames = 16"));
+    ChildProcess version(folder.path(), "version", {program, "--version"});
+    CHECK(version.wait(30s) == 0);
+    CHECK_THAT(version.out(), Contains("obscurad 0."));
+    ChildProcess help(folder.path(), "help", {program, "--help"});
+    CHECK(help.wait(30s) == 0);
+    CHECK_THAT(help.out(), Contains("--ready-file"));
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "frames"));
+
+    ChildProcess nothing(folder.path(), "nothing", {program});
+    CHECK(nothing.wait(30s) == 64);
+    ChildProcess unknown(folder.path(), "unknown", {program, "--config", config, "--frobnicate"});
+    CHECK(unknown.wait(30s) == 64);
+}
+
+TEST_CASE("what is wrong is said in one line, with the exit status of its kind") {
+    const TempFolder folder;
+    const auto run = [&](const DaemonOptions& options) {
+        DaemonProcess daemon(folder, write_configuration(folder, options));
+        const auto status = daemon.process().wait(30s);
+        CHECK(daemon.ready_text().empty());
+        return std::pair(status, daemon.process().err());
+    };
+    DaemonOptions options;
+    options.size = 64;
+
+    SECTION("a key that does not exist") {
+        options.daemon_more = "pool_frame = 3";
+        const auto [status, text] = run(options);
+        CHECK(status == 78);
+        CHECK_THAT(text, Contains("obscurad.toml:6:1: daemon.pool_frame: "));
+        CHECK(std::count(text.begin(), text.end(), '\n') == 1);
+    }
+    SECTION("a configuration that is not there") {
+        ChildProcess daemon(folder.path(), "gone",
+                            {OBSCURA_BINARY_DIR "/emulator/obscurad", "--config", "/nowhere.toml"});
+        CHECK(daemon.wait(30s) == 78);
+        CHECK_THAT(daemon.err(), Contains("/nowhere.toml"));
+    }
+    SECTION("an output folder that cannot be made") {
+        options.frames_folder = "/proc/obscura/frames";
+        const auto [status, text] = run(options);
+        CHECK(status == 74);
+        CHECK_THAT(text, Contains("/proc/obscura/frames"));
+    }
+    SECTION("an output folder that cannot be written to") {
+        options.frames_folder = "/proc";
+        const auto [status, text] = run(options);
+        CHECK(status == 74);
+        CHECK_THAT(text, Contains("/proc"));
+    }
+}
+
+TEST_CASE("a trigger faster than the chip or the rendering is counted, and the daemon lives on") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 512;
+    options.rate_hz = 5000;
+    options.frames_folder = (folder.path() / "frames").string();
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    for (int i = 0; i < 1000 && !std::filesystem::exists(folder.path() / "frames" / "frame_000003.raw"); ++i)
+        std::this_thread::sleep_for(20ms);
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    const Json camera = Json::parse(daemon.statistics())["camera"];
+    CHECK(camera["frames"] >= 3);
+    CHECK(camera["missed_triggers"] > camera["frames"]);
+    CHECK(camera["triggers"] ==
+          camera["frames"].get<int>() + camera["missed_triggers"].get<int>() + camera["dropped"].get<int>());
+}
