@@ -1,0 +1,90 @@
+// After start-up, threads with deadlines take nothing from the heap: trigger, pipeline, detector, release.
+#include "config/config.hpp"
+#include "core/realtime.hpp"
+#include "emulator/assemble.hpp"
+#include "emulator/releaser.hpp"
+#include "sync/timer.hpp"
+#include "tests/integration/daemon_bench.hpp"
+#include "tests/support/allocation_guard.hpp"
+#include "tests/support/catch.hpp"
+#include "transports/loopback/loopback.hpp"
+
+#include <atomic>
+#include <cstdlib>
+#include <iostream>
+
+using namespace obscura;
+using namespace obscura::test;
+
+namespace {
+
+// Where the compiler cannot see that nobody uses the memory.
+void* volatile sink;
+
+void allocate_twice() {
+    sink = std::malloc(10);
+    std::free(sink);
+    sink = ::operator new(100);
+    ::operator delete(sink);
+}
+
+} // namespace
+
+TEST_CASE("the guard sees allocations of real-time threads and no others") {
+    if (!allocations_are_counted()) return;
+    reset_allocation_counts();
+    allocate_twice();
+    CHECK(allocation_counts().all >= 2);
+    CHECK(allocation_counts().realtime == 0);
+    std::thread thread([] {
+        declare_this_thread_realtime();
+        reset_allocation_counts();
+        allocate_twice();
+    });
+    thread.join();
+    CHECK(allocation_counts().realtime == 2);
+}
+
+TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
+    if (!allocations_are_counted()) {
+        std::cout << "SKIPPED: sanitizers bring a heap of their own\n";
+        return;
+    }
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 256;
+    const config::Config config = config::load(write_configuration(folder, options));
+    emulator::Imaging imaging(config, 12);
+    std::atomic<std::uint32_t> ended{0};
+    transports::LoopbackTransport loopback({8, 0, [&](const FrameRef&) {
+                                                ++ended;
+                                                ended.notify_all();
+                                            }});
+    emulator::ReleaserSettings release;
+    release.max_rows = 256;
+    emulator::Releaser releaser(release, std::make_unique<MonotonicClock>());
+    LogRing log;
+    emulator::Camera camera(imaging.camera, *imaging.maker, releaser, *imaging.pool, imaging.clock, log);
+    camera.add_transport(loopback);
+    loopback.start();
+    sync::TimerSettings timer;
+    timer.rate = {50, 1};
+    sync::TimerTrigger trigger(timer, std::make_unique<MonotonicClock>());
+
+    REQUIRE(camera.acquisition_start());
+    trigger.start(camera);
+    const auto wait_for = [&](std::uint32_t n) {
+        for (std::uint32_t seen = ended; seen < n; seen = ended)
+            ended.wait(seen);
+    };
+    wait_for(10); // the worker pools of the renderer settle in the first frames
+    reset_allocation_counts();
+    wait_for(110);
+    const AllocationCounts counts = allocation_counts();
+    trigger.stop();
+    camera.acquisition_stop(true);
+    loopback.stop();
+    CHECK(counts.realtime == 0);
+    std::cout << "allocations during 100 frames: " << counts.realtime << " on real-time threads, "
+              << counts.all << " in all\n";
+}
