@@ -69,6 +69,8 @@ public:
     /// SFNC TriggerSoftware at `edge`. False when it was not accepted (not armed, other source,
     /// over-trigger); the camera counts that as a missed trigger.
     virtual bool software_trigger(Time edge) = 0;
+    /// SFNC Action1 at `edge`; the same rules. A camera without it never accepts.
+    virtual bool action_trigger(Time /*edge*/) { return false; }
 };
 
 } // namespace obscura

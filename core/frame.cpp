@@ -13,6 +13,20 @@ void Frame::publish_rows(std::int32_t rows) noexcept {
     assert(rows >= rows_ready() && rows <= info.height);
     progress_.store(static_cast<std::uint32_t>(rows), std::memory_order_release);
     progress_.notify_all();
+    ring_bells();
+}
+
+void Frame::ring_bells() noexcept {
+    for (std::atomic<Wakeup*>& bell : bells_)
+        if (Wakeup* hung = bell.load(std::memory_order_acquire)) hung->ring();
+}
+
+bool Frame::add_bell(Wakeup& bell) noexcept {
+    for (std::atomic<Wakeup*>& place : bells_) {
+        Wakeup* free = nullptr;
+        if (place.compare_exchange_strong(free, &bell, std::memory_order_acq_rel)) return true;
+    }
+    return false;
 }
 
 void Frame::abandon() noexcept {
@@ -20,6 +34,7 @@ void Frame::abandon() noexcept {
     flags.fetch_or(frame_partial, std::memory_order_relaxed);
     progress_.fetch_or(abandoned_bit, std::memory_order_acq_rel);
     progress_.notify_all();
+    ring_bells();
 }
 
 std::int32_t Frame::wait_rows(std::int32_t rows) const noexcept {
@@ -52,6 +67,8 @@ FrameRef FramePool::acquire() noexcept {
         std::uint32_t free = 0;
         if (frame.references_.compare_exchange_strong(free, 1, std::memory_order_acq_rel)) {
             frame.info = FrameInfo{};
+            for (std::atomic<Wakeup*>& bell : frame.bells_)
+                bell.store(nullptr, std::memory_order_relaxed);
             frame.flags.store(0, std::memory_order_relaxed);
             frame.progress_.store(0, std::memory_order_release);
             return FrameRef(&frame);

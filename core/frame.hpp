@@ -4,6 +4,7 @@
 #include "core/geometry.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
+#include "core/wakeup.hpp"
 
 #include <array>
 #include <atomic>
@@ -151,6 +152,11 @@ public:
     /// Consumer: blocks until at least `rows` rows are final or the producer gave up; returns the rows that
     /// are.
     std::int32_t wait_rows(std::int32_t rows) const noexcept;
+    /// Consumer that waits for other things too: `bell` is rung at every publish_rows() and abandon() of this
+    /// filling. To be called inside Transport::submit(); the bell must outlive the filling. False when
+    /// max_bells are hung already.
+    bool add_bell(Wakeup& bell) noexcept;
+    static constexpr std::uint32_t max_bells = 4;
 
 private:
     friend class FramePool;
@@ -161,6 +167,8 @@ private:
     RowTime* row_times_ = nullptr;
     std::atomic<std::uint32_t> progress_{0};
     std::atomic<std::uint32_t> references_{0};
+    std::array<std::atomic<Wakeup*>, max_bells> bells_{};
+    void ring_bells() noexcept;
 };
 
 /// Shared ownership of a pooled frame; the pool must outlive it. Copying is one atomic increment.

@@ -1,0 +1,449 @@
+// The camera against an independent client (libaravis) over the loopback interface.
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "tests/integration/gige_client.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/pattern_camera.hpp"
+#include "transports/gige/gige.hpp"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+using namespace obscura;
+using namespace obscura::test;
+using transports::gige::GigeCamera;
+using transports::gige::GigeSettings;
+
+namespace {
+
+constexpr const char* address = "127.0.9.1";
+
+CameraLimits limits(std::int32_t width = 256, std::int32_t height = 200) {
+    CameraLimits l;
+    l.sensor_width = width;
+    l.sensor_height = height;
+    l.adc_bits = 12;
+    return l;
+}
+
+/// Camera, pattern generator and connections, taken down in the right order.
+struct Bench {
+    MonotonicClock clock;
+    PatternCamera source;
+    GigeCamera camera;
+
+    explicit Bench(const CameraLimits& l, GigeSettings settings = {})
+        : source(l), camera(at(settings), source, clock) {
+        source.set_transport(camera);
+        camera.start();
+    }
+    ~Bench() {
+        source.acquisition_stop(true);
+        camera.stop();
+    }
+    static GigeSettings at(GigeSettings s) {
+        if (s.interface == "lo") s.interface = address;
+        return s;
+    }
+};
+
+std::uint64_t wrong_pixels_16(const ArvBuffer* buffer, std::uint64_t id, const Region& r, int shift) {
+    std::size_t bytes = 0;
+    const void* data = arv_buffer_get_data(const_cast<ArvBuffer*>(buffer), &bytes);
+    std::uint64_t wrong = 0;
+    for (std::int32_t y = 0; y < r.height; ++y)
+        for (std::int32_t x = 0; x < r.width; ++x) {
+            std::uint16_t got = 0;
+            std::memcpy(&got,
+                        static_cast<const std::uint8_t*>(data) +
+                            2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(r.width) +
+                                 static_cast<std::size_t>(x)),
+                        2);
+            wrong += got != pattern_pixel(id, r.x + x, r.y + y, 12) >> shift;
+        }
+    return wrong;
+}
+
+/// Receives `count` buffers; every one must be complete, in order and correct.
+void receive_in_order(GigeClient& client, int count, const Region& region, std::uint64_t first_block = 1) {
+    for (std::uint64_t id = 1; id <= static_cast<std::uint64_t>(count); ++id) {
+        auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        REQUIRE(arv_buffer_get_frame_id(buffer.get()) == first_block + id - 1);
+        REQUIRE(wrong_pixels_16(buffer.get(), id, region, 0) == 0);
+        client.give_back(std::move(buffer));
+    }
+}
+
+} // namespace
+
+TEST_CASE("100 frames arrive complete, in order and unchanged") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("PixelFormat", "Mono16");
+    client.set("AcquisitionMode", "Continuous");
+    client.set("TriggerMode", "Off");
+    client.set("AcquisitionFrameRate", 100.0);
+    client.open_stream(8);
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 100, {0, 0, 256, 200});
+    client.execute("AcquisitionStop");
+    const auto counters = bench.camera.gige_counters();
+    CHECK(counters.frames.delivered >= 100);
+    CHECK(counters.resent_packets == 0);
+    CHECK(counters.trigger_to_first_p50_ns > 0);
+}
+
+TEST_CASE("Stopping cuts the block in flight off, and nothing of the old stream leaks into the new") {
+    Bench bench(limits());
+    bench.source.set_bands(8, 500'000); // a frame takes 12 ms: stop always hits one in flight
+    GigeClient client(address);
+    client.set("AcquisitionFrameRate", 100.0);
+    for (int round = 0; round < 5; ++round) {
+        client.open_stream(8); // a new channel: block ids from 1
+        client.execute("AcquisitionStart");
+        receive_in_order(client, 3, {0, 0, 256, 200});
+        client.execute("AcquisitionStop");
+        client.close_stream();
+    }
+    CHECK(bench.source.starts() == 5);
+    CHECK(bench.source.pool().in_use() <= 5); // the history
+}
+
+TEST_CASE("1 % of packets lost on purpose are recovered by resend") {
+    GigeSettings settings;
+    settings.drop_percent = 1;
+    Bench bench(limits(512, 512), settings);
+    GigeClient client(address);
+    client.set("AcquisitionFrameRate", 50.0);
+    client.open_stream(10);
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 100, {0, 0, 512, 512});
+    client.execute("AcquisitionStop");
+    const auto counters = bench.camera.gige_counters();
+    // 100 frames of 357 packets: 357 losses expected, with a standard deviation of 19.
+    CHECK(counters.injected_losses > 250);
+    CHECK(counters.injected_losses < 500);
+    CHECK(counters.resent_packets >= counters.injected_losses * 9 / 10);
+}
+
+TEST_CASE("Every pixel format carries the digital numbers as PFNC lays them out") {
+    Bench bench(limits(64, 48));
+    const struct {
+        const char* name;
+        int bits;
+        bool packed;
+    } formats[] = {{"Mono8", 8, false},   {"Mono10", 10, false}, {"Mono12", 12, false}, {"Mono14", 14, false},
+                   {"Mono16", 16, false}, {"Mono10p", 10, true}, {"Mono12p", 12, true}};
+    for (const auto& f : formats) {
+        CAPTURE(f.name);
+        GigeClient client(address);
+        client.set("PixelFormat", f.name);
+        client.set("Width", std::int64_t{63}); // an odd width: packed rows do not end on bytes
+        client.set("Height", std::int64_t{47});
+        const std::size_t expected = f.packed ? (63U * 47U * static_cast<unsigned>(f.bits) + 7) / 8
+                                              : 63U * 47U * (f.bits == 8 ? 1U : 2U);
+        REQUIRE(static_cast<std::size_t>(client.integer("PayloadSize")) == expected);
+        client.open_stream(4);
+        client.execute("AcquisitionStart");
+        auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        std::size_t bytes = 0;
+        const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(buffer.get(), &bytes));
+        REQUIRE(bytes == expected);
+        std::uint64_t wrong = 0;
+        for (std::size_t i = 0; i < 63U * 47U; ++i) {
+            const auto x = static_cast<std::int32_t>(i % 63), y = static_cast<std::int32_t>(i / 63);
+            const int shift = f.bits < 12 ? 12 - f.bits : 0;
+            std::uint32_t got = 0;
+            if (f.packed) { // bit by bit, least significant first
+                for (std::size_t b = 0; b < static_cast<std::size_t>(f.bits); ++b) {
+                    const std::size_t at = i * static_cast<std::size_t>(f.bits) + b;
+                    got |= static_cast<std::uint32_t>(data[at / 8] >> at % 8 & 1) << b;
+                }
+            } else {
+                got = f.bits == 8 ? data[i] : static_cast<std::uint32_t>(data[2 * i] | data[2 * i + 1] << 8);
+            }
+            wrong += got != static_cast<std::uint32_t>(pattern_pixel(1, x, y, 12) >> shift);
+        }
+        CHECK(wrong == 0);
+        client.execute("AcquisitionStop");
+    }
+}
+
+TEST_CASE("A region of interest and a small packet size are obeyed") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("Width", std::int64_t{100});
+    client.set("Height", std::int64_t{50});
+    client.set("OffsetX", std::int64_t{31});
+    client.set("OffsetY", std::int64_t{77});
+    client.set("GevSCPSPacketSize", std::int64_t{576});
+    client.open_stream(6);
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 10, {31, 77, 100, 50});
+    client.execute("AcquisitionStop");
+}
+
+TEST_CASE("Software triggers make one frame each, stamped with the trigger's instant") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("TriggerSelector", "FrameStart");
+    client.set("TriggerSource", "Software");
+    client.set("TriggerMode", "On");
+    client.open_stream(6);
+    client.execute("AcquisitionStart");
+    std::uint64_t previous = 0;
+    for (std::uint64_t id = 1; id <= 20; ++id) {
+        timespec before{};
+        clock_gettime(CLOCK_TAI, &before);
+        client.execute("TriggerSoftware");
+        auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        CHECK(arv_buffer_get_frame_id(buffer.get()) == id);
+        timespec after{};
+        clock_gettime(CLOCK_TAI, &after);
+        const std::uint64_t stamp = arv_buffer_get_timestamp(buffer.get());
+        CHECK(stamp > previous);
+        // Between the command and the frame, give or take the reading of two clocks.
+        CHECK(stamp + 50'000 >= static_cast<std::uint64_t>(before.tv_sec) * 1'000'000'000 +
+                                    static_cast<std::uint64_t>(before.tv_nsec));
+        CHECK(stamp <= static_cast<std::uint64_t>(after.tv_sec) * 1'000'000'000 +
+                           static_cast<std::uint64_t>(after.tv_nsec) + 50'000);
+        previous = stamp;
+        client.give_back(std::move(buffer));
+    }
+    client.execute("AcquisitionStop");
+    CHECK(bench.source.triggers() == 20);
+}
+
+TEST_CASE("SingleFrame and MultiFrame end by themselves and can be started again") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("AcquisitionFrameRate", 200.0);
+    client.open_stream(8);
+    std::uint64_t block = 1; // goes on while the channel stays open
+    for (int round = 0; round < 3; ++round) {
+        client.set("AcquisitionMode", "SingleFrame");
+        client.execute("AcquisitionStart");
+        receive_in_order(client, 1, {0, 0, 256, 200}, block++);
+        CHECK(client.next(50) == nullptr);
+    }
+    client.set("AcquisitionMode", "MultiFrame");
+    client.set("AcquisitionFrameCount", std::int64_t{5});
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 5, {0, 0, 256, 200}, block);
+    CHECK(client.next(50) == nullptr);
+}
+
+TEST_CASE("Packets leave while the frame is still being made") {
+    // 20 bands of 10 ms; the leader and the first band must be out long before the last.
+    Bench bench(limits());
+    bench.source.set_bands(10, 10'000'000);
+    GigeClient client(address);
+    client.set("AcquisitionMode", "SingleFrame");
+    client.open_stream(2);
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 1, {0, 0, 256, 200});
+    const auto counters = bench.camera.gige_counters();
+    CHECK(counters.trigger_to_last_p50_ns > 190'000'000);
+    CHECK(counters.trigger_to_first_p50_ns < 100'000'000);
+}
+
+TEST_CASE("An abandoned frame goes out with zeros below its last row") {
+    Bench bench(limits());
+    bench.source.abandon_after(64);
+    GigeClient client(address);
+    client.set("AcquisitionMode", "SingleFrame");
+    client.open_stream(2);
+    client.execute("AcquisitionStart");
+    auto buffer = client.next(5000);
+    REQUIRE(buffer != nullptr);
+    REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+    CHECK(wrong_pixels_16(buffer.get(), 1, {0, 0, 256, 64}, 0) == 0);
+    std::size_t bytes = 0;
+    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(buffer.get(), &bytes));
+    CHECK(std::all_of(data + 256 * 64 * 2, data + bytes, [](std::uint8_t b) { return b == 0; }));
+}
+
+TEST_CASE("The packet delay spreads a frame") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("GevSCPD", std::int64_t{200'000});
+    client.set("GevSCPSPacketSize", std::int64_t{1500});
+    client.set("AcquisitionFrameRate", 5.0);
+    client.set("AcquisitionMode", "SingleFrame");
+    client.open_stream(2);
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 1, {0, 0, 256, 200});
+    // 70 packets of 1464 bytes, 69 gaps before the last.
+    CHECK(bench.camera.gige_counters().trigger_to_last_p50_ns > 69 * 200'000);
+}
+
+TEST_CASE(
+    "A client that vanishes in mid-stream loses control by the heartbeat, and the next one finds all well") {
+    GigeSettings settings;
+    settings.heartbeat_timeout_ms = 600;
+    Bench bench(limits(), settings);
+    {
+        // Aravis beats by itself and cannot be made to stop: a bare socket takes control and falls silent.
+        const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+        sockaddr_in to{};
+        to.sin_family = AF_INET;
+        to.sin_port = htons(3956);
+        to.sin_addr.s_addr = inet_addr(address);
+        REQUIRE(connect(fd, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0);
+        std::uint16_t id = 0;
+        const auto write_register = [&](std::uint32_t where, std::uint32_t value) {
+            std::uint8_t d[16] = {0x42, 1, 0, 0x82, 0, 8, 0, static_cast<std::uint8_t>(++id)};
+            for (int i = 0; i < 4; ++i) {
+                d[8 + i] = static_cast<std::uint8_t>(where >> (24 - 8 * i));
+                d[12 + i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+            }
+            REQUIRE(send(fd, d, sizeof d, 0) == sizeof d);
+            std::uint8_t answer[64];
+            REQUIRE(recv(fd, answer, sizeof answer, 0) == 12);
+            return static_cast<int>(answer[0] << 8 | answer[1]);
+        };
+        REQUIRE(write_register(0xA00, 2) == 0);
+        REQUIRE(write_register(0xD18, 0x7F000901) == 0);
+        REQUIRE(write_register(0xD00, 9) == 0); // nobody listens there
+        REQUIRE(write_register(0xA104, 1) == 0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        CHECK(bench.source.acquiring());
+        CHECK(bench.camera.gige_counters().control_lost == 0);
+        close(fd);
+    }
+    for (int i = 0; i < 100 && bench.source.acquiring(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    CHECK_FALSE(bench.source.acquiring());
+    CHECK(bench.camera.gige_counters().control_lost == 1);
+
+    GigeClient client(address);
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    receive_in_order(client, 5, {0, 0, 256, 200});
+}
+
+TEST_CASE("Features read back what was written, and refuse what cannot be") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("ExposureTime", 1234.56);
+    CHECK(client.real("ExposureTime") == 1234.56);
+    CHECK(bench.source.settings().exposure_ns == 1'234'560);
+    client.set("Gain", 6.25);
+    CHECK(client.real("Gain") == 6.25);
+    client.set("AcquisitionFrameRate", 12.5);
+    CHECK(client.real("AcquisitionFrameRate") == 12.5);
+    client.set("TriggerDelay", 17.5);
+    CHECK(bench.source.settings().trigger_delay_ns == 17'500);
+    CHECK_THROWS(client.set("Width", std::int64_t{257}));
+    CHECK_THROWS(client.set("ExposureTime", 0.1));
+    CHECK(client.integer("Width") == 256);
+    client.set("DeviceUserID", "bench 7");
+    CHECK(client.text("DeviceUserID") == "bench 7");
+    CHECK(client.text("DeviceVendorName") == "Obscura");
+    client.execute("TimestampLatch");
+    CHECK(client.integer("TimestampLatchValue") > 0);
+    client.execute("TimestampReset");
+    client.execute("TimestampLatch");
+    CHECK(client.integer("TimestampLatchValue") < 1'000'000'000);
+}
+
+TEST_CASE("Locked features cannot be changed while streaming, the others can") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    CHECK_THROWS(client.set("Width", std::int64_t{128}));
+    CHECK_THROWS(client.set("PixelFormat", "Mono8"));
+    client.set("ExposureTime", 500.0);
+    CHECK(client.real("ExposureTime") == 500.0);
+    client.execute("AcquisitionStop");
+    client.set("Width", std::int64_t{128});
+}
+
+TEST_CASE("Every register that the XML names is in the table with the same length and access, and back") {
+    Bench bench(limits());
+    GigeClient client(address);
+    ArvGc* gc = arv_device_get_genicam(client.device());
+    REQUIRE(gc != nullptr);
+    ArvDomNode* root = arv_dom_node_get_first_child(ARV_DOM_NODE(gc));
+    int checked = 0;
+    for (ArvDomNode* node = arv_dom_node_get_first_child(root); node != nullptr;
+         node = arv_dom_node_get_next_sibling(node)) {
+        if (!ARV_IS_GC_FEATURE_NODE(node)) continue;
+        const char* name = arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node));
+        CAPTURE(name);
+        if (!ARV_IS_GC_REGISTER(node)) continue;
+        GError* error = nullptr;
+        const guint64 where = arv_gc_register_get_address(ARV_GC_REGISTER(node), &error);
+        const guint64 bytes = arv_gc_register_get_length(ARV_GC_REGISTER(node), &error);
+        REQUIRE(error == nullptr);
+        std::vector<std::uint8_t> data(bytes);
+        const ArvGcAccessMode mode = arv_gc_feature_node_get_actual_access_mode(ARV_GC_FEATURE_NODE(node));
+        CHECK(
+            arv_device_read_memory(client.device(), where, static_cast<guint32>(bytes), data.data(), &error));
+        g_clear_error(&error);
+        if (mode == ARV_GC_ACCESS_MODE_RO) {
+            // Refused with WRITE_PROTECT, not taken.
+            CHECK_FALSE(arv_device_write_memory(client.device(), where, static_cast<guint32>(bytes),
+                                                data.data(), &error));
+            REQUIRE(error != nullptr);
+            CHECK(std::string(error->message).find("write-protect") != std::string::npos);
+            g_clear_error(&error);
+        } else if (mode == ARV_GC_ACCESS_MODE_RW && where != 0xA00) {
+            CHECK(arv_device_write_memory(client.device(), where, static_cast<guint32>(bytes), data.data(),
+                                          &error));
+            g_clear_error(&error);
+        }
+        ++checked;
+    }
+    CHECK(checked > 50);
+}
+
+TEST_CASE("Set-up errors are one line that says what is wrong") {
+    MonotonicClock clock;
+    PatternCamera source(limits());
+    GigeSettings settings;
+    settings.interface = "nosuch0";
+    GigeCamera nowhere(settings, source, clock);
+    try {
+        nowhere.start();
+        FAIL("started on an interface that does not exist");
+    } catch (const HardwareError& e) {
+        CHECK(std::string(e.what()).find("no interface \"nosuch0\"") != std::string::npos);
+        CHECK(std::string(e.what()).find('\n') == std::string::npos);
+    }
+    Bench first(limits());
+    settings.interface = address;
+    GigeCamera second(settings, source, clock);
+    try {
+        second.start();
+        FAIL("started on a port in use");
+    } catch (const HardwareError& e) {
+        CHECK(std::string(e.what()).find("cannot bind UDP 127.0.9.1:3956") != std::string::npos);
+    }
+}
+
+TEST_CASE("Aravis finds the camera by broadcast") {
+    GigeSettings settings;
+    settings.serial = "FINDME42";
+    Bench bench(limits(), settings);
+    arv_enable_interface("GigEVision");
+    arv_update_device_list();
+    bool found = false;
+    for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+        found = found || std::strcmp(arv_get_device_serial_nbr(i), "FINDME42") == 0;
+    CHECK(found);
+}

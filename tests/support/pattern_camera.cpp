@@ -1,0 +1,160 @@
+#include "tests/support/pattern_camera.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace obscura::test {
+
+PatternCamera::PatternCamera(const CameraLimits& limits, std::size_t pool_frames)
+    : limits_(limits),
+      pool_(pool_frames,
+            static_cast<std::size_t>(limits.sensor_width) * static_cast<std::size_t>(limits.sensor_height),
+            static_cast<std::size_t>(limits.sensor_height)) {
+    settings_.region = {0, 0, limits.sensor_width, limits.sensor_height};
+    settings_.trigger_enabled = false;
+    settings_.frame_rate_hz = 50;
+    thread_ = std::thread([this] { loop(); });
+}
+
+PatternCamera::~PatternCamera() {
+    acquisition_stop(true);
+    {
+        const std::lock_guard lock(mutex_);
+        quit_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+CameraSettings PatternCamera::settings() const {
+    const std::lock_guard lock(mutex_);
+    return settings_;
+}
+
+bool PatternCamera::apply(const CameraSettings& settings) {
+    if (!explain_invalid(settings, limits_).empty()) return false;
+    const std::lock_guard lock(mutex_);
+    settings_ = settings;
+    changed_.notify_all();
+    return true;
+}
+
+bool PatternCamera::acquisition_start() {
+    const std::lock_guard lock(mutex_);
+    if (acquiring_) return false;
+    acquiring_ = true;
+    abort_ = false;
+    frame_id_ = 0;
+    pending_ = 0;
+    next_ = clock_.now();
+    starts_.fetch_add(1);
+    changed_.notify_all();
+    return true;
+}
+
+void PatternCamera::acquisition_stop(bool abort) {
+    std::unique_lock lock(mutex_);
+    acquiring_ = false;
+    abort_ = abort;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return !making_; });
+}
+
+bool PatternCamera::acquiring() const {
+    const std::lock_guard lock(mutex_);
+    return acquiring_;
+}
+
+bool PatternCamera::trigger(TriggerSource source, Time edge) {
+    const std::lock_guard lock(mutex_);
+    if (!acquiring_ || !settings_.trigger_enabled || settings_.trigger_source != source) return false;
+    triggers_.fetch_add(1);
+    ++pending_;
+    pending_edge_ = edge;
+    changed_.notify_all();
+    return true;
+}
+
+bool PatternCamera::software_trigger(Time edge) {
+    return trigger(TriggerSource::software, edge);
+}
+bool PatternCamera::action_trigger(Time edge) {
+    return trigger(TriggerSource::action1, edge);
+}
+bool PatternCamera::line_trigger(Time edge) {
+    return trigger(TriggerSource::line0, edge);
+}
+
+void PatternCamera::loop() {
+    std::unique_lock lock(mutex_);
+    while (!quit_) {
+        if (!acquiring_ || (settings_.trigger_enabled && pending_ == 0)) {
+            changed_.wait(lock);
+            continue;
+        }
+        Time edge = pending_edge_;
+        if (settings_.trigger_enabled) {
+            --pending_;
+        } else {
+            const Time due = next_;
+            if (const std::int64_t ahead = due - clock_.now(); ahead > 0) {
+                changed_.wait_for(lock, std::chrono::nanoseconds(ahead));
+                continue;
+            }
+            next_ += static_cast<std::int64_t>(1e9 / settings_.frame_rate_hz);
+            edge = clock_.now();
+        }
+        const CameraSettings settings = settings_;
+        const std::uint64_t id = ++frame_id_;
+        const bool last = settings.acquisition_mode == AcquisitionMode::single_frame ||
+                          (settings.acquisition_mode == AcquisitionMode::multi_frame &&
+                           id >= settings.acquisition_frame_count);
+        making_ = true;
+        lock.unlock();
+        make_frame(settings, id, edge);
+        lock.lock();
+        making_ = false;
+        if (last) acquiring_ = false;
+        changed_.notify_all();
+    }
+}
+
+void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id, Time edge) {
+    const FrameRef frame = pool_.acquire();
+    if (!frame) return;
+    const Region r = settings.region;
+    frame->info.frame_id = id;
+    frame->info.trigger_edge = edge;
+    frame->info.tai_offset_ns = clock_.tai_offset_ns();
+    frame->info.width = r.width;
+    frame->info.height = r.height;
+    frame->info.bits_per_pixel = limits_.adc_bits;
+    frame->info.pixel_format = settings.pixel_format;
+    frame->info.exposure_ns = settings.exposure_ns;
+    frame->info.gain_db = settings.gain_db;
+    frame->info.windows[0].sensor = r;
+    frame->info.windows[0].exposure_requested_ns = settings.exposure_ns;
+    if (transport_ == nullptr || !transport_->submit(frame)) {
+        frame->abandon();
+        return;
+    }
+    frames_made_.fetch_add(1);
+    for (std::int32_t y = 0; y < r.height;) {
+        const std::int32_t end = std::min(r.height, y + band_rows_.load());
+        if (band_ns_ > 0) clock_.sleep_until(clock_.now() + band_ns_);
+        const std::int32_t give_up = abandon_after_.load();
+        if (abort_ || (give_up > 0 && y >= give_up)) {
+            frame->abandon();
+            return;
+        }
+        for (; y < end; ++y) {
+            const auto row = frame->row(y);
+            for (std::int32_t x = 0; x < r.width; ++x)
+                row[static_cast<std::size_t>(x)] = pattern_pixel(id, r.x + x, r.y + y, limits_.adc_bits);
+            frame->row_times()[static_cast<std::size_t>(y)] = {edge, edge + settings.exposure_ns};
+        }
+        frame->publish_rows(end);
+    }
+}
+
+} // namespace obscura::test

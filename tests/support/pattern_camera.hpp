@@ -1,0 +1,80 @@
+// A camera made of numbers: obeys CameraControl and hands a transport frames whose every pixel is known.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/clock.hpp"
+#include "core/frame.hpp"
+#include "transports/transport.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+namespace obscura::test {
+
+/// The digital number of sensor pixel (x, y) in frame `id`.
+constexpr std::uint16_t pattern_pixel(std::uint64_t id, std::int32_t x, std::int32_t y, int bits) {
+    return static_cast<std::uint16_t>(
+        (id * 37 + static_cast<std::uint64_t>(x) * 5 + static_cast<std::uint64_t>(y) * 11) &
+        ((1U << bits) - 1));
+}
+
+/// Frames come at `frame_rate_hz` when TriggerMode is Off and at every accepted trigger else, made by a
+/// thread of its own in bands of rows.
+class PatternCamera final : public CameraControl {
+public:
+    explicit PatternCamera(const CameraLimits& limits, std::size_t pool_frames = 12);
+    ~PatternCamera() override;
+
+    /// Where frames go; to be set before the first acquisition.
+    void set_transport(transports::Transport& transport) { transport_ = &transport; }
+    /// Rows of a band, and the time one takes to make.
+    void set_bands(std::int32_t rows, std::int64_t band_ns) {
+        band_rows_ = rows;
+        band_ns_ = band_ns;
+    }
+    /// Gives up the frame after this many rows (0: never).
+    void abandon_after(std::int32_t rows) { abandon_after_ = rows; }
+
+    [[nodiscard]] CameraLimits limits() const override { return limits_; }
+    [[nodiscard]] CameraSettings settings() const override;
+    bool apply(const CameraSettings& settings) override;
+    bool acquisition_start() override;
+    void acquisition_stop(bool abort) override;
+    [[nodiscard]] bool acquiring() const override;
+    bool software_trigger(Time edge) override;
+    bool action_trigger(Time edge) override;
+    /// An edge on Line0.
+    bool line_trigger(Time edge);
+
+    [[nodiscard]] std::uint64_t triggers() const { return triggers_.load(); }
+    [[nodiscard]] std::uint64_t frames() const { return frames_made_.load(); }
+    [[nodiscard]] std::uint64_t starts() const { return starts_.load(); }
+    [[nodiscard]] FramePool& pool() { return pool_; }
+
+private:
+    void loop();
+    void make_frame(const CameraSettings& settings, std::uint64_t id, Time edge);
+    bool trigger(TriggerSource source, Time edge);
+
+    const CameraLimits limits_;
+    MonotonicClock clock_;
+    FramePool pool_;
+    transports::Transport* transport_ = nullptr;
+    std::atomic<std::int32_t> band_rows_{32}, abandon_after_{0};
+    std::atomic<std::int64_t> band_ns_{0};
+
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    CameraSettings settings_;
+    bool acquiring_ = false, making_ = false, quit_ = false;
+    std::atomic<bool> abort_{false};
+    std::uint64_t frame_id_ = 0;
+    int pending_ = 0;
+    Time pending_edge_, next_;
+    std::atomic<std::uint64_t> triggers_{0}, frames_made_{0}, starts_{0};
+    std::thread thread_;
+};
+
+} // namespace obscura::test

@@ -1,0 +1,563 @@
+// The control port without sockets: one datagram in, its answer out, on a fresh device each time.
+#include "core/clock.hpp"
+#include "core/philox.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/pattern_camera.hpp"
+#include "transports/gige/bytes.hpp"
+#include "transports/gige/control_port.hpp"
+#include "transports/gige/features.hpp"
+#include "transports/gige/latency_histogram.hpp"
+
+#include <string>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::transports::gige;
+using Bytes = std::vector<std::uint8_t>;
+
+namespace {
+
+/// Stands in for the sender and notes what it was told.
+struct NotedStream final : StreamPort {
+    StreamConfig config;
+    int begun = 0, aborted = 0, tests = 0;
+    std::vector<ResendRequest> resends;
+
+    bool begin(const StreamConfig& c) override {
+        config = c;
+        ++begun;
+        return true;
+    }
+    void abort() noexcept override { ++aborted; }
+    [[nodiscard]] bool idle() const noexcept override { return true; }
+    bool wait_idle(std::int64_t) noexcept override { return true; }
+    void resend(const ResendRequest& r) noexcept override { resends.push_back(r); }
+    bool send_test_packet(const StreamConfig& c) noexcept override {
+        config = c;
+        ++tests;
+        return true;
+    }
+    [[nodiscard]] std::uint16_t source_port() const noexcept override { return 4242; }
+};
+
+CameraLimits small_sensor() {
+    CameraLimits l;
+    l.sensor_width = 640;
+    l.sensor_height = 480;
+    return l;
+}
+
+NetworkInterface test_network() {
+    NetworkInterface n;
+    n.name = "eth9";
+    n.address = 0xC0A80702; // 192.168.7.2
+    n.mask = 0xFFFFFF00;
+    n.broadcast = 0xC0A807FF;
+    n.mac = 0x021122334455;
+    return n;
+}
+
+constexpr Peer alice{0xC0A80705, 50000};
+constexpr Peer bob{0xC0A80706, 50001};
+
+/// A fresh device, and the words to talk to it.
+struct Bench {
+    FakeClock clock{Time{1'000'000'000'000}};
+    test::PatternCamera camera{small_sensor(), 2};
+    NotedStream stream;
+    GigeSettings settings;
+    Device device{settings, test_network(), camera, stream, clock};
+    ControlPort port{device, settings};
+    std::uint16_t id = 0;
+
+    Bytes send(const Bytes& d, Peer from = alice, bool broadcast = false) {
+        const auto reply = port.handle(d, from, broadcast, clock.now());
+        return {reply.begin(), reply.end()};
+    }
+    Bytes datagram(std::uint16_t command, const Bytes& payload, std::uint8_t flags = 1) {
+        Bytes d(8);
+        d[0] = 0x42;
+        d[1] = flags;
+        store_be16(&d[2], command);
+        store_be16(&d[4], static_cast<std::uint16_t>(payload.size()));
+        store_be16(&d[6], ++id);
+        d.insert(d.end(), payload.begin(), payload.end());
+        return d;
+    }
+    Bytes ask(std::uint16_t command, const Bytes& payload, Peer from = alice, std::uint8_t flags = 1) {
+        return send(datagram(command, payload, flags), from);
+    }
+    Bytes read(std::uint32_t address, Peer from = alice) { return ask(0x80, words({address}), from); }
+    int write(std::uint32_t address, std::uint32_t value, Peer from = alice) {
+        return status(ask(0x82, words({address, value}), from));
+    }
+    Bytes read_memory(std::uint32_t address, std::uint32_t count, Peer from = alice) {
+        return ask(0x84, words({address, count}), from);
+    }
+    int write_memory(std::uint32_t address, const Bytes& data, Peer from = alice) {
+        Bytes p = words({address});
+        p.insert(p.end(), data.begin(), data.end());
+        return status(ask(0x86, p, from));
+    }
+    void take_control(Peer who = alice) {
+        REQUIRE(write(reg::control_privilege, privilege::control, who) == 0);
+    }
+    void start() {
+        take_control();
+        REQUIRE(write(reg::stream_port, 5555) == 0);
+        REQUIRE(write(feature::acquisition_start, 1) == 0);
+    }
+    static Bytes words(std::initializer_list<std::uint32_t> values) {
+        Bytes b;
+        for (const std::uint32_t v : values) {
+            b.resize(b.size() + 4);
+            store_be32(&b[b.size() - 4], v);
+        }
+        return b;
+    }
+    /// -1: no answer at all.
+    static int status(const Bytes& reply) { return reply.empty() ? -1 : load_be16(reply.data()); }
+    static std::uint32_t word(const Bytes& reply, std::size_t at = 0) { return load_be32(&reply.at(8 + at)); }
+};
+
+constexpr int silence = -1, ok = 0, not_implemented = 0x8001, invalid_parameter = 0x8002,
+              invalid_address = 0x8003, write_protect = 0x8004, bad_alignment = 0x8005,
+              access_denied = 0x8006, invalid_header = 0x800E;
+
+} // namespace
+
+TEST_CASE("Datagrams that are no commands are not answered") {
+    const Bytes good = Bench().datagram(0x80, Bench::words({0}));
+    for (std::size_t n = 0; n < 8; ++n) {
+        CAPTURE(n);
+        CHECK(Bench().send(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(n))).empty());
+    }
+    const auto changed = [&](std::size_t at, std::uint8_t value) {
+        Bytes d = good;
+        d[at] = value;
+        return Bench::status(Bench().send(d));
+    };
+    CHECK(Bench::status(Bench().send(good)) == ok);
+    CHECK(changed(0, 0x43) == silence); // key
+    CHECK(changed(7, 0) == silence);    // id 0 is reserved
+    CHECK(changed(3, 0x81) == silence); // acknowledges: two devices must not answer each other
+    CHECK(changed(3, 0x03) == silence);
+    CHECK(changed(3, 0x89) == silence);
+    CHECK(Bench::status(Bench().send(good, alice, true)) == silence); // broadcast READREG
+    CHECK(Bench::status(Bench().send(Bench().datagram(0x82, Bench::words({0xA00, 2})), alice, true)) ==
+          silence);
+    CHECK(Bench::status(Bench().send(Bench().datagram(0x7777, {}), alice, true)) == silence);
+    CHECK(Bench::status(Bench().send(Bench().datagram(0x80, Bench::words({0}), 0))) ==
+          silence); // no ack wanted
+    CHECK(Bench::status(Bench().send(Bench().datagram(0x7776, {}, 0))) == silence);
+}
+
+TEST_CASE("Sound headers with wrong contents are answered with their status") {
+    const auto ask = [](std::uint16_t command, const Bytes& payload, std::uint8_t flags = 1) {
+        return Bench::status(Bench().ask(command, payload, alice, flags));
+    };
+    const auto w = [](std::initializer_list<std::uint32_t> v) { return Bench::words(v); };
+    CHECK(ask(0x7776, {}) == not_implemented);
+    CHECK(ask(0x00C0, {}) == not_implemented); // EVENT goes the other way
+    CHECK(ask(0x0088, {}) == not_implemented); // only its acknowledge exists
+    CHECK(ask(0x80, {}) == invalid_parameter);
+    CHECK(ask(0x80, Bytes(3)) == invalid_parameter);
+    CHECK(ask(0x80, Bytes(136 * 4)) == invalid_parameter); // one more than fits an answer
+    CHECK(ask(0x80, Bytes(135 * 4)) == ok);
+    CHECK(ask(0x80, w({2})) == bad_alignment);
+    CHECK(ask(0x80, w({0xFFFFFFFC})) == invalid_address);
+    CHECK(ask(0x80, w({0x7FFFFFF0})) == invalid_address);
+    CHECK(ask(0x82, w({0xA00})) == invalid_parameter);
+    CHECK(ask(0x82, {}) == invalid_parameter);
+    CHECK(ask(0x82, Bytes(68 * 8)) == invalid_parameter);
+    CHECK(ask(0x84, w({0})) == invalid_parameter);
+    CHECK(ask(0x84, w({0, 0})) == invalid_parameter);
+    CHECK(ask(0x84, w({0, 6})) == invalid_parameter);
+    CHECK(ask(0x84, w({0, 540})) == invalid_parameter);
+    CHECK(ask(0x84, w({0, 536})) == invalid_address); // sound, but there is a hole behind 0xF8
+    CHECK(ask(0x84, w({reg::xml_url_first, 512})) == ok);
+    CHECK(ask(0x84, w({1, 4})) == bad_alignment);
+    CHECK(ask(0x84, w({0xFFFFFFFC, 8})) == invalid_address); // past 2^32
+    CHECK(ask(0x84, w({0xFFFFFFFC, 536})) == invalid_address);
+    CHECK(ask(0x84, w({feature::xml_file + 0x100000, 512})) == invalid_address);
+    CHECK(ask(0x86, {}) == invalid_parameter);
+    CHECK(ask(0x86, w({0xA00})) == invalid_parameter);
+    CHECK(ask(0x86, Bytes(4 + 540)) == invalid_parameter);
+    CHECK(ask(0x86, w({2, 0})) == bad_alignment);
+    CHECK(ask(0x04, Bytes(12)) == invalid_parameter);
+    CHECK(ask(0x02, Bytes(4)) == invalid_parameter);
+    CHECK(ask(0x100, Bytes(8)) == invalid_parameter);
+    Bytes lying = Bench().datagram(0x86, Bench::words({0xA00, 2}));
+    lying[5] = 0; // length field 0: killed other servers
+    CHECK(Bench::status(Bench().send(lying)) == invalid_header);
+    lying[4] = 0xFF;
+    CHECK(Bench::status(Bench().send(lying)) == invalid_header);
+    lying.resize(548 + 1000);
+    CHECK(Bench::status(Bench().send(lying)) == invalid_header);
+}
+
+TEST_CASE("No answer is longer than 548 bytes, and acknowledges carry command, length and id") {
+    Bench b;
+    const Bytes reply = b.read_memory(feature::xml_file, 536);
+    REQUIRE(reply.size() == 8 + 4 + 536);
+    CHECK(load_be16(&reply[2]) == 0x85);
+    CHECK(load_be16(&reply[4]) == 540);
+    CHECK(load_be16(&reply[6]) == b.id);
+    CHECK(Bench::word(reply) == feature::xml_file);
+    CHECK(reply[12] == 'P'); // a zip archive begins with PK
+    CHECK(reply[13] == 'K');
+    CHECK(b.ask(0x80, Bytes(135 * 4)).size() == 8 + 135 * 4);
+}
+
+TEST_CASE("DISCOVERY tells who and where the device is, to one or to all") {
+    Bench b;
+    for (const bool broadcast : {false, true}) {
+        const Bytes reply = b.send(b.datagram(0x02, {}), alice, broadcast);
+        REQUIRE(reply.size() == 256);
+        CHECK(load_be16(&reply[2]) == 0x03);
+        CHECK(load_be16(&reply[8 + 0x0A]) == 0x0211); // MAC
+        CHECK(load_be32(&reply[8 + 0x0C]) == 0x22334455);
+        CHECK(load_be32(&reply[8 + 0x24]) == 0xC0A80702);
+        CHECK(std::string(reinterpret_cast<const char*>(&reply[8 + 0x48])) == "Obscura");
+        CHECK(std::string(reinterpret_cast<const char*>(&reply[8 + 0xD8])) == "OBS000001");
+    }
+}
+
+TEST_CASE("Only the controller may write") {
+    Bench b;
+    CHECK(b.write(feature::width, 320) == access_denied); // nobody has control
+    CHECK(b.write_memory(feature::width, Bench::words({320})) == access_denied);
+    b.take_control(alice);
+    CHECK(b.write(feature::width, 320, bob) == access_denied);
+    CHECK(b.write_memory(feature::width, Bench::words({320}), bob) == access_denied);
+    // A control request must not smuggle another write along.
+    CHECK(Bench::status(b.ask(0x82, Bench::words({0xA00, 2, feature::width, 320}), bob)) == access_denied);
+    CHECK(Bench::word(b.read(feature::width, bob)) == 640); // reading is free
+    CHECK(b.write(feature::width, 320, alice) == ok);
+    CHECK(b.write(reg::control_privilege, 2, bob) == access_denied);
+    CHECK(b.write(reg::control_privilege, 2, alice) == ok); // again by its owner
+    CHECK(Bench::word(b.read(reg::primary_ip)) == alice.ip);
+    CHECK(Bench::word(b.read(reg::primary_port)) == alice.port);
+    CHECK(b.write(reg::control_privilege, 0, bob) == access_denied);
+    CHECK(b.write(reg::control_privilege, 0, alice) == ok);
+    CHECK(b.write(reg::control_privilege, 2, bob) == ok);
+}
+
+TEST_CASE("Exclusive control locks the others out of reading, but not out of discovery") {
+    Bench b;
+    CHECK(b.write(reg::control_privilege, 8) == invalid_parameter);
+    CHECK(b.write(reg::control_privilege, privilege::exclusive) == ok);
+    CHECK(Bench::status(b.read(0, bob)) == access_denied);
+    CHECK(Bench::status(b.read_memory(0, 8, bob)) == access_denied);
+    CHECK(Bench::status(b.send(b.datagram(0x02, {}), bob)) == ok);
+    CHECK(Bench::status(b.read(0, alice)) == ok);
+}
+
+TEST_CASE("Writes are validated, and a refused one changes nothing") {
+    const struct {
+        std::uint32_t address, value;
+        int expected;
+    } probes[] = {
+        {feature::width, 100'000, invalid_parameter},
+        {feature::width, 0xFFFFFFFF, invalid_parameter},
+        {feature::width, 0, invalid_parameter},
+        {feature::width, 320, ok},
+        {feature::offset_x, 1, invalid_parameter}, // the whole width is in use
+        {feature::pixel_format, 0x12345678, invalid_parameter},
+        {feature::pixel_format, 0x01080001, ok},
+        {feature::acquisition_mode, 3, invalid_parameter},
+        {feature::trigger_mode, 2, invalid_parameter},
+        {feature::trigger_source, 3, invalid_parameter},
+        {feature::exposure_time, 0, invalid_parameter},
+        {feature::exposure_time, 0xFFFFFFFF, invalid_parameter},
+        {feature::gain, 0xFFFFFFFF, invalid_parameter}, // -0.001 dB
+        {feature::gain, 6000, ok},
+        {feature::frame_rate, 0, invalid_parameter},
+        {feature::acquisition_start, 2, invalid_parameter},
+        {feature::payload_size, 1, write_protect},
+        {0x0, 1, write_protect},
+        {feature::xml_file, 1, write_protect},
+        {0x9FFC, 1, invalid_address},
+        {2, 1, bad_alignment},
+        {reg::stream_packet_size, 36, invalid_parameter},   // made another server spin for ever
+        {reg::stream_packet_size, 9000, invalid_parameter}, // MTU 1500
+        {reg::stream_packet_size, 1501, invalid_parameter},
+        {reg::stream_packet_size, 0x00010000 | 1500, invalid_parameter},
+        {reg::stream_packet_size, 1500, ok},
+        {reg::stream_packet_size, 576, ok},
+        {reg::stream_port, 0x00010000 | 5000, invalid_parameter}, // there is one interface
+        {reg::stream_port, 5000, ok},
+        {reg::stream_packet_delay, 0xFFFFFFFF, invalid_parameter},
+        {reg::stream_destination, 0x08080808, invalid_parameter}, // off link
+        {reg::stream_destination, 0xC0A80763, ok},
+        {reg::stream_destination, 0xEF010101, ok}, // multicast
+        {reg::heartbeat_timeout, 499, invalid_parameter},
+        {reg::heartbeat_timeout, 500, ok},
+        {reg::timestamp_control, 0, invalid_parameter},
+        {reg::timestamp_control, 4, invalid_parameter},
+        {reg::gvcp_configuration, 1, invalid_parameter}, // heartbeat cannot be disabled
+        {reg::gvsp_configuration, 1, invalid_parameter},
+        {reg::gvsp_configuration, 0x40000000, ok},
+    };
+    for (const auto& p : probes) {
+        CAPTURE(p.address, p.value);
+        // READREG/WRITEREG and READMEM/WRITEMEM have the same effects.
+        Bench by_register, by_memory;
+        by_register.take_control();
+        by_memory.take_control();
+        const CameraSettings before = by_register.camera.settings();
+        CHECK(by_register.write(p.address, p.value) == p.expected);
+        CHECK(by_memory.write_memory(p.address, Bench::words({p.value})) == p.expected);
+        CHECK(by_register.camera.settings() == by_memory.camera.settings());
+        if (p.expected != ok) CHECK(by_register.camera.settings() == before);
+        if (p.address % 4 == 0) {
+            const Bytes a = by_register.read(p.address), m = by_memory.read_memory(p.address, 4);
+            CHECK(Bench::status(a) == Bench::status(m));
+            if (Bench::status(a) == ok) CHECK(Bench::word(a) == Bench::word(m, 4));
+        }
+    }
+}
+
+TEST_CASE("Concatenated commands stop at the first error and say where") {
+    Bench b;
+    b.take_control();
+    const Bytes written =
+        b.ask(0x82, Bench::words({feature::width, 320, feature::height, 9999, feature::gain, 1000}));
+    CHECK(Bench::status(written) == invalid_parameter);
+    CHECK(Bench::word(written) == 1);
+    CHECK(b.camera.settings().region.width == 320);
+    CHECK(b.camera.settings().gain_db == 0);
+    CHECK(Bench::word(b.ask(0x82, Bench::words({feature::width, 100, feature::gain, 1000}))) == 2);
+
+    const Bytes read =
+        b.ask(0x80, Bench::words({feature::width, feature::height, 0xFFFFFFF0, feature::gain}));
+    CHECK(Bench::status(read) == invalid_address);
+    REQUIRE(read.size() == 8 + 8); // what was read before the error
+    CHECK(Bench::word(read) == 100);
+    CHECK(Bench::word(read, 4) == 480);
+
+    // WRITEMEM over several registers: bytes done.
+    const Bytes memory = b.ask(0x86, Bench::words({feature::width, 64, 9999, 0}));
+    CHECK(Bench::status(memory) == invalid_parameter);
+    CHECK(Bench::word(memory) == 4);
+    CHECK(b.camera.settings().region.width == 64);
+    CHECK(Bench::word(b.ask(0x86, Bench::words({feature::width, 96, 48, 10, 20}))) == 16);
+    CHECK(b.camera.settings().region == Region{10, 20, 96, 48});
+}
+
+TEST_CASE("Image format and stream are locked while streaming") {
+    Bench b;
+    b.start();
+    for (const std::uint32_t locked :
+         {feature::width, feature::height, feature::pixel_format, feature::acquisition_mode,
+          reg::stream_packet_delay, reg::stream_destination, reg::gvsp_configuration}) {
+        CAPTURE(locked);
+        CHECK(b.write(locked, Bench::word(b.read(locked))) == write_protect);
+    }
+    CHECK(b.write(reg::stream_packet_size, 576) == write_protect);
+    CHECK(b.write(feature::exposure_time, 5000) == ok);
+    CHECK(b.write(feature::gain, 5000) == ok);
+    CHECK(b.write(feature::acquisition_start, 1) == ok); // twice changes nothing
+    CHECK(b.stream.begun == 1);
+    CHECK(b.write(feature::acquisition_stop, 1) == ok);
+    CHECK(b.write(feature::width, 320) == ok);
+}
+
+TEST_CASE("The stream gets what the registers say") {
+    Bench b;
+    b.take_control();
+    CHECK(b.write(reg::stream_destination, 0xC0A80763) == ok);
+    CHECK(b.write(reg::stream_packet_delay, 1234) == ok);
+    CHECK(b.write(reg::stream_packet_size, 0x40000000 | 1400) == ok);
+    CHECK(b.write(reg::gvsp_configuration, 0x40000000) == ok);
+    CHECK(b.write(feature::pixel_format, 0x01080001) == ok);
+    CHECK(b.write(reg::stream_port, 5555) == ok);
+    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    const StreamConfig& c = b.stream.config;
+    CHECK(c.destination_ip == 0xC0A80763);
+    CHECK(c.destination_port == 5555);
+    CHECK(c.packet_size == 1400);
+    CHECK(c.do_not_fragment);
+    CHECK(c.extended_ids);
+    CHECK(c.packet_delay_ns == 1234);
+    CHECK(c.packs_pixels);
+    CHECK(Bench::word(b.read(feature::payload_size)) == 640 * 480);
+    CHECK(Bench::word(b.read(reg::stream_source_port)) == 4242);
+    // Closing the port ends the acquisition.
+    CHECK(b.write(reg::stream_port, 0) == ok);
+    CHECK_FALSE(b.camera.acquiring());
+}
+
+TEST_CASE("A test packet is fired at the given size, and only with somewhere to go") {
+    Bench b;
+    b.take_control();
+    CHECK(b.write(reg::stream_packet_size, 0x80000000 | 1000) == ok);
+    CHECK(b.stream.tests == 0);
+    CHECK(b.write(reg::stream_port, 5555) == ok);
+    CHECK(b.write(reg::stream_packet_size, 0xC0000000 | 1200) == ok);
+    CHECK(b.stream.tests == 1);
+    CHECK(b.stream.config.packet_size == 1200);
+    CHECK(b.stream.config.destination_ip == alice.ip);                          // GevSCDA 0: the controller
+    CHECK(Bench::word(b.read(reg::stream_packet_size)) == (0x40000000 | 1200)); // the fire bit reads 0
+}
+
+TEST_CASE("The heartbeat is the controller's alone and runs out by the clock") {
+    Bench b;
+    b.start();
+    const Time granted = b.clock.now();
+    CHECK(b.port.deadline() == granted + 3 * ns_per_s);
+    b.clock.advance(2 * ns_per_s);
+    b.read(reg::control_privilege, bob); // no third party keeps a dead controller alive
+    CHECK(b.port.deadline() == granted + 3 * ns_per_s);
+    b.write(feature::gain, 1000); // any command of the controller counts
+    CHECK(b.port.deadline() == granted + 5 * ns_per_s);
+    b.clock.advance(3 * ns_per_s - 1);
+    b.port.on_timer(b.clock.now());
+    CHECK(b.port.controlled());
+    CHECK(b.camera.acquiring());
+    b.clock.advance(1);
+    b.port.on_timer(b.clock.now());
+    CHECK_FALSE(b.port.controlled());
+    CHECK_FALSE(b.camera.acquiring());
+    CHECK(b.port.counters().control_lost == 1);
+    CHECK(Bench::word(b.read(reg::stream_port)) == 0);
+    CHECK(b.camera.settings().gain_db == 1); // features stay
+    CHECK(b.write(feature::gain, 2000) == access_denied);
+    CHECK(b.write(reg::control_privilege, 2, bob) == ok);
+}
+
+TEST_CASE("A repeated request is answered again but run once") {
+    Bench b;
+    b.take_control();
+    CHECK(b.write(feature::trigger_mode, 1) == ok);
+    CHECK(b.write(feature::trigger_source, 0) == ok);
+    CHECK(b.write(reg::stream_port, 5555) == ok);
+    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    const Bytes once = b.datagram(0x82, Bench::words({feature::trigger_software, 1}));
+    const Bytes first = b.send(once);
+    CHECK(b.send(once) == first);
+    CHECK(b.send(once) == first);
+    CHECK(b.camera.triggers() == 1);
+    CHECK(b.port.counters().retries == 2);
+    b.ask(0x82, Bench::words({feature::trigger_software, 1})); // the next id is a new command
+    CHECK(b.camera.triggers() == 2);
+}
+
+TEST_CASE("PACKETRESEND is served for controller and receiver, in both id formats") {
+    Bench b;
+    b.start();
+    const Bytes standard = b.datagram(0x40, Bench::words({7, 3, 9}), 0);
+    CHECK(b.send(standard).empty());
+    REQUIRE(b.stream.resends.size() == 1);
+    CHECK(b.stream.resends[0].block_id == 7);
+    CHECK(b.stream.resends[0].first == 3);
+    CHECK(b.stream.resends[0].last == 9);
+    b.send(b.datagram(0x40, Bench::words({7, 3, 0xFFFFFF}), 0),
+           Peer{alice.ip, 61234}); // from the stream's socket
+    REQUIRE(b.stream.resends.size() == 2);
+    CHECK(b.stream.resends[1].last == 0xFFFFFFFF);
+    b.send(b.datagram(0x40, Bench::words({0, 1, 2, 5, 6}), 0x10));
+    REQUIRE(b.stream.resends.size() == 3);
+    CHECK(b.stream.resends[2].extended);
+    CHECK(b.stream.resends[2].block_id == 0x500000006);
+    // Not: somebody else, another channel, a range upside down, block 0, the wrong length.
+    b.send(b.datagram(0x40, Bench::words({7, 3, 9}), 0), bob);
+    b.send(b.datagram(0x40, Bench::words({0x10007, 3, 9}), 0));
+    b.send(b.datagram(0x40, Bench::words({7, 9, 3}), 0));
+    b.send(b.datagram(0x40, Bench::words({0, 3, 9}), 0));
+    b.send(b.datagram(0x40, Bench::words({7, 3}), 0));
+    b.send(b.datagram(0x40, Bench::words({7, 3, 9}), 0x10));
+    CHECK(b.stream.resends.size() == 3);
+}
+
+TEST_CASE("ACTION triggers when keys and mask agree") {
+    Bench b;
+    b.take_control();
+    CHECK(b.write(reg::action_device_key, 0x11) == ok);
+    CHECK(b.write(reg::action_groups, 0x22) == ok);
+    CHECK(b.write(reg::action_groups + 4, 0x0F) == ok);
+    CHECK(b.write(feature::trigger_mode, 1) == ok);
+    CHECK(b.write(feature::trigger_source, 2) == ok);
+    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    const auto fire = [&](std::uint32_t device, std::uint32_t group, std::uint32_t mask) {
+        return Bench::status(b.send(b.datagram(0x100, Bench::words({device, group, mask})), bob, true));
+    };
+    CHECK(fire(0x12, 0x22, 1) == silence);
+    CHECK(fire(0x11, 0x23, 1) == silence);
+    CHECK(fire(0x11, 0x22, 0x10) == silence);
+    CHECK(b.camera.triggers() == 0);
+    CHECK(fire(0x11, 0x22, 0x18) == ok);
+    CHECK(b.camera.triggers() == 1);
+}
+
+TEST_CASE("Time stamps are TAI, latched whole, and restart at a reset") {
+    Bench b;
+    b.clock.set_tai_offset_ns(5'000'000'000'000'000'000);
+    b.take_control();
+    CHECK(b.write(reg::timestamp_control, 2) == ok);
+    const auto latched = [&] {
+        return std::uint64_t{Bench::word(b.read(reg::timestamp_high))} << 32 |
+               Bench::word(b.read(reg::timestamp_low));
+    };
+    const auto expected = static_cast<std::uint64_t>(b.clock.now().ns + 5'000'000'000'000'000'000);
+    CHECK(latched() == expected);
+    b.clock.advance(1000);
+    CHECK(latched() == expected);
+    CHECK(b.write(reg::timestamp_control, 3) == ok); // latch, then reset
+    CHECK(latched() == expected + 1000);
+    b.clock.advance(77);
+    CHECK(b.write(reg::timestamp_control, 2) == ok);
+    CHECK(latched() == 77);
+}
+
+TEST_CASE("100 000 random and damaged datagrams neither crash the device nor get control of it") {
+    Bench b;
+    b.take_control(alice);
+    const std::vector<Bytes> seeds = {
+        b.datagram(0x02, {}),
+        b.datagram(0x80, Bench::words({0xA00, 0x938})),
+        b.datagram(0x82, Bench::words({0xA00, 2, feature::width, 64})),
+        b.datagram(0x84, Bench::words({0x200, 512})),
+        b.datagram(0x86, Bench::words({0xE8, 0x41414141, 0, 0, 0})),
+        b.datagram(0x40, Bench::words({1, 0, 0xFFFFFF}), 0),
+        b.datagram(0x100, Bench::words({1, 2, 3})),
+        b.datagram(0x04, Bytes(56)),
+    };
+    std::uint32_t n = 0;
+    const auto random = [&n] { return philox4x32({n++, 0, 0, 7}, {1, 2})[0]; };
+    std::size_t longest = 0, answers = 0;
+    for (int i = 0; i < 100'000; ++i) {
+        Bytes d;
+        if (random() % 4 == 0) {
+            d.resize(random() % 600);
+            for (auto& byte : d)
+                byte = static_cast<std::uint8_t>(random());
+            if (!d.empty()) d[0] = 0x42;
+        } else {
+            d = seeds[random() % seeds.size()];
+            for (std::uint32_t k = random() % 4; k > 0; --k)
+                d[random() % d.size()] = static_cast<std::uint8_t>(random());
+            if (random() % 8 == 0) d.resize(random() % 560);
+        }
+        const Bytes reply = b.send(d, random() % 2 == 0 ? alice : bob, random() % 8 == 0);
+        longest = std::max(longest, reply.size());
+        answers += !reply.empty();
+        REQUIRE(explain_invalid(b.camera.settings(), b.camera.limits()).empty());
+    }
+    CHECK(longest <= 548);
+    CHECK(answers > 10'000);
+    CHECK(Bench::status(b.read(0, bob)) == ok); // still there
+}
+
+TEST_CASE("Histogram quantiles are right to a bin of 6 %") {
+    LatencyHistogram h;
+    CHECK(h.quantile_ns(0.5) == 0);
+    for (int i = 1; i <= 1000; ++i)
+        h.add(i * 1000);
+    CHECK(h.quantile_ns(0.5) >= 500'000);
+    CHECK(h.quantile_ns(0.5) <= 532'000);
+    CHECK(h.quantile_ns(0.99) >= 990'000);
+    CHECK(h.quantile_ns(1.0) == 1'000'000);
+    h.add(-5);
+    CHECK(h.quantile_ns(0.0001) == 0);
+}

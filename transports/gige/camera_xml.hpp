@@ -1,0 +1,12 @@
+// The GenICam description of this camera, zipped at build time from camera.xml.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace obscura::transports::gige {
+
+/// The zip archive that clients fetch; static storage.
+[[nodiscard]] std::span<const std::uint8_t> zipped_camera_xml() noexcept;
+
+} // namespace obscura::transports::gige

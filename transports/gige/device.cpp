@@ -1,0 +1,503 @@
+#include "transports/gige/device.hpp"
+
+#include "transports/gige/bytes.hpp"
+#include "transports/gige/camera_xml.hpp"
+#include "transports/gige/features.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace obscura::transports::gige {
+namespace {
+
+// GevSCPSPacketSize: the smallest IP datagram every host must take, and the largest we offer.
+constexpr std::uint32_t packet_size_min = 576;
+constexpr std::uint32_t packet_size_limit = 16'384;
+constexpr std::uint32_t scps_fire_test_packet = 0x80000000;
+constexpr std::uint32_t scps_do_not_fragment = 0x40000000;
+constexpr std::uint32_t gvsp_extended_ids = 0x40000000;
+constexpr std::uint32_t action_group_count = 1;
+constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
+
+constexpr std::array pixel_formats{PixelFormat::mono8,  PixelFormat::mono10, PixelFormat::mono12,
+                                   PixelFormat::mono14, PixelFormat::mono16, PixelFormat::mono10p,
+                                   PixelFormat::mono12p};
+
+constexpr bool is_multicast(std::uint32_t ip) {
+    return ip >> 28 == 0xE;
+}
+
+std::uint32_t time_units(std::int64_t ns) {
+    return static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(ns / feature::time_unit_ns, 0, std::int64_t{0xFFFFFFFF}));
+}
+std::uint32_t milli(double value) {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(value * 1000)));
+}
+double from_milli(std::uint32_t word) {
+    return static_cast<double>(static_cast<std::int32_t>(word)) / 1000;
+}
+
+} // namespace
+
+Device::Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
+               StreamPort& stream, const Clock& clock)
+    : settings_(settings),
+      network_(network),
+      control_(control),
+      stream_(stream),
+      clock_(clock),
+      limits_(control.limits()),
+      packet_size_max_(std::max(packet_size_min, std::min(network.mtu, packet_size_limit) / 4 * 4)) {
+    bank_.set_lock([this] { return control_.acquiring(); });
+    add_identity();
+    add_network();
+    add_capabilities();
+    add_timestamps();
+    add_stream();
+    add_actions();
+    add_image_format();
+    add_acquisition();
+    add_statistics();
+    add_xml();
+}
+
+void Device::constant(std::string_view name, std::uint32_t address, std::uint32_t value) {
+    bank_.add({.name = name, .address = address, .reset = value});
+}
+
+void Device::setting(std::string_view name, std::uint32_t address, bool locked,
+                     std::function<std::uint32_t(const CameraSettings&)> get,
+                     std::function<bool(CameraSettings&, std::uint32_t)> set) {
+    bank_.add({.name = name,
+               .address = address,
+               .access = Access::read_write,
+               .locked_while_streaming = locked,
+               .read = [this, get = std::move(get)] { return get(control_.settings()); },
+               .write =
+                   [this, set = std::move(set)](std::uint32_t value) {
+                       CameraSettings wanted = control_.settings();
+                       if (!set(wanted, value) || !explain_invalid(wanted, limits_).empty())
+                           return Status::invalid_parameter;
+                       return control_.apply(wanted) ? Status::success : Status::invalid_parameter;
+                   }});
+}
+
+void Device::command(std::string_view name, std::uint32_t address, std::function<Status()> run) {
+    bank_.add({.name = name,
+               .address = address,
+               .access = Access::write_only,
+               .write = [run = std::move(run)](std::uint32_t value) {
+                   return value == 1 ? run() : Status::invalid_parameter;
+               }});
+}
+
+void Device::add_identity() {
+    constant("Version", reg::version, 0x00020000);
+    // Big endian, transmitter, UTF-8.
+    constant("DeviceMode", reg::device_mode, 0x80000001);
+    bank_.add_string("DeviceVendorName", reg::manufacturer, 32, Access::read_only, settings_.vendor);
+    bank_.add_string("DeviceModelName", reg::model, 32, Access::read_only, settings_.model);
+    bank_.add_string("DeviceVersion", reg::device_version, 32, Access::read_only, settings_.firmware);
+    bank_.add_string("DeviceManufacturerInfo", reg::manufacturer_info, 48, Access::read_only,
+                     "Camera emulator");
+    bank_.add_string("DeviceSerialNumber", reg::serial, 16, Access::read_only, settings_.serial);
+    bank_.add_string("DeviceUserID", reg::user_name, 16, Access::read_write, settings_.user_name);
+}
+
+void Device::add_network() {
+    constant("MACHigh", reg::mac_high, static_cast<std::uint32_t>(network_.mac >> 32));
+    constant("MACLow", reg::mac_low, static_cast<std::uint32_t>(network_.mac));
+    // The host's own configuration decides; to GVCP that looks like a persistent address.
+    constant("IPOptions", reg::ip_options, 0x00000005);
+    constant("IPCurrent", reg::ip_current, 0x00000005);
+    const auto words = [this](std::uint32_t from, std::uint32_t to) {
+        for (std::uint32_t a = from; a < to; a += 4)
+            constant("Reserved", a, 0);
+    };
+    words(0x18, reg::current_ip);
+    constant("CurrentIPAddress", reg::current_ip, network_.address);
+    words(0x28, reg::current_mask);
+    constant("CurrentSubnetMask", reg::current_mask, network_.mask);
+    words(0x38, reg::current_gateway);
+    constant("CurrentDefaultGateway", reg::current_gateway, 0);
+    constant("InterfaceCount", reg::interface_count, 1);
+    words(0x640, reg::persistent_ip);
+    constant("PersistentIPAddress", reg::persistent_ip, network_.address);
+    words(0x650, reg::persistent_mask);
+    constant("PersistentSubnetMask", reg::persistent_mask, network_.mask);
+    words(0x660, reg::persistent_gateway);
+    constant("PersistentDefaultGateway", reg::persistent_gateway, 0);
+    constant("LinkSpeed", reg::link_speed, network_.speed_mbit_s);
+}
+
+void Device::add_capabilities() {
+    constant("MessageChannelCount", reg::message_channels, 0);
+    constant("StreamChannelCount", reg::stream_channels, 1);
+    constant("ActionSignalCount", reg::action_signals, action_group_count);
+    constant("ActiveLinkCount", reg::active_links, 1);
+    // SCSP register, 16-bit block ids.
+    constant("StreamCapability", reg::gvsp_capability, 0xC0000000);
+    constant("MessageCapability", reg::message_capability, 0);
+    // User name, serial, link speed, primary application registers, unconditional ACTION acknowledge, ACTION,
+    // PACKETRESEND, WRITEMEM, concatenation.
+    constant("GVCPCapability", reg::gvcp_capability, 0xD8000047);
+    bank_.add({.name = "GevTimestampTickFrequencyHigh", .address = reg::tick_frequency_high});
+    constant("GevTimestampTickFrequency", reg::tick_frequency_low, 1'000'000'000);
+    constant("DiscoveryAckDelay", reg::discovery_ack_delay, 0);
+    bank_.add({.name = "GVCPConfiguration",
+               .address = reg::gvcp_configuration,
+               .access = Access::read_write,
+               .maximum = 0});
+    constant("PendingTimeout", reg::pending_timeout, 1000);
+    bank_.add({.name = "GevGVSPExtendedIDMode",
+               .address = reg::gvsp_configuration,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .write = [this](std::uint32_t value) {
+                   if ((value & ~gvsp_extended_ids) != 0) return Status::invalid_parameter;
+                   bank_.poke(reg::gvsp_configuration, value);
+                   return Status::success;
+               }});
+    constant("ManifestTable", reg::manifest, 0);
+}
+
+void Device::add_timestamps() {
+    bank_.add({.name = "GevTimestampControl",
+               .address = reg::timestamp_control,
+               .access = Access::write_only,
+               .write = [this](std::uint32_t value) {
+                   constexpr std::uint32_t reset = 1, latch = 2;
+                   if (value == 0 || (value & ~(reset | latch)) != 0) return Status::invalid_parameter;
+                   if ((value & reset) != 0 && control_.acquiring()) return Status::write_protect;
+                   const Time now = clock_.now();
+                   if ((value & latch) != 0) timestamp_latched_ = device_time(now);
+                   if ((value & reset) != 0) timestamp_origin_ns_ = now.ns + clock_.tai_offset_ns();
+                   return Status::success;
+               }});
+    bank_.add({.name = "GevTimestampValueHigh", .address = reg::timestamp_high, .read = [this] {
+                   return static_cast<std::uint32_t>(timestamp_latched_ >> 32);
+               }});
+    bank_.add({.name = "GevTimestampValueLow", .address = reg::timestamp_low, .read = [this] {
+                   return static_cast<std::uint32_t>(timestamp_latched_);
+               }});
+}
+
+void Device::add_stream() {
+    bank_.add({.name = "GevSCPHostPort",
+               .address = reg::stream_port,
+               .access = Access::read_write,
+               .write = [this](std::uint32_t value) { return write_stream_port(value); }});
+    const auto initial =
+        std::clamp(static_cast<std::uint32_t>(settings_.packet_size), packet_size_min, packet_size_max_);
+    bank_.add({.name = "GevSCPSPacketSize",
+               .address = reg::stream_packet_size,
+               .access = Access::read_write,
+               .reset = scps_do_not_fragment | initial / 4 * 4,
+               .write = [this](std::uint32_t value) { return write_packet_size(value); }});
+    // 1 s per packet is the longest gap with any sense in it.
+    bank_.add({.name = "GevSCPD",
+               .address = reg::stream_packet_delay,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .maximum = static_cast<std::uint32_t>(ns_per_s)});
+    for (std::uint32_t a = 0xD0C; a < reg::stream_destination; a += 4)
+        constant("Reserved", a, 0);
+    bank_.add({.name = "GevSCDA",
+               .address = reg::stream_destination,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .write = [this](std::uint32_t ip) {
+                   // Without this, whoever takes control can aim a gigabit at any address in the world.
+                   if (ip != 0 && ip != controller_ip_ && !network_.on_link(ip) && !is_multicast(ip))
+                       return Status::invalid_parameter;
+                   bank_.poke(reg::stream_destination, ip);
+                   return Status::success;
+               }});
+    bank_.add({.name = "GevSCSP", .address = reg::stream_source_port, .read = [this] {
+                   return std::uint32_t{stream_.source_port()};
+               }});
+    constant("GevSCC", reg::stream_capability, 0);
+    bank_.add({.name = "GevSCCFG",
+               .address = reg::stream_configuration,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .maximum = 0});
+    const double limit = settings_.throughput_limit_mbit_s * 1e6 / 8;
+    bank_.add({.name = "DeviceLinkThroughputLimit",
+               .address = feature::throughput_limit,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .reset = static_cast<std::uint32_t>(std::clamp(limit > 0 ? limit : 125e6, 1e6, 4e9)),
+               .minimum = 1'000'000,
+               .maximum = 4'000'000'000});
+    bank_.add({.name = "DeviceLinkThroughputLimitMode",
+               .address = feature::throughput_limit_mode,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .reset = limit > 0,
+               .maximum = 1});
+    constant("PacketSizeMax", feature::packet_size_max, packet_size_max_);
+}
+
+void Device::add_actions() {
+    bank_.add({.name = "ActionDeviceKey", .address = reg::action_device_key, .access = Access::read_write});
+    for (std::uint32_t i = 0; i < action_group_count; ++i) {
+        const std::uint32_t base = reg::action_groups + 16 * i;
+        bank_.add({.name = "ActionGroupKey", .address = base, .access = Access::read_write});
+        bank_.add({.name = "ActionGroupMask", .address = base + 4, .access = Access::read_write});
+    }
+}
+
+void Device::add_image_format() {
+    constant("SensorWidth", feature::sensor_width, static_cast<std::uint32_t>(limits_.sensor_width));
+    constant("SensorHeight", feature::sensor_height, static_cast<std::uint32_t>(limits_.sensor_height));
+    constant("WidthMin", feature::width_min, static_cast<std::uint32_t>(limits_.width_min));
+    constant("WidthStep", feature::width_step, static_cast<std::uint32_t>(limits_.width_step));
+    constant("HeightMin", feature::height_min, static_cast<std::uint32_t>(limits_.height_min));
+    constant("HeightStep", feature::height_step, static_cast<std::uint32_t>(limits_.height_step));
+    constant("AdcBits", feature::adc_bits, static_cast<std::uint32_t>(limits_.adc_bits));
+
+    const auto extent = [this](std::string_view name, std::uint32_t address, bool locked,
+                               std::int32_t Region::*member) {
+        setting(
+            name, address, locked,
+            [member](const CameraSettings& s) { return static_cast<std::uint32_t>(s.region.*member); },
+            [member](CameraSettings& s, std::uint32_t value) {
+                if (value > 0x7FFFFFFF) return false;
+                s.region.*member = static_cast<std::int32_t>(value);
+                return true;
+            });
+    };
+    extent("Width", feature::width, true, &Region::width);
+    extent("Height", feature::height, true, &Region::height);
+    extent("OffsetX", feature::offset_x, false, &Region::x);
+    extent("OffsetY", feature::offset_y, false, &Region::y);
+    setting(
+        "PixelFormat", feature::pixel_format, true,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.pixel_format); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.pixel_format = static_cast<PixelFormat>(value);
+            return std::find(pixel_formats.begin(), pixel_formats.end(), s.pixel_format) !=
+                   pixel_formats.end();
+        });
+    bank_.add({.name = "PayloadSize", .address = feature::payload_size, .read = [this] {
+                   const CameraSettings s = control_.settings();
+                   return static_cast<std::uint32_t>(packed_bytes(s.pixel_format, s.region.area()));
+               }});
+}
+
+void Device::add_acquisition() {
+    setting(
+        "AcquisitionMode", feature::acquisition_mode, true,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.acquisition_mode); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.acquisition_mode = static_cast<AcquisitionMode>(value);
+            return value <= static_cast<std::uint32_t>(AcquisitionMode::multi_frame);
+        });
+    command("AcquisitionStart", feature::acquisition_start, [this] { return acquisition_start(); });
+    command("AcquisitionStop", feature::acquisition_stop, [this] { return acquisition_stop(); });
+    command("AcquisitionAbort", feature::acquisition_abort, [this] { return acquisition_stop(); });
+    setting(
+        "AcquisitionFrameCount", feature::acquisition_frame_count, true,
+        [](const CameraSettings& s) { return s.acquisition_frame_count; },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.acquisition_frame_count = value;
+            return true;
+        });
+    setting(
+        "AcquisitionFrameRate", feature::frame_rate, false,
+        [](const CameraSettings& s) { return milli(s.frame_rate_hz); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.frame_rate_hz = from_milli(value);
+            return true;
+        });
+    constant("AcquisitionFrameRateMin", feature::frame_rate_min, milli(limits_.frame_rate_min_hz));
+    constant("AcquisitionFrameRateMax", feature::frame_rate_max, milli(limits_.frame_rate_max_hz));
+    bank_.add({.name = "Acquiring", .address = feature::acquiring, .read = [this] {
+                   return std::uint32_t{control_.acquiring()};
+               }});
+    setting(
+        "TriggerMode", feature::trigger_mode, false,
+        [](const CameraSettings& s) { return std::uint32_t{s.trigger_enabled}; },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.trigger_enabled = value == 1;
+            return value <= 1;
+        });
+    setting(
+        "TriggerSource", feature::trigger_source, false,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_source); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.trigger_source = static_cast<TriggerSource>(value);
+            return value <= static_cast<std::uint32_t>(TriggerSource::action1);
+        });
+    command("TriggerSoftware", feature::trigger_software, [this] {
+        // A trigger that comes too early or when none is awaited is the camera's to count, not an error of
+        // the command.
+        control_.software_trigger(clock_.now());
+        return Status::success;
+    });
+    setting(
+        "TriggerDelay", feature::trigger_delay, false,
+        [](const CameraSettings& s) { return time_units(s.trigger_delay_ns); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.trigger_delay_ns = std::int64_t{value} * feature::time_unit_ns;
+            return true;
+        });
+    setting(
+        "ExposureTime", feature::exposure_time, false,
+        [](const CameraSettings& s) { return time_units(s.exposure_ns); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.exposure_ns = std::int64_t{value} * feature::time_unit_ns;
+            return true;
+        });
+    constant("ExposureTimeMin", feature::exposure_min,
+             time_units(limits_.exposure_min_ns + feature::time_unit_ns - 1));
+    constant("ExposureTimeMax", feature::exposure_max, time_units(limits_.exposure_max_ns));
+    setting(
+        "Gain", feature::gain, false, [](const CameraSettings& s) { return milli(s.gain_db); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.gain_db = from_milli(value);
+            return true;
+        });
+    constant("GainMin", feature::gain_min, milli(limits_.gain_min_db));
+    constant("GainMax", feature::gain_max, milli(limits_.gain_max_db));
+}
+
+void Device::add_statistics() {
+    const auto counter = [this](std::string_view name, std::uint32_t address,
+                                std::uint32_t StreamStatistics::*member) {
+        bank_.add({.name = name, .address = address, .read = [this, member] {
+                       return statistics_ ? statistics_().*member : 0U;
+                   }});
+    };
+    counter("StreamSubmittedFrameCount", feature::stream_submitted, &StreamStatistics::submitted);
+    counter("StreamDeliveredFrameCount", feature::stream_delivered, &StreamStatistics::delivered);
+    counter("StreamLostFrameCount", feature::stream_dropped, &StreamStatistics::dropped);
+    counter("StreamResentPacketCount", feature::stream_resent, &StreamStatistics::resent);
+}
+
+void Device::add_xml() {
+    const std::span<const std::uint8_t> zip = zipped_camera_xml();
+    const std::string url = fmt::format("Local:obscura_camera.zip;{:X};{:X}", feature::xml_file, zip.size());
+    bank_.add_string("XMLFirstURL", reg::xml_url_first, 512, Access::read_only, url);
+    bank_.add_string("XMLSecondURL", reg::xml_url_second, 512, Access::read_only, "");
+    bank_.add_block("XMLFile", feature::xml_file, zip);
+}
+
+std::uint64_t Device::device_time(Time t) const noexcept {
+    return static_cast<std::uint64_t>(t.ns + clock_.tai_offset_ns() - timestamp_origin_ns_);
+}
+
+StreamConfig Device::stream_config() const {
+    StreamConfig c;
+    c.destination_ip = bank_.peek(reg::stream_destination);
+    if (c.destination_ip == 0) c.destination_ip = controller_ip_;
+    c.destination_port = static_cast<std::uint16_t>(bank_.peek(reg::stream_port));
+    const std::uint32_t scps = bank_.peek(reg::stream_packet_size);
+    c.packet_size = scps & 0xFFFF;
+    c.do_not_fragment = (scps & scps_do_not_fragment) != 0;
+    c.extended_ids = (bank_.peek(reg::gvsp_configuration) & gvsp_extended_ids) != 0;
+    c.packet_delay_ns = bank_.peek(reg::stream_packet_delay);
+    if (bank_.peek(feature::throughput_limit_mode) != 0)
+        c.throughput_limit = bank_.peek(feature::throughput_limit);
+    c.timestamp_origin_ns = timestamp_origin_ns_;
+    const PixelFormat format = control_.settings().pixel_format;
+    // Frames hold 16-bit words; these formats want them as they are, unless the ADC is deeper.
+    const int format_bits = format == PixelFormat::mono10   ? 10
+                            : format == PixelFormat::mono12 ? 12
+                            : format == PixelFormat::mono14 ? 14
+                            : format == PixelFormat::mono16 ? 16
+                                                            : 0;
+    c.packs_pixels = limits_.adc_bits > format_bits;
+    c.max_payload_bytes = settings_.max_payload_bytes != 0
+                              ? settings_.max_payload_bytes
+                              : std::size_t{2} * static_cast<std::size_t>(limits_.sensor_width) *
+                                    static_cast<std::size_t>(limits_.sensor_height);
+    return c;
+}
+
+Status Device::acquisition_start() {
+    if (control_.acquiring()) return Status::success; // SFNC: starting twice changes nothing
+    // Receivers take a block id lower than the last for a late packet, so ids go on for as long as the
+    // channel stays open.
+    StreamConfig config = stream_config();
+    config.continue_blocks = !channel_fresh_;
+    if (!stream_.begin(config)) return Status::busy;
+    channel_fresh_ = false;
+    if (control_.acquisition_start()) return Status::success;
+    stream_.abort();
+    return Status::busy;
+}
+
+Status Device::acquisition_stop() {
+    // The block in work has to be off the wire before the answer: what is left of it would reach the port of
+    // the next stream and make its receiver take every new block for a late one.
+    stream_.abort();
+    control_.acquisition_stop(true);
+    return stream_.wait_idle(stop_patience_ns) ? Status::success : Status::busy;
+}
+
+void Device::control_lost() {
+    acquisition_stop();
+    bank_.poke(reg::stream_port, 0);
+    channel_fresh_ = true;
+    controller_ip_ = 0;
+}
+
+bool Device::action(const ActionRequest& request, Time edge) {
+    if (request.device_key != bank_.peek(reg::action_device_key)) return false;
+    bool concerned = false;
+    for (std::uint32_t i = 0; i < action_group_count; ++i) {
+        const std::uint32_t base = reg::action_groups + 16 * i;
+        const bool matches =
+            request.group_key == bank_.peek(base) && (request.group_mask & bank_.peek(base + 4)) != 0;
+        if (matches && i == 0) control_.action_trigger(edge);
+        concerned = concerned || matches;
+    }
+    return concerned;
+}
+
+bool Device::may_ask_resend(std::uint32_t ip) const noexcept {
+    const std::uint32_t destination = bank_.peek(reg::stream_destination);
+    return ip != 0 &&
+           (ip == controller_ip_ || ip == destination || (is_multicast(destination) && network_.on_link(ip)));
+}
+
+Status Device::write_stream_port(std::uint32_t value) {
+    // Bits 16-19 number the network interface; there is one.
+    if (value > 0xFFFF) return Status::invalid_parameter;
+    if (value == bank_.peek(reg::stream_port)) return Status::success;
+    const bool acquiring = control_.acquiring();
+    if (acquiring) {
+        stream_.abort();
+        if (value == 0) {
+            control_.acquisition_stop(true);
+            stream_.wait_idle(stop_patience_ns);
+        }
+    }
+    bank_.poke(reg::stream_port, value);
+    channel_fresh_ = true;
+    if (acquiring && value != 0 && !stream_.begin(stream_config())) return Status::busy;
+    return Status::success;
+}
+
+Status Device::write_packet_size(std::uint32_t value) {
+    const std::uint32_t size = value & 0xFFFF;
+    const std::uint32_t flags = value & ~0xFFFFU;
+    const std::uint32_t kept = bank_.peek(reg::stream_packet_size);
+    if ((flags & ~(scps_fire_test_packet | scps_do_not_fragment)) != 0) return Status::invalid_parameter;
+    if (size < packet_size_min || size > packet_size_max_ || size % 4 != 0) return Status::invalid_parameter;
+    if (control_.acquiring() && (value & ~scps_fire_test_packet) != kept) return Status::write_protect;
+    bank_.poke(reg::stream_packet_size, value & ~scps_fire_test_packet);
+    if ((flags & scps_fire_test_packet) != 0) {
+        const StreamConfig config = stream_config();
+        if (config.destination_port != 0 && config.destination_ip != 0) stream_.send_test_packet(config);
+    }
+    return Status::success;
+}
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,83 @@
+// The camera behind the registers: bootstrap and feature registers, and what writing them does.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/clock.hpp"
+#include "transports/gige/network_interface.hpp"
+#include "transports/gige/register_bank.hpp"
+#include "transports/gige/settings.hpp"
+#include "transports/gige/stream_port.hpp"
+
+#include <functional>
+
+namespace obscura::transports::gige {
+
+/// Counters shown in registers.
+struct StreamStatistics {
+    std::uint32_t submitted = 0, delivered = 0, dropped = 0, resent = 0;
+};
+
+/// Ties the register table to a CameraControl and a StreamPort. Knows nothing of sockets or commands.
+/// Control thread only; `control`, `stream` and `clock` must outlive it.
+class Device {
+public:
+    Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
+           StreamPort& stream, const Clock& clock);
+
+    [[nodiscard]] RegisterBank& registers() noexcept { return bank_; }
+    [[nodiscard]] const RegisterBank& registers() const noexcept { return bank_; }
+
+    /// The controlling application's address, 0 without one; streams may go there even when off link.
+    void set_controller(std::uint32_t ip) noexcept { controller_ip_ = ip; }
+    /// The controller left or fell silent: acquisition ends, the stream channel closes, features stay.
+    void control_lost();
+    /// An ACTION command. True when it concerned one of this device's signals.
+    bool action(const ActionRequest& request, Time edge);
+    /// PACKETRESEND is only served for who controls the device or receives the stream.
+    [[nodiscard]] bool may_ask_resend(std::uint32_t ip) const noexcept;
+    void resend(const ResendRequest& request) noexcept { stream_.resend(request); }
+    void set_statistics(std::function<StreamStatistics()> source) { statistics_ = std::move(source); }
+
+    /// TAI in ns minus the origin set by a time stamp reset.
+    [[nodiscard]] std::uint64_t device_time(Time t) const noexcept;
+
+private:
+    void add_identity();
+    void add_network();
+    void add_capabilities();
+    void add_timestamps();
+    void add_stream();
+    void add_actions();
+    void add_image_format();
+    void add_acquisition();
+    void add_statistics();
+    void add_xml();
+
+    void constant(std::string_view name, std::uint32_t address, std::uint32_t value);
+    void setting(std::string_view name, std::uint32_t address, bool locked,
+                 std::function<std::uint32_t(const CameraSettings&)> get,
+                 std::function<bool(CameraSettings&, std::uint32_t)> set);
+    void command(std::string_view name, std::uint32_t address, std::function<Status()> run);
+
+    [[nodiscard]] StreamConfig stream_config() const;
+    Status acquisition_start();
+    Status acquisition_stop();
+    Status write_stream_port(std::uint32_t value);
+    Status write_packet_size(std::uint32_t value);
+
+    const GigeSettings settings_;
+    const NetworkInterface network_;
+    CameraControl& control_;
+    StreamPort& stream_;
+    const Clock& clock_;
+    const CameraLimits limits_;
+    RegisterBank bank_;
+    std::function<StreamStatistics()> statistics_;
+    std::uint32_t controller_ip_ = 0;
+    std::uint32_t packet_size_max_;
+    bool channel_fresh_ = true; // no acquisition since the stream channel was opened
+    std::int64_t timestamp_origin_ns_ = 0;
+    std::uint64_t timestamp_latched_ = 0;
+};
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,86 @@
+#include "transports/gige/gige.hpp"
+
+#include "transports/gige/control_server.hpp"
+#include "transports/gige/gvsp_sender.hpp"
+
+namespace obscura::transports::gige {
+
+/// In order of construction; destroyed in reverse, so the control side goes before the sender.
+struct GigeCamera::Parts {
+    NetworkInterface network;
+    GvspSender sender;
+    Device device;
+    ControlPort port;
+    ControlServer server;
+
+    Parts(const GigeSettings& s, CameraControl& control, const Clock& clock)
+        : network(find_interface(s.interface)),
+          sender(s, network, clock),
+          device(s, network, control, sender, clock),
+          port(device, s),
+          server(port, network, clock, s.port, s.realtime_priority) {
+        device.set_statistics([this] {
+            const SenderCounters& c = sender.counters();
+            return StreamStatistics{static_cast<std::uint32_t>(c.submitted.load()),
+                                    static_cast<std::uint32_t>(c.delivered.load()),
+                                    static_cast<std::uint32_t>(c.dropped.load()),
+                                    static_cast<std::uint32_t>(c.resent_packets.load())};
+        });
+    }
+};
+
+GigeCamera::GigeCamera(GigeSettings settings, CameraControl& control, const Clock& clock)
+    : settings_(std::move(settings)), control_(control), clock_(clock) {}
+
+GigeCamera::~GigeCamera() {
+    stop();
+}
+
+void GigeCamera::start() {
+    parts_ = std::make_unique<Parts>(settings_, control_, clock_);
+    parts_->sender.start();
+    parts_->server.start();
+}
+
+void GigeCamera::stop() {
+    if (!parts_) return;
+    parts_->server.stop();
+    parts_->sender.stop();
+}
+
+bool GigeCamera::submit(const FrameRef& frame) noexcept {
+    return parts_ && parts_->sender.submit(frame);
+}
+
+TransportCounters GigeCamera::counters() const noexcept {
+    return gige_counters().frames;
+}
+
+GigeCounters GigeCamera::gige_counters() const noexcept {
+    GigeCounters out;
+    if (!parts_) return out;
+    const SenderCounters& s = parts_->sender.counters();
+    const PacketSocket& socket = parts_->sender.socket();
+    const ControlCounters& c = parts_->port.counters();
+    out.frames = {s.submitted.load(), s.delivered.load(), s.dropped.load(), socket.bytes()};
+    out.packets = socket.packets();
+    out.send_errors = socket.errors();
+    out.injected_losses = s.injected_losses.load();
+    out.resend_requests = s.resend_requests.load();
+    out.resent_packets = s.resent_packets.load();
+    out.control_lost = c.control_lost.load();
+    out.retries = c.retries.load();
+    out.commands = c.datagrams.load();
+    out.denied = c.denied.load();
+    out.trigger_to_first_p50_ns = s.trigger_to_first.quantile_ns(0.5);
+    out.trigger_to_first_p99_ns = s.trigger_to_first.quantile_ns(0.99);
+    out.trigger_to_last_p50_ns = s.trigger_to_last.quantile_ns(0.5);
+    out.trigger_to_last_p99_ns = s.trigger_to_last.quantile_ns(0.99);
+    return out;
+}
+
+std::string GigeCamera::address() const {
+    return parts_ ? dotted(parts_->network.address) : std::string();
+}
+
+} // namespace obscura::transports::gige

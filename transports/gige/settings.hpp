@@ -1,0 +1,29 @@
+// What a GigE Vision camera is made from.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace obscura::transports::gige {
+
+/// Plain data; the first fields are those of config's [gige] section under the same names.
+struct GigeSettings {
+    std::string interface = "lo"; ///< interface name or one of its IPv4 addresses; any 127.x.y.z on loopback
+    std::int32_t port = 3956;     ///< clients know no other
+    std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name = "";
+    std::int32_t packet_size = 1500; ///< reset value of GevSCPSPacketSize; taken down to the interface's MTU
+    std::int32_t heartbeat_timeout_ms = 3000;
+    std::int32_t history_frames = 4; ///< frames kept for packet resend; each holds a frame of the pool
+    double drop_percent = 0;         ///< fault: payload packets left out on purpose at first sending
+    std::uint64_t seed = 1;          ///< of that choice: same seed, same packets
+
+    /// Reset value of DeviceLinkThroughputLimit. Receivers have room for a fraction of a frame, so a camera
+    /// that sends faster than they read loses packets; a gigabit is what they are used to. 0: no limit.
+    double throughput_limit_mbit_s = 1000;
+    std::string firmware = "0.1.0";    ///< DeviceVersion
+    std::size_t max_payload_bytes = 0; ///< largest frame; 0: the whole sensor at 16 bits
+    int realtime_priority = 0;         ///< SCHED_FIFO priority of the sender, control one above; 0: none
+    std::string backend = "sendmmsg";  ///< sendmmsg, sendto
+};
+
+} // namespace obscura::transports::gige
