@@ -4,6 +4,7 @@
 #include "emulator/releaser.hpp"
 #include "sync/registry.hpp"
 #include "transports/file/file_sink.hpp"
+#include "transports/gige/gige.hpp"
 
 #include <fmt/format.h>
 
@@ -66,6 +67,25 @@ namespace {
 
 using TransportPtr = std::unique_ptr<transports::Transport>;
 
+TransportPtr make_gige(const config::Config& config, CameraControl& control, const Clock& clock,
+                       const Priorities& priorities) {
+    if (!config.gige.enabled) return nullptr;
+    transports::gige::GigeSettings settings;
+    settings.interface = config.gige.interface;
+    settings.port = config.gige.port;
+    settings.vendor = config.gige.vendor;
+    settings.model = config.gige.model;
+    settings.serial = config.gige.serial;
+    settings.user_name = config.gige.user_name;
+    settings.packet_size = config.gige.packet_size;
+    settings.heartbeat_timeout_ms = config.gige.heartbeat_timeout_ms;
+    settings.history_frames = config.gige.history_frames;
+    settings.drop_percent = config.gige.drop_percent;
+    settings.seed = config.daemon.seed;
+    settings.realtime_priority = priorities.transmit;
+    return std::make_unique<transports::gige::GigeCamera>(settings, control, clock);
+}
+
 TransportPtr make_file(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
                        const Priorities& /*priorities*/) {
     if (!config.file.enabled) return nullptr;
@@ -83,6 +103,7 @@ TransportPtr make_file(const config::Config& config, CameraControl& /*control*/,
 // One line for each kind of transport.
 constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const Priorities&) = {
     make_file,
+    make_gige,
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/realtime.hpp"
 #include "emulator/statistics.hpp"
+#include "transports/gige/gige.hpp"
 
 #include <fmt/format.h>
 
@@ -79,6 +80,9 @@ void Daemon::start() {
         stop();
         throw;
     }
+    for (const auto& transport : transports_)
+        if (const auto* gige = dynamic_cast<const transports::gige::GigeCamera*>(transport.get()))
+            address_ = fmt::format("{}:{}", gige->address(), config_.gige.port);
     if (config_.daemon.autostart || !config_.gige.enabled) camera_->acquisition_start();
 }
 

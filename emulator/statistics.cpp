@@ -1,5 +1,7 @@
 #include "emulator/statistics.hpp"
 
+#include "transports/gige/gige.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -23,6 +25,19 @@ Json transport_counters(const transports::Transport& transport) {
     const transports::TransportCounters c = transport.counters();
     Json json{
         {"submitted", c.submitted}, {"delivered", c.delivered}, {"dropped", c.dropped}, {"bytes", c.bytes}};
+    if (const auto* gige = dynamic_cast<const transports::gige::GigeCamera*>(&transport)) {
+        const transports::gige::GigeCounters g = gige->gige_counters();
+        json["packets"] = g.packets;
+        json["send_errors"] = g.send_errors;
+        json["injected_losses"] = g.injected_losses;
+        json["resend_requests"] = g.resend_requests;
+        json["resent_packets"] = g.resent_packets;
+        json["control_lost"] = g.control_lost;
+        json["trigger_to_first_packet_us"] = {{"p50", to_us(g.trigger_to_first_p50_ns)},
+                                              {"p99", to_us(g.trigger_to_first_p99_ns)}};
+        json["trigger_to_last_packet_us"] = {{"p50", to_us(g.trigger_to_last_p50_ns)},
+                                             {"p99", to_us(g.trigger_to_last_p99_ns)}};
+    }
     return json;
 }
 

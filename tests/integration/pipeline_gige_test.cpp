@@ -1,0 +1,186 @@
+// The whole way of a frame: clock -> scene -> detector -> GigE Vision -> libaravis in another process, and
+// the same frames made again without any of that.
+#include "config/config.hpp"
+#include "emulator/assemble.hpp"
+#include "tests/integration/daemon_bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/data.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+
+using namespace obscura;
+using namespace obscura::test;
+using namespace std::chrono_literals;
+using Catch::Matchers::Contains;
+
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string obscura_program = OBSCURA_BINARY_DIR "/tools/obscura";
+
+ChildProcess grab(const TempFolder& folder, const std::string& address, int frames,
+                  const std::string& output) {
+    std::vector<std::string> arguments{
+        obscura_program, "grab", "--address",     address, "--frames", std::to_string(frames),
+        "--timeout",     "30",   "--packet-size", "8000",  "--json"};
+    if (!output.empty())
+        arguments.insert(arguments.end(), {"--format", "raw", "--output", (folder.path() / output).string()});
+    return ChildProcess(folder.path(), "grab", arguments);
+}
+
+std::filesystem::path frame_file(const TempFolder& folder, const std::string& output, int number) {
+    return folder.path() / output / fmt::format("frame_{:06}.raw", number);
+}
+
+// Number of frames 1..n that differ from what the configuration gives offline, in this process.
+int count_different(const TempFolder& folder, const std::filesystem::path& configuration,
+                    const std::string& output, int frames) {
+    const config::Config config = config::load(configuration);
+    const emulator::Imaging imaging(config, 1);
+    int different = 0;
+    for (int number = 1; number <= frames; ++number) {
+        const FrameRef frame = imaging.pool->acquire();
+        REQUIRE(
+            imaging.maker->make(imaging.nominal_order(static_cast<std::uint64_t>(number)), *frame).empty());
+        const std::string received = text_of(frame_file(folder, output, number));
+        const auto pixels = frame->pixels();
+        const bool same = received.size() == pixels.size_bytes() &&
+                          std::memcmp(received.data(), pixels.data(), received.size()) == 0;
+        if (!same) ++different;
+    }
+    return different;
+}
+
+struct Outcome {
+    Json received, daemon;
+};
+
+// Starts the daemon, receives, stops, and demands that every frame arrived whole and as made offline.
+Outcome stream_and_compare(const TempFolder& folder, const DaemonOptions& options, int frames) {
+    const std::filesystem::path configuration = write_configuration(folder, options);
+    DaemonProcess daemon(folder, configuration);
+    if (!daemon.wait_ready()) FAIL("not ready: " << daemon.process().err());
+    CHECK(daemon.ready_text() == "ready " + options.address + ":3956\n");
+    ChildProcess client = grab(folder, options.address, frames, "received");
+    const auto status = client.wait(std::chrono::milliseconds(60'000 + 1000 * frames));
+    INFO(client.out() << client.err() << daemon.process().err());
+    CHECK(status == 0);
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+
+    Outcome outcome{Json::parse(client.out()), Json::parse(daemon.statistics())};
+    CHECK(outcome.received["frames"] == frames);
+    CHECK(outcome.received["incomplete"] == 0);
+    CHECK(outcome.received["missing"] == 0);
+    // Consecutive numbers from 1: every file is there, and there is no other.
+    for (int number = 1; number <= frames; ++number)
+        CHECK(std::filesystem::exists(frame_file(folder, "received", number)));
+    CHECK_FALSE(std::filesystem::exists(frame_file(folder, "received", frames + 1)));
+    CHECK(count_different(folder, configuration, "received", frames) == 0);
+    return outcome;
+}
+
+} // namespace
+
+TEST_CASE("a hundred triggered frames of 1024 x 1024 arrive whole and are those made offline") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(1);
+    const Outcome outcome = stream_and_compare(folder, options, 100);
+    const Json& camera = outcome.daemon["camera"];
+    CHECK(camera["frames"] >= 100);
+    CHECK(camera["dropped"] == 0);
+    CHECK(camera["triggers"] == camera["frames"].get<int>() + camera["missed_triggers"].get<int>());
+}
+
+TEST_CASE("with one packet in a hundred left out, resending makes every frame whole") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(2);
+    options.gige_more = "drop_percent = 1\n";
+    const Outcome outcome = stream_and_compare(folder, options, 100);
+    const Json& gige = outcome.daemon["transports"]["gige"];
+    // 263 packets of 8000 bytes a frame: about 263 losses in 100 frames.
+    CHECK(gige["injected_losses"] > 100);
+    CHECK(gige["resent_packets"] >= gige["injected_losses"].get<int>() / 2);
+    CHECK(outcome.received["resent_packets"] > 100);
+}
+
+TEST_CASE("a client that vanishes in the middle of the stream leaves a camera for the next one") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(3);
+    options.size = 256;
+    options.rate_hz = 20;
+    options.gige_more = "heartbeat_timeout_ms = 1000\n";
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    {
+        ChildProcess first = grab(folder, options.address, 100'000, "first");
+        for (int i = 0; i < 3000 && !std::filesystem::exists(frame_file(folder, "first", 5)); ++i)
+            std::this_thread::sleep_for(10ms);
+        REQUIRE(first.running());
+    } // killed
+    // Until its heartbeat is missed the camera belongs to the client that is gone.
+    bool received = false;
+    for (int attempt = 0; attempt < 30 && !received; ++attempt) {
+        std::this_thread::sleep_for(500ms);
+        ChildProcess second = grab(folder, options.address, 5, "second");
+        received = second.wait(60s) == 0;
+    }
+    CHECK(received);
+    CHECK(std::filesystem::exists(frame_file(folder, "second", 1)));
+    REQUIRE(daemon.process().running());
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    CHECK(Json::parse(daemon.statistics())["transports"]["gige"]["control_lost"] == 1);
+}
+
+TEST_CASE("a clock faster than rendering: missed triggers are counted, frames arrive whole") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(4);
+    options.size = 512;
+    options.rate_hz = 2000;
+    const Outcome outcome = stream_and_compare(folder, options, 10);
+    CHECK(outcome.daemon["camera"]["missed_triggers"] > 10);
+}
+
+TEST_CASE("SIGTERM in the middle of a stream ends the daemon within a second") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(5);
+    options.size = 512;
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    ChildProcess client = grab(folder, options.address, 100'000, "received");
+    for (int i = 0; i < 3000 && !std::filesystem::exists(frame_file(folder, "received", 3)); ++i)
+        std::this_thread::sleep_for(10ms);
+    const auto begin = ChildProcess::Clock::now();
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    CHECK(ChildProcess::Clock::now() - begin < 1s);
+}
+
+TEST_CASE("a port in use and an interface that is not there are named") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(6);
+    options.size = 64;
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    DaemonProcess second(folder, write_configuration(folder, options), {}, "second");
+    CHECK(second.process().wait(30s) == 69);
+    CHECK_THAT(second.process().err(), Contains(options.address) && Contains("3956"));
+    CHECK(second.ready_text().empty());
+    CHECK(daemon.process().running());
+
+    options.address = "eth-not-there";
+    DaemonProcess third(folder, write_configuration(folder, options), {}, "third");
+    CHECK(third.process().wait(30s) == 69);
+    CHECK_THAT(third.process().err(), Contains("eth-not-there"));
+}
