@@ -1,0 +1,83 @@
+// A GUD display that exists in memory only: what the reference device and the tests' fake device have in
+// common.
+#pragma once
+
+#include "transports/stimulator/gud.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace obscura::tools {
+
+namespace gud = transports::gud;
+
+struct GudDeviceSettings {
+    std::uint16_t width = 640, height = 480;
+    double refresh_hz = 60;
+    std::vector<gud::Format> formats{gud::Format::r8};
+    bool full_update = false;
+    bool lz4 = true;
+    bool frame_status = true; ///< answers Obscura's extension
+    std::uint32_t max_buffer_size = 0;
+};
+
+/// One update that arrived.
+struct GudUpdate {
+    gud::SetBuffer buffer;
+    std::span<const std::uint8_t> pixels; ///< decompressed
+};
+
+/// Device side of GUD. The owner carries requests and data to it; nothing here waits or talks to USB.
+/// Requests are refused by a stall where USB lets a device do so, else by the status, as a FunctionFS device
+/// must. Not thread-safe.
+class GudDevice {
+public:
+    explicit GudDevice(GudDeviceSettings settings);
+
+    /// Answer to a request for at most `length` bytes; nothing: stall.
+    [[nodiscard]] std::optional<std::vector<std::uint8_t>>
+    control_in(std::uint8_t request, std::uint16_t value, std::size_t length, std::uint64_t now_ns);
+    /// Whether a request with data for the device exists at all; if not it may be stalled before its data.
+    [[nodiscard]] bool knows_control_out(std::uint8_t request) const;
+    void control_out(std::uint8_t request, std::uint16_t value, std::span<const std::uint8_t> data);
+
+    /// What the next bulk transfer will carry; nothing while none is announced (or the display is off). The
+    /// announcement is used up: a further one that comes before finish_bulk() is for the transfer after.
+    [[nodiscard]] std::optional<gud::SetBuffer> begin_bulk();
+    /// Takes the bytes of that transfer. False when they made no sense.
+    bool finish_bulk(const gud::SetBuffer& buffer, std::span<const std::uint8_t> data, std::uint64_t now_ns);
+    /// It broke off.
+    void bulk_failed() { ++frame_.errors; }
+    /// The cable was pulled: everything but the picture is as after power-up.
+    void reset();
+
+    [[nodiscard]] const GudDeviceSettings& settings() const { return settings_; }
+    [[nodiscard]] gud::Format format() const { return state_.format; }
+    [[nodiscard]] bool display_on() const { return display_on_; }
+    /// Bytes of the screen, row by row in format().
+    [[nodiscard]] std::span<const std::uint8_t> screen() const { return screen_; }
+    [[nodiscard]] const gud::FrameStatus& status() const { return frame_; }
+    /// One line for what was refused last; for logs.
+    [[nodiscard]] const std::string& complaint() const { return complaint_; }
+    /// Called with every update that arrived.
+    std::function<void(const GudUpdate&)> on_update;
+
+private:
+    [[nodiscard]] gud::Mode mode() const;
+    void refuse(gud::Status status, std::string why);
+
+    GudDeviceSettings settings_;
+    gud::Status last_status_ = gud::Status::ok;
+    gud::State state_, checked_;
+    bool has_checked_ = false, committed_ = false, controller_on_ = false, display_on_ = false;
+    std::optional<gud::SetBuffer> announced_;
+    std::vector<std::uint8_t> screen_, scratch_;
+    gud::FrameStatus frame_;
+    std::string complaint_;
+};
+
+} // namespace obscura::tools
