@@ -38,8 +38,8 @@ class TableWriter {
 public:
     explicit TableWriter(const std::filesystem::path& file) : name_(file.string()) {
         fitsfile* raw = nullptr;
-        // "!" replaces an existing file; cfitsio's extended syntax must not see brackets of the name.
-        fits_create_diskfile(&raw, ("!" + name_).c_str(), &status_);
+        // Not fits_create_file(), to which brackets in a name mean something.
+        fits_create_diskfile(&raw, name_.c_str(), &status_);
         check();
         file_.reset(raw);
         fits_create_img(raw, BYTE_IMG, 0, nullptr, &status_);
@@ -167,6 +167,7 @@ double UniformityGrid::operator()(PixelPoint p) const {
 
 void write_calibration(const std::filesystem::path& file, const CalibrationTable& t) {
     PendingFile pending(file);
+    std::filesystem::remove(pending.path()); // cfitsio wants to make the file itself
     TableWriter out(pending.path());
     out.key("SCREENW", t.screen_width, "[pixel] width of the screen");
     out.key("SCREENH", t.screen_height, "[pixel] height of the screen");

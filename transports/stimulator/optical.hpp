@@ -77,6 +77,7 @@ private:
     RadiometricCurve curve_;
     double peak_ = 1;
     bool direct_ = true;       // screen pixel = camera pixel
+    double widest_ = 0;        // largest distance of neighbouring screen pixels, in camera pixels
     int samples_ = 1;          // sub-samples a side of the footprint
     std::vector<float> u_, v_; // camera position of each screen pixel; empty when direct
     std::vector<float> gain_;  // luminance per digital number above black; empty: gain0_
