@@ -140,7 +140,7 @@ Keys keys_of(GigeSection& s) {
 Keys keys_of(FileSection& s) {
     return {
         {"enabled", &s.enabled, {}, {}, {}, "Write every frame to a file"},
-        {"directory", Path{&s.directory, false}, {}, {}, {}, "Folder for the files; must exist"},
+        {"directory", Path{&s.directory, false}, {}, {}, {}, "Folder for the files; made if need be"},
         {"format", &s.format, {}, {}, {"png", "fits", "raw"}, "Kind of file"},
         {"queue_frames",
          &s.queue_frames,

@@ -251,6 +251,7 @@ std::optional<ClockReading> Receiver::read_clock(int attempts) const {
     const std::uint64_t ticks_per_s = *high << 32 | *low;
     if (ticks_per_s == 0) return std::nullopt;
     std::optional<ClockReading> best;
+    std::int64_t earlier_ns = -1;
     for (int i = 0; i < attempts; ++i) {
         ErrorSlot error;
         const std::int64_t before = realtime_ns();
@@ -261,6 +262,9 @@ std::optional<ClockReading> Receiver::read_clock(int attempts) const {
         const std::uint64_t ticks = *time_high << 32 | *time_low;
         const auto camera_ns = static_cast<std::int64_t>(ticks / ticks_per_s * 1'000'000'000u +
                                                          ticks % ticks_per_s * 1'000'000'000u / ticks_per_s);
+        // A register that does not move is no latch: some cameras acknowledge the write and do nothing.
+        if (camera_ns <= earlier_ns) return std::nullopt;
+        earlier_ns = camera_ns;
         if (!best || after - before < best->round_trip_ns)
             best = {before + (after - before) / 2, before + (after - before) / 2 - camera_ns, after - before};
     }

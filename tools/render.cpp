@@ -2,6 +2,7 @@
 #include "config/config.hpp"
 #include "renderer/renderer.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/irradiance_image.hpp"
 #include "tools/preview.hpp"
 #include "tools/progress.hpp"
 #include "tools/report.hpp"
@@ -147,22 +148,14 @@ private:
             {"SAMPLES", static_cast<std::int64_t>(settings_.samples_per_pixel), "rays per pixel"},
             {"SEED", static_cast<std::int64_t>(settings_.seed), "of the sampling"},
         };
-        for (std::size_t i = 0; i < bands.size(); ++i) {
-            out.push_back({fmt::format("B{}_FROM", i), 1e9 * bands[i].from_m, "[nm] lower end of the band"});
-            out.push_back({fmt::format("B{}_TO", i), 1e9 * bands[i].to_m, "[nm] upper end of the band"});
-        }
+        const transports::Cards of_bands = band_cards(bands);
+        out.insert(out.end(), of_bands.begin(), of_bands.end());
         return out;
     }
 
     void write_exr(std::int32_t width, std::int32_t height, const std::vector<scene::SpectralBand>& bands,
                    const std::vector<float>& image) const {
-        const std::size_t plane = image.size() / bands.size();
-        std::vector<transports::ExrChannel> channels;
-        for (std::size_t i = 0; i < bands.size(); ++i)
-            channels.push_back({fmt::format("irradiance.{}-{}nm", std::lround(1e9 * bands[i].from_m),
-                                            std::lround(1e9 * bands[i].to_m)),
-                                "W m-2", std::span(image).subspan(i * plane, plane)});
-        transports::write_exr(output_, width, height, channels, cards(bands));
+        transports::write_exr(output_, width, height, irradiance_channels(image, bands), cards(bands));
     }
     void write_fits(std::int32_t width, std::int32_t height, const std::vector<scene::SpectralBand>& bands,
                     const std::vector<float>& image) const {
