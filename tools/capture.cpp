@@ -45,10 +45,7 @@ public:
 
     int run() override {
         const config::Config config = config::load(config_);
-        std::error_code error;
-        std::filesystem::create_directories(output_, error);
-        if (error) throw OutputError(fmt::format("{}: cannot be made: {}", output_, error.message()));
-        transports::require_writable(output_);
+        transports::make_writable(output_);
 
         emulator::Imaging imaging(config, 1);
         const FrameRef frame = imaging.pool->acquire();

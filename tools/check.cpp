@@ -1,5 +1,6 @@
 // obscura check: is a configuration or a scene sound?
 #include "config/config.hpp"
+#include "emulator/assemble.hpp"
 #include "tools/verb.hpp"
 
 #include <fmt/format.h>
@@ -28,10 +29,13 @@ public:
         if (scene_) {
             if (print_)
                 throw UsageError("obscura check: --print goes with a configuration, not with --scene");
-            fmt::print("{}: good: {}\n", file_, describe(config::load_scene(file_)));
+            const scene::Scene scene = config::load_scene(file_);
+            const renderer::Renderer built(scene, {});
+            fmt::print("{}: good: {}\n", file_, describe(scene));
             return exit_ok;
         }
         const config::Config config = config::load(file_);
+        const emulator::Imaging built(config, 1);
         if (print_)
             std::fputs(config::print(config).c_str(), stdout);
         else

@@ -1,10 +1,14 @@
 // The only translation unit that sees CLI11.
 #include "tools/command_line.hpp"
 
+#include "core/suggestion.hpp"
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -42,6 +46,41 @@ std::string default_text(const OptionTarget& target) {
                 return fmt::format("{}", *value);
         },
         target);
+}
+
+std::string range_text(const Option& o) {
+    const auto brief = [](double v) {
+        return std::abs(v) < 1e7 ? fmt::format("{}", v) : fmt::format("{:g}", v);
+    };
+    return brief(o.min) + " to " + brief(o.max);
+}
+
+/// Empty when `text` is a number within the option's range.
+std::string range_complaint(const Option& o, const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc{} && end == text.data() + text.size() && value >= o.min && value <= o.max)
+        return {};
+    return fmt::format("\"{}\" is not allowed, allowed {}", text.substr(0, 60), range_text(o));
+}
+
+std::string choice_complaint(const Option& o, const std::string& text) {
+    if (std::find(o.choices.begin(), o.choices.end(), text) != o.choices.end()) return {};
+    return fmt::format("\"{}\" is not known, allowed {}", text.substr(0, 60), fmt::join(o.choices, ", "));
+}
+
+/// What to say about arguments that nothing takes.
+std::string surplus_complaint(const std::vector<Option>& options, const std::vector<std::string>& surplus) {
+    std::vector<std::string> names{"--help"};
+    for (const Option& o : options)
+        if (!o.positional) names.push_back(o.names.substr(o.names.rfind(',') + 1));
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    for (const std::string& argument : surplus)
+        if (argument.size() > 1 && argument[0] == '-') {
+            const std::string name = argument.substr(0, std::min<std::size_t>(argument.find('='), 60));
+            return fmt::format("unknown option \"{}\", {}", name, suggestion(name, known));
+        }
+    return fmt::format("unexpected argument \"{}\"", surplus.empty() ? "" : surplus.front().substr(0, 60));
 }
 
 } // namespace
@@ -84,13 +123,17 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
                     return app.add_option(o.names, *value);
             },
             o.target);
-        if (o.max > o.min) made->check(CLI::Range(o.min, o.max));
-        if (!o.choices.empty()) made->check(CLI::IsMember(o.choices));
+        if (o.max > o.min) made->check([&o](const std::string& text) { return range_complaint(o, text); });
+        if (!o.choices.empty())
+            made->check([&o](const std::string& text) { return choice_complaint(o, text); });
         if (!std::holds_alternative<bool*>(o.target)) made->take_last();
     }
     try {
         // CLI11 takes the arguments last first.
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+    } catch (const CLI::ExtrasError&) {
+        throw UsageError(fmt::format("obscura {}: {} (try: obscura {} --help)", verb,
+                                     surplus_complaint(options, app.remaining()), verb));
     } catch (const CLI::ParseError& error) {
         std::string what = error.what();
         for (char& c : what)
@@ -139,7 +182,7 @@ std::string CommandLine::help(std::string_view verb) const {
         if (!o.value_name.empty()) left += " " + o.value_name;
         std::string right = o.help;
         if (!o.choices.empty()) right += fmt::format(" ({})", fmt::join(o.choices, " | "));
-        if (o.max > o.min) right += fmt::format(" ({} to {})", o.min, o.max);
+        if (o.max > o.min) right += fmt::format(" ({})", range_text(o));
         if (const std::string value = default_text(o.target); !o.required && !value.empty())
             right += fmt::format(" [{}]", value);
         line(left, right);

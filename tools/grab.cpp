@@ -102,10 +102,7 @@ public:
         if (rate_hz_ > 0 && software_rate_hz_ > 0)
             throw UsageError("obscura grab: --rate and --software-trigger-rate exclude each other");
         if (!output_.empty()) {
-            std::error_code error;
-            std::filesystem::create_directories(output_, error);
-            if (error) throw OutputError(fmt::format("{}: cannot be made: {}", output_, error.message()));
-            transports::require_writable(output_);
+            transports::make_writable(output_);
         }
         Receiver receiver({address_, packet_size_, packet_delay_ns_, 16});
         configure(receiver);

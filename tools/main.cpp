@@ -1,4 +1,5 @@
 // obscura VERB ...: the command line beside the daemon.
+#include "core/suggestion.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/verb.hpp"
 
@@ -6,6 +7,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -48,9 +50,9 @@ int run(const std::vector<std::string>& arguments) {
         fmt::print("obscura {}\n", OBSCURA_VERSION);
         return exit_ok;
     }
-    std::string known;
+    std::vector<std::string_view> known;
     for (const VerbEntry& entry : verbs()) {
-        known += fmt::format("{}{}", known.empty() ? "" : ", ", entry.name);
+        known.push_back(entry.name);
         if (entry.name != verb) continue;
         const std::unique_ptr<Verb> made = entry.make();
         CommandLine line;
@@ -58,8 +60,9 @@ int run(const std::vector<std::string>& arguments) {
         if (!line.parse(verb, {arguments.begin() + 1, arguments.end()})) return exit_ok;
         return made->run();
     }
-    throw UsageError(fmt::format("obscura: unknown verb \"{}\", allowed {} (try: obscura --help)",
-                                 verb.substr(0, 60), known));
+    const std::string word = verb.substr(0, 60);
+    throw UsageError(
+        fmt::format("obscura: unknown verb \"{}\", {} (try: obscura --help)", word, suggestion(word, known)));
 }
 
 } // namespace
@@ -70,6 +73,9 @@ int main(int argc, char* argv[]) {
     } catch (const Error& error) {
         fmt::print(stderr, "{}\n", error.what());
         return error.status();
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "obscura: not enough memory for images of this size\n");
+        return exit_failure;
     } catch (const std::exception& error) {
         fmt::print(stderr, "obscura: internal error: {}\n", error.what());
         return exit_software;

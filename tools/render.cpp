@@ -39,7 +39,7 @@ public:
         line.number("--samples", &settings_.samples_per_pixel, "N", "Rays per pixel that a body may cover", 1,
                     65536);
         line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
-        line.option("--seed", &settings_.seed, "N", "Seed of the sampling");
+        line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
         line.number("--time", &time_s_, "S", "Scene time", -1e9, 1e9);
         line.flag("--json", json_, "Print one JSON object with the figures of the run");
         line.examples = {
@@ -51,12 +51,17 @@ public:
 
     int run() override {
         const Writer write = writer();
+        std::int32_t width = 0, height = 0;
+        if (!size_.empty()) parse_size(size_, width, height);
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
         transports::require_writable(folder.empty() ? "." : folder);
 
         scene::Scene scene = config::load_scene(scene_);
-        if (!size_.empty()) resize(scene.camera);
-        const std::int32_t width = scene.camera.width, height = scene.camera.height;
+        if (!size_.empty()) {
+            scene.camera.pixel_pitch_m *= static_cast<double>(scene.camera.width) / width;
+            scene.camera.width = width, scene.camera.height = height;
+        }
+        width = scene.camera.width, height = scene.camera.height;
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::vector<scene::SpectralBand> bands = scene.bands;
 
@@ -103,13 +108,6 @@ private:
         if (extension == ".png") return &Render::write_png;
         throw UsageError(
             fmt::format("obscura render: --output {}: the name must end in .exr, .fits or .png", output_));
-    }
-
-    void resize(scene::Camera& camera) const {
-        std::int32_t width = 0, height = 0;
-        parse_size(size_, width, height);
-        camera.pixel_pitch_m *= static_cast<double>(camera.width) / width;
-        camera.width = width, camera.height = height;
     }
 
     bool fill(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,

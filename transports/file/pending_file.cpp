@@ -56,4 +56,12 @@ void require_writable(const std::filesystem::path& directory) {
     unlink(probe.c_str());
 }
 
+void make_writable(const std::filesystem::path& directory) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error && !std::filesystem::exists(directory))
+        throw OutputError(fmt::format("{}: cannot be made: {}", directory.string(), error.message()));
+    require_writable(directory);
+}
+
 } // namespace obscura::transports

@@ -32,4 +32,7 @@ private:
 /// Throws OutputError unless `directory` exists and a file can be made in it.
 void require_writable(const std::filesystem::path& directory);
 
+/// Makes `directory` and what leads to it if need be, then as require_writable().
+void make_writable(const std::filesystem::path& directory);
+
 } // namespace obscura::transports
