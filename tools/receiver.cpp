@@ -94,12 +94,16 @@ struct Receiver::Impl {
     /// Runs on libaravis's stream thread.
     static void on_stream(void*, ArvStreamCallbackType type, ArvBuffer* buffer) {
         if (type != ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE || buffer == nullptr) return;
-        auto* done =
-            static_cast<std::atomic<std::int64_t>*>(const_cast<void*>(arv_buffer_get_user_data(buffer)));
-        if (done != nullptr) done->store(realtime_ns(), std::memory_order_release);
+        stamp_of(buffer).store(realtime_ns(), std::memory_order_release);
     }
     void give_back() {
-        if (held != nullptr) arv_stream_push_buffer(stream.get(), std::exchange(held, nullptr));
+        if (held == nullptr) return;
+        stamp_of(held).store(0, std::memory_order_release);
+        arv_stream_push_buffer(stream.get(), std::exchange(held, nullptr));
+    }
+    /// When the stream thread finished the buffer; 0: not yet.
+    static std::atomic<std::int64_t>& stamp_of(ArvBuffer* buffer) {
+        return *static_cast<std::atomic<std::int64_t>*>(const_cast<void*>(arv_buffer_get_user_data(buffer)));
     }
     void check(const ErrorSlot& error, std::string_view what) const {
         if (error) throw HardwareError(fmt::format("{}: {}: {}", settings.address, what, error.text()));
@@ -185,7 +189,9 @@ void Receiver::start() {
     // The kernel's default receive buffer is smaller than one frame; the kernel caps what it does not permit.
     g_object_set(d.stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<gint>(std::min<std::uint64_t>(4ull * payload + (1u << 20), 256u << 20)),
-                 nullptr);
+                 // A camera that sends rows as it reads them pauses within a frame, for as long as its
+                 // exposure or a busy host takes: only a longer silence means that the rest will not come.
+                 "frame-retention", guint{2'000'000}, "packet-timeout", guint{40'000}, nullptr);
     for (std::size_t i = 0; i < d.settings.buffers; ++i) {
         auto* done = new std::atomic<std::int64_t>(0);
         const auto free_stamp = [](void* stamp) { delete static_cast<std::atomic<std::int64_t>*>(stamp); };
@@ -216,8 +222,9 @@ std::optional<ReceivedFrame> Receiver::receive(double timeout_s) {
     frame.complete = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
     frame.device_ns = arv_buffer_get_timestamp(buffer);
     frame.first_packet_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
-    frame.complete_ns = static_cast<const std::atomic<std::int64_t>*>(arv_buffer_get_user_data(buffer))
-                            ->load(std::memory_order_acquire);
+    frame.complete_ns = Impl::stamp_of(buffer).load(std::memory_order_acquire);
+    // The stream thread queues a buffer before it stamps it; having overtaken it, now is when it was done.
+    if (frame.complete_ns == 0) frame.complete_ns = realtime_ns();
     if (frame.complete) {
         frame.width = arv_buffer_get_image_width(buffer);
         frame.height = arv_buffer_get_image_height(buffer);
