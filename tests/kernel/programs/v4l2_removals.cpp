@@ -1,0 +1,175 @@
+// Takes a video node away from under the V4L2 transport, by unbinding its driver, and gives it back, again
+// and again. Fails when the transport does not recover within 2 s, when another transport is disturbed, or
+// when something leaks.
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/frame.hpp"
+#include "tests/kernel/programs/pattern.hpp"
+#include "transports/v4l2/v4l2_output.hpp"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace obscura;
+
+namespace {
+
+constexpr std::int32_t width = 1280, height = 720; // vivid's own
+
+void write_to(const std::string& file, const std::string& text) {
+    std::ofstream out(file);
+    out << text << std::flush;
+    if (!out) throw HardwareError("v4l2_removals: cannot write to " + file);
+}
+
+std::size_t open_files() {
+    const std::filesystem::directory_iterator folder("/proc/self/fd");
+    return static_cast<std::size_t>(std::distance(begin(folder), end(folder)));
+}
+
+/// Bytes that malloc has given out; exact, since main() allows it one arena.
+std::size_t allocated() {
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+}
+
+std::size_t mappings() {
+    std::ifstream maps("/proc/self/maps");
+    return static_cast<std::size_t>(
+        std::count(std::istreambuf_iterator<char>(maps), std::istreambuf_iterator<char>(), '\n'));
+}
+
+void run(std::map<std::string, std::string>& option) {
+    const int removals = std::stoi(option["--removals"]);
+    transports::V4l2Settings settings;
+    settings.format = transports::V4l2Format::grey;
+    settings.width = width, settings.height = height, settings.bits_per_pixel = 12;
+    settings.frame_counter = true;
+    settings.required = true;
+    settings.queue_frames = 20; // binding a driver may halt the emulated machine for half a second
+    settings.device = option["--device"];
+    transports::V4l2Output output(settings);
+    settings.device = option["--other"];
+    transports::V4l2Output other(settings);
+    output.start();
+    other.start();
+
+    FramePool pool(24, std::size_t{width} * height, height);
+    std::atomic<bool> stopping{false};
+    std::atomic<std::uint64_t> produced{0};
+    std::thread camera([&] {
+        MonotonicClock clock;
+        Time edge = clock.now();
+        for (std::uint64_t id = 1; !stopping; ++id) {
+            // Binding a driver halts the emulated machine; edges of that time are not made up for in a burst.
+            edge = std::max(edge + 50 * ns_per_ms, clock.now());
+            clock.sleep_until(edge);
+            const FrameRef frame = pool.acquire();
+            if (!frame) continue;
+            frame->info.frame_id = id;
+            frame->info.trigger_edge = edge;
+            frame->info.width = width, frame->info.height = height;
+            frame->info.bits_per_pixel = 12;
+            output.submit(frame);
+            other.submit(frame);
+            // Images are compared elsewhere; here every frame is only marked.
+            std::fill(frame->pixels().begin(), frame->pixels().end(), rig::pattern(0, 0, id, 12));
+            frame->publish_rows(height);
+            ++produced;
+        }
+    });
+    const auto delivered = [&] { return output.counters().delivered; };
+    const auto wait_for_more = [&](std::uint64_t than) {
+        MonotonicClock clock;
+        const Time begin = clock.now();
+        while (delivered() <= than) {
+            if (clock.now() - begin > 10 * ns_per_s) throw HardwareError("v4l2_removals: no image in 10 s");
+            clock.sleep_until(clock.now() + ns_per_ms);
+        }
+        return clock.now() - begin;
+    };
+
+    std::vector<std::int64_t> recovery_ns;
+    std::size_t files = 0, maps = 0;
+    std::size_t memory = 0;
+    try {
+        wait_for_more(3);
+        for (int i = 0; i < removals; ++i) {
+            if (i == 5) files = open_files(), maps = mappings(), memory = allocated();
+            write_to(option["--driver"] + "/unbind", option["--name"]);
+            const std::uint64_t lost = output.v4l2_counters().lost;
+            MonotonicClock clock;
+            while (output.v4l2_counters().lost == lost &&
+                   output.v4l2_counters().lost <= static_cast<std::uint64_t>(i))
+                clock.sleep_until(clock.now() + ns_per_ms);
+            clock.sleep_until(clock.now() + 20 * ns_per_ms);
+            write_to(option["--driver"] + "/bind", option["--name"]);
+            recovery_ns.push_back(wait_for_more(delivered()));
+        }
+        wait_for_more(delivered() + 3);
+    } catch (...) {
+        stopping = true;
+        camera.join();
+        throw;
+    }
+    const std::size_t files_after = open_files(), maps_after = mappings();
+    const std::size_t memory_after = allocated();
+    stopping = true;
+    camera.join();
+    output.stop();
+    other.stop();
+
+    const auto c = output.counters(), o = other.counters();
+    const auto v = output.v4l2_counters();
+    std::cerr << fmt::format("files {} -> {}, mappings {} -> {}, memory {} -> {} bytes, frames held {}\n",
+                             files, files_after, maps, maps_after, memory, memory_after, pool.in_use());
+    std::cerr << fmt::format(
+        "node: {} frames, {} out, {} dropped, lost {} times, {} attempts refused; other node: {} "
+        "frames, {} out, {} dropped\n",
+        c.submitted, c.delivered, c.dropped, v.lost, v.refused, o.submitted, o.delivered, o.dropped);
+    std::sort(recovery_ns.begin(), recovery_ns.end());
+    const std::size_t n = recovery_ns.size();
+    const double median_ms = static_cast<double>(recovery_ns[n / 2]) * 1e-6;
+    const double longest_ms = static_cast<double>(recovery_ns.back()) * 1e-6;
+    if (v.lost != static_cast<std::uint64_t>(removals))
+        throw HardwareError("v4l2_removals: losses were not all seen");
+    if (o.dropped != 0 || o.delivered != o.submitted)
+        throw HardwareError("v4l2_removals: the other node was disturbed");
+    if (c.delivered + c.dropped != c.submitted) throw HardwareError("v4l2_removals: frames were not counted");
+    if (files_after > files || maps_after > maps + 4 || memory_after > memory + 16384 || pool.in_use() != 0)
+        throw HardwareError("v4l2_removals: something leaks");
+    if (longest_ms > 2000)
+        throw HardwareError(fmt::format("v4l2_removals: recovery took {:.0f} ms", longest_ms));
+    std::cerr << fmt::format(
+        "{} removals: node back to image out p50 {:.0f} ms, longest {:.0f} ms; nothing leaked, the other "
+        "node got all of {} frames\n",
+        removals, median_ms, longest_ms, o.delivered);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    mallopt(M_ARENA_MAX, 1);
+    std::map<std::string, std::string> option;
+    for (int i = 1; i + 1 < argc; i += 2)
+        option[argv[i]] = argv[i + 1];
+    try {
+        run(option);
+    } catch (const std::exception& error) {
+        std::cerr << error.what() << '\n';
+        return 1;
+    }
+    return 0;
+}

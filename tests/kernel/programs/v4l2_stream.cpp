@@ -1,0 +1,117 @@
+// Feeds a video output node through the V4L2 transport with frames of a known pattern, one per edge of a
+// timer, until the given number is out or it is told to stop (SIGTERM). Writes "frame_id edge_us" per frame,
+// then the counters.
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/frame.hpp"
+#include "tests/kernel/programs/pattern.hpp"
+#include "transports/v4l2/v4l2_output.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+using namespace obscura;
+
+namespace {
+
+std::atomic<bool> stopping{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+
+transports::V4l2Format format_named(const std::string& name) {
+    if (name == "GREY") return transports::V4l2Format::grey;
+    if (name == "Y10") return transports::V4l2Format::y10;
+    if (name == "Y12") return transports::V4l2Format::y12;
+    if (name == "Y16") return transports::V4l2Format::y16;
+    throw ConfigError("v4l2_stream: format must be GREY, Y10, Y12 or Y16");
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    transports::V4l2Settings settings;
+    settings.frame_counter = true;
+    settings.width = 320, settings.height = 240, settings.bits_per_pixel = 12;
+    settings.frame_rate_hz = 25;
+    std::uint64_t frames = 0;
+    std::string edges_file = "edges", counters_file = "counters";
+    try {
+        for (int i = 1; i + 1 < argc; i += 2) {
+            const std::string option = argv[i], value = argv[i + 1];
+            if (option == "--device")
+                settings.device = value;
+            else if (option == "--format")
+                settings.format = format_named(value);
+            else if (option == "--io")
+                settings.io = value == "mmap"    ? transports::V4l2Io::mmap
+                              : value == "write" ? transports::V4l2Io::write
+                                                 : transports::V4l2Io::automatic;
+            else if (option == "--size" &&
+                     std::sscanf(value.c_str(), "%dx%d", &settings.width, &settings.height) == 2)
+                continue;
+            else if (option == "--bits")
+                settings.bits_per_pixel = std::atoi(value.c_str());
+            else if (option == "--rate")
+                settings.frame_rate_hz = std::atof(value.c_str());
+            else if (option == "--frames")
+                frames = std::strtoull(value.c_str(), nullptr, 10);
+            else if (option == "--edges")
+                edges_file = value;
+            else if (option == "--counters")
+                counters_file = value;
+            else if (option == "--required")
+                settings.required = value == "yes";
+            else
+                throw ConfigError("v4l2_stream: unknown option " + option);
+        }
+        struct sigaction action {};
+        action.sa_handler = [](int) { stopping = true; };
+        sigaction(SIGTERM, &action, nullptr);
+
+        FramePool pool(8,
+                       static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height),
+                       static_cast<std::size_t>(settings.height));
+        transports::V4l2Output output(settings);
+        output.start();
+        std::ofstream edges(edges_file);
+        MonotonicClock clock;
+        const auto period_ns = static_cast<std::int64_t>(1e9 / settings.frame_rate_hz);
+        // Edges at an odd instant of their own, so that no other clock could give the same stamps.
+        Time edge = clock.now() + 1'234'567;
+        for (std::uint64_t id = 1; !stopping && (frames == 0 || id <= frames); ++id, edge += period_ns) {
+            clock.sleep_until(edge);
+            const FrameRef frame = pool.acquire();
+            if (!frame) throw HardwareError("v4l2_stream: no frame free");
+            frame->info.frame_id = id;
+            frame->info.trigger_edge = edge;
+            frame->info.width = settings.width, frame->info.height = settings.height;
+            frame->info.bits_per_pixel = settings.bits_per_pixel;
+            edges << id << ' ' << edge.ns / 1000 << std::endl;
+            output.submit(frame);
+            for (std::int32_t y = 0; y < settings.height; ++y) {
+                const auto row = frame->row(y);
+                for (std::int32_t x = 0; x < settings.width; ++x)
+                    row[static_cast<std::size_t>(x)] = rig::pattern(x, y, id, settings.bits_per_pixel);
+                if ((y + 1) % 16 == 0 || y + 1 == settings.height) frame->publish_rows(y + 1);
+            }
+        }
+        output.stop();
+        const auto c = output.counters();
+        const auto v = output.v4l2_counters();
+        std::ofstream(counters_file) << fmt::format("submitted={} delivered={} dropped={} opened={} lost={} "
+                                                    "refused={} problems={} no_node={} busy={} in_use={}\n",
+                                                    c.submitted, c.delivered, c.dropped, v.opened, v.lost,
+                                                    v.refused, v.problems, v.no_node, v.busy, pool.in_use());
+    } catch (const Error& error) {
+        std::cerr << error.what() << '\n';
+        return error.status();
+    }
+    return 0;
+}

@@ -1,0 +1,240 @@
+#include "transports/v4l2/v4l2_output.hpp"
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/realtime.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace obscura::transports {
+
+namespace {
+
+constexpr std::int64_t look_after_ns = 250 * ns_per_ms;  // at a node that has nothing to do
+constexpr std::int64_t last_frames_ns = 300 * ns_per_ms; // what stop() gives frames in the queue
+constexpr std::int32_t band_rows = 64;
+constexpr std::size_t most_causes = 16; // remembered; further ones repeat in the log
+
+void count(std::atomic<std::uint64_t>& counter, std::uint64_t n = 1) {
+    counter.fetch_add(n, std::memory_order_relaxed);
+}
+
+} // namespace
+
+V4l2Output::Wake::Wake() : fd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+    if (fd < 0) throw HardwareError(std::string("v4l2: no eventfd: ") + std::strerror(errno));
+}
+
+V4l2Output::Wake::~Wake() {
+    ::close(fd);
+}
+
+void V4l2Output::Wake::up() const noexcept {
+    const std::uint64_t one = 1;
+    // Cannot fail but by overflow, and then the reader is awake.
+    [[maybe_unused]] const ssize_t written = ::write(fd, &one, sizeof(one));
+}
+
+void V4l2Output::Wake::wait(std::int64_t timeout_ns) const noexcept {
+    pollfd wait{fd, POLLIN, 0};
+    const timespec timeout{timeout_ns / ns_per_s, timeout_ns % ns_per_s};
+    if (::ppoll(&wait, 1, &timeout, nullptr) > 0) {
+        std::uint64_t ups = 0;
+        [[maybe_unused]] const ssize_t taken = ::read(fd, &ups, sizeof(ups));
+    }
+}
+
+V4l2Output::V4l2Output(V4l2Settings settings, V4l2Calls& calls)
+    : settings_(std::move(settings)),
+      calls_(calls),
+      announced_{settings_.width, settings_.height, settings_.bits_per_pixel},
+      ring_(std::max<std::size_t>(settings_.queue_frames, 1)) {}
+
+V4l2Output::~V4l2Output() {
+    stop();
+}
+
+void V4l2Output::start() {
+    if (thread_.joinable()) return;
+    stopping_ = false;
+    retry_ns_ = settings_.retry_first_ns;
+    reported_.clear();
+    described_.clear();
+    missed_ = 0;
+    if (settings_.required)
+        open(announced_);
+    else
+        try_open(announced_, std::chrono::steady_clock::now());
+    thread_ = std::thread([this] { work(); });
+}
+
+void V4l2Output::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    wake_.up();
+    thread_.join();
+    node_.reset();
+}
+
+bool V4l2Output::submit(const FrameRef& frame) noexcept {
+    count(submitted_);
+    const std::size_t head = head_.load(std::memory_order_relaxed);
+    if (stopping_.load(std::memory_order_relaxed) ||
+        head - tail_.load(std::memory_order_acquire) >= ring_.size()) {
+        count(dropped_);
+        return false;
+    }
+    ring_[head % ring_.size()] = frame;
+    head_.store(head + 1, std::memory_order_release);
+    wake_.up();
+    return true;
+}
+
+void V4l2Output::report(const std::string& problem) {
+    if (std::find(reported_.begin(), reported_.end(), problem) != reported_.end()) return;
+    if (reported_.size() < most_causes) reported_.push_back(problem);
+    count(problems_);
+    log_warning("{}", problem);
+}
+
+void V4l2Output::retry_later(Instant now) {
+    next_try_ = now + std::chrono::nanoseconds(retry_ns_);
+    retry_ns_ = std::min(2 * retry_ns_, settings_.retry_last_ns);
+}
+
+void V4l2Output::lose(const std::string& problem, Instant now) {
+    node_.reset();
+    count(lost_);
+    report(problem);
+    retry_later(now);
+}
+
+void V4l2Output::open(V4l2Image image) {
+    node_.reset();
+    node_ = std::make_unique<V4l2Node>(calls_, settings_, image);
+    count(opened_);
+    // A node that opens and then fails every time must not fill the log.
+    if (std::string description = node_->describe(); description != described_) {
+        log_notice("{}", description);
+        if (!node_->warning().empty()) log_warning("{}", node_->warning());
+        described_ = std::move(description);
+    }
+}
+
+void V4l2Output::try_open(V4l2Image image, Instant now) {
+    try {
+        open(image);
+    } catch (const HardwareError& error) {
+        count(refused_);
+        report(error.what());
+        retry_later(now);
+    }
+}
+
+void V4l2Output::delivered() {
+    count(delivered_);
+    count(bytes_, node_->image_bytes());
+    retry_ns_ = settings_.retry_first_ns;
+    if (reported_.empty()) return;
+    log_notice("v4l2: {}: takes images again; {} were not shown", settings_.device, missed_);
+    reported_.clear();
+    missed_ = 0;
+}
+
+void V4l2Output::work() {
+    name_this_thread("v4l2-output");
+    Instant give_up{};
+    for (;;) {
+        const Instant now = std::chrono::steady_clock::now();
+        const std::size_t tail = tail_.load(std::memory_order_relaxed);
+        if (tail == head_.load(std::memory_order_acquire)) {
+            if (stopping_) return;
+            if (!node_ && now >= next_try_) {
+                try_open(announced_, now);
+                continue;
+            }
+            const std::int64_t pause_ns =
+                node_ ? look_after_ns
+                      : std::chrono::duration_cast<std::chrono::nanoseconds>(next_try_ - now).count();
+            wake_.wait(pause_ns);
+            if (node_ && std::chrono::steady_clock::now() - now >= std::chrono::nanoseconds(look_after_ns) &&
+                !node_->alive())
+                lose(node_->problem(), now);
+            continue;
+        }
+        if (stopping_ && give_up == Instant{}) give_up = now + std::chrono::nanoseconds(last_frames_ns);
+        FrameRef& frame = ring_[tail % ring_.size()];
+        if (stopping_ && now > give_up)
+            count(dropped_);
+        else
+            send(*frame);
+        frame = FrameRef{};
+        tail_.store(tail + 1, std::memory_order_release);
+    }
+}
+
+void V4l2Output::send(const Frame& frame) {
+    const FrameInfo& info = frame.info;
+    const Instant now = std::chrono::steady_clock::now();
+    const V4l2Image image{info.width, info.height, info.bits_per_pixel};
+    const auto drop = [this](std::atomic<std::uint64_t>& why) {
+        count(why);
+        count(dropped_);
+        if (&why == &no_node_) ++missed_;
+    };
+    announced_ = image;
+    if (node_ && node_->image() != image) {
+        node_.reset();
+        next_try_ = now;
+    }
+    if (!node_ && now >= next_try_) try_open(image, now);
+    if (!node_) return drop(no_node_);
+
+    V4l2Result result = node_->acquire(settings_.buffer_wait_ns);
+    if (result == V4l2Result::ok) {
+        for (std::int32_t done = 0; done < info.height;) {
+            const std::int32_t wanted = std::min(done + band_rows, info.height);
+            const std::int32_t ready = frame.wait_rows(wanted);
+            if (ready < wanted) return drop(partial_);
+            node_->fill(frame, done, ready);
+            done = ready;
+        }
+        if ((frame.flags.load(std::memory_order_relaxed) & frame_dropped) != 0) return drop(partial_);
+        result = node_->send(info.frame_id, info.trigger_edge, settings_.buffer_wait_ns);
+    }
+    switch (result) {
+    case V4l2Result::ok:
+        return delivered();
+    case V4l2Result::busy:
+        return drop(busy_);
+    case V4l2Result::lost:
+        lose(node_->problem(), now);
+        return drop(no_node_);
+    case V4l2Result::out_of_order:
+        settings_.io = V4l2Io::write;
+        lose(fmt::format("v4l2: {}: the driver gives buffers back out of order; going on with write()",
+                         settings_.device),
+             now);
+        next_try_ = now;
+        return drop(no_node_);
+    }
+}
+
+TransportCounters V4l2Output::counters() const noexcept {
+    return {submitted_.load(std::memory_order_relaxed), delivered_.load(std::memory_order_relaxed),
+            dropped_.load(std::memory_order_relaxed), bytes_.load(std::memory_order_relaxed)};
+}
+
+V4l2Counters V4l2Output::v4l2_counters() const noexcept {
+    const auto get = [](const std::atomic<std::uint64_t>& c) { return c.load(std::memory_order_relaxed); };
+    return {get(opened_),  get(lost_), get(refused_), get(problems_),
+            get(no_node_), get(busy_), get(partial_)};
+}
+
+} // namespace obscura::transports

@@ -1,0 +1,99 @@
+// Read this first: a transport that feeds a Linux video output node (v4l2loopback or any other).
+#pragma once
+
+#include "transports/transport.hpp"
+#include "transports/v4l2/v4l2_calls.hpp"
+#include "transports/v4l2/v4l2_node.hpp"
+#include "transports/v4l2/v4l2_settings.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace obscura::transports {
+
+/// What happened to the node since start(). Any thread; values may be a frame behind.
+struct V4l2Counters {
+    std::uint64_t opened = 0;   ///< times the node was opened and could be used
+    std::uint64_t lost = 0;     ///< times it went away or failed while in use
+    std::uint64_t refused = 0;  ///< attempts to open it that failed
+    std::uint64_t problems = 0; ///< causes, each logged once until an image goes out again
+    std::uint64_t no_node = 0;  ///< frames dropped because there was no node
+    std::uint64_t busy = 0;     ///< frames dropped because the driver had no buffer free
+    std::uint64_t partial = 0;  ///< frames dropped because their producer gave up
+};
+
+/// Sends every frame that becomes complete, whole or not at all: windows composed as the frame has them, in
+/// the format of the settings. Time stamps are the trigger edges (CLOCK_MONOTONIC, cut to us) in mmap mode
+/// and the driver's own in write() mode. A thread of its own packs rows as they become final, so an image
+/// leaves right after its last row.
+///
+/// A node that is not there, is somebody else's, or goes away is tried again with a growing pause and never
+/// disturbs the daemon; each cause is logged once, and so is the recovery.
+///
+/// stop() expects that no frame is in work any more (every frame complete or abandoned); it sends what is in
+/// the queue for at most 0.3 s and drops the rest. One thread calls submit(), which makes one system call (an
+/// eventfd).
+class V4l2Output final : public Transport {
+public:
+    explicit V4l2Output(V4l2Settings settings, V4l2Calls& calls = system_v4l2_calls());
+    ~V4l2Output() override;
+
+    [[nodiscard]] std::string_view name() const override { return "v4l2"; }
+    /// Throws HardwareError when the node cannot be used and the settings require it.
+    void start() override;
+    void stop() override;
+    bool submit(const FrameRef& frame) noexcept override;
+    [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] V4l2Counters v4l2_counters() const noexcept;
+
+private:
+    using Instant = std::chrono::steady_clock::time_point;
+    struct Wake {
+        Wake();
+        ~Wake();
+        Wake(const Wake&) = delete;
+        Wake& operator=(const Wake&) = delete;
+        void up() const noexcept;
+        /// Until up() was called, at most `timeout_ns`.
+        void wait(std::int64_t timeout_ns) const noexcept;
+        int fd;
+    };
+
+    void work();
+    /// Opens the node for `image`, in place of the one that is open. Throws HardwareError.
+    void open(V4l2Image image);
+    /// The same, but says what went wrong, once, and sets the time of the next attempt.
+    void try_open(V4l2Image image, Instant now);
+    void lose(const std::string& problem, Instant now);
+    void report(const std::string& problem);
+    void retry_later(Instant now);
+    void delivered();
+    void send(const Frame& frame);
+
+    V4l2Settings settings_;
+    V4l2Calls& calls_;
+    V4l2Image announced_;              ///< what the node is opened for while no frame says otherwise
+    std::vector<FrameRef> ring_;       ///< slot i % size; filled by submit(), emptied by work()
+    std::atomic<std::size_t> head_{0}; ///< frames put in
+    std::atomic<std::size_t> tail_{0}; ///< frames taken out and finished with
+    Wake wake_;
+    std::atomic<bool> stopping_{false};
+    std::thread thread_;
+
+    std::unique_ptr<V4l2Node> node_; ///< work() only, while it runs
+    Instant next_try_{};
+    std::int64_t retry_ns_ = 0;
+    std::vector<std::string> reported_; ///< causes logged since the last image that went out
+    std::string described_;             ///< the node as it was logged last
+    std::uint64_t missed_ = 0;          ///< frames dropped since the last recovery
+
+    std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
+    std::atomic<std::uint64_t> opened_{0}, lost_{0}, refused_{0}, problems_{0}, no_node_{0}, busy_{0},
+        partial_{0};
+};
+
+} // namespace obscura::transports
