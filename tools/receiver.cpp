@@ -105,6 +105,16 @@ struct Receiver::Impl {
     static std::atomic<std::int64_t>& stamp_of(ArvBuffer* buffer) {
         return *static_cast<std::atomic<std::int64_t>*>(const_cast<void*>(arv_buffer_get_user_data(buffer)));
     }
+    /// libaravis queues a buffer before it calls back: the stamp may be microseconds away. Not waiting for it
+    /// would let it come when the buffer is in use again.
+    static std::int64_t completion_of(ArvBuffer* buffer) {
+        const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+        std::int64_t stamp = 0;
+        while ((stamp = stamp_of(buffer).load(std::memory_order_acquire)) == 0 &&
+               std::chrono::steady_clock::now() < give_up)
+            std::this_thread::yield();
+        return stamp != 0 ? stamp : realtime_ns();
+    }
     void check(const ErrorSlot& error, std::string_view what) const {
         if (error) throw HardwareError(fmt::format("{}: {}: {}", settings.address, what, error.text()));
     }
@@ -222,9 +232,7 @@ std::optional<ReceivedFrame> Receiver::receive(double timeout_s) {
     frame.complete = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
     frame.device_ns = arv_buffer_get_timestamp(buffer);
     frame.first_packet_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
-    frame.complete_ns = Impl::stamp_of(buffer).load(std::memory_order_acquire);
-    // The stream thread queues a buffer before it stamps it; having overtaken it, now is when it was done.
-    if (frame.complete_ns == 0) frame.complete_ns = realtime_ns();
+    frame.complete_ns = Impl::completion_of(buffer);
     if (frame.complete) {
         frame.width = arv_buffer_get_image_width(buffer);
         frame.height = arv_buffer_get_image_height(buffer);
