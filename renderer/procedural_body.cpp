@@ -109,7 +109,7 @@ std::vector<Crater> make_craters(std::uint64_t seed) {
         }
         // Cumulative number ~ radius^-2: the rank alone gives the size, the hash some spread.
         const double rank = (i + 0.5 + uniform_double(w[0])) / count;
-        const double radius = std::min(0.55, 0.032 / std::sqrt(rank) * (0.8 + 0.4 * uniform_double(w[1])));
+        const double radius = std::min(0.42, 0.030 / std::sqrt(rank) * (0.8 + 0.4 * uniform_double(w[1])));
         craters.push_back({normalized(p), radius, 0.35 + 0.65 * uniform_double(w[2])});
     }
     // Large ones first: the small ones came later and lie on top.
@@ -189,6 +189,7 @@ TriangleMesh make_procedural_body(const scene::ProceduralBody& d) {
     const Noise lumps(d.seed, 1);
     const Noise relief(d.seed, 2);
     const Noise ridges(d.seed, 3);
+    const Noise outline(d.seed, 4);
     // The axes are ratios; their geometric mean becomes the mean radius.
     const double mean = std::cbrt(d.axis_ratios.x * d.axis_ratios.y * d.axis_ratios.z);
     const Vec3 axes = d.axis_ratios * (d.mean_radius_m / mean);
@@ -198,21 +199,23 @@ TriangleMesh make_procedural_body(const scene::ProceduralBody& d) {
         // The overall shape: two octaves of broad lumps, as of a rubble pile.
         double height =
             0.20 * lumps(1.1 * n + Vec3{7.3, 1.9, 4.1}) + 0.10 * lumps(2.3 * n + Vec3{1.7, 9.2, 2.8});
+        // Rims are not circles: the distance to a crater's centre is warped by noise.
+        const double warp = 1 + 0.18 * outline(5.0 * n) + 0.12 * outline(13.0 * n) + 0.08 * outline(31.0 * n);
         for (const Crater& crater : craters) {
-            const double distance2 = length_squared(n - crater.centre);
+            const double distance2 = length_squared(n - crater.centre) * warp * warp;
             const double reach = 2 * crater.radius;
             if (distance2 >= reach * reach) continue;
             const double x = std::sqrt(distance2) / crater.radius;
             height += 2 * crater.radius * crater.freshness * crater_height(x);
         }
-        // Fractal relief, six octaves with a fall-off between that of Brownian surfaces and pink noise;
+        // Fractal relief, seven octaves with a fall-off between that of Brownian surfaces and pink noise;
         // ridged octaves give the broken look.
-        double amplitude = 0.020;
+        double amplitude = 0.034;
         double frequency = 4.7;
-        for (int octave = 0; octave < 6; ++octave) {
+        for (int octave = 0; octave < 7; ++octave) {
             const Vec3 p = frequency * n + Vec3{3.1, 5.7, 8.9} * (octave + 1.0);
             height += amplitude * (0.7 * relief(p) + 0.3 * (0.35 - std::abs(ridges(p))));
-            amplitude *= 0.48;
+            amplitude *= 0.52;
             frequency *= 2.03;
         }
         const double r = std::max(0.2, 1 + height);
