@@ -97,6 +97,115 @@ void take_hits(const FloatRays& rays, int first, const Packet& p, std::int32_t b
     }
 }
 
+struct alignas(64) Floats {
+    float v[packet_size];
+    float& operator[](int i) { return v[i]; }
+};
+
+/// The corners of the triangles that 16 rays hit, gathered.
+struct Corners {
+    struct Vectors {
+        Floats x, y, z;
+    };
+    Vectors point[3], normal[3];
+};
+
+/// Position by barycentric coordinates, so that it lies on the facet whatever the error of the distance;
+/// facet normal towards the ray's origin; shadow origin clear of the facet by some units in the last place of
+/// a float coordinate, which is enough at any scale.
+OBSCURA_VECTOR_CLONES
+void flat_surface(const Corners& c, const Vec3s& direction, const HitPacket& hits, SurfacePacket& out) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double ax = c.point[0].x.v[i];
+        const double ay = c.point[0].y.v[i];
+        const double az = c.point[0].z.v[i];
+        const double bx = c.point[1].x.v[i] - ax;
+        const double by = c.point[1].y.v[i] - ay;
+        const double bz = c.point[1].z.v[i] - az;
+        const double cx = c.point[2].x.v[i] - ax;
+        const double cy = c.point[2].y.v[i] - ay;
+        const double cz = c.point[2].z.v[i] - az;
+        const double u = hits.u[i];
+        const double v = hits.v[i];
+        const double px = ax + u * bx + v * cx;
+        const double py = ay + u * by + v * cy;
+        const double pz = az + u * bz + v * cz;
+        const double mx = by * cz - bz * cy;
+        const double my = bz * cx - bx * cz;
+        const double mz = bx * cy - by * cx;
+        const double facing = mx * direction.x.v[i] + my * direction.y.v[i] + mz * direction.z.v[i];
+        const double scale = (facing > 0 ? -1.0 : 1.0) / std::sqrt(mx * mx + my * my + mz * mz);
+        const double nx = mx * scale;
+        const double ny = my * scale;
+        const double nz = mz * scale;
+        const double lx = px < 0 ? -px : px;
+        const double ly = py < 0 ? -py : py;
+        const double lz = pz < 0 ? -pz : pz;
+        const double lxy = lx > ly ? lx : ly;
+        const double lift = (lxy > lz ? lxy : lz) * 0x1p-21;
+        out.position.x.v[i] = px;
+        out.position.y.v[i] = py;
+        out.position.z.v[i] = pz;
+        out.normal.x.v[i] = nx;
+        out.normal.y.v[i] = ny;
+        out.normal.z.v[i] = nz;
+        out.shadow_origin.x.v[i] = px + lift * nx;
+        out.shadow_origin.y.v[i] = py + lift * ny;
+        out.shadow_origin.z.v[i] = pz + lift * nz;
+    }
+}
+
+/// Interpolates the normals, and raises the shadow origin onto the smooth surface that they tell of where it
+/// lies outside the facet. Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II (2021) ch. 4. Expects
+/// flat_surface()'s result in `out`.
+OBSCURA_VECTOR_CLONES
+void smooth_surface(const Corners& c, const HitPacket& hits, SurfacePacket& out) {
+    alignas(64) double facing[packet_size];
+    Vec3s sum;
+    Vec3s raised;
+    for (int i = 0; i < packet_size; ++i) {
+        // The facet's normal faces the viewer already; is it the outer one?
+        const double inner = c.normal[0].x.v[i] * out.normal.x.v[i] + c.normal[0].y.v[i] * out.normal.y.v[i] +
+                             c.normal[0].z.v[i] * out.normal.z.v[i] + c.normal[1].x.v[i] * out.normal.x.v[i] +
+                             c.normal[1].y.v[i] * out.normal.y.v[i] + c.normal[1].z.v[i] * out.normal.z.v[i] +
+                             c.normal[2].x.v[i] * out.normal.x.v[i] + c.normal[2].y.v[i] * out.normal.y.v[i] +
+                             c.normal[2].z.v[i] * out.normal.z.v[i];
+        facing[i] = inner < 0 ? -1.0 : 1.0;
+        sum.x.v[i] = sum.y.v[i] = sum.z.v[i] = 0;
+        raised.x.v[i] = raised.y.v[i] = raised.z.v[i] = 0;
+    }
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < packet_size; ++i) {
+            const double u = hits.u[i];
+            const double v = hits.v[i];
+            const double w = k == 0 ? 1 - u - v : k == 1 ? u : v;
+            const double nx = facing[i] * c.normal[k].x.v[i];
+            const double ny = facing[i] * c.normal[k].y.v[i];
+            const double nz = facing[i] * c.normal[k].z.v[i];
+            const double below = (out.position.x.v[i] - c.point[k].x.v[i]) * nx +
+                                 (out.position.y.v[i] - c.point[k].y.v[i]) * ny +
+                                 (out.position.z.v[i] - c.point[k].z.v[i]) * nz;
+            const double rise = w * (below < 0 ? -below : 0.0);
+            sum.x.v[i] += w * nx;
+            sum.y.v[i] += w * ny;
+            sum.z.v[i] += w * nz;
+            raised.x.v[i] += rise * nx;
+            raised.y.v[i] += rise * ny;
+            raised.z.v[i] += rise * nz;
+        }
+    for (int i = 0; i < packet_size; ++i) {
+        const double norm2 = sum.x.v[i] * sum.x.v[i] + sum.y.v[i] * sum.y.v[i] + sum.z.v[i] * sum.z.v[i];
+        const bool good = norm2 > 1e-12;
+        const double scale = 1 / std::sqrt(good ? norm2 : 1.0);
+        out.normal.x.v[i] = good ? sum.x.v[i] * scale : out.normal.x.v[i];
+        out.normal.y.v[i] = good ? sum.y.v[i] * scale : out.normal.y.v[i];
+        out.normal.z.v[i] = good ? sum.z.v[i] * scale : out.normal.z.v[i];
+        out.shadow_origin.x.v[i] += raised.x.v[i];
+        out.shadow_origin.y.v[i] += raised.y.v[i];
+        out.shadow_origin.z.v[i] += raised.z.v[i];
+    }
+}
+
 Vec3 widen(Vec3f a) {
     return {a.x, a.y, a.z};
 }
@@ -158,6 +267,7 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
     }
 }
 
+// Shadow rays start wherever the camera rays ended: Embree's incoherent traversal is the faster one for them.
 void MeshShape::occlude(RayPacket& rays) const {
     FloatRays f;
     enter(rays, rays.t_max, bounding_radius_m_, f);
@@ -165,14 +275,14 @@ void MeshShape::occlude(RayPacket& rays) const {
     if (device_->has_16_wide()) {
         RTCRay16 p;
         load<16>(f, 0, p);
-        embree::occluded16(f.active.on, scene_.get(), p, true);
+        embree::occluded16(f.active.on, scene_.get(), p, false);
         for (int i = 0; i < packet_size; ++i)
             if (f.active.on[i] != 0 && p.tfar[i] < 0) rays.active.on[i] = 0;
     } else {
         for (const int first : {0, 8}) {
             RTCRay8 p;
             load<8>(f, first, p);
-            embree::occluded8(f.active.on + first, scene_.get(), p, true);
+            embree::occluded8(f.active.on + first, scene_.get(), p, false);
             for (int i = 0; i < 8; ++i)
                 if (f.active.on[first + i] != 0 && p.tfar[i] < 0) rays.active.on[first + i] = 0;
         }
@@ -181,45 +291,25 @@ void MeshShape::occlude(RayPacket& rays) const {
 
 void MeshShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                         SurfacePacket& out) const {
+    Corners corners;
+    const bool smooth = !mesh_.normals.empty();
     for (int i = 0; i < packet_size; ++i) {
-        if (hits.body[i] != body) {
-            out.position.set(i, {});
-            out.shadow_origin.set(i, {});
-            out.normal.set(i, {0, 0, 1});
-            continue;
+        // Lanes without a hit read some triangle too: cheaper than telling them apart.
+        const auto& triangle = mesh_.triangles[hits.body[i] == body ? hits.primitive[i] : 0];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f p = mesh_.vertices[triangle[k]];
+            corners.point[k].x[i] = p.x;
+            corners.point[k].y[i] = p.y;
+            corners.point[k].z[i] = p.z;
+            if (!smooth) continue;
+            const Vec3f n = mesh_.normals[triangle[k]];
+            corners.normal[k].x[i] = n.x;
+            corners.normal[k].y[i] = n.y;
+            corners.normal[k].z[i] = n.z;
         }
-        const auto& corner = mesh_.triangles[hits.primitive[i]];
-        const Vec3 a = widen(mesh_.vertices[corner[0]]);
-        const Vec3 b = widen(mesh_.vertices[corner[1]]);
-        const Vec3 c = widen(mesh_.vertices[corner[2]]);
-        const double u = hits.u[i];
-        const double v = hits.v[i];
-        const double w = 1 - u - v;
-        const Vec3 p = w * a + u * b + v * c;
-        const Vec3 facet = normalized(cross(b - a, c - a));
-        const double side = dot(facet, rays.direction.lane(i)) > 0 ? -1.0 : 1.0;
-        Vec3 normal = side * facet;
-        Vec3 origin = p;
-        if (!mesh_.normals.empty()) {
-            const Vec3 na = side * widen(mesh_.normals[corner[0]]);
-            const Vec3 nb = side * widen(mesh_.normals[corner[1]]);
-            const Vec3 nc = side * widen(mesh_.normals[corner[2]]);
-            const Vec3 mean = w * na + u * nb + v * nc;
-            const double norm = length(mean);
-            if (norm > 0) normal = mean / norm;
-            // Shadow rays start on the smooth surface that the normals tell of, where it lies outside the
-            // facet. Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II (2021) ch. 4.
-            const auto onto_plane = [&p](Vec3 vertex, Vec3 n) {
-                return p - std::min(0.0, dot(p - vertex, n)) * n;
-            };
-            origin = w * onto_plane(a, na) + u * onto_plane(b, nb) + v * onto_plane(c, nc);
-        }
-        // Clear of the facet by some units in the last place of a float coordinate: enough at any scale.
-        const double largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-        out.position.set(i, p);
-        out.shadow_origin.set(i, origin + side * largest * 0x1p-21 * facet);
-        out.normal.set(i, normal);
     }
+    flat_surface(corners, rays.direction, hits, out);
+    if (smooth) smooth_surface(corners, hits, out);
 }
 
 } // namespace obscura::renderer

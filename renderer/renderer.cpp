@@ -1,5 +1,6 @@
 #include "renderer/renderer.hpp"
 
+#include "renderer/block_tracer.hpp"
 #include "renderer/build.hpp"
 #include "renderer/footprint.hpp"
 #include "renderer/motion.hpp"
@@ -69,12 +70,6 @@ struct StarCandidates {
     std::vector<std::uint32_t> stars;
 };
 
-/// Index of the first block of 16 pixels; blocks are aligned to the sensor, so that a packet holds the same
-/// rays whatever the window.
-std::int32_t block_of(std::int32_t x) {
-    return x >= 0 ? x / packet_size : -((-x + packet_size - 1) / packet_size);
-}
-
 } // namespace
 
 struct Renderer::Impl {
@@ -113,8 +108,6 @@ struct Renderer::Impl {
     void render_row(const RenderRequest& request, const StarCandidates& stars_in_view, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
     void trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer, Scratch& s) const;
-    void trace_block(const RenderRequest& request, std::int32_t block, std::int32_t y, Tracer& tracer,
-                     Scratch& s) const;
     void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, Tracer& tracer,
                     Scratch& s) const;
     void splat_stars(const RenderRequest& request, std::int32_t y, const StarCandidates& in_view,
@@ -138,101 +131,24 @@ void Renderer::Impl::find_stars(const RenderRequest& request, StarCandidates& fo
                  pinhole.field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found.stars);
 }
 
-void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t block, std::int32_t y,
-                                 Tracer& tracer, Scratch& s) const {
-    const std::int32_t first_x = block * packet_size;
-    // Which bodies can be seen from which pixel: the distance to the body's centre on the unit sphere.
-    Doubles x;
-    Doubles row_y;
-    for (int i = 0; i < packet_size; ++i) {
-        x.v[i] = first_x + i;
-        row_y.v[i] = y;
-    }
-    Vec3s centre;
-    Doubles unused;
-    pinhole.rays(x, row_y, centre, unused);
-    bool covered[packet_size] = {};
-    std::uint32_t samples = 0;
-    s.candidates.clear();
-    for (std::size_t b = 0; b < s.row.bodies.size(); ++b) {
-        const BodyState& body = s.row.bodies[b];
-        bool any = false;
-        for (int i = 0; i < packet_size; ++i) {
-            const Vec3 chord = centre.lane(i) - body.direction;
-            const bool in = length_squared(chord) <= body.reach_chord2;
-            any = any || in;
-            if (in && !body.targeted) covered[i] = true;
-        }
-        if (!any) continue;
-        // Targeted bodies hide what is behind them but shine through splat_body().
-        s.candidates.push_back(static_cast<std::int32_t>(b));
-        if (!body.targeted) samples = std::max(samples, body.samples);
-    }
-    if (samples == 0) return;
-
-    SeedWords seeds[packet_size];
-    for (int i = 0; i < packet_size; ++i)
-        if (covered[i])
-            seeds[i] = seed_words(settings.seed, request.frame_id, SamplePurpose::pixel, first_x + i, y);
-    double sums[packet_size] = {};
-    for (std::uint32_t first = 0; first < samples * packet_size; first += packet_size) {
-        Words index;
-        Words lens_seed;
-        Words light_seed;
-        Lanes active;
-        int pixel[packet_size];
-        for (std::uint32_t i = 0; i < packet_size; ++i) {
-            const std::uint32_t p = (first + i) / samples;
-            pixel[i] = static_cast<int>(p);
-            index.v[i] = (first + i) % samples;
-            active.on[i] = covered[p] ? -1 : 0;
-            lens_seed.v[i] = covered[p] ? seeds[p][0] : 0;
-            light_seed.v[i] = covered[p] ? seeds[p][1] : 0;
-        }
-        if (!active.any()) continue;
-        Doubles u;
-        Doubles v;
-        sobol_pair(index, lens_seed, u, v);
-        Doubles dx;
-        Doubles dy;
-        footprint.offsets(u, dx);
-        footprint.offsets(v, dy);
-        Doubles px;
-        Doubles py;
-        for (int i = 0; i < packet_size; ++i) {
-            px.v[i] = first_x + pixel[i] + dx.v[i];
-            py.v[i] = y + dy.v[i];
-        }
-        Vec3s direction;
-        Doubles solid_angle;
-        pinhole.rays(px, py, direction, solid_angle);
-        HitPacket hits;
-        tracer.intersect(direction, active, s.candidates, hits);
-        s.counts.samples += static_cast<std::uint64_t>(active.count());
-        for (int i = 0; i < packet_size; ++i)
-            if (hits.body[i] >= 0 && s.row.bodies[static_cast<std::size_t>(hits.body[i])].targeted)
-                hits.body[i] = -1;
-        sobol_pair(index, light_seed, u, v);
-        Doubles radiance;
-        tracer.radiance(direction, hits, u, v, radiance);
-        for (int i = 0; i < packet_size; ++i)
-            sums[pixel[i]] += radiance.v[i] * solid_angle.v[i];
-    }
-    for (int i = 0; i < packet_size; ++i) {
-        const std::int32_t column = first_x + i - request.window.x;
-        if (covered[i] && column >= 0 && column < request.window.width)
-            s.sunlight[static_cast<std::size_t>(column)] = sums[i] / samples;
-    }
-}
-
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer,
                                   Scratch& s) const {
     if (std::none_of(s.row.bodies.begin(), s.row.bodies.end(),
                      [](const BodyState& b) { return !b.targeted; }))
         return;
-    const std::int32_t last = block_of(request.window.x + request.window.width - 1);
-    for (std::int32_t block = block_of(request.window.x); block <= last; ++block)
-        trace_block(request, block, y, tracer, s);
+    const Sampling sampling{settings.seed, request.frame_id, settings.samples_per_pixel,
+                            settings.max_samples_per_pixel, settings.target_error};
+    BlockTracer blocks(pinhole, footprint, sampling, s.row, tracer, s.candidates);
+    const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
+    for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
+        BlockResult result;
+        if (!blocks.trace(block, y, result)) continue;
+        for (int i = 0; i < packet_size; ++i) {
+            const std::int32_t column = block * packet_size + i - request.window.x;
+            if (result.covered[i] && column >= 0 && column < request.window.width)
+                s.sunlight[static_cast<std::size_t>(column)] = result.mean[i];
+        }
+    }
 }
 
 void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
@@ -286,7 +202,7 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
         }
         HitPacket hits;
         tracer.intersect(direction, active, s.candidates, hits);
-        s.counts.samples += packet_size;
+        tracer.count_samples(active);
         for (std::int32_t& hit : hits.body)
             hit = hit == index ? hit : -1;
         sobol_pair(sample, seed1, u, v);

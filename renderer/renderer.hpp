@@ -24,6 +24,11 @@ struct RenderSettings {
     std::uint32_t samples_per_pixel = 4; ///< rays per pixel that a body may cover
     std::uint32_t threads = 0;           ///< 0: one per core
     std::uint64_t seed = 1;
+    /// Adaptive sampling: after `samples_per_pixel` (2 at least; 4 for errors below 0.02) pixels that need it
+    /// get more, until the standard error, root mean square over the lit pixels, is about this share of the
+    /// lit body's brightness or of the pixel's own, whichever is larger. 0: `samples_per_pixel` everywhere.
+    double target_error = 0;
+    std::uint32_t max_samples_per_pixel = 64; ///< with target_error
 };
 
 /// One piece of work: some rows of a window, each to be seen at its own time. The result depends on nothing

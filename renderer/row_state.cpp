@@ -1,5 +1,6 @@
 #include "renderer/row_state.hpp"
 
+#include "core/solar_spectrum.hpp"
 #include "renderer/motion.hpp"
 
 #include <algorithm>
@@ -31,6 +32,25 @@ bool may_shade(const BodyState& a, const BodyState& b, Vec3 sun_m, double sun_ra
     return length(offset - along * axis) <= hull + rb * std::sqrt(1 + slope * slope);
 }
 
+/// See BodyState::reference_radiance.
+double reference_radiance(const BodyState& s) {
+    if (s.material == nullptr) return 0;
+    const double sun_distance = length(s.sun_m);
+    const double camera_distance = length(s.camera_m);
+    if (!(sun_distance > 0 && camera_distance > 0)) return 0;
+    const double cos_phase =
+        std::clamp(dot(s.sun_m, s.camera_m) / (sun_distance * camera_distance), -1.0, 1.0);
+    const double cos_half = std::max(0.1, std::sqrt((1 + cos_phase) / 2));
+    ScatterPacket scatter;
+    for (int i = 0; i < packet_size; ++i) {
+        scatter.cos_in[i] = scatter.cos_out[i] = cos_half;
+        scatter.cos_phase[i] = cos_phase;
+    }
+    Doubles r;
+    s.material->reflectance(scatter, r);
+    return r[0] * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
+}
+
 } // namespace
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Pinhole& pinhole,
@@ -56,6 +76,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
         s.sun_m = from_inertial * (scene.sun.position_m - pose.position_m);
         s.occluders.clear();
+        s.reference_radiance = reference_radiance(s);
 
         const Vec3 to_body = pose.position_m - row.camera.position_m;
         const double distance = length(to_body);

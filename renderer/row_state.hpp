@@ -37,7 +37,10 @@ struct BodyState {
     /// for the smallest cones, where cosines are not. 5: everywhere.
     double reach_chord2 = 5;
     double solid_angle_sr = 0;
-    std::uint32_t samples = 0;           ///< per pixel; 0: not seen in pixels
+    std::uint32_t samples = 0; ///< per pixel; 0: not seen in pixels
+    /// Brightness of the surface that looks half way between Sun and camera, per irradiance of the Sun at
+    /// 1 au, 1/sr: the level that errors are measured against. 0 for the Sun.
+    double reference_radiance = 0;
     bool targeted = false;               ///< smaller than pixels: sampled itself, then splatted
     std::vector<std::int32_t> occluders; ///< bodies that may stand between it and the Sun
 };

@@ -46,14 +46,29 @@ constexpr double to_unit(std::uint32_t x) {
     return static_cast<double>(static_cast<std::int32_t>(x >> 1)) * 0x1p-31;
 }
 
-} // namespace
-
-SeedWords seed_words(std::uint64_t seed, std::uint64_t frame, SamplePurpose purpose, std::int32_t x,
-                     std::int32_t y) {
+inline SeedWords seed_words_inline(std::uint64_t seed, std::uint64_t frame, SamplePurpose purpose,
+                                   std::int32_t x, std::int32_t y) {
     return philox4x32({static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
                        static_cast<std::uint32_t>(frame),
                        static_cast<std::uint32_t>(frame >> 32) ^ static_cast<std::uint32_t>(purpose) << 24},
                       philox_key(seed));
+}
+
+} // namespace
+
+SeedWords seed_words(std::uint64_t seed, std::uint64_t frame, SamplePurpose purpose, std::int32_t x,
+                     std::int32_t y) {
+    return seed_words_inline(seed, frame, purpose, x, y);
+}
+
+OBSCURA_VECTOR_CLONES
+void pixel_seeds(std::uint64_t seed, std::uint64_t frame, std::int32_t x, std::int32_t y, Words& first,
+                 Words& second) {
+    for (int i = 0; i < packet_size; ++i) {
+        const auto words = seed_words_inline(seed, frame, SamplePurpose::pixel, x + i, y);
+        first.v[i] = words[0];
+        second.v[i] = words[1];
+    }
 }
 
 OBSCURA_VECTOR_CLONES

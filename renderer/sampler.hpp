@@ -24,6 +24,10 @@ using SeedWords = std::array<std::uint32_t, 4>;
 [[nodiscard]] SeedWords seed_words(std::uint64_t seed, std::uint64_t frame, SamplePurpose purpose,
                                    std::int32_t x, std::int32_t y);
 
+/// The first two words of the seed words (purpose: pixel) of 16 pixels from (x, y) to the right.
+void pixel_seeds(std::uint64_t seed, std::uint64_t frame, std::int32_t x, std::int32_t y, Words& first,
+                 Words& second);
+
 /// The point `index` of a two-dimensional Sobol sequence, its order shuffled and its digits scrambled after
 /// Owen by hashes of `seed`; u, v in [0,1). Pairs with different seeds are independent ("padded").
 /// Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020; second dimension after Ahmed, An

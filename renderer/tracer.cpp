@@ -81,12 +81,16 @@ void Tracer::radiance(const Vec3s& direction, const HitPacket& hits, const Doubl
                       Doubles& radiance) {
     for (double& r : radiance.v)
         r = 0;
+    // One pass for each body that was met; nearly always there is one.
+    Lanes left;
+    for (int i = 0; i < packet_size; ++i)
+        left.on[i] = hits.body[i] >= 0 ? -1 : 0;
     for (int i = 0; i < packet_size; ++i) {
+        if (left.on[i] == 0) continue;
         const std::int32_t body = hits.body[i];
-        bool done = body < 0;
-        for (int k = 0; k < i; ++k)
-            done = done || hits.body[k] == body;
-        if (!done) reflect(body, direction, hits, u, v, radiance);
+        reflect(body, direction, hits, u, v, radiance);
+        for (int k = i; k < packet_size; ++k)
+            left.on[k] = hits.body[k] == body ? 0 : left.on[k];
     }
 }
 

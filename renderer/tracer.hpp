@@ -32,6 +32,8 @@ public:
     void radiance(const Vec3s& direction, const HitPacket& hits, const Doubles& u, const Doubles& v,
                   Doubles& radiance);
 
+    void count_samples(const Lanes& active) { counts_.samples += static_cast<std::uint64_t>(active.count()); }
+
 private:
     void reflect(std::int32_t body, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
                  const Doubles& v, Doubles& radiance);

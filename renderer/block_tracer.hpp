@@ -1,0 +1,78 @@
+// Sixteen neighbouring pixels of a row: which are traced, with how many samples, and what they receive.
+#pragma once
+
+#include "renderer/footprint.hpp"
+#include "renderer/pinhole.hpp"
+#include "renderer/row_state.hpp"
+#include "renderer/sampler.hpp"
+#include "renderer/tracer.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// How a frame is sampled.
+struct Sampling {
+    std::uint64_t seed = 1;
+    std::uint64_t frame_id = 0;
+    std::uint32_t samples = 4;     ///< per pixel, at least
+    std::uint32_t max_samples = 4; ///< per pixel, at most
+    double target_error = 0;       ///< 0: `samples` everywhere
+};
+
+/// The means of a block's pixels, per irradiance of the Sun at 1 au, sr.
+struct BlockResult {
+    bool covered[packet_size]; ///< false: nothing can be seen there, and nothing was traced
+    double mean[packet_size];
+    double variance[packet_size]; ///< of the mean, as estimated
+    std::uint32_t samples[packet_size];
+};
+
+/// Traces blocks of one row. A block starts at a multiple of 16 of the sensor's columns and is always traced
+/// whole, so that a packet holds the same rays, and a pixel takes the same decisions, whatever the window.
+///
+/// Adaptive sampling in up to three rounds. After each, a pixel's spread is judged from its own samples and
+/// those of its neighbours in the block; with Owen-scrambled points the error of n samples falls about as
+/// spread x n^-0.75 (between 1/n on smooth ground and n^-0.7 on edges, measured), which gives the number
+/// wanted. The error aimed at, root mean square over the lit pixels, is `target_error` times the larger of
+/// the pixel's value and the brightness of the body where it looks half way between Sun and camera.
+class BlockTracer {
+public:
+    /// All arguments must outlive the tracer. `candidates` is scratch space.
+    BlockTracer(const Pinhole& pinhole, const Footprint& footprint, const Sampling& sampling,
+                const RowState& row, Tracer& tracer, std::vector<std::int32_t>& candidates);
+
+    /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near.
+    bool trace(std::int32_t block, std::int32_t y, BlockResult& result);
+
+    /// The block that holds column `x`.
+    static std::int32_t block_of(std::int32_t x) {
+        return x >= 0 ? x / packet_size : -((-x + packet_size - 1) / packet_size);
+    }
+
+private:
+    struct Sums {
+        double sum[packet_size] = {};
+        double square[packet_size] = {};
+        double least[packet_size];
+        double most[packet_size];
+        std::uint32_t count[packet_size] = {};
+    };
+
+    /// Sums the samples [count, wanted) of every pixel.
+    void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
+    void trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
+                     Doubles& value);
+
+    const Pinhole& pinhole_;
+    const Footprint& footprint_;
+    const Sampling& sampling_;
+    const RowState& row_;
+    Tracer& tracer_;
+    std::vector<std::int32_t>& candidates_;
+    std::int32_t first_x_ = 0, y_ = 0;
+    Words lens_seed_, light_seed_;
+};
+
+} // namespace obscura::renderer
