@@ -1,0 +1,126 @@
+// Speed of the renderer on fixed scenes, as JSON on standard output. Options: --threads N, --size PIXELS.
+// Rates are per second of processor time as well as of wall time: the first hold on a busy machine.
+#include "core/solar_spectrum.hpp"
+#include "renderer/renderer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <limits>
+#include <numbers>
+
+namespace {
+
+using namespace obscura;
+
+struct Options {
+    unsigned threads = 2;
+    std::int32_t size = 1024;
+};
+
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// A body of 500 m at the origin that fills about a third of the field, Sun at 60 degrees phase, 1000 stars.
+scene::Scene scene_with(scene::Shape shape, scene::Material material, std::int32_t size) {
+    scene::Scene s;
+    s.bodies.push_back({"body", std::move(shape), material, {}});
+    s.sun.position_m = {-astronomical_unit_m, 0, 0};
+    s.camera.width = s.camera.height = size;
+    s.camera.pixel_pitch_m = 10e-6;
+    const double distance_m = 1e5;
+    s.camera.focal_length_m = s.camera.pixel_pitch_m * distance_m * (0.36 * size) / 500;
+    const Vec3 to_camera{-0.5, std::sqrt(0.75), 0};
+    s.camera.motion.samples[0].pose = {distance_m * to_camera, look_along(-to_camera, {0, 0, 1})};
+    for (int i = 0; i < 1000; ++i) {
+        const double angle = 2.399963 * i; // golden angle: spread over a disc about the boresight
+        const double off = 0.02 * std::sqrt(i / 1000.0);
+        const Vec3 d = rotate(s.camera.motion.samples[0].pose.orientation,
+                              {off * std::cos(angle), off * std::sin(angle), 1});
+        const Vec3 n = normalized(d);
+        s.stars.push_back({std::atan2(n.y, n.x), std::asin(n.z), 2 + i * 0.006, 0.5});
+    }
+    return s;
+}
+
+/// Renders some frames and prints one JSON object; the best frame counts.
+void measure(const char* name, const scene::Scene& s, const renderer::RenderSettings& settings, bool last) {
+    const auto start = std::chrono::steady_clock::now();
+    const renderer::Renderer r(s, settings);
+    const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const std::int32_t size = s.camera.width;
+    const std::vector<RowTime> times(static_cast<std::size_t>(size));
+    std::vector<float> image(r.band_count() * static_cast<std::size_t>(size) *
+                             static_cast<std::size_t>(size));
+    double wall_s = std::numeric_limits<double>::max();
+    double cpu_s = wall_s;
+    std::uint64_t samples = 0;
+    std::uint64_t rays = 0;
+    for (std::uint64_t frame = 0; frame < 5; ++frame) {
+        renderer::RenderRequest request;
+        request.window = {0, 0, size, size};
+        request.rows = size;
+        request.row_times = times;
+        request.frame_id = frame;
+        const std::uint64_t samples_before = r.samples_taken();
+        const std::uint64_t rays_before = r.rays_traced();
+        const double cpu_before = cpu_seconds();
+        const auto before = std::chrono::steady_clock::now();
+        r.render(request, image);
+        wall_s = std::min(wall_s,
+                          std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count());
+        cpu_s = std::min(cpu_s, cpu_seconds() - cpu_before);
+        samples = r.samples_taken() - samples_before;
+        rays = r.rays_traced() - rays_before;
+    }
+    const auto lit = std::count_if(image.begin(), image.end(), [](float v) { return v > 0; });
+    const auto n = static_cast<double>(samples);
+    fmt::print(
+        "  {{\"scene\": \"{}\", \"size\": {}, \"threads\": {}, \"lit_pixels\": {}, \"build_s\": {:.3f}, "
+        "\"frame_ms\": {:.1f}, \"cpu_ms\": {:.1f}, \"samples\": {}, \"rays\": {}, "
+        "\"samples_per_s\": {:.4g}, \"samples_per_cpu_s\": {:.4g}, \"rays_per_cpu_s\": {:.4g}}}{}\n",
+        name, size, settings.threads, lit, build_s, wall_s * 1e3, cpu_s * 1e3, samples, rays, n / wall_s,
+        n / cpu_s, static_cast<double>(rays) / cpu_s, last ? "" : ",");
+}
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    Options o;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        if (std::strcmp(argv[i], "--threads") == 0) o.threads = static_cast<unsigned>(std::atoi(argv[i + 1]));
+        if (std::strcmp(argv[i], "--size") == 0) o.size = std::atoi(argv[i + 1]);
+    }
+    if (o.threads < 1 || o.size < 16 || o.size > 8192) {
+        fmt::print(stderr, "render_bench: --threads from 1, --size 16 to 8192\n");
+        return 64;
+    }
+    const scene::ProceduralBody small{500, {1, 0.9, 0.8}, 1, 6};
+    const scene::ProceduralBody large{500, {1, 0.9, 0.8}, 1, 7};
+    const scene::Lambert lambert{0.1};
+    const scene::Hapke hapke{0.3, 0.3, 0.5, 1, 0.05, 0.5, 0.1, 0.35, 0.2};
+    renderer::RenderSettings fixed{16, o.threads, 1};
+    renderer::RenderSettings one_thread{16, 1, 1};
+    renderer::RenderSettings real_time{2, o.threads, 1};
+    real_time.target_error = 0.01;
+    fmt::print("[\n");
+    measure("asteroid 82k facets, 16 samples", scene_with(small, lambert, o.size), fixed, false);
+    measure("asteroid 328k facets, 16 samples", scene_with(large, lambert, o.size), fixed, false);
+    measure("asteroid 328k facets, 16 samples, 1 thread", scene_with(large, lambert, o.size), one_thread,
+            false);
+    measure("asteroid 82k facets, rough Hapke, 16 samples", scene_with(small, hapke, o.size), fixed, false);
+    measure("ellipsoid, 16 samples", scene_with(scene::Ellipsoid{{500, 450, 400}}, lambert, o.size), fixed,
+            false);
+    measure("asteroid 82k facets, adaptive 1 %", scene_with(small, lambert, o.size), real_time, false);
+    measure("asteroid 328k facets, adaptive 1 %", scene_with(large, lambert, o.size), real_time, true);
+    fmt::print("]\n");
+    return 0;
+}
