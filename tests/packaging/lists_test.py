@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""Holds the packaging to the project: same version, and every library that the build needs is in debian/control."""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+complaints = []
+
+needed = []
+for line in (ROOT / "scripts/packages.txt").read_text().splitlines():
+    # What stands below "# tests" is no part of a package's build.
+    if line.startswith("# tests"):
+        break
+    line = line.split("#")[0].strip()
+    # Every package build has a compiler.
+    if line and line != "g++":
+        needed.append(line)
+control = (ROOT / "debian/control").read_text()
+
+
+def listed(field, after=""):
+    text = re.search(rf"^{field}:((?:.*\n)(?:[ \t].*\n)*)", control[control.index(after) :], re.MULTILINE)[1]
+    return {re.split(r"[ (:]", item.strip())[0] for item in text.replace("\n", " ").split(",")}
+
+
+build = listed("Build-Depends")
+for package in needed:
+    if package not in build:
+        complaints.append(f"debian/control: Build-Depends lacks {package} of scripts/packages.txt")
+development = listed("Depends", "Package: obscura-dev")
+for package in needed:
+    if package.endswith("-dev") and package not in development:
+        complaints.append(f"debian/control: Depends of obscura-dev lacks {package} of scripts/packages.txt")
+
+project = re.search(r"project\(obscura VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
+package = re.match(r"obscura \(([^)]+)\)", (ROOT / "debian/changelog").read_text())[1]
+if re.split(r"[-~+]", package)[0] != project:
+    complaints.append(f"debian/changelog: version {package}, CMakeLists.txt: {project}")
+
+print("\n".join(complaints) or "the packaging agrees with the project")
+sys.exit(1 if complaints else 0)
