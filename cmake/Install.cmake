@@ -1,11 +1,7 @@
-# What `cmake --install` puts where: programs, shipped scenes, and the libraries with headers and CMake package for
+# What `cmake --install` puts where: the daemon, shipped scenes, and the libraries with headers and CMake package for
 # programs that build on them. Units and their like are installed by systemd/.
 
-foreach(program obscurad obscura)
-    if(TARGET ${program})
-        install(TARGETS ${program} RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
-    endif()
-endforeach()
+install(TARGETS obscurad RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
 install(FILES config/demo.toml DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
 install(DIRECTORY config/scenes config/stars DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
