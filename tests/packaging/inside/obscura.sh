@@ -92,7 +92,7 @@ for _ in $(seq 100); do
     sleep 0.1
 done
 check "the daemon is ready" test -e /tmp/frames/ready
-daemon=$(pgrep -x obscurad || true)
+daemon=$(grep -lx obscurad /proc/[0-9]*/comm 2>/dev/null | head -1 | cut -d/ -f3)
 grep -E '^(CapEff|CapBnd|NoNewPrivs)' "/proc/${daemon:-self}/status" | tr '\n' ' ' | sed 's/^/    /'
 echo
 if obscura --help | grep -q '^ *grab '; then

@@ -1,0 +1,227 @@
+#!/usr/bin/env python3
+"""The daemon as a service manager sees it: when it says READY, when it feeds the watchdog, what SIGHUP does, how fast it
+is back after SIGKILL. No systemd is needed: this program listens on the notification socket itself.
+
+Usage: service_test.py OBSCURAD SOURCE-DIRECTORY [--kills N] [TEST...]
+Prints a line a check. Exit status 1 if one failed. Checks that the machine does not permit say so.
+"""
+import argparse
+import json
+import os
+import pathlib
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import hang_thread  # noqa: E402
+
+parser = argparse.ArgumentParser()
+parser.add_argument("obscurad")
+parser.add_argument("source", type=pathlib.Path)
+parser.add_argument("--kills", type=int, default=8)
+parser.add_argument("tests", nargs="*")
+options = parser.parse_args()
+failures = []
+PATIENCE_S = 60  # a busy machine, a sanitizer
+WIDTH, HEIGHT = 64, 48
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+class Bench:
+    """A folder with a configuration, a notification socket and at most one daemon."""
+
+    def __init__(self):
+        self.temporary = tempfile.TemporaryDirectory(prefix="obscura-service-")
+        self.folder = pathlib.Path(self.temporary.name)
+        self.frames = self.folder / "frames"
+        self.frames.mkdir()
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.socket.bind(str(self.folder / "notify"))
+        self.config = self.folder / "obscurad.toml"
+        (self.folder / "scene.toml").write_text(
+            """[sun]
+direction = [-1, -1, 0.3]
+distance_au = 2
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+position_m = [-20000, 0, 0]
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[[body]]
+shape = "ellipsoid"
+radii_m = [500, 400, 300]
+albedo = 0.1
+""")
+        self.process = None
+        self.write()
+
+    def write(self, rate_hz=10, exposure_us=2000, more=""):
+        self.config.write_text(f"""[scene]
+file = "scene.toml"
+[render]
+samples_per_pixel = 1
+threads = 1
+[trigger]
+rate_hz = {rate_hz}
+[camera]
+exposure_us = {exposure_us}
+[gige]
+enabled = false
+[file]
+enabled = true
+format = "raw"
+directory = "{self.frames}"
+[sensor.readout]
+width = {WIDTH}
+height = {HEIGHT}
+{more}
+""")
+
+    def start(self, watchdog_s=None, abstract=False):
+        environment = dict(os.environ, NOTIFY_SOCKET=str(self.folder / "notify"))
+        if watchdog_s:
+            environment["WATCHDOG_USEC"] = str(int(watchdog_s * 1e6))
+        self.log = open(self.folder / "log", "w+", encoding="utf-8")
+        self.process = subprocess.Popen(
+            [options.obscurad, "--config", self.config, "--stats", self.folder / "stats.json"],
+            stdout=subprocess.DEVNULL, stderr=self.log, env=environment)
+        return self
+
+    def messages(self, seconds, until=None):
+        """[(time, text)] that arrive within `seconds`, or until one contains `until`."""
+        found, end = [], time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            self.socket.settimeout(left)
+            try:
+                text = self.socket.recv(4096).decode()
+            except socket.timeout:
+                break
+            found.append((time.monotonic(), text))
+            if until and until in text:
+                break
+        return found
+
+    def wait_for(self, text, seconds=PATIENCE_S):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if any(text in message for _, message in self.messages(0.2, until=text)):
+                return True
+            if self.process and self.process.poll() is not None:
+                return any(text in message for _, message in self.messages(0.1, until=text))
+        return False
+
+    def log_text(self):
+        return (self.folder / "log").read_text(encoding="utf-8")
+
+    def complete_frames(self):
+        return sorted(f for f in self.frames.rglob("*.raw") if f.stat().st_size >= WIDTH * HEIGHT)
+
+    def wait_frames(self, count, seconds=PATIENCE_S):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and self.process.poll() is None:
+            if len(self.complete_frames()) >= count:
+                return True
+            time.sleep(0.01)
+        return False
+
+    def stop(self):
+        """Ends the daemon; its exit status and counters."""
+        self.process.send_signal(signal.SIGTERM)
+        status = self.process.wait(PATIENCE_S)
+        statistics = json.loads((self.folder / "stats.json").read_text())
+        self.process = None
+        return status, statistics
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process and self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.socket.close()
+        self.temporary.cleanup()
+
+
+def test_start_and_stop():
+    with Bench() as bench:
+        bench.start()
+        check("READY=1 is said", bench.wait_for("READY=1"), bench.log_text())
+        check("frames come", bench.wait_frames(3))
+        status, statistics = bench.stop()
+        check("SIGTERM ends it with status 0", status == 0)
+        check("STOPPING=1 is said", bench.wait_for("STOPPING=1", 1))
+        camera = statistics["camera"]
+        check("every trigger of the timer is a frame", camera["missed_triggers"] == 0 and camera["dropped"] == 0, camera)
+    with Bench() as bench:
+        bench.write(more="[nonsense]\nkey = 1")
+        bench.start()
+        check("a bad configuration is refused with 78", bench.process.wait(PATIENCE_S) == 78)
+        check("and READY=1 is not said", not bench.messages(0.2))
+        check("but one line", bench.log_text().count("\n") == 1 and str(bench.config) in bench.log_text(), bench.log_text())
+
+
+def test_watchdog():
+    """The watchdog is fed while all is well, and not when any one worker stands still."""
+    watchdog_s = 1.5
+    with Bench() as bench:
+        bench.start(watchdog_s=watchdog_s)
+        check("READY=1 is said", bench.wait_for("READY=1"), bench.log_text())
+        bench.wait_frames(2)
+        fed = [t for t, text in bench.messages(3 * watchdog_s) if "WATCHDOG=1" in text]
+        gaps = [b - a for a, b in zip(fed, fed[1:])]
+        check(f"fed {len(fed)} times in {3 * watchdog_s} s, longest gap {max(gaps, default=99):.2f} s", len(fed) >= 4)
+        names = set(hang_thread.threads(bench.process.pid).values()) - {"obscurad"}
+        try:
+            for name in sorted(names):
+                with hang_thread.Hung(bench.process.pid, name):
+                    # What was noted before it stood still may feed it once more.
+                    bench.messages(watchdog_s)
+                    late = [text for _, text in bench.messages(2 * watchdog_s) if "WATCHDOG=1" in text]
+                check(f"thread '{name}' hangs: not fed", not late, late)
+                check(f"thread '{name}' goes on: fed again", bench.wait_for("WATCHDOG=1", 10 * watchdog_s))
+        except hang_thread.NotPermitted as error:
+            print(f"skipped - hanging threads: ptrace: {error}")
+        status, _ = bench.stop()
+        check("it still ends well", status == 0)
+
+
+def test_kill():
+    """SIGKILL at random instants: back with a frame soon, and nothing half-written is left under a final name."""
+    random.seed(1)
+    times = []
+    with Bench() as bench:
+        for _ in range(options.kills):
+            for file in bench.complete_frames():
+                file.unlink()
+            begin = time.monotonic()
+            bench.start()
+            if not bench.wait_frames(1):
+                break
+            times.append(time.monotonic() - begin)
+            time.sleep(random.random() * 0.3)
+            bench.process.kill()
+            bench.process.wait()
+        check(f"{len(times)} of {options.kills} SIGKILLs survived", len(times) == options.kills, bench.log_text())
+        sizes = {f.stat().st_size for f in bench.frames.rglob("*.raw")}
+        check("no frame is cut short", len(sizes) == 1, sizes)
+        times.sort()
+        print(f"figure - start to first frame: median {times[len(times) // 2]:.3f} s, worst {times[-1]:.3f} s")
+
+
+tests = {name.removeprefix("test_"): function for name, function in list(globals().items()) if name.startswith("test_")}
+for name in options.tests or tests:
+    print(f"# {name}", flush=True)
+    tests[name]()
+sys.exit(1 if failures else 0)
