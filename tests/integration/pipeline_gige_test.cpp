@@ -8,8 +8,11 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <zlib.h>
 
+#include <algorithm>
 #include <cstring>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -55,6 +58,30 @@ int count_different(const TempFolder& folder, const std::filesystem::path& confi
     return different;
 }
 
+// The catalogue of 125,982 Hipparcos stars (fixed columns, see the data's README) as our CSV table.
+std::filesystem::path star_table(const TempFolder& folder, const std::filesystem::path& catalogue) {
+    gzFile in = gzopen(catalogue.c_str(), "rb");
+    REQUIRE(in != nullptr);
+    std::string table = "ra_deg,dec_deg,v_mag,b_v\n";
+    char line[512];
+    int stars = 0;
+    while (gzgets(in, line, sizeof line) != nullptr) {
+        const std::string l = line;
+        if (l.size() < 58 || l[0] == '#') continue;
+        const auto number = [&](std::size_t from, std::size_t to) {
+            return std::stod(l.substr(from, to - from));
+        };
+        const double ra = 15 * (number(0, 2) + number(2, 4) / 60 + number(4, 9) / 3600);
+        const double dec = number(11, 13) + number(13, 15) / 60 + number(15, 19) / 3600;
+        table += fmt::format("{:.6f},{:.6f},{},{}\n", ra, l[10] == '-' ? -dec : dec, number(46, 51),
+                             number(51, 56));
+        ++stars;
+    }
+    gzclose(in);
+    REQUIRE(stars > 120'000);
+    return folder.write("stars.csv", table);
+}
+
 struct Outcome {
     Json received, daemon;
 };
@@ -91,10 +118,70 @@ TEST_CASE("a hundred triggered frames of 1024 x 1024 arrive whole and are those 
     DaemonOptions options;
     options.address = own_address(1);
     const Outcome outcome = stream_and_compare(folder, options, 100);
+    ChildProcess capture(folder.path(), "capture",
+                         {obscura_program, "capture", (folder.path() / "obscurad.toml").string(), "--frames",
+                          "100", "--format", "raw", "--output", (folder.path() / "captured").string()});
+    CHECK(capture.wait(300s) == 0);
+    int different = 0;
+    for (int number = 1; number <= 100; ++number)
+        if (text_of(frame_file(folder, "received", number)) !=
+            text_of(frame_file(folder, "captured", number)))
+            ++different;
+    CHECK(different == 0);
+
     const Json& camera = outcome.daemon["camera"];
     CHECK(camera["frames"] >= 100);
     CHECK(camera["dropped"] == 0);
     CHECK(camera["triggers"] == camera["frames"].get<int>() + camera["missed_triggers"].get<int>());
+}
+
+TEST_CASE("the same with Itokawa's measured shape before the stars of Orion") {
+    const auto shape = data_file("shapes_celestia49k/obj_km/itokawa_49k.obj");
+    const auto stars = data_file("stars/kstars_stars.dat.gz");
+    if (!shape || !stars) return;
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(7);
+    options.scene =
+        folder
+            .write("itokawa.toml", fmt::format(R"(name = "itokawa"
+[sun]
+direction = [-0.80540, -0.36169, 0.46958]
+distance_au = 1.3
+[stars]
+catalogue = "{}"
+limiting_magnitude = 8
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+psf_sigma_px = 0.7
+position_m = [-1525.72, -14286.92, 804.0]
+boresight = [0.10609838, 0.99278754, -0.05582150]
+up = [0, 0, 1]
+[[body]]
+name = "itokawa"
+shape = "mesh"
+file = "{}"
+metres_per_unit = 1000
+material = "lommel-seeliger"
+albedo = 0.35
+spin_axis = [0, 0, 1]
+spin_rate_deg_per_s = 2
+)",
+                                               star_table(folder, *stars).string(), shape->string()))
+            .string();
+    const Outcome outcome = stream_and_compare(folder, options, 100);
+    CHECK(outcome.daemon["camera"]["dropped"] == 0);
+
+    // There is something to see, and it moves: many bright pixels, and the last frame is not the first.
+    const std::string first = text_of(frame_file(folder, "received", 1));
+    std::vector<std::uint16_t> pixels(first.size() / 2);
+    std::memcpy(pixels.data(), first.data(), first.size());
+    const auto bright =
+        std::count_if(pixels.begin(), pixels.end(), [](std::uint16_t dn) { return dn > 500; });
+    CHECK(bright > 2000);
+    CHECK(bright < 500'000);
+    CHECK((first != text_of(frame_file(folder, "received", 100))));
 }
 
 TEST_CASE("with one packet in a hundred left out, resending makes every frame whole") {
