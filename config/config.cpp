@@ -70,6 +70,8 @@ void check_together(const Config& config, const Value& root, const Where& top) {
         refuse("gige", "packet_size", fmt::format("{} is not a multiple of 4", gige.packet_size));
     if (gige.enabled && gige.interface.empty())
         refuse("gige", "interface", "empty, the name or an IPv4 address of a network interface is wanted");
+    if (config.v4l2.enabled && config.v4l2.device.find('/') != 0)
+        refuse("v4l2", "device", "the absolute path of a video node is wanted, as in /dev/video10");
 }
 
 std::string heading(std::string_view name) {
@@ -81,7 +83,8 @@ std::string heading(std::string_view name) {
 Config load(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
-    read_keys(root, top, {}, {"daemon", "render", "trigger", "camera", "gige", "file", "scene", "sensor"});
+    read_keys(root, top, {},
+              {"daemon", "render", "trigger", "camera", "gige", "file", "v4l2", "scene", "sensor"});
 
     Config config;
     config.source = std::filesystem::absolute(file).lexically_normal();
@@ -91,6 +94,7 @@ Config load(const std::filesystem::path& file) {
     read_section(root, top, "camera", config.camera);
     read_section(root, top, "gige", config.gige);
     read_section(root, top, "file", config.file);
+    read_section(root, top, "v4l2", config.v4l2);
     config.file.directory = (config.source.parent_path() / config.file.directory).lexically_normal().string();
 
     if (const Member* sensor = root.find("sensor"))
@@ -122,6 +126,7 @@ std::string print(const Config& config) {
     out += heading("camera") + print_keys(keys_of(c.camera));
     out += heading("gige") + print_keys(keys_of(c.gige));
     out += heading("file") + print_keys(keys_of(c.file));
+    out += heading("v4l2") + print_keys(keys_of(c.v4l2));
     out += heading("sensor") + print_keys(keys_of(c.sensor));
     out += heading("sensor.readout") + print_keys(keys_of(c.sensor.readout));
     out += heading("sensor.detector") + print_keys(keys_of(c.sensor.detector));

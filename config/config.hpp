@@ -70,6 +70,18 @@ struct FileSection {
     std::int32_t queue_frames = 4;
 };
 
+/// [v4l2]: a Linux video output node.
+struct V4l2Section {
+    bool enabled = false;
+    std::string device = "/dev/video10";
+    std::string format = "Y16"; ///< GREY, Y10, Y12, Y14, Y16
+    std::string io = "auto";    ///< auto, mmap, write
+    std::int32_t buffers = 8;
+    std::int32_t queue_frames = 4;
+    bool frame_counter = false;
+    bool required = false;
+};
+
 /// The configuration of one daemon.
 struct Config {
     std::filesystem::path source; ///< the file it was read from; relative paths in it start from its folder
@@ -80,6 +92,7 @@ struct Config {
     CameraSection camera;
     GigeSection gige;
     FileSection file;
+    V4l2Section v4l2;
     SensorDescription sensor;
     scene::Scene scene;
 };

@@ -151,6 +151,40 @@ Keys keys_of(FileSection& s) {
     };
 }
 
+Keys keys_of(V4l2Section& s) {
+    return {
+        {"enabled", &s.enabled, {}, {}, {}, "Feed a Linux video output node (v4l2loopback or another)"},
+        {"device", &s.device, {}, {}, {}, "The node"},
+        {"format",
+         &s.format,
+         {},
+         {},
+         {"GREY", "Y10", "Y12", "Y14", "Y16"},
+         "Pixel format; Y: digital numbers as they are, low bit first; GREY: their high 8 bits"},
+        {"io",
+         &s.io,
+         {},
+         {},
+         {"auto", "mmap", "write"},
+         "Way into the driver; auto: mmap, which carries trigger time stamps, unless the driver mixes "
+         "buffers up"},
+        {"buffers", &s.buffers, {}, {2, 32}, {}, "Buffers asked of the driver for mmap"},
+        {"queue_frames",
+         &s.queue_frames,
+         {},
+         {1, 256},
+         {},
+         "Frames that may wait for the node; more are dropped and counted"},
+        {"frame_counter",
+         &s.frame_counter,
+         {},
+         {},
+         {},
+         "Put the frame number into the first four pixels, a byte each, lowest first"},
+        {"required", &s.required, {}, {}, {}, "Do not start without the node; else it is waited for"},
+    };
+}
+
 Keys keys_of(SensorDescription& s) {
     return {
         {"name", &s.name, {}, {}, {}, "Name of the chip"},

@@ -5,6 +5,7 @@
 #include "sync/registry.hpp"
 #include "transports/file/file_sink.hpp"
 #include "transports/gige/gige.hpp"
+#include "transports/v4l2/v4l2_output.hpp"
 
 #include <fmt/format.h>
 
@@ -100,10 +101,30 @@ TransportPtr make_file(const config::Config& config, CameraControl& /*control*/,
                                      static_cast<std::size_t>(config.file.queue_frames)});
 }
 
+TransportPtr make_v4l2(const config::Config& config, CameraControl& control, const Clock& /*clock*/,
+                       const Priorities& /*priorities*/) {
+    if (!config.v4l2.enabled) return nullptr;
+    transports::V4l2Settings settings;
+    settings.device = config.v4l2.device;
+    settings.format = transports::v4l2_format_named(config.v4l2.format);
+    settings.io = transports::v4l2_io_named(config.v4l2.io);
+    const CameraSettings camera = control.settings();
+    settings.width = camera.region.width;
+    settings.height = camera.region.height;
+    settings.bits_per_pixel = config.sensor.detector.adc_bits;
+    settings.frame_rate_hz = camera.trigger_enabled ? config.trigger.rate_hz : camera.frame_rate_hz;
+    settings.frame_counter = config.v4l2.frame_counter;
+    settings.required = config.v4l2.required;
+    settings.buffers = config.v4l2.buffers;
+    settings.queue_frames = static_cast<std::size_t>(config.v4l2.queue_frames);
+    return std::make_unique<transports::V4l2Output>(settings);
+}
+
 // One line for each kind of transport.
 constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const Priorities&) = {
     make_file,
     make_gige,
+    make_v4l2,
 };
 
 } // namespace
@@ -121,6 +142,7 @@ std::size_t frames_needed(const config::Config& config) {
     std::size_t frames = Releaser::frames_in_flight + 1;
     if (config.gige.enabled) frames += static_cast<std::size_t>(config.gige.history_frames) + 2;
     if (config.file.enabled) frames += static_cast<std::size_t>(config.file.queue_frames);
+    if (config.v4l2.enabled) frames += static_cast<std::size_t>(config.v4l2.queue_frames);
     return frames;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace obscura::transports {
 
@@ -18,6 +19,10 @@ enum class V4l2Format : std::uint8_t { grey, y10, y12, y14, y16 };
 /// How images get to the driver. `automatic` takes mmap where the driver gives buffers back in order, else
 /// write(); only mmap can carry time stamps of ours.
 enum class V4l2Io : std::uint8_t { automatic, mmap, write };
+
+/// By the names GREY, Y10, Y12, Y14, Y16, and auto, mmap, write. Throw ConfigError.
+[[nodiscard]] V4l2Format v4l2_format_named(std::string_view name);
+[[nodiscard]] V4l2Io v4l2_io_named(std::string_view name);
 
 struct V4l2Settings {
     std::string device = "/dev/video10";

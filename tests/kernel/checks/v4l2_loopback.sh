@@ -3,7 +3,7 @@
 stream() { # FORMAT BITS [OPTION...]
     local format=$1 bits=$2
     shift 2
-    v4l2_stream --device /dev/video10 --format "$format" --bits "$bits" --rate 25 "$@" >stream.log 2>&1 &
+    v4l2_stream --device /dev/video10 --format "$format" --bits "$bits" --rate 20 "$@" >stream.log 2>&1 &
     producer=$!
     wait_for 10 grep -q "$format 320x240" stream.log || fail "no stream: $(cat stream.log)"
     wait_for 5 grep -q . edges

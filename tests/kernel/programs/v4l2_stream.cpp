@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -25,14 +26,6 @@ namespace {
 std::atomic<bool> stopping{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
 
-transports::V4l2Format format_named(const std::string& name) {
-    if (name == "GREY") return transports::V4l2Format::grey;
-    if (name == "Y10") return transports::V4l2Format::y10;
-    if (name == "Y12") return transports::V4l2Format::y12;
-    if (name == "Y16") return transports::V4l2Format::y16;
-    throw ConfigError("v4l2_stream: format must be GREY, Y10, Y12 or Y16");
-}
-
 } // namespace
 
 int main(int argc, char** argv) {
@@ -40,6 +33,7 @@ int main(int argc, char** argv) {
     settings.frame_counter = true;
     settings.width = 320, settings.height = 240, settings.bits_per_pixel = 12;
     settings.frame_rate_hz = 25;
+    settings.queue_frames = 7;
     std::uint64_t frames = 0;
     std::string edges_file = "edges", counters_file = "counters";
     try {
@@ -48,11 +42,9 @@ int main(int argc, char** argv) {
             if (option == "--device")
                 settings.device = value;
             else if (option == "--format")
-                settings.format = format_named(value);
+                settings.format = transports::v4l2_format_named(value);
             else if (option == "--io")
-                settings.io = value == "mmap"    ? transports::V4l2Io::mmap
-                              : value == "write" ? transports::V4l2Io::write
-                                                 : transports::V4l2Io::automatic;
+                settings.io = transports::v4l2_io_named(value);
             else if (option == "--size" &&
                      std::sscanf(value.c_str(), "%dx%d", &settings.width, &settings.height) == 2)
                 continue;
@@ -84,8 +76,11 @@ int main(int argc, char** argv) {
         MonotonicClock clock;
         const auto period_ns = static_cast<std::int64_t>(1e9 / settings.frame_rate_hz);
         // Edges at an odd instant of their own, so that no other clock could give the same stamps.
+        // Edges at an odd instant of their own, so that no other clock could give the same stamps. Those of a
+        // time in which the emulated machine stood still are not made up for in a burst.
         Time edge = clock.now() + 1'234'567;
-        for (std::uint64_t id = 1; !stopping && (frames == 0 || id <= frames); ++id, edge += period_ns) {
+        for (std::uint64_t id = 1; !stopping && (frames == 0 || id <= frames);
+             ++id, edge = std::max(edge + period_ns, clock.now())) {
             clock.sleep_until(edge);
             const FrameRef frame = pool.acquire();
             if (!frame) throw HardwareError("v4l2_stream: no frame free");

@@ -83,7 +83,7 @@ file = "scene.toml"
 [completely_different]
 )",
      "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, camera, gige, file, "
-     "scene, sensor"},
+     "v4l2, scene, sensor"},
     {R"([scene]
 file = "scene.toml"
 [camera]

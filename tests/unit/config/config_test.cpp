@@ -72,6 +72,12 @@ drop_percent = 1
 [file]
 directory = "../out"
 format = "fits"
+[v4l2]
+enabled = true
+device = "/dev/video7"
+format = "GREY"
+io = "write"
+frame_counter = true
 [sensor]
 name = "tab	here"
 pixel_pitch_um = 6.9
@@ -101,6 +107,8 @@ adc_bits = 14
     CHECK(second.trigger.rate_hz == 29.97);
     CHECK(second.daemon.seed == 123456789012345u);
     CHECK(second.file.directory == (folder.path() / "out").string());
+    CHECK(second.v4l2.device == "/dev/video7");
+    CHECK(second.v4l2.format == "GREY");
     CHECK(config::camera_settings(second) == config::camera_settings(first));
 }
 
