@@ -123,7 +123,7 @@ TEST_CASE("1 % of packets lost on purpose are recovered by resend") {
     settings.drop_percent = 1;
     Bench bench(limits(512, 512), settings);
     GigeClient client(address);
-    client.set("AcquisitionFrameRate", 50.0);
+    client.set("AcquisitionFrameRate", 20.0); // the history of 4 frames lasts 200 ms
     client.open_stream(10);
     client.execute("AcquisitionStart");
     receive_in_order(client, 100, {0, 0, 512, 512});
