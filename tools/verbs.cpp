@@ -6,10 +6,8 @@ namespace obscura::tools {
 
 std::span<const VerbEntry> verbs() {
     static constexpr std::array table{
-        VerbEntry{"render", make_render},
-        VerbEntry{"capture", make_capture},
-        VerbEntry{"grab", make_grab},
-        VerbEntry{"check", make_check},
+        VerbEntry{"render", make_render}, VerbEntry{"capture", make_capture}, VerbEntry{"grab", make_grab},
+        VerbEntry{"check", make_check},   VerbEntry{"bench", make_bench},
     };
     return table;
 }
