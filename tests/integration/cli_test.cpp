@@ -1,0 +1,116 @@
+// The command line doing what it is asked: help, check, render, capture, bench.
+#include "tests/integration/daemon_bench.hpp"
+#include "tests/support/catch.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+using namespace obscura::test;
+using namespace std::chrono_literals;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+const std::string program = OBSCURA_BINARY_DIR "/tools/obscura";
+
+std::string run(const TempFolder& folder, std::vector<std::string> arguments, int expected = 0) {
+    arguments.insert(arguments.begin(), program);
+    ChildProcess child(folder.path(), "obscura", arguments);
+    const int status = child.wait(100s).value_or(-1);
+    INFO(child.err());
+    REQUIRE(status == expected);
+    return child.out();
+}
+
+std::string small_configuration(const TempFolder& folder) {
+    DaemonOptions options;
+    options.size = 64;
+    return write_configuration(folder, options).string();
+}
+
+} // namespace
+
+TEST_CASE("help of every verb has usage, options and examples") {
+    const TempFolder folder;
+    const std::string help = run(folder, {"--help"});
+    for (const std::string verb : {"render", "capture", "grab", "check", "bench"}) {
+        CHECK_THAT(help, Contains("\n  " + verb + " "));
+        const std::string text = run(folder, {verb, "--help"});
+        CHECK_THAT(text, StartsWith("obscura " + verb + " - "));
+        CHECK_THAT(text, Contains("\nUsage: obscura " + verb + " "));
+        CHECK_THAT(text, Contains("\nExamples:\n  obscura " + verb));
+        CHECK_THAT(text, Contains("\nExit status: "));
+    }
+    CHECK_THAT(run(folder, {"--version"}), StartsWith("obscura 0."));
+}
+
+TEST_CASE("check accepts what is sound and prints what loads again") {
+    const TempFolder folder;
+    const std::string config = small_configuration(folder);
+    CHECK_THAT(run(folder, {"check", config}), StartsWith(config + ": good: generic, sensor 64 x 64 px"));
+    const std::string printed = run(folder, {"check", "--print", config});
+    const auto again = folder.write("printed.toml", printed);
+    const std::string second = run(folder, {"check", "--print", again});
+    CHECK(printed.substr(printed.find('\n')) == second.substr(second.find('\n')));
+    CHECK_THAT(run(folder, {"check", "--scene", OBSCURA_SOURCE_DIR "/config/scenes/demo.toml"}),
+               Contains("good: \"demo\" with 1 body, 4995 stars, 1 band"));
+}
+
+TEST_CASE("a render has the same bytes on any number of threads, in every format") {
+    const TempFolder folder;
+    const std::string scene = OBSCURA_SOURCE_DIR "/config/scenes/demo.toml";
+    for (const std::string extension : {"exr", "fits", "png"}) {
+        std::vector<std::string> files;
+        for (const std::string threads : {"1", "3"}) {
+            const auto file = folder.path() / (threads + "." + extension);
+            run(folder, {"render", scene, "-o", file, "--size", "160x128", "--threads", threads});
+            files.push_back(text_of(file));
+        }
+        CHECK(files[0].size() > 1000);
+        CHECK(files[0] == files[1]);
+    }
+    const auto report = nlohmann::json::parse(
+        run(folder, {"render", scene, "-o", folder.path() / "x.exr", "--size", "80x64", "--json"}));
+    CHECK(report["width"] == 80);
+    CHECK(report["height"] == 64);
+    CHECK(report["rays"] > 0);
+    // The same field in fewer pixels: the same light, to the sampling's precision.
+    const auto larger = nlohmann::json::parse(
+        run(folder, {"render", scene, "-o", folder.path() / "x.exr", "--size", "320x256", "--json"}));
+    const double ratio = larger["total_w_m2"].get<double>() / report["total_w_m2"].get<double>();
+    CHECK(std::abs(ratio - 1) < 0.02);
+}
+
+TEST_CASE("captures repeat to the byte, and a later frame does not need the earlier ones") {
+    const TempFolder folder;
+    const std::string config = small_configuration(folder);
+    const auto frame = [&](const std::string& out, const std::string& name) {
+        return text_of(folder.path() / out / name);
+    };
+    run(folder,
+        {"capture", config, "-n", "4", "-o", folder.path() / "a", "--format", "raw", "--exr", "--preview"});
+    run(folder, {"capture", config, "-n", "1", "--first", "3", "-o", folder.path() / "b", "--format", "raw"});
+    CHECK(frame("a", "frame_000003.raw").size() == 64 * 64 * 2);
+    CHECK(frame("a", "frame_000003.raw") == frame("b", "frame_000003.raw"));
+    CHECK(frame("a", "frame_000003.toml") == frame("b", "frame_000003.toml"));
+    CHECK(frame("a", "frame_000003.raw") != frame("a", "frame_000002.raw"));
+    for (const char* name : {"ideal_000004.exr", "preview_000004.png"})
+        CHECK(std::filesystem::exists(folder.path() / "a" / name));
+}
+
+TEST_CASE("bench measures everything it promises and loses nothing") {
+    const TempFolder folder;
+    const auto report = nlohmann::json::parse(run(folder, {"bench", "--json", "--frames", "4", "--rate", "10",
+                                                           "--config", small_configuration(folder)}));
+    for (const char* key : {"rays_per_s", "samples_per_s", "render_ms_p50", "detector_ms_p50", "frame_ms_p50",
+                            "transmit_ms_p50", "trigger_to_first_packet_ms_p50",
+                            "trigger_to_first_packet_ms_p99", "trigger_to_complete_ms_p50"}) {
+        INFO(key);
+        REQUIRE(report[key].is_number());
+        CHECK(report[key] > 0);
+    }
+    CHECK(report["frames"] == 4);
+    CHECK(report["lost"] == 0);
+}
