@@ -5,6 +5,9 @@ set -euo pipefail
 PATH=$RIG_BUILD/tests/kernel/programs:$RIG_BUILD/emulator:$RIG_BUILD/tools:$PATH
 export PATH GST_REGISTRY=$RIG_GST_REGISTRY GST_REGISTRY_UPDATE=no
 
+# What a check leaves running would hold devices that the next one needs.
+trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT
+
 say() { echo "[$(cut -d' ' -f1 /proc/uptime)] $*"; }
 # A measured value for the summary.
 figure() { echo "FIGURE: $*"; }
@@ -59,15 +62,17 @@ gpio_down() {
 }
 
 # loopback_up [newer] [PARAMETER...]: v4l2loopback with /dev/video10. `newer` is Debian 13's.
+# Thirty-two buffers, because an image is overwritten one turn later whether or not it was read, and readers take seconds
+# to start up in the emulated machine.
 loopback_up() {
     load videodev
     grep -q '^v4l2loopback ' /proc/modules && rmmod v4l2loopback
     if [ "${1:-}" = newer ]; then
         shift
         need "$RIG_MODULES/newer/v4l2loopback.ko"
-        insmod "$RIG_MODULES/newer/v4l2loopback.ko" devices=1 video_nr=10 max_buffers=8 exclusive_caps=0 "$@"
+        insmod "$RIG_MODULES/newer/v4l2loopback.ko" devices=1 video_nr=10 max_buffers=32 exclusive_caps=0 "$@"
     else
-        insmod "$RIG_MODULES/v4l2loopback.ko" devices=1 video_nr=10 max_buffers=8 exclusive_caps=0 "$@"
+        insmod "$RIG_MODULES/v4l2loopback.ko" devices=1 video_nr=10 max_buffers=32 exclusive_caps=0 "$@"
     fi
     wait_for 5 test -c /dev/video10
 }

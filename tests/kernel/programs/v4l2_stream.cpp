@@ -31,6 +31,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler")
 int main(int argc, char** argv) {
     transports::V4l2Settings settings;
     settings.frame_counter = true;
+    settings.buffers = 32;
     settings.width = 320, settings.height = 240, settings.bits_per_pixel = 12;
     settings.frame_rate_hz = 25;
     settings.queue_frames = 7;

@@ -1,0 +1,43 @@
+# The real daemon on a timer to v4l2loopback: v4l2-ctl, ffmpeg and GStreamer get every pixel of its frames, stamps are edges
+# time limit: 120 s
+. "$RIG/guest/daemon.sh"
+capture() { # FLAVOUR
+    v4l2-ctl -d /dev/video10 --stream-mmap=32 --stream-count=6 --stream-to=v4l2-ctl.raw >v4l2-ctl.log 2>&1
+    ffmpeg -nostdin -hide_banner -f v4l2 -input_format gray16le -video_size 160x120 -ts default -copyts -i /dev/video10 \
+        -frames:v 6 -vf showinfo -fps_mode passthrough -f rawvideo -pix_fmt gray16le -y ffmpeg.raw >ffmpeg.log 2>&1 ||
+        fail "ffmpeg: $(tail -n 5 ffmpeg.log)"
+    sed -n 's/.*showinfo.* pts: *\([0-9]*\) .*/\1/p' ffmpeg.log >stamps
+    gst-launch-1.0 -q v4l2src device=/dev/video10 num-buffers=6 ! video/x-raw,format=GRAY16_LE,width=160,height=120 ! \
+        filesink location=gstreamer.raw >gstreamer.log 2>&1 || fail "gstreamer: $(tail -n 5 gstreamer.log)"
+}
+loopback_up newer
+daemon_start 160 120 '[trigger]
+rate_hz = 5
+[v4l2]
+enabled = true
+frame_counter = true
+buffers = 32'
+capture
+daemon_stop
+grep 'time stamps are the trigger edges' daemon.log || fail "no mmap"
+for tool in v4l2-ctl ffmpeg gstreamer; do
+    [ $tool = ffmpeg ] && stamps=stamps || stamps=
+    said=$(python3 "$RIG/programs/compare_frames.py" $tool.raw frames 160 120 6 $stamps 2>&1) || fail "$tool: $said"
+    say "$tool: $said"
+done
+figure "$(daemon_counters v4l2)"
+
+# A node that is no output, and one that is not there: one line each, and the daemon lives and serves its files.
+load vivid n_devs=1 node_types=0x1 num_inputs=1 vid_cap_nr=22
+wait_for 5 test -c /dev/video22
+for node in /dev/video22 /dev/video77 /dev/null; do
+    daemon_start 160 120 "[trigger]
+rate_hz = 5
+[v4l2]
+enabled = true
+device = \"$node\""
+    wait_for 10 test -s frames/frame_000003.toml || fail "the daemon does not live with $node"
+    daemon_stop
+    grep v4l2: daemon.log
+    [ "$(grep -c v4l2: daemon.log)" = 1 ] || fail "not one line about $node: $(cat daemon.log)"
+done

@@ -1,0 +1,61 @@
+# For checks with the real daemon: daemon_start WIDTH HEIGHT TOML, daemon_stop, daemon_counters TRANSPORT. Frames are also
+# written to ./frames as raw files. The scene is light: floating-point arithmetic is slow in the emulated machine.
+need "$RIG_BUILD/emulator/obscurad"
+daemon_start() {
+    rm -rf frames ready
+    cat >scene.toml <<END
+name = "light"
+[sun]
+direction = [-1, -1, 0.3]
+distance_au = 2
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+psf_sigma_px = 0
+position_m = [-20000, 0, 0]
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[[body]]
+name = "moonlet"
+shape = "ellipsoid"
+radii_m = [200, 160, 120]
+material = "lommel-seeliger"
+albedo = 0.1
+spin_axis = [0.0, 0.2, 1.0]
+spin_rate_deg_per_s = 30
+END
+    cat >daemon.toml <<END
+[scene]
+file = "scene.toml"
+[daemon]
+seed = 5
+pool_frames = 24
+realtime = "off"
+autostart = true
+[render]
+samples_per_pixel = 1
+[gige]
+enabled = false
+[file]
+enabled = true
+format = "raw"
+directory = "frames"
+queue_frames = 8
+[sensor.readout]
+width = $1
+height = $2
+[sensor.detector]
+adc_bits = 12
+$3
+END
+    obscurad --config daemon.toml --ready-file ready --stats stats.json >daemon.log 2>&1 &
+    daemon=$!
+    wait_for 20 test -s ready || fail "the daemon is not ready: $(cat daemon.log)"
+}
+daemon_stop() {
+    kill -TERM "$daemon"
+    wait "$daemon" || fail "the daemon ended with status $?: $(cat daemon.log)"
+}
+daemon_counters() {
+    python3 -c 'import json, sys; print(sys.argv[1] + ": " + json.dumps(json.load(open("stats.json"))["transports"][sys.argv[1]]))' "$1"
+}
