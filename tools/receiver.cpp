@@ -201,7 +201,10 @@ void Receiver::start() {
                  static_cast<gint>(std::min<std::uint64_t>(4ull * payload + (1u << 20), 256u << 20)),
                  // A camera that sends rows as it reads them pauses within a frame, for as long as its
                  // exposure or a busy host takes: only a longer silence means that the rest will not come.
-                 "frame-retention", guint{2'000'000}, "packet-timeout", guint{40'000}, nullptr);
+                 "frame-retention", guint{2'000'000}, "packet-timeout", guint{40'000},
+                 // The kernel's receive buffer may be far smaller than a frame: let any number of packets be
+                 // asked for again.
+                 "packet-request-ratio", 1.0, nullptr);
     for (std::size_t i = 0; i < d.settings.buffers; ++i) {
         auto* done = new std::atomic<std::int64_t>(0);
         const auto free_stamp = [](void* stamp) { delete static_cast<std::atomic<std::int64_t>*>(stamp); };
