@@ -22,8 +22,9 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       clock_(clock),
       log_(log),
       settings_(config.initial),
-      route_(route_of(config.initial)),
+      gate_(config.over_trigger),
       frame_settings_(config.initial) {
+    gate_.select(route_of(config.initial));
     thread_ = std::thread([this] {
         name_this_thread("pipeline");
         if (config_.priority > 0) make_this_thread_realtime(config_.priority);
@@ -34,22 +35,21 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
 
 Camera::~Camera() {
     acquisition_stop(true);
-    state_.fetch_or(quit_bit);
-    state_.notify_all();
+    gate_.quit();
     thread_.join();
 }
 
 Camera::Route Camera::route_of(const CameraSettings& s) noexcept {
-    if (!s.trigger_enabled) return Route::free_run;
+    if (!s.trigger_enabled) return free_run;
     switch (s.trigger_source) {
     case TriggerSource::software:
-        return Route::software;
+        return software;
     case TriggerSource::action1:
-        return Route::action;
+        return action;
     case TriggerSource::line0:
         break;
     }
-    return Route::line0;
+    return line0;
 }
 
 CameraSettings Camera::settings() const {
@@ -69,8 +69,7 @@ bool Camera::apply(const CameraSettings& settings) {
         route_of(before) != route_of(settings) || before.frame_rate_hz != settings.frame_rate_hz;
     if (paced_differently) {
         stop_free_run();
-        route_.store(route_of(settings));
-        forget_edges();
+        gate_.select(route_of(settings));
         if (acquiring()) start_free_run();
     }
     return true;
@@ -79,17 +78,15 @@ bool Camera::apply(const CameraSettings& settings) {
 bool Camera::acquisition_start() {
     const std::lock_guard control(control_mutex_);
     if (acquiring()) return false;
-    stop_free_run(); // of an acquisition that ended by itself
-    wait_until_handed_over(false);
+    stop_free_run();    // of an acquisition that ended by itself
+    gate_.close(false); // until the last trigger has its frame id
     const CameraSettings now = settings();
     next_frame_id_ = 1;
     frames_left_ = now.acquisition_mode == AcquisitionMode::single_frame  ? 1
                    : now.acquisition_mode == AcquisitionMode::multi_frame ? now.acquisition_frame_count
                                                                           : UINT64_MAX;
     acquisition_begin_ = clock_.now();
-    not_before_ns_ = INT64_MIN;
-    forget_edges();
-    state_.fetch_or(acquiring_bit, std::memory_order_release);
+    gate_.open();
     start_free_run();
     return true;
 }
@@ -101,8 +98,9 @@ void Camera::acquisition_stop(bool abort) {
         cancel_ = true;
         releaser_.abandon_all();
     }
-    state_.fetch_and(~acquiring_bit);
-    wait_until_handed_over(abort);
+    // A trigger that was taken just now still becomes a frame; close() waits until it is with the transports
+    // and, after an abort, until the pipeline has noticed.
+    gate_.close(abort);
     if (abort) {
         releaser_.abandon_all(); // a frame that was ready and waited for its time
         releaser_.wait_idle();
@@ -110,25 +108,16 @@ void Camera::acquisition_stop(bool abort) {
     }
 }
 
-void Camera::wait_until_handed_over(bool also_made) const noexcept {
-    for (;;) {
-        const std::uint32_t state = state_.load(std::memory_order_acquire);
-        const std::uint32_t phase = state & phase_mask;
-        if (phase == phase_ready || (phase == phase_working && !also_made)) return;
-        state_.wait(state, std::memory_order_acquire);
-    }
-}
-
 bool Camera::acquiring() const {
-    return (state_.load(std::memory_order_acquire) & acquiring_bit) != 0;
+    return gate_.is_open();
 }
 
 bool Camera::trigger_ready() const noexcept {
-    return state_.load(std::memory_order_relaxed) == (phase_ready | acquiring_bit);
+    return gate_.ready();
 }
 
 void Camera::start_free_run() {
-    if (route_.load() != Route::free_run) return;
+    if (route_of(settings()) != free_run) return;
     sync::TimerSettings timer;
     timer.rate = sync::rational_rate(settings().frame_rate_hz);
     timer.priority = config_.priority;
@@ -141,86 +130,38 @@ void Camera::stop_free_run() {
 }
 
 bool Camera::software_trigger(Time edge) {
-    return take({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, Route::software);
+    return gate_.offer({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
 }
 
 void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
-    take(trigger, Route::line0);
+    gate_.offer(trigger, line0);
 }
 
 void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
-    camera.take(trigger, Route::free_run);
-}
-
-bool Camera::take(const sync::Trigger& trigger, Route from) noexcept {
-    std::uint32_t state = state_.load(std::memory_order_acquire);
-    if ((state & acquiring_bit) == 0 || route_.load(std::memory_order_relaxed) != from) {
-        ignored_.fetch_add(1, std::memory_order_relaxed);
-        last_edge_id_[static_cast<std::size_t>(from)].store(0, std::memory_order_relaxed);
-        return false;
-    }
-    count_lost(trigger, from);
-    triggers_.fetch_add(1, std::memory_order_relaxed);
-    constexpr std::uint32_t ready = phase_ready | acquiring_bit;
-    std::uint32_t expected = ready;
-    if (trigger.edge.ns < not_before_ns_.load(std::memory_order_relaxed) ||
-        !state_.compare_exchange_strong(expected, phase_writing | acquiring_bit, std::memory_order_acq_rel)) {
-        missed_.fetch_add(1, std::memory_order_relaxed);
-        return false;
-    }
-    slot_ = trigger;
-    set_phase(phase_writing, phase_full);
-    return true;
-}
-
-void Camera::count_lost(const sync::Trigger& trigger, Route from) noexcept {
-    const std::uint64_t last =
-        last_edge_id_[static_cast<std::size_t>(from)].exchange(trigger.id, std::memory_order_relaxed);
-    if (last == 0 || trigger.id <= last + 1) return;
-    triggers_.fetch_add(trigger.id - last - 1, std::memory_order_relaxed);
-    missed_.fetch_add(trigger.id - last - 1, std::memory_order_relaxed);
-}
-
-void Camera::forget_edges() noexcept {
-    for (std::atomic<std::uint64_t>& id : last_edge_id_)
-        id.store(0, std::memory_order_relaxed);
+    camera.gate_.offer(trigger, free_run);
 }
 
 bool Camera::alive() noexcept {
-    const bool busy = (state_.load(std::memory_order_acquire) & phase_mask) != phase_ready;
+    const bool busy = gate_.busy();
     const std::uint64_t progress = frames_.load(std::memory_order_relaxed) + maker_.bands_made();
     const bool moved = progress != std::exchange(last_progress_, progress);
     return !busy || moved;
 }
 
-void Camera::set_phase(std::uint32_t from, std::uint32_t to) noexcept {
-    state_.fetch_xor(from ^ to, std::memory_order_acq_rel);
-    state_.notify_all();
-}
-
 void Camera::run() noexcept {
-    for (;;) {
-        const std::uint32_t state = state_.load(std::memory_order_acquire);
-        if ((state & phase_mask) == phase_full) {
-            make_frame();
-        } else if ((state & quit_bit) != 0) {
-            return;
-        } else {
-            state_.wait(state, std::memory_order_acquire);
-        }
-    }
+    while (gate_.wait())
+        make_frame();
 }
 
 void Camera::make_frame() noexcept {
     FrameRef frame;
     if (start_frame(frame)) {
-        set_phase(phase_full, phase_working);
+        gate_.started(gate_.current().edge + gate_.held_ns() + maker_.plan().frame_period_ns);
         if (!maker_.fill(*frame, sink_, &cancel_)) releaser_.cancel();
-        set_phase(phase_working, phase_ready);
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
-        set_phase(phase_full, phase_ready);
     }
+    gate_.finished();
 }
 
 bool Camera::start_frame(FrameRef& frame) noexcept {
@@ -229,25 +170,31 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
         frame_settings_ = settings_;
         settings_mutex_.unlock();
     }
+    const sync::Trigger& trigger = gate_.current();
     FrameOrder order;
     order.frame_id = next_frame_id_++;
-    order.trigger_id = slot_.id;
-    order.trigger_edge = slot_.edge;
-    order.seen = slot_.seen;
+    order.trigger_id = trigger.id;
+    order.trigger_edge = trigger.edge;
+    order.seen = trigger.seen;
     order.tai_offset_ns = clock_.tai_offset_ns();
     order.settings = frame_settings_;
+    // A latched trigger takes effect when the chip is free again.
+    order.settings.trigger_delay_ns += gate_.held_ns();
     order.scene_time = config_.scene_time == SceneTime::nominal
                            ? nominal_scene_time(frame_settings_, config_.trigger_rate, order.frame_id)
-                           : Time{slot_.edge - acquisition_begin_};
-    if (--frames_left_ == 0) state_.fetch_and(~acquiring_bit);
+                           : Time{trigger.edge - acquisition_begin_};
+    if (--frames_left_ == 0) gate_.close_after_this();
 
     if (!releaser_.has_room() || !(frame = pool_.acquire())) {
-        log_.push({clock_.now(),
-                   LogLevel::warning,
-                   "frame {} dropped: every frame of the pool is in use",
-                   {static_cast<std::int64_t>(order.frame_id)}});
+        // Once until it works again, not ten times a second.
+        if (!std::exchange(out_of_frames_, true))
+            log_.push({clock_.now(),
+                       LogLevel::warning,
+                       "frame {} dropped: every frame of the pool is in use",
+                       {static_cast<std::int64_t>(order.frame_id)}});
         return false;
     }
+    out_of_frames_ = false;
     if (!maker_.prepare(order, *frame).empty()) {
         log_.push({clock_.now(),
                    LogLevel::error,
@@ -255,7 +202,6 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
                    {static_cast<std::int64_t>(order.frame_id)}});
         return false;
     }
-    not_before_ns_.store((slot_.edge + maker_.plan().frame_period_ns).ns, std::memory_order_relaxed);
     bool taken = false;
     for (transports::Transport* transport : transports_)
         taken = transport->submit(frame) || taken;
@@ -267,10 +213,13 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
 
 CameraCounters Camera::counters() const noexcept {
     const ReleaseCounters released = releaser_.counters();
+    const sync::GateCounters gate = gate_.counters();
     CameraCounters c;
-    c.triggers = triggers_.load(std::memory_order_relaxed);
-    c.missed_triggers = missed_.load(std::memory_order_relaxed);
-    c.ignored = ignored_.load(std::memory_order_relaxed);
+    c.triggers = gate.edges + gate.lost;
+    c.missed_triggers = gate.missed;
+    c.masked_triggers = gate.masked;
+    c.latched_triggers = gate.latched;
+    c.ignored = gate.ignored;
     c.dropped = dropped_.load(std::memory_order_relaxed);
     c.frames = frames_.load(std::memory_order_relaxed);
     c.complete = released.complete;

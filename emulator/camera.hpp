@@ -10,9 +10,9 @@
 #include "sync/schedule.hpp"
 #include "sync/sync.hpp"
 #include "sync/timer.hpp"
+#include "sync/trigger_gate.hpp"
 #include "transports/transport.hpp"
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -33,7 +33,8 @@ struct CameraConfig {
     CameraLimits limits;
     SceneTime scene_time = SceneTime::nominal;
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
-    int priority = 0;                       ///< SCHED_FIFO priority of the pipeline thread; 0: ordinary
+    sync::OverTrigger over_trigger = sync::OverTrigger::count;
+    int priority = 0; ///< SCHED_FIFO priority of the pipeline thread; 0: ordinary
 };
 
 /// The scene time at the trigger of frame `frame_id` when the scene follows nominal periods.
@@ -41,16 +42,19 @@ struct CameraConfig {
                                       std::uint64_t frame_id);
 
 /// What has happened since construction. Every edge that reached the camera while it was acquiring and
-/// listening to that source is in `triggers`, and then either in `frames` or in exactly one of
-/// `missed_triggers` and `dropped`, but for the frame in work.
+/// listening to that source is in `triggers`, and then in exactly one of `frames`, `missed_triggers`,
+/// `masked_triggers` and `dropped`, but for one that is in work or waits latched.
 struct CameraCounters {
     std::uint64_t triggers = 0;        ///< edges, lost ones (gaps in the source's ids) included
     std::uint64_t missed_triggers = 0; ///< lost edges, and edges that came before the camera was ready again
-    std::uint64_t ignored = 0;         ///< edges while not acquiring or not listening to their source
-    std::uint64_t dropped = 0;         ///< pool empty, or no transport took the frame
-    std::uint64_t frames = 0;          ///< handed to at least one transport
-    std::uint64_t complete = 0;        ///< of those: all rows left
-    std::uint64_t late = 0;            ///< of those: with rows that were not ready in time
+    std::uint64_t masked_triggers =
+        0; ///< edges that came before the camera was ready, where that is to be ignored
+    std::uint64_t latched_triggers = 0; ///< of those that became frames: had to wait for the camera
+    std::uint64_t ignored = 0;          ///< edges while not acquiring or not listening to their source
+    std::uint64_t dropped = 0;          ///< pool empty, or no transport took the frame
+    std::uint64_t frames = 0;           ///< handed to at least one transport
+    std::uint64_t complete = 0;         ///< of those: all rows left
+    std::uint64_t late = 0;             ///< of those: with rows that were not ready in time
     std::uint64_t late_rows = 0;
     std::uint64_t abandoned = 0; ///< acquisition stopped with the abort flag while they were in work
 };
@@ -86,17 +90,8 @@ public:
     [[nodiscard]] bool alive() noexcept;
 
 private:
-    // State word: the phase of the hand-over, and whether the camera is acquiring.
-    static constexpr std::uint32_t phase_ready = 0;   ///< waiting for a trigger
-    static constexpr std::uint32_t phase_writing = 1; ///< a trigger is being written into the slot
-    static constexpr std::uint32_t phase_full = 2;    ///< taken; the frame is not yet with the transports
-    static constexpr std::uint32_t phase_working = 3; ///< the frame is being made
-    static constexpr std::uint32_t phase_mask = 3;
-    static constexpr std::uint32_t acquiring_bit = 4;
-    static constexpr std::uint32_t quit_bit = 8;
-
     /// Where edges are taken from at the moment.
-    enum class Route : std::uint8_t { line0, software, action, free_run };
+    enum Route : std::size_t { line0, software, action, free_run };
 
     /// Free run: the camera's own timer.
     struct FreeRunSink final : sync::TriggerSink {
@@ -106,11 +101,6 @@ private:
     };
 
     static Route route_of(const CameraSettings& settings) noexcept;
-    bool take(const sync::Trigger& trigger, Route from) noexcept;
-    void count_lost(const sync::Trigger& trigger, Route from) noexcept;
-    void wait_until_handed_over(bool also_made) const noexcept;
-    void forget_edges() noexcept;
-    void set_phase(std::uint32_t from, std::uint32_t to) noexcept;
     void run() noexcept;
     void make_frame() noexcept;
     bool start_frame(FrameRef& frame) noexcept;
@@ -132,10 +122,7 @@ private:
     FreeRunSink free_run_sink_{*this};
     std::unique_ptr<sync::TimerTrigger> free_run_;
 
-    std::atomic<std::uint32_t> state_{phase_ready};
-    std::atomic<Route> route_;
-    sync::Trigger slot_;
-    std::atomic<std::int64_t> not_before_ns_{INT64_MIN}; ///< shortest frame period: earliest next edge
+    sync::TriggerGate gate_;
     std::atomic<bool> cancel_{false};
 
     // Written by acquisition_start() while not acquiring, then by the pipeline thread.
@@ -143,16 +130,15 @@ private:
     std::uint64_t frames_left_ = 0;
     Time acquisition_begin_;
 
-    /// By route; 0: the next edge has no predecessor to compare with.
-    std::array<std::atomic<std::uint64_t>, 4> last_edge_id_{};
     std::atomic<std::uint64_t> software_edges_{0};
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;
     RowSink* sink_ = nullptr;
+    bool out_of_frames_ = false;
 
     std::uint64_t last_progress_ = UINT64_MAX; ///< alive()
-    std::atomic<std::uint64_t> triggers_{0}, missed_{0}, ignored_{0}, dropped_{0}, frames_{0};
+    std::atomic<std::uint64_t> dropped_{0}, frames_{0};
     std::thread thread_;
 };
 

@@ -51,7 +51,8 @@ struct MakerBench {
 /// A whole camera with one loopback transport.
 struct CameraBench : MakerBench {
     explicit CameraBench(const SensorDescription& description = small_sensor(), std::size_t keep = 5,
-                         std::function<void(CameraSettings&)> adjust = {})
+                         std::function<void(CameraSettings&)> adjust = {},
+                         sync::OverTrigger policy = sync::OverTrigger::count)
         : MakerBench(description),
           loopback({4, keep,
                     [this](const FrameRef&) {
@@ -60,7 +61,7 @@ struct CameraBench : MakerBench {
                     }}),
           releaser({static_cast<std::size_t>(description.readout.height), 0, 250 * ns_per_us},
                    std::make_unique<MonotonicClock>()),
-          camera(config(description, adjust), maker, releaser, pool, clock, log) {
+          camera(config(description, adjust, policy), maker, releaser, pool, clock, log) {
         camera.add_transport(loopback);
         loopback.start();
     }
@@ -71,8 +72,11 @@ struct CameraBench : MakerBench {
     }
 
     static emulator::CameraConfig config(const SensorDescription& sensor,
-                                         const std::function<void(CameraSettings&)>& adjust) {
+                                         const std::function<void(CameraSettings&)>& adjust,
+                                         sync::OverTrigger policy) {
+
         emulator::CameraConfig c;
+        c.over_trigger = policy;
         c.initial = whole_sensor(sensor);
         if (adjust) adjust(c.initial);
         c.limits.sensor_width = sensor.readout.width;

@@ -17,7 +17,7 @@ sync::Trigger edge_now(const CameraBench& bench, std::uint64_t id) {
 
 // Every edge is accounted for, once.
 void check_balance(const CameraCounters& c) {
-    CHECK(c.triggers == c.frames + c.missed_triggers + c.dropped);
+    CHECK(c.triggers == c.frames + c.missed_triggers + c.masked_triggers + c.dropped);
     CHECK(c.frames >= c.complete + c.abandoned);
 }
 
@@ -234,6 +234,29 @@ TEST_CASE("an abort does not wait for the end of a long exposure") {
     bench.camera.acquisition_stop(true);
     bench.wait_ended(1);
     CHECK(bench.camera.counters().abandoned == 1);
+}
+
+TEST_CASE("an edge that comes too soon can be latched and takes effect when the chip is free again") {
+    CameraBench bench(small_sensor(), 5, {}, sync::OverTrigger::latch);
+    REQUIRE(bench.camera.acquisition_start());
+    render_gate().close();
+    const Time first = bench.clock.now();
+    bench.camera.on_trigger({1, first, first});
+    render_gate().wait_for_render();
+    bench.camera.on_trigger({2, first + 1000, first});
+    bench.camera.on_trigger({3, first + 2000, first}); // there is room for one
+    render_gate().open();
+    bench.wait_ended(2);
+    bench.wait_ready();
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 2);
+    CHECK(kept[1]->info.trigger_edge == first + 1000);
+    CHECK(kept[1]->row_times()[0].reset == first + bench.maker.plan().frame_period_ns);
+    const CameraCounters c = bench.camera.counters();
+    CHECK(c.latched_triggers == 1);
+    CHECK(c.missed_triggers == 1);
+    check_balance(c);
 }
 
 TEST_CASE("an empty pool drops the frame, says so, and uses up its number") {

@@ -1,0 +1,47 @@
+// What happens to an edge between the wire and the camera: debounce, divider, delay.
+#pragma once
+
+#include "sync/sync.hpp"
+
+#include <atomic>
+#include <cstdint>
+
+namespace obscura::sync {
+
+struct ConditionerSettings {
+    std::int64_t debounce_ns = 0; ///< an edge sooner than this after the last accepted one is a bounce
+    std::uint32_t divider = 1;    ///< the first of every `divider` edges passes
+    std::int64_t delay_ns = 0;    ///< added to the stamp of what passes; the camera starts to work at once
+};
+
+/// What became of the edges: edges == passed + divided + bounces.
+struct ConditionerCounters {
+    std::uint64_t edges = 0;   ///< delivered by the source
+    std::uint64_t lost = 0;    ///< gaps in the source's ids
+    std::uint64_t bounces = 0; ///< too soon after another
+    std::uint64_t divided = 0; ///< held back by the divider
+    std::uint64_t passed = 0;  ///< handed on
+};
+
+/// A sink that hands on what is left. Edges that the source lost keep their place in the count of the
+/// divider, and a lost edge that would have passed is a gap in the ids that leave. No allocation, lock or
+/// wait.
+class Conditioner final : public TriggerSink {
+public:
+    /// `next` must outlive the conditioner. `settings.divider` is at least 1.
+    Conditioner(const ConditionerSettings& settings, TriggerSink& next);
+
+    void on_trigger(const Trigger& trigger) noexcept override;
+    [[nodiscard]] ConditionerCounters counters() const noexcept;
+
+private:
+    const ConditionerSettings settings_;
+    TriggerSink& next_;
+    // Source's thread only.
+    std::uint64_t last_id_ = 0;  ///< of the source; 0: none yet
+    std::uint64_t position_ = 0; ///< number of the next real edge, bounces left out, lost ones included
+    Time last_edge_{INT64_MIN};
+    std::atomic<std::uint64_t> edges_{0}, lost_{0}, bounces_{0}, divided_{0}, passed_{0};
+};
+
+} // namespace obscura::sync
