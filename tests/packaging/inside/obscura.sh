@@ -66,8 +66,10 @@ for unit in obscurad.service obscurad@.service; do
 done
 
 # As the unit would: its account, its limits, no capability.
+limits=(prlimit --rtprio=90 --memlock=unlimited --nice=25)
+"${limits[@]}" true 2>/dev/null || { echo "    limits cannot be raised on this machine: tried without"; limits=(); }
 as_service() {
-    prlimit --rtprio=90 --memlock=unlimited --nice=25 setpriv --reuid=obscura --regid=obscura --init-groups --bounding-set=-all --inh-caps=-all --no-new-privs \
+    "${limits[@]}" setpriv --reuid=obscura --regid=obscura --init-groups --bounding-set=-all --inh-caps=-all --no-new-privs \
         env HOME=/var/lib/obscura "$@"
 }
 cd /var/lib/obscura || exit 1
