@@ -2,6 +2,7 @@
 #pragma once
 
 #include <arv.h>
+#include <unistd.h>
 
 #include <memory>
 #include <stdexcept>
@@ -9,6 +10,13 @@
 #include <vector>
 
 namespace obscura::test {
+
+/// A loopback address that no other test process uses now: GVCP knows one port only.
+inline std::string own_loopback_address() {
+    const int pid = getpid();
+    return "127." + std::to_string(64 + (pid >> 14 & 63)) + "." + std::to_string(pid >> 6 & 255) + "." +
+           std::to_string((pid & 63) * 4 + 1);
+}
 
 struct ObjectDeleter {
     void operator()(void* object) const { g_object_unref(object); }
@@ -53,6 +61,11 @@ public:
         arv_camera_set_float(camera_.get(), feature, value, &error);
         check(error, feature);
     }
+    void set_flag(const char* feature, bool value) {
+        GError* error = nullptr;
+        arv_camera_set_boolean(camera_.get(), feature, value ? TRUE : FALSE, &error);
+        check(error, feature);
+    }
     [[nodiscard]] std::int64_t integer(const char* feature) {
         GError* error = nullptr;
         const std::int64_t value = arv_camera_get_integer(camera_.get(), feature, &error);
@@ -83,10 +96,11 @@ public:
         const auto payload = static_cast<std::size_t>(integer("PayloadSize"));
         stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, &error));
         check(error, "stream");
-        // A busy machine may stop either side for long, and let the small socket buffer that the kernel
-        // grants run over: only what the camera fails to send again may fail a test.
-        g_object_set(stream_.get(), "frame-retention", guint{2'000'000}, "packet-request-ratio", 1.0,
-                     nullptr);
+        // A test machine may be busy with anything: wait long for what is missing, and have room for what
+        // comes.
+        g_object_set(stream_.get(), "frame-retention", 3'000'000U, "packet-timeout", 20'000U,
+                     "packet-request-ratio", 1.0, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
+                     "socket-buffer-size", 4 << 20, nullptr);
         for (int i = 0; i < buffers; ++i)
             arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload));
     }

@@ -122,25 +122,38 @@ void PatternCamera::loop() {
 void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id, Time edge) {
     const FrameRef frame = pool_.acquire();
     if (!frame) return;
-    const Region r = settings.region;
+    const std::vector<Region> windows = windows_.empty() ? std::vector<Region>{settings.region} : windows_;
     frame->info.frame_id = id;
+    frame->info.trigger_id = id;
     frame->info.trigger_edge = edge;
     frame->info.tai_offset_ns = clock_.tai_offset_ns();
-    frame->info.width = r.width;
-    frame->info.height = r.height;
     frame->info.bits_per_pixel = limits_.adc_bits;
     frame->info.pixel_format = settings.pixel_format;
     frame->info.exposure_ns = settings.exposure_ns;
     frame->info.gain_db = settings.gain_db;
-    frame->info.windows[0].sensor = r;
-    frame->info.windows[0].exposure_requested_ns = settings.exposure_ns;
+    frame->info.window_count = static_cast<std::uint32_t>(windows.size());
+    std::int32_t width = 0, height = 0;
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+        frame->info.windows[w] = {windows[w], height, settings.exposure_ns, 0};
+        width = std::max(width, windows[w].width);
+        height += windows[w].height;
+    }
+    frame->info.width = width;
+    frame->info.height = height;
+    GroundTruth& truth = frame->info.truth;
+    truth.camera.position_m = {1.5 * static_cast<double>(id), 0, 0};
+    truth.sun_position_m = {0, 0, -1e11};
+    truth.body_count = 2;
+    truth.bodies[0].name = {"body"};
+    truth.bodies[1].name = {"moon"};
+    truth.bodies[1].pose = {{0, 25143.0, 0}, {0.6, 0, 0, 0.8}};
     if (transport_ == nullptr || !transport_->submit(frame)) {
         frame->abandon();
         return;
     }
     frames_made_.fetch_add(1);
-    for (std::int32_t y = 0; y < r.height;) {
-        const std::int32_t end = std::min(r.height, y + band_rows_.load());
+    for (std::int32_t y = 0; y < height;) {
+        const std::int32_t end = std::min(height, y + band_rows_.load());
         if (band_ns_ > 0) clock_.sleep_until(clock_.now() + band_ns_);
         const std::int32_t give_up = abandon_after_.load();
         if (abort_ || (give_up > 0 && y >= give_up)) {
@@ -148,9 +161,15 @@ void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id,
             return;
         }
         for (; y < end; ++y) {
+            std::size_t w = windows.size() - 1;
+            while (frame->info.windows[w].image_y > y)
+                --w;
+            const Region& r = windows[w];
+            const std::int32_t sensor_y = r.y + y - frame->info.windows[w].image_y;
             const auto row = frame->row(y);
-            for (std::int32_t x = 0; x < r.width; ++x)
-                row[static_cast<std::size_t>(x)] = pattern_pixel(id, r.x + x, r.y + y, limits_.adc_bits);
+            for (std::int32_t x = 0; x < width; ++x)
+                row[static_cast<std::size_t>(x)] =
+                    x < r.width ? pattern_pixel(id, r.x + x, sensor_y, limits_.adc_bits) : std::uint16_t{0};
             frame->row_times()[static_cast<std::size_t>(y)] = {edge, edge + settings.exposure_ns};
         }
         frame->publish_rows(end);

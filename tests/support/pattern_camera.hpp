@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace obscura::test {
 
@@ -34,6 +35,8 @@ public:
         band_rows_ = rows;
         band_ns_ = band_ns;
     }
+    /// Makes frames of these windows, one below the other, whatever the client's region is.
+    void set_windows(std::vector<Region> windows) { windows_ = std::move(windows); }
     /// Gives up the frame after this many rows (0: never).
     void abandon_after(std::int32_t rows) { abandon_after_ = rows; }
 
@@ -61,6 +64,7 @@ private:
     const CameraLimits limits_;
     MonotonicClock clock_;
     FramePool pool_;
+    std::vector<Region> windows_;
     transports::Transport* transport_ = nullptr;
     std::atomic<std::int32_t> band_rows_{32}, abandon_after_{0};
     std::atomic<std::int64_t> band_ns_{0};

@@ -19,6 +19,7 @@ constexpr std::uint32_t packet_size_limit = 16'384;
 constexpr std::uint32_t scps_fire_test_packet = 0x80000000;
 constexpr std::uint32_t scps_do_not_fragment = 0x40000000;
 constexpr std::uint32_t gvsp_extended_ids = 0x40000000;
+constexpr std::uint32_t sccfg_multipart = 0x40, sccfg_chunk_in_image = 0x01;
 constexpr std::uint32_t action_group_count = 1;
 constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
 
@@ -62,6 +63,7 @@ Device::Device(const GigeSettings& settings, const NetworkInterface& network, Ca
     add_image_format();
     add_acquisition();
     add_statistics();
+    add_chunks();
     add_xml();
 }
 
@@ -220,12 +222,18 @@ void Device::add_stream() {
     bank_.add({.name = "GevSCSP", .address = reg::stream_source_port, .read = [this] {
                    return std::uint32_t{stream_.source_port()};
                }});
-    constant("GevSCC", reg::stream_capability, 0);
+    constant("GevSCC", reg::stream_capability, sccfg_multipart | sccfg_chunk_in_image);
     bank_.add({.name = "GevSCCFG",
                .address = reg::stream_configuration,
                .access = Access::read_write,
                .locked_while_streaming = true,
-               .maximum = 0});
+               .reset = sccfg_chunk_in_image,
+               .write = [this](std::uint32_t value) {
+                   if ((value & ~(sccfg_multipart | sccfg_chunk_in_image)) != 0)
+                       return Status::invalid_parameter;
+                   bank_.poke(reg::stream_configuration, value);
+                   return Status::success;
+               }});
     const double limit = settings_.throughput_limit_mbit_s * 1e6 / 8;
     bank_.add({.name = "DeviceLinkThroughputLimit",
                .address = feature::throughput_limit,
@@ -286,7 +294,9 @@ void Device::add_image_format() {
         });
     bank_.add({.name = "PayloadSize", .address = feature::payload_size, .read = [this] {
                    const CameraSettings s = control_.settings();
-                   return static_cast<std::uint32_t>(packed_bytes(s.pixel_format, s.region.area()));
+                   const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
+                   return static_cast<std::uint32_t>(payload_size(
+                       s.pixel_format, s.region.area(), s.region.height, multipart, chunk_selection()));
                }});
 }
 
@@ -380,6 +390,28 @@ void Device::add_statistics() {
     counter("StreamResentPacketCount", feature::stream_resent, &StreamStatistics::resent);
 }
 
+void Device::add_chunks() {
+    bank_.add({.name = "ChunkModeActive",
+               .address = feature::chunk_mode_active,
+               .access = Access::read_write,
+               .locked_while_streaming = true,
+               .maximum = 1});
+    for (std::uint32_t i = 0; i < chunk_count; ++i)
+        bank_.add({.name = "ChunkEnable",
+                   .address = feature::chunk_enable + 4 * i,
+                   .access = Access::read_write,
+                   .locked_while_streaming = true,
+                   .maximum = 1});
+}
+
+std::uint32_t Device::chunk_selection() const {
+    std::uint32_t selection = 0;
+    if (bank_.peek(feature::chunk_mode_active) != 0)
+        for (std::uint32_t i = 0; i < chunk_count; ++i)
+            selection |= bank_.peek(feature::chunk_enable + 4 * i) << i;
+    return selection;
+}
+
 void Device::add_xml() {
     const std::span<const std::uint8_t> zip = zipped_camera_xml();
     const std::string url = fmt::format("Local:obscura_camera.zip;{:X};{:X}", feature::xml_file, zip.size());
@@ -400,11 +432,16 @@ StreamConfig Device::stream_config() const {
     const std::uint32_t scps = bank_.peek(reg::stream_packet_size);
     c.packet_size = scps & 0xFFFF;
     c.do_not_fragment = (scps & scps_do_not_fragment) != 0;
-    c.extended_ids = (bank_.peek(reg::gvsp_configuration) & gvsp_extended_ids) != 0;
+    const std::uint32_t sccfg = bank_.peek(reg::stream_configuration);
+    c.payload.multipart = (sccfg & sccfg_multipart) != 0;
+    c.chunk_in_image = (sccfg & sccfg_chunk_in_image) != 0;
+    // The standard headers have no room for the number of parts.
+    c.extended_ids = c.payload.multipart || (bank_.peek(reg::gvsp_configuration) & gvsp_extended_ids) != 0;
     c.packet_delay_ns = bank_.peek(reg::stream_packet_delay);
     if (bank_.peek(feature::throughput_limit_mode) != 0)
         c.throughput_limit = bank_.peek(feature::throughput_limit);
-    c.timestamp_origin_ns = timestamp_origin_ns_;
+    c.payload.timestamp_origin_ns = timestamp_origin_ns_;
+    c.payload.chunks = chunk_selection();
     const PixelFormat format = control_.settings().pixel_format;
     // Frames hold 16-bit words; these formats want them as they are, unless the ADC is deeper.
     const int format_bits = format == PixelFormat::mono10   ? 10
@@ -412,11 +449,11 @@ StreamConfig Device::stream_config() const {
                             : format == PixelFormat::mono14 ? 14
                             : format == PixelFormat::mono16 ? 16
                                                             : 0;
-    c.packs_pixels = limits_.adc_bits > format_bits;
-    c.max_payload_bytes = settings_.max_payload_bytes != 0
-                              ? settings_.max_payload_bytes
-                              : std::size_t{2} * static_cast<std::size_t>(limits_.sensor_width) *
-                                    static_cast<std::size_t>(limits_.sensor_height);
+    c.payload.packs_pixels = limits_.adc_bits > format_bits;
+    c.payload.max_width = limits_.sensor_width;
+    c.payload.max_height = settings_.max_rows > 0 ? settings_.max_rows : limits_.sensor_height;
+    c.payload.max_image_bytes = std::size_t{2} * static_cast<std::size_t>(c.payload.max_width) *
+                                static_cast<std::size_t>(c.payload.max_height);
     return c;
 }
 

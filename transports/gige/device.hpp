@@ -51,6 +51,7 @@ private:
     void add_image_format();
     void add_acquisition();
     void add_statistics();
+    void add_chunks();
     void add_xml();
 
     void constant(std::string_view name, std::uint32_t address, std::uint32_t value);
@@ -59,6 +60,7 @@ private:
                  std::function<bool(CameraSettings&, std::uint32_t)> set);
     void command(std::string_view name, std::uint32_t address, std::function<Status()> run);
 
+    [[nodiscard]] std::uint32_t chunk_selection() const;
     [[nodiscard]] StreamConfig stream_config() const;
     Status acquisition_start();
     Status acquisition_stop();

@@ -51,6 +51,9 @@ constexpr std::uint32_t stream_delivered = 0xA214;
 constexpr std::uint32_t stream_dropped = 0xA218;
 constexpr std::uint32_t stream_resent = 0xA21C;
 
+constexpr std::uint32_t chunk_mode_active = 0xA300;
+constexpr std::uint32_t chunk_enable = 0xA310; // one word per Chunk
+
 /// The zipped camera.xml.
 constexpr std::uint32_t xml_file = 0x0010'0000;
 

@@ -17,21 +17,6 @@ constexpr std::int64_t paced_batch_ns = 100 * ns_per_us;
 // cannon.
 constexpr std::uint32_t resend_budget = 4;
 
-int stored_bits(PixelFormat format) noexcept {
-    switch (format) {
-    case PixelFormat::mono10:
-        return 10;
-    case PixelFormat::mono12:
-        return 12;
-    case PixelFormat::mono14:
-        return 14;
-    case PixelFormat::mono16:
-        return 16;
-    default:
-        return 0; // not held in 16-bit words
-    }
-}
-
 } // namespace
 
 GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network, const Clock& clock)
@@ -82,7 +67,12 @@ bool GvspSender::begin(const StreamConfig& config) {
     auto session = std::make_unique<Session>();
     session->config = config;
     session->packet_payload = config.packet_size - ip_udp_bytes -
-                              (config.extended_ids ? gvsp_extended_header_bytes : gvsp_header_bytes);
+                              (config.extended_ids ? gvsp_extended_header_bytes : gvsp_header_bytes) -
+                              (config.payload.multipart ? gvsp_part_header_bytes : 0);
+    session->type = config.payload.multipart     ? PayloadType::multipart
+                    : config.payload.chunks == 0 ? PayloadType::image
+                    : config.chunk_in_image      ? PayloadType::image_with_chunks
+                                                 : PayloadType::extended_chunk;
     const std::int64_t wire_bytes = config.packet_size + ethernet_overhead_bytes;
     if (config.packet_delay_ns > 0)
         session->packet_interval_ns = config.packet_delay_ns + wire_bytes * 8000 / network_.speed_mbit_s;
@@ -95,9 +85,8 @@ bool GvspSender::begin(const StreamConfig& config) {
     }
     session->zeros.resize(session->packet_payload);
     session->blocks.resize(static_cast<std::size_t>(std::max(settings_.history_frames, 1)) + 1);
-    if (config.packs_pixels)
-        for (Block& b : session->blocks)
-            b.packing = std::make_unique<std::uint8_t[]>(config.max_payload_bytes);
+    for (Block& b : session->blocks)
+        b.payload.reserve(config.payload);
 
     if (config.continue_blocks && owned_session_) session->frames = owned_session_->frames;
 
@@ -210,7 +199,7 @@ void GvspSender::send_frame(FrameRef frame) noexcept {
             block.sent = 1;
             counters_.trigger_to_first.add(clock_.now() - edge);
             if (send_payload(block)) {
-                block.trailer_bytes = write_image_trailer(block.trailer.data(), block.frame->info.height);
+                write_trailer(block);
                 queue_packet(block, block.sent, false);
                 socket_.flush();
                 ++block.sent;
@@ -224,65 +213,40 @@ void GvspSender::send_frame(FrameRef frame) noexcept {
 
 bool GvspSender::prepare(Block& block, FrameRef frame) noexcept {
     const FrameInfo& info = frame->info;
-    const std::int64_t pixels = std::int64_t{info.width} * info.height;
-    block.direct = stored_bits(info.pixel_format) >= info.bits_per_pixel;
-    block.bytes = packed_bytes(info.pixel_format, pixels);
-    if (pixels <= 0 || block.bytes > session_->config.max_payload_bytes) return false;
-    if (!block.direct && block.packing == nullptr) return false;
-    block.data =
-        block.direct ? reinterpret_cast<const std::uint8_t*>(frame->pixels().data()) : block.packing.get();
-    block.available = block.valid = block.packed_pixels = 0;
     block.sent = block.resent = 0;
-    block.payload_packets =
-        static_cast<std::uint32_t>((block.bytes + session_->packet_payload - 1) / session_->packet_payload);
     block.count = session_->frames + 1;
     block.wire_id = wire_block_id(block.count, session_->config.extended_ids);
+    if (!block.payload.begin(*frame, info.frame_id, session_->packet_payload)) {
+        block.frame = {};
+        return false;
+    }
     const auto stamp = static_cast<std::uint64_t>(info.trigger_edge.ns + info.tai_offset_ns -
-                                                  session_->config.timestamp_origin_ns);
-    block.leader_bytes = write_image_leader(block.leader.data(), info, stamp);
+                                                  session_->config.payload.timestamp_origin_ns);
+    block.leader_bytes = session_->type == PayloadType::multipart
+                             ? write_multipart_leader(block.leader.data(), info, block.payload, stamp)
+                             : write_image_leader(block.leader.data(), session_->type, info, stamp);
     block.trailer_bytes = 0;
     block.frame = std::move(frame);
     return true;
 }
 
-void GvspSender::make_available(Block& block) noexcept {
-    if (block.available == block.bytes) return;
-    const Frame& frame = *block.frame;
-    // Before the rows: what was published before the producer gave up is then certainly seen.
-    const bool abandoned = frame.abandoned();
-    const auto width = static_cast<std::size_t>(frame.info.width);
-    const std::size_t ready = static_cast<std::size_t>(frame.rows_ready()) * width;
-    if (block.direct) {
-        block.available = block.valid = 2 * ready;
-    } else {
-        // Eight pixels of any depth fill whole bytes, so that the next stretch starts at one.
-        const std::size_t all = frame.pixels().size();
-        const std::size_t until = ready == all || abandoned ? ready : ready / 8 * 8;
-        if (until > block.packed_pixels) {
-            const std::size_t from =
-                packed_bytes(frame.info.pixel_format, static_cast<std::int64_t>(block.packed_pixels));
-            pack_pixels(frame.info.pixel_format, frame.info.bits_per_pixel,
-                        frame.pixels().subspan(block.packed_pixels, until - block.packed_pixels),
-                        {block.packing.get() + from, block.bytes - from});
-            block.packed_pixels = until;
-        }
-        block.available = block.valid =
-            packed_bytes(frame.info.pixel_format, static_cast<std::int64_t>(block.packed_pixels));
-    }
-    if (abandoned) block.available = block.bytes;
+void GvspSender::write_trailer(Block& block) noexcept {
+    block.trailer_bytes =
+        session_->type == PayloadType::multipart
+            ? write_multipart_trailer(block.trailer.data())
+            : write_image_trailer(block.trailer.data(), session_->type, block.frame->info.height,
+                                  block.payload.bytes(), block.payload.chunks());
 }
 
 bool GvspSender::send_payload(Block& block) noexcept {
-    const std::uint32_t end = block.payload_packets + 1; // payload has the ids 1 .. end - 1
+    const std::uint32_t end = block.payload.packets() + 1; // payload has the ids 1 .. end - 1
     Time due = clock_.now();
     while (block.sent < end) {
         const std::uint32_t seen = wake_.value();
         if (giving_up()) return false;
         serve_resends();
-        make_available(block);
-        const auto ready = static_cast<std::uint32_t>(block.available == block.bytes
-                                                          ? block.payload_packets
-                                                          : block.available / session_->packet_payload);
+        block.payload.update(*block.frame);
+        const std::uint32_t ready = block.payload.ready_packets();
         const std::uint32_t until = std::min({block.sent + session_->batch, ready + 1, end});
         if (until <= block.sent) {
             wake_.wait(seen);
@@ -322,21 +286,28 @@ void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
 void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent) noexcept {
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
-    const PacketFormat format = id == 0                       ? PacketFormat::leader
-                                : id <= block.payload_packets ? PacketFormat::payload
-                                                              : PacketFormat::trailer;
-    const std::size_t n = write_gvsp_header(header, session_->config.extended_ids, Status::success,
-                                            block.wire_id, format, id, resent);
-    const std::span<const std::uint8_t> head{header, n};
+    const bool multipart = block.payload.multipart();
+    const PacketFormat format = id == 0                        ? PacketFormat::leader
+                                : id > block.payload.packets() ? PacketFormat::trailer
+                                : multipart                    ? PacketFormat::multipart
+                                                               : PacketFormat::payload;
+    std::size_t n = write_gvsp_header(header, session_->config.extended_ids, Status::success, block.wire_id,
+                                      format, id, resent);
     if (format == PacketFormat::leader) {
-        socket_.add(head, {block.leader.data(), block.leader_bytes});
+        if (multipart) set_part_count(header, block.payload.parts().size());
+        socket_.add({header, n}, {block.leader.data(), block.leader_bytes});
     } else if (format == PacketFormat::trailer) {
-        socket_.add(head, {block.trailer.data(), block.trailer_bytes});
+        socket_.add({header, n}, {block.trailer.data(), block.trailer_bytes});
     } else {
-        const std::size_t from = (id - 1) * session_->packet_payload;
-        const std::size_t bytes = std::min(session_->packet_payload, block.bytes - from);
-        const std::size_t image = std::clamp<std::size_t>(block.valid, from, from + bytes) - from;
-        socket_.add(head, {block.data + from, image}, {session_->zeros.data(), bytes - image});
+        std::size_t offset = 0;
+        const Payload::Pieces pieces = block.payload.packet(id - 1, session_->zeros, offset);
+        if (multipart) {
+            const Payload::Part& part = block.payload.part_of(id - 1);
+            n +=
+                write_part_header(header + n, static_cast<std::uint8_t>(&part - block.payload.parts().data()),
+                                  offset, id == part.first_packet + part.packets);
+        }
+        socket_.add({header, n}, pieces[0], pieces[1], pieces[2]);
     }
 }
 
@@ -365,7 +336,7 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
                                                                  : Status::packet_removed);
         return;
     }
-    const std::uint32_t last_of_block = found->payload_packets + 1;
+    const std::uint32_t last_of_block = found->payload.packets() + 1;
     if (request.first > last_of_block) {
         queue_error(request, Status::packet_unavailable);
         return;
@@ -379,7 +350,7 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
             queue_error(rest, Status::packet_not_yet_available);
             return;
         }
-        if (found->resent >= resend_budget * (found->payload_packets + 2)) {
+        if (found->resent >= resend_budget * (found->payload.packets() + 2)) {
             queue_error(request, Status::packet_unavailable);
             return;
         }

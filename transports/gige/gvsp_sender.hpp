@@ -57,25 +57,19 @@ private:
         FrameRef frame;
         std::uint64_t count = 0;   // from 1; 0: unused
         std::uint64_t wire_id = 0; // as the client knows it
-        const std::uint8_t* data = nullptr;
-        std::size_t bytes = 0;     // of the whole payload
-        std::size_t available = 0; // bytes that may be sent
-        std::size_t valid = 0;     // bytes that hold an image; zeros go out in place of the rest
-        std::size_t packed_pixels = 0;
-        std::uint32_t payload_packets = 0;
+        Payload payload;
         std::uint32_t sent = 0;   // packets that have left or were left out on purpose: ids below this
         std::uint32_t resent = 0; // packets sent again so far
-        bool direct = false;      // data points into the frame itself
         std::array<std::uint8_t, gvsp_max_leader> leader{};
         std::array<std::uint8_t, gvsp_max_trailer> trailer{};
         std::size_t leader_bytes = 0, trailer_bytes = 0;
-        std::unique_ptr<std::uint8_t[]> packing; // room for formats the frame does not hold itself
     };
     /// All that one acquisition needs, allocated before it starts.
     struct Session {
         StreamConfig config;
-        std::size_t packet_payload = 0; // bytes of image in a full packet
+        std::size_t packet_payload = 0; // bytes of payload in a full packet
         std::int64_t packet_interval_ns = 0;
+        PayloadType type = PayloadType::image;
         std::uint32_t batch = PacketSocket::batch_packets;
         std::vector<Block> blocks; // ring; the newest is blocks[(frames - 1) % size]
         std::vector<std::uint8_t> zeros;
@@ -87,7 +81,7 @@ private:
     void send_frame(FrameRef frame) noexcept;
     bool prepare(Block& block, FrameRef frame) noexcept;
     bool send_payload(Block& block) noexcept;
-    void make_available(Block& block) noexcept;
+    void write_trailer(Block& block) noexcept;
     void pace(Time& due, std::uint32_t packets) noexcept;
     void queue_packet(const Block& block, std::uint32_t id, bool resent) noexcept;
     void queue_error(const ResendRequest& request, Status status) noexcept;
@@ -114,7 +108,9 @@ private:
     Session* session_ = nullptr;             // sender thread only, while it runs
     std::unique_ptr<Session> owned_session_; // control thread only
 
-    std::array<std::array<std::uint8_t, gvsp_extended_header_bytes>, PacketSocket::batch_packets> headers_{};
+    std::array<std::array<std::uint8_t, gvsp_extended_header_bytes + gvsp_part_header_bytes>,
+               PacketSocket::batch_packets>
+        headers_{};
     std::thread thread_;
 };
 

@@ -45,12 +45,12 @@ void PacketSocket::set_do_not_fragment(bool on) noexcept {
     setsockopt(fd_.get(), IPPROTO_IP, IP_MTU_DISCOVER, &mode, sizeof mode);
 }
 
-void PacketSocket::add(std::span<const std::uint8_t> header, std::span<const std::uint8_t> body,
-                       std::span<const std::uint8_t> rest) noexcept {
+void PacketSocket::add(std::span<const std::uint8_t> header, std::span<const std::uint8_t> first,
+                       std::span<const std::uint8_t> second, std::span<const std::uint8_t> third) noexcept {
     if (queued_ == batch_packets) flush();
     auto& pieces = pieces_[queued_];
     std::size_t n = 0;
-    for (const std::span<const std::uint8_t> piece : {header, body, rest})
+    for (const std::span<const std::uint8_t> piece : {header, first, second, third})
         if (!piece.empty()) pieces[n++] = {const_cast<std::uint8_t*>(piece.data()), piece.size()};
     msghdr& message = messages_[queued_].msg_hdr;
     message.msg_name = &destination_;

@@ -33,9 +33,9 @@ public:
     void set_destination(std::uint32_t ip, std::uint16_t port) noexcept;
     void set_do_not_fragment(bool on) noexcept;
 
-    /// Queues one packet of up to three pieces; flushes first when the batch is full.
-    void add(std::span<const std::uint8_t> header, std::span<const std::uint8_t> body,
-             std::span<const std::uint8_t> rest = {}) noexcept;
+    /// Queues one packet of a header and up to three pieces; flushes first when the batch is full.
+    void add(std::span<const std::uint8_t> header, std::span<const std::uint8_t> first,
+             std::span<const std::uint8_t> second = {}, std::span<const std::uint8_t> third = {}) noexcept;
     void flush() noexcept;
     [[nodiscard]] std::size_t queued() const noexcept { return queued_; }
 
@@ -52,7 +52,7 @@ private:
     SendBackend backend_ = SendBackend::sendmmsg;
     sockaddr_in destination_{};
     std::array<mmsghdr, batch_packets> messages_{};
-    std::array<std::array<iovec, 3>, batch_packets> pieces_{};
+    std::array<std::array<iovec, 4>, batch_packets> pieces_{};
     std::size_t queued_ = 0;
     std::atomic<std::uint64_t> packets_{0}, bytes_{0}, errors_{0};
 };

@@ -20,10 +20,10 @@ struct GigeSettings {
     /// Reset value of DeviceLinkThroughputLimit. Receivers have room for a fraction of a frame, so a camera
     /// that sends faster than they read loses packets; a gigabit is what they are used to. 0: no limit.
     double throughput_limit_mbit_s = 1000;
-    std::string firmware = "0.1.0";    ///< DeviceVersion
-    std::size_t max_payload_bytes = 0; ///< largest frame; 0: the whole sensor at 16 bits
-    int realtime_priority = 0;         ///< SCHED_FIFO priority of the sender, control one above; 0: none
-    std::string backend = "sendmmsg";  ///< sendmmsg, sendto
+    std::string firmware = "0.1.0";   ///< DeviceVersion
+    std::int32_t max_rows = 0;        ///< of a frame composed of several windows; 0: as the sensor
+    int realtime_priority = 0;        ///< SCHED_FIFO priority of the sender, control one above; 0: none
+    std::string backend = "sendmmsg"; ///< sendmmsg, sendto
 };
 
 } // namespace obscura::transports::gige

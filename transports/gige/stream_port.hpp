@@ -3,6 +3,7 @@
 
 #include "core/time.hpp"
 #include "transports/gige/gvcp_parser.hpp"
+#include "transports/gige/payload.hpp"
 
 #include <cstdint>
 
@@ -15,12 +16,11 @@ struct StreamConfig {
     std::uint32_t packet_size = 1500; ///< IP datagram: headers for IP, UDP and GVSP included
     bool do_not_fragment = false;
     bool extended_ids = false;
-    std::int64_t packet_delay_ns = 0;     ///< gap after each packet (GevSCPD)
-    std::uint32_t throughput_limit = 0;   ///< bytes per second on the wire; 0: none
-    bool continue_blocks = false;         ///< block ids go on from the stream before instead of from 1
-    std::int64_t timestamp_origin_ns = 0; ///< subtracted from TAI to give device time
-    std::size_t max_payload_bytes = 0;    ///< of one block
-    bool packs_pixels = false;            ///< the pixel format is not what a Frame holds
+    std::int64_t packet_delay_ns = 0;   ///< gap after each packet (GevSCPD)
+    std::uint32_t throughput_limit = 0; ///< bytes per second on the wire; 0: none
+    bool continue_blocks = false;       ///< block ids go on from the stream before instead of from 1
+    bool chunk_in_image = false; ///< chunks as an extension of the image payload, not in a type of their own
+    PayloadFormat payload;
 };
 
 /// Implemented by GvspSender; called on the control thread only.

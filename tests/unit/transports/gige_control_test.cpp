@@ -380,7 +380,7 @@ TEST_CASE("The stream gets what the registers say") {
     CHECK(c.do_not_fragment);
     CHECK(c.extended_ids);
     CHECK(c.packet_delay_ns == 1234);
-    CHECK(c.packs_pixels);
+    CHECK(c.payload.packs_pixels);
     CHECK(Bench::word(b.read(feature::payload_size)) == 640 * 480);
     CHECK(Bench::word(b.read(reg::stream_source_port)) == 4242);
     // Closing the port ends the acquisition.
