@@ -3,6 +3,7 @@
 //
 //     gige_peer INTERFACE [KEY=VALUE...]
 //     keys: width height rate packet_size limit_mbit drop_percent seed history backend serial realtime
+//     windows
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "tests/support/pattern_camera.hpp"
@@ -38,6 +39,16 @@ int main(int argc, char* argv[]) {
         limits.sensor_height = static_cast<std::int32_t>(number("height", 480));
         MonotonicClock clock;
         test::PatternCamera source(limits, 24);
+        if (const int windows = static_cast<int>(number("windows", 1)); windows > 1) {
+            // The sensor in so many strips, which together look like the whole.
+            std::vector<Region> strips;
+            for (int i = 0, y = 0; i < windows; ++i) {
+                const int next = limits.sensor_height * (i + 1) / windows;
+                strips.push_back({0, y, limits.sensor_width, next - y});
+                y = next;
+            }
+            source.set_windows(strips);
+        }
         transports::gige::GigeSettings settings;
         settings.interface = argv[1];
         settings.packet_size = static_cast<std::int32_t>(number("packet_size", 1500));
