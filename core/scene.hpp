@@ -42,7 +42,11 @@ struct ProceduralBody {
     std::uint64_t seed = 1;
     std::uint32_t subdivisions = 6; ///< 20 * 4^n facets
 };
-using Shape = std::variant<Ellipsoid, MeshFile, ProceduralBody>;
+/// Flat convex polygons, each counter-clockwise seen from outside: rooms, targets, mock-ups.
+struct Polygons {
+    std::vector<std::vector<Vec3>> faces_m;
+};
+using Shape = std::variant<Ellipsoid, MeshFile, ProceduralBody, Polygons>;
 
 /// r = A / pi mu0: the same radiance in every direction.
 struct Lambert {
@@ -87,13 +91,37 @@ struct Ggx {
     double reflectance_f0 = 0.04; ///< at normal incidence
     double base_albedo = 0;       ///< 0 for metals
 };
-using Material = std::variant<Lambert, LommelSeeliger, LunarLambert, Minnaert, OrenNayar, Phong, Hapke, Ggx>;
+/// Perfect specular reflection; seen only where light may bounce.
+struct Mirror {
+    double reflectance = 0.9;
+};
+using Material =
+    std::variant<Lambert, LommelSeeliger, LunarLambert, Minnaert, OrenNayar, Phong, Hapke, Ggx, Mirror>;
 
 struct Body {
     std::string name;
     Shape shape;
     Material material;
     Motion motion;
+    /// Factor on the material's reflectance in each spectral band, 0..1 / the law's albedo; empty: 1 in all.
+    std::vector<double> colour{};
+    /// Radiance that the outer side sends out by itself, W m-2 sr-1 in each band; empty: none. For thermal
+    /// emission as well.
+    std::vector<double> emission_w_m2_sr{};
+};
+
+/// A small lamp: a point, or a beam about the +z axis of its own frame. It lights, but is not itself seen.
+struct Lamp {
+    enum class Beam : std::uint8_t {
+        point,    ///< the same in all directions
+        uniform,  ///< within `half_angle_rad` of the axis, nothing outside
+        gaussian, ///< exp(-2 (angle / half_angle)^2)
+    };
+    std::string name;
+    Motion motion;
+    Beam beam = Beam::point;
+    double half_angle_rad = 0.2;
+    std::vector<double> intensity_w_sr; ///< on the axis, in each band
 };
 
 struct Sun {
@@ -130,6 +158,7 @@ struct Scene {
     Sun sun;
     std::vector<Body> bodies;
     std::vector<Star> stars;
+    std::vector<Lamp> lamps{};
     std::vector<SpectralBand> bands{SpectralBand{}};
 };
 

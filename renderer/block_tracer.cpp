@@ -66,6 +66,9 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
     pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
 
     Sums sums;
+    const std::size_t channels = tracer_.channels();
+    for (std::size_t c = 0; c < channels; ++c)
+        std::fill(std::begin(sums.channel[c]), std::end(sums.channel[c]), 0.0);
     std::fill(std::begin(sums.least), std::end(sums.least), no_hit);
     std::fill(std::begin(sums.most), std::end(sums.most), -no_hit);
     std::uint32_t wanted[packet_size];
@@ -116,10 +119,11 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
     for (int i = 0; i < packet_size; ++i) {
         const double n = sums.count[i];
         result.samples[i] = sums.count[i];
-        result.mean[i] = n > 0 ? sums.sum[i] / n : 0;
-        result.variance[i] = n > 1 ? std::max(0.0, (sums.square[i] - sums.sum[i] * result.mean[i]) / (n - 1) /
-                                                       (n * std::sqrt(n)))
-                                   : 0;
+        const double mean = n > 0 ? sums.sum[i] / n : 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            result.mean[c][i] = n > 0 ? sums.channel[c][i] / n : 0;
+        result.variance[i] =
+            n > 1 ? std::max(0.0, (sums.square[i] - sums.sum[i] * mean) / (n - 1) / (n * std::sqrt(n))) : 0;
     }
     return true;
 }
@@ -129,6 +133,7 @@ void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums)
     Words index;
     Lanes active;
     int lanes = 0;
+    const std::size_t channels = tracer_.channels();
     const auto flush = [&] {
         for (int i = lanes; i < packet_size; ++i) {
             // Unused lanes repeat the last used one, switched off.
@@ -137,11 +142,16 @@ void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums)
         }
         for (int i = 0; i < packet_size; ++i)
             active.on[i] = i < lanes ? -1 : 0;
-        Doubles value;
+        Channels value;
         trace_lanes(pixel, index, active, value);
         for (int i = 0; i < lanes; ++i) {
             const int p = pixel[i];
-            const double v = value.v[i];
+            double v = 0;
+            for (std::size_t c = 0; c < channels; ++c) {
+                sums.channel[c][p] += value.v[c].v[i];
+                v += value.v[c].v[i];
+            }
+            v /= static_cast<double>(channels);
             sums.sum[p] += v;
             sums.square[p] += v * v;
             sums.least[p] = std::min(sums.least[p], v);
@@ -161,7 +171,7 @@ void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums)
 }
 
 void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
-                              Doubles& value) {
+                              Channels& value) {
     Words lens;
     Words light;
     for (int i = 0; i < packet_size; ++i) {
@@ -187,10 +197,11 @@ void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& inde
     tracer_.count_samples(active);
     for (std::int32_t& body : hits.body)
         if (body >= 0 && row_.bodies[static_cast<std::size_t>(body)].targeted) body = -1;
-    sobol_pair(index, light, u, v);
-    tracer_.radiance(direction, hits, u, v, value);
-    for (int i = 0; i < packet_size; ++i)
-        value.v[i] *= solid_angle.v[i];
+    SampleStream random(index, light);
+    tracer_.radiance(direction, hits, random, value);
+    for (std::size_t c = 0; c < tracer_.channels(); ++c)
+        for (int i = 0; i < packet_size; ++i)
+            value.v[c].v[i] *= solid_angle.v[i];
 }
 
 } // namespace obscura::renderer

@@ -21,11 +21,11 @@ struct Sampling {
     double target_error = 0;       ///< 0: `samples` everywhere
 };
 
-/// The means of a block's pixels, per irradiance of the Sun at 1 au, sr.
+/// The means of a block's pixels: the tracer's radiance times the pixel's solid angle.
 struct BlockResult {
     bool covered[packet_size]; ///< false: nothing can be seen there, and nothing was traced
-    double mean[packet_size];
-    double variance[packet_size]; ///< of the mean, as estimated
+    double mean[max_channels][packet_size];
+    double variance[packet_size]; ///< of the mean over the channels, as estimated
     std::uint32_t samples[packet_size];
 };
 
@@ -53,7 +53,8 @@ public:
 
 private:
     struct Sums {
-        double sum[packet_size] = {};
+        double channel[max_channels][packet_size];
+        double sum[packet_size] = {}; ///< of the means over the channels
         double square[packet_size] = {};
         double least[packet_size];
         double most[packet_size];
@@ -63,7 +64,7 @@ private:
     /// Sums the samples [count, wanted) of every pixel.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
     void trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
-                     Doubles& value);
+                     Channels& value);
 
     const Pinhole& pinhole_;
     const Footprint& footprint_;

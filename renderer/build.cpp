@@ -25,6 +25,34 @@ std::string name_of(const scene::Body& body) {
     return fmt::format("body '{}'", body.name);
 }
 
+TriangleMesh triangulate(const scene::Polygons& polygons, const std::string& place) {
+    TriangleMesh mesh;
+    for (std::size_t f = 0; f < polygons.faces_m.size(); ++f) {
+        const auto& corners = polygons.faces_m[f];
+        if (corners.size() < 3)
+            throw ConfigError(
+                fmt::format("{}: face {} has {} corners: at least 3", place, f + 1, corners.size()));
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const Vec3 p : corners)
+            mesh.vertices.push_back(
+                {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+        for (std::uint32_t k = 2; k < corners.size(); ++k)
+            mesh.triangles.push_back({first, first + k - 1, first + k});
+    }
+    validate(mesh, place);
+    return mesh;
+}
+
+/// One finite number >= 0 for each band, or none at all.
+void validate_bands(const std::vector<double>& values, std::size_t bands, const std::string& what) {
+    if (!values.empty() && values.size() != bands)
+        throw ConfigError(
+            fmt::format("{}: {} numbers: one for each of the {} bands", what, values.size(), bands));
+    for (const double v : values)
+        if (!(v >= 0 && std::isfinite(v)))
+            throw ConfigError(fmt::format("{}: {}: allowed are numbers from 0 up", what, v));
+}
+
 /// Makes shapes; remembers meshes, so that bodies of the same file share one.
 class ShapeMaker {
 public:
@@ -38,32 +66,35 @@ public:
         }
         if (const auto* p = std::get_if<scene::ProceduralBody>(&body.shape)) {
             try {
-                return mesh_shape(make_procedural_body(*p));
+                return mesh_shape(make_procedural_body(*p), !body.emission_w_m2_sr.empty());
             } catch (const ConfigError& e) {
                 throw ConfigError(fmt::format("{}: {}", place, e.what()));
             }
         }
+        const bool emits = !body.emission_w_m2_sr.empty();
+        if (const auto* polygons = std::get_if<scene::Polygons>(&body.shape))
+            return mesh_shape(triangulate(*polygons, place), emits);
         const auto& file = std::get<scene::MeshFile>(body.shape);
         if (!positive(file.metres_per_unit))
             throw ConfigError(fmt::format("{}: {} metres per unit: allowed are positive numbers", place,
                                           file.metres_per_unit));
-        auto& shape = files_[{file.path, file.metres_per_unit, file.smooth_normals}];
+        auto& shape = files_[{file.path, file.metres_per_unit, file.smooth_normals, emits}];
         if (!shape) {
             TriangleMesh mesh = read_obj(file.path, file.metres_per_unit);
             if (file.smooth_normals) smooth_normals(mesh);
-            shape = mesh_shape(std::move(mesh));
+            shape = mesh_shape(std::move(mesh), emits);
         }
         return shape;
     }
 
 private:
-    std::shared_ptr<const Shape> mesh_shape(TriangleMesh mesh) {
+    std::shared_ptr<const Shape> mesh_shape(TriangleMesh mesh, bool emits) {
         if (!device_) device_ = std::make_shared<const EmbreeDevice>();
-        return std::make_shared<MeshShape>(device_, std::move(mesh));
+        return std::make_shared<MeshShape>(device_, std::move(mesh), emits);
     }
 
     std::shared_ptr<const EmbreeDevice> device_;
-    std::map<std::tuple<std::string, double, bool>, std::shared_ptr<const Shape>> files_;
+    std::map<std::tuple<std::string, double, bool, bool>, std::shared_ptr<const Shape>> files_;
 };
 
 } // namespace
@@ -92,8 +123,21 @@ void validate(const scene::Scene& scene) {
               std::isfinite(scene.bands[i].to_m)))
             throw ConfigError(fmt::format("bands: band {} from {} to {} m: allowed 0 < from < to", i + 1,
                                           scene.bands[i].from_m, scene.bands[i].to_m));
-    for (const scene::Body& body : scene.bodies)
+    if (scene.bands.size() > 16)
+        throw ConfigError(fmt::format("bands: {}: allowed 1 to 16", scene.bands.size()));
+    for (const scene::Body& body : scene.bodies) {
         validate(body.motion, name_of(body));
+        validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
+        validate_bands(body.emission_w_m2_sr, scene.bands.size(), name_of(body) + ": emission");
+    }
+    for (const scene::Lamp& lamp : scene.lamps) {
+        const std::string place = fmt::format("lamp '{}'", lamp.name);
+        validate(lamp.motion, place);
+        validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
+        if (!(lamp.half_angle_rad > 0 && lamp.half_angle_rad <= 3.1416))
+            throw ConfigError(
+                fmt::format("{}: half angle {} rad: allowed above 0 to pi", place, lamp.half_angle_rad));
+    }
 }
 
 std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
@@ -101,12 +145,14 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     std::vector<BuiltBody> built;
     for (const scene::Body& body : scene.bodies) {
         auto material = make_material(body.material, name_of(body));
-        built.push_back({shapes.make(body), std::move(material), body.motion});
+        built.push_back(
+            {shapes.make(body), std::move(material), body.motion, body.colour, body.emission_w_m2_sr});
     }
+    if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;
     sun_motion.samples[0].pose.position_m = scene.sun.position_m;
     const double r = scene.sun.radius_m;
-    built.push_back({std::make_shared<Ellipsoid>(scene::Ellipsoid{{r, r, r}}), nullptr, sun_motion});
+    built.push_back({std::make_shared<Ellipsoid>(scene::Ellipsoid{{r, r, r}}), nullptr, sun_motion, {}, {}});
     return built;
 }
 

@@ -13,7 +13,7 @@ namespace obscura::renderer {
 void validate(const scene::Scene& scene);
 
 /// Loads the meshes (one Embree scene per file, shared by the bodies that use it) and makes the materials;
-/// the Sun is the last body. Throws InputError or ConfigError.
+/// the Sun, unless its irradiance is 0, is the last body. Throws InputError or ConfigError.
 [[nodiscard]] std::vector<BuiltBody> build_bodies(const scene::Scene& scene);
 
 } // namespace obscura::renderer

@@ -76,12 +76,19 @@ void Ellipsoid::surface(const RayPacket& rays, const HitPacket& hits, std::int32
         nx *= scale;
         ny *= scale;
         nz *= scale;
-        out.position.x[i] = out.shadow_origin.x[i] = px;
-        out.position.y[i] = out.shadow_origin.y[i] = py;
-        out.position.z[i] = out.shadow_origin.z[i] = pz;
-        out.normal.x[i] = nx;
-        out.normal.y[i] = ny;
-        out.normal.z[i] = nz;
+        out.position.x[i] = px;
+        out.position.y[i] = py;
+        out.position.z[i] = pz;
+        out.normal.x[i] = out.facet_normal.x[i] = nx;
+        out.normal.y[i] = out.facet_normal.y[i] = ny;
+        out.normal.z[i] = out.facet_normal.z[i] = nz;
+        out.outside.on[i] = facing > 0 ? 0 : -1;
+        // Clear of the surface for rays that go on: some units in the last place of the size and of the
+        // distance already travelled.
+        const double lift = 1e-13 * (bounding_radius_m_ + t);
+        out.shadow_origin.x[i] = px + lift * nx;
+        out.shadow_origin.y[i] = py + lift * ny;
+        out.shadow_origin.z[i] = pz + lift * nz;
     }
 }
 

@@ -8,6 +8,7 @@
 #include "renderer/lommel_seeliger.hpp"
 #include "renderer/lunar_lambert.hpp"
 #include "renderer/minnaert.hpp"
+#include "renderer/mirror.hpp"
 #include "renderer/oren_nayar.hpp"
 #include "renderer/phong.hpp"
 
@@ -77,6 +78,10 @@ struct Maker {
         check(place, "reflectance_f0", d.reflectance_f0, 0, 1);
         check(place, "base_albedo", d.base_albedo, 0, 1);
         return std::make_unique<Ggx>(d);
+    }
+    std::unique_ptr<Material> operator()(const scene::Mirror& d) const {
+        check(place, "reflectance", d.reflectance, 0, 1);
+        return std::make_unique<Mirror>(d);
     }
 };
 

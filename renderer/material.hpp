@@ -31,6 +31,9 @@ public:
     [[nodiscard]] virtual Vec3 sample(Vec3 out, double u, double v) const;
     /// Density of sample() at `in`, per steradian.
     [[nodiscard]] virtual double pdf(Vec3 out, Vec3 in) const;
+    /// The share that a perfect mirror sends back, for the one law whose reflectance() is no function; -1 for
+    /// all others.
+    [[nodiscard]] virtual double mirror_reflectance() const { return -1; }
 };
 
 /// The registry: one line per scattering law. Throws ConfigError naming `place`.

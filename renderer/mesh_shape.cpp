@@ -146,9 +146,10 @@ void flat_surface(const Corners& c, const Vec3s& direction, const HitPacket& hit
         out.position.x.v[i] = px;
         out.position.y.v[i] = py;
         out.position.z.v[i] = pz;
-        out.normal.x.v[i] = nx;
-        out.normal.y.v[i] = ny;
-        out.normal.z.v[i] = nz;
+        out.normal.x.v[i] = out.facet_normal.x.v[i] = nx;
+        out.normal.y.v[i] = out.facet_normal.y.v[i] = ny;
+        out.normal.z.v[i] = out.facet_normal.z.v[i] = nz;
+        out.outside.on[i] = facing > 0 ? 0 : -1;
         out.shadow_origin.x.v[i] = px + lift * nx;
         out.shadow_origin.y.v[i] = py + lift * ny;
         out.shadow_origin.z.v[i] = pz + lift * nz;
@@ -218,7 +219,7 @@ EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
     has_16_wide_ = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
 }
 
-MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh)
+MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits)
     : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())) {
     const std::size_t vertices = mesh_.vertices.size();
     for (const Vec3f& p : mesh_.vertices)
@@ -241,6 +242,29 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
         throw Error(exit_software, fmt::format("Embree could not build a mesh of {} triangles: out of memory",
                                                mesh_.triangles.size()));
     mesh_.vertices.pop_back();
+    if (!emits) return;
+    double sum = 0;
+    for (const auto& t : mesh_.triangles) {
+        const Vec3 a = widen(mesh_.vertices[t[0]]);
+        sum += length(cross(widen(mesh_.vertices[t[1]]) - a, widen(mesh_.vertices[t[2]]) - a)) / 2;
+        area_sums_m2_.push_back(sum);
+    }
+}
+
+double MeshShape::sampled_area_m2() const {
+    return area_sums_m2_.empty() ? 0 : area_sums_m2_.back();
+}
+
+void MeshShape::sample_area(double choice, double u, double v, Vec3& position, Vec3& normal) const {
+    const auto at =
+        std::upper_bound(area_sums_m2_.begin(), area_sums_m2_.end() - 1, choice * area_sums_m2_.back());
+    const auto& t = mesh_.triangles[static_cast<std::size_t>(at - area_sums_m2_.begin())];
+    const Vec3 a = widen(mesh_.vertices[t[0]]);
+    const Vec3 b = widen(mesh_.vertices[t[1]]);
+    const Vec3 c = widen(mesh_.vertices[t[2]]);
+    const double root = std::sqrt(u);
+    position = a * (1 - root) + b * (root * (1 - v)) + c * (root * v);
+    normal = normalized(cross(b - a, c - a));
 }
 
 void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {

@@ -31,8 +31,8 @@ private:
 /// bounding sphere: what Embree sees is never larger than the body, wherever the camera is.
 class MeshShape final : public Shape {
 public:
-    /// `mesh` must have passed validate().
-    MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh);
+    /// `mesh` must have passed validate(). Points can be drawn from it when it `emits`.
+    MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits = false);
 
     [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
     [[nodiscard]] bool shadows_itself() const override { return true; }
@@ -40,6 +40,9 @@ public:
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;
+
+    [[nodiscard]] double sampled_area_m2() const override;
+    void sample_area(double choice, double u, double v, Vec3& position, Vec3& normal) const override;
 
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
 
@@ -52,6 +55,7 @@ private:
     TriangleMesh mesh_;
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
     double bounding_radius_m_ = 0;
+    std::vector<double> area_sums_m2_;
 };
 
 } // namespace obscura::renderer

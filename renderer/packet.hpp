@@ -85,6 +85,8 @@ struct SurfacePacket {
     Vec3s position;
     Vec3s shadow_origin; ///< where shadow rays start: clear of the surface on its outer side
     Vec3s normal;        ///< for shading, unit
+    Vec3s facet_normal;  ///< of the surface itself, unit
+    Lanes outside;       ///< -1 where the ray came from outside
 };
 
 } // namespace obscura::renderer

@@ -4,6 +4,7 @@
 #include "renderer/build.hpp"
 #include "renderer/footprint.hpp"
 #include "renderer/motion.hpp"
+#include "renderer/path_tracer.hpp"
 #include "renderer/pinhole.hpp"
 #include "renderer/row_state.hpp"
 #include "renderer/sampler.hpp"
@@ -59,7 +60,7 @@ public:
 /// What one thread needs to render a row; kept between rows so that nothing is allocated after the first.
 struct Scratch {
     RowState row;
-    std::vector<double> sunlight;  ///< per pixel of the row, per irradiance of the Sun at 1 au, sr
+    std::vector<double> light;     ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight; ///< bands x pixels, W/m2
     std::vector<std::int32_t> candidates;
     RayCounts counts;
@@ -81,6 +82,8 @@ struct Renderer::Impl {
     std::vector<BuiltBody> bodies;
     StarField stars;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
+    Lighting lighting;
+    bool plain = true; ///< the Sun is the only light, reflected once by grey surfaces: one channel does
     /// TBB has one worker per core; more threads than that must be asked for.
     std::optional<tbb::global_control> more_threads;
     mutable tbb::task_arena arena;
@@ -102,6 +105,10 @@ struct Renderer::Impl {
         settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
         for (const scene::SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
+        lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
+        plain = settings.max_bounces == 0 && scene.lamps.empty() &&
+                std::all_of(bodies.begin(), bodies.end(),
+                            [](const BuiltBody& b) { return b.colour.empty() && b.emission.empty(); });
     }
 
     void find_stars(const RenderRequest& request, StarCandidates& found) const;
@@ -146,7 +153,9 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;
             if (result.covered[i] && column >= 0 && column < request.window.width)
-                s.sunlight[static_cast<std::size_t>(column)] = result.mean[i];
+                for (std::size_t c = 0; c < tracer.channels(); ++c)
+                    s.light[c * static_cast<std::size_t>(request.window.width) +
+                            static_cast<std::size_t>(column)] = result.mean[c][i];
         }
     }
 }
@@ -205,23 +214,26 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
         tracer.count_samples(active);
         for (std::int32_t& hit : hits.body)
             hit = hit == index ? hit : -1;
-        sobol_pair(sample, seed1, u, v);
-        Doubles radiance;
-        tracer.radiance(direction, hits, u, v, radiance);
+        SampleStream random(sample, seed1);
+        Channels radiance;
+        tracer.radiance(direction, hits, random, radiance);
         for (int i = 0; i < packet_size; ++i) {
-            if (!(radiance.v[i] > 0)) continue;
+            if (hits.body[i] < 0) continue;
             const auto at = pinhole.project(direction.lane(i));
             if (!at) continue;
             const double row_share = footprint.weight(at->y, y);
             if (row_share == 0) continue;
-            const double value = radiance.v[i] * weight * row_share;
             const double half = footprint.splat_reach_px();
             const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - half)));
             const auto to = std::min(request.window.x + request.window.width - 1,
                                      static_cast<std::int32_t>(std::ceil(at->x + half)));
-            for (std::int32_t column = from; column <= to; ++column)
-                s.sunlight[static_cast<std::size_t>(column - request.window.x)] +=
-                    value * footprint.weight(at->x, column);
+            for (std::int32_t column = from; column <= to; ++column) {
+                const double share = weight * row_share * footprint.weight(at->x, column);
+                for (std::size_t c = 0; c < tracer.channels(); ++c)
+                    s.light[c * static_cast<std::size_t>(request.window.width) +
+                            static_cast<std::size_t>(column - request.window.x)] +=
+                        share * radiance.v[c].v[i];
+            }
         }
     }
 }
@@ -269,18 +281,28 @@ void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidat
     const std::int32_t y = request.window.y + request.first_row + r;
     const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
     set_row_state(scene, bodies, pinhole, footprint, settings.samples_per_pixel, time_s, s.row);
-    s.sunlight.assign(width, 0);
     s.starlight.assign(width * scene.bands.size(), 0);
-    Tracer tracer(s.row, scene.sun.radius_m, s.counts);
-    trace_pixels(request, y, tracer, s);
-    for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
-        if (s.row.bodies[b].targeted) splat_body(request, y, static_cast<std::int32_t>(b), tracer, s);
-    splat_stars(request, y, stars_in_view, tracer, s);
+    const auto trace = [&](Tracer& tracer) {
+        s.light.assign(width * tracer.channels(), 0);
+        trace_pixels(request, y, tracer, s);
+        for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
+            if (s.row.bodies[b].targeted) splat_body(request, y, static_cast<std::int32_t>(b), tracer, s);
+        splat_stars(request, y, stars_in_view, tracer, s);
+    };
+    if (plain) {
+        Tracer tracer(s.row, scene.sun.radius_m, s.counts);
+        trace(tracer);
+    } else {
+        PathTracer tracer(s.row, lighting, scene.sun.radius_m, s.counts);
+        trace(tracer);
+    }
     for (std::size_t band = 0; band < scene.bands.size(); ++band) {
         float* out = irradiance.data() +
                      (band * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
+        const double* light = s.light.data() + (plain ? 0 : band * width);
+        const double unit = plain ? sun_w_m2[band] : 1;
         for (std::size_t x = 0; x < width; ++x)
-            out[x] = static_cast<float>(s.sunlight[x] * sun_w_m2[band] + s.starlight[band * width + x]);
+            out[x] = static_cast<float>(light[x] * unit + s.starlight[band * width + x]);
     }
 }
 

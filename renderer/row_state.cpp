@@ -53,11 +53,20 @@ double reference_radiance(const BodyState& s) {
 
 } // namespace
 
+Mat3 relative_rotation(const BodyState& from, const BodyState& to) {
+    return product(transposed(to.to_inertial), from.to_inertial);
+}
+
+Vec3 relative_origin(const BodyState& from, const BodyState& to) {
+    return transposed(to.to_inertial) * (from.position_m - to.position_m);
+}
+
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Pinhole& pinhole,
                    const Footprint& footprint, std::uint32_t samples_per_pixel, double time_s,
                    RowState& row) {
     row.camera = pose_at(scene.camera.motion, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
+    row.inertial_from_camera = inertial_from_camera;
     row.camera_from_inertial = transposed(inertial_from_camera);
     row.bodies.resize(bodies.size());
     // The farthest a displaced sample can lie from its pixel's centre.
@@ -69,6 +78,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         const Pose pose = pose_at(built.motion, time_s);
         s.shape = built.shape.get();
         s.material = built.material.get();
+        s.built = &built;
         s.position_m = pose.position_m;
         s.to_inertial = to_matrix(pose.orientation);
         const Mat3 from_inertial = transposed(s.to_inertial);
@@ -107,6 +117,9 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
             s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
         }
     }
+    row.lamps.clear();
+    for (const scene::Lamp& lamp : scene.lamps)
+        row.lamps.push_back(pose_at(lamp.motion, time_s));
     for (std::size_t a = 0; a < bodies.size(); ++a) {
         if (row.bodies[a].material == nullptr) continue;
         for (std::size_t b = 0; b < bodies.size(); ++b)

@@ -19,12 +19,15 @@ struct BuiltBody {
     std::shared_ptr<const Shape> shape;
     std::shared_ptr<const Material> material; ///< none: the body is the Sun
     scene::Motion motion;
+    std::vector<double> colour;   ///< see scene::Body
+    std::vector<double> emission; ///< see scene::Body
 };
 
 /// A body at the row's instant.
 struct BodyState {
     const Shape* shape = nullptr;
     const Material* material = nullptr;
+    const BuiltBody* built = nullptr;
     Mat3 to_inertial;     ///< body frame -> inertial axes
     Mat3 from_camera;     ///< camera frame -> body frame
     Vec3 camera_m;        ///< the camera in the body frame
@@ -48,8 +51,15 @@ struct BodyState {
 struct RowState {
     Pose camera;
     Mat3 camera_from_inertial;
+    Mat3 inertial_from_camera;
     std::vector<BodyState> bodies;
+    std::vector<Pose> lamps;
 };
+
+/// The rotation from the frame of body `from` to that of body `to`, and where the origin of `from` lies
+/// there.
+[[nodiscard]] Mat3 relative_rotation(const BodyState& from, const BodyState& to);
+[[nodiscard]] Vec3 relative_origin(const BodyState& from, const BodyState& to);
 
 /// Bodies with a bounding sphere smaller than this are targeted.
 constexpr double targeted_radius_px = 3;

@@ -24,6 +24,12 @@ public:
     /// The surface at the hits of `body`; the normals face the ray's origin.
     virtual void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                          SurfacePacket& out) const = 0;
+
+    /// Area over which points can be drawn uniformly, m2; 0: not offered.
+    [[nodiscard]] virtual double sampled_area_m2() const { return 0; }
+    /// A point of that area and the outer normal there, from `choice`, u, v in [0,1).
+    virtual void sample_area(double /*choice*/, double /*u*/, double /*v*/, Vec3& /*position*/,
+                             Vec3& /*normal*/) const {}
 };
 
 } // namespace obscura::renderer

@@ -1,34 +1,11 @@
 #include "renderer/tracer.hpp"
 
+#include "renderer/frames.hpp"
 #include "renderer/sunlight.hpp"
 
-#include <bit>
-
 namespace obscura::renderer {
-namespace {
-
 OBSCURA_VECTOR_CLONES
-void transform(const Mat3& m, const Vec3s& in, Vec3 offset, Vec3s& out) {
-    for (int i = 0; i < packet_size; ++i) {
-        const double x = in.x.v[i];
-        const double y = in.y.v[i];
-        const double z = in.z.v[i];
-        out.x.v[i] = m.m[0][0] * x + m.m[0][1] * y + m.m[0][2] * z + offset.x;
-        out.y.v[i] = m.m[1][0] * x + m.m[1][1] * y + m.m[1][2] * z + offset.y;
-        out.z.v[i] = m.m[2][0] * x + m.m[2][1] * y + m.m[2][2] * z + offset.z;
-    }
-}
-
-void set_all(Vec3s& packet, Vec3 value) {
-    for (int i = 0; i < packet_size; ++i) {
-        packet.x.v[i] = value.x;
-        packet.y.v[i] = value.y;
-        packet.z.v[i] = value.z;
-    }
-}
-
-OBSCURA_VECTOR_CLONES
-void angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s) {
+void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s) {
     for (int i = 0; i < packet_size; ++i) {
         const double nx = surface.normal.x.v[i];
         const double ny = surface.normal.y.v[i];
@@ -41,19 +18,6 @@ void angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light,
             -(view.x.v[i] * light.x.v[i] + view.y.v[i] * light.y.v[i] + view.z.v[i] * light.z.v[i]);
     }
 }
-
-Mat3 relative(const BodyState& from, const BodyState& to) {
-    const Mat3 inverse = transposed(to.to_inertial);
-    Mat3 m;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c)
-            m.m[r][c] = inverse.m[r][0] * from.to_inertial.m[0][c] +
-                        inverse.m[r][1] * from.to_inertial.m[1][c] +
-                        inverse.m[r][2] * from.to_inertial.m[2][c];
-    return m;
-}
-
-} // namespace
 
 Tracer::Tracer(const RowState& row, double sun_radius_m, RayCounts& counts)
     : row_(row),
@@ -77,8 +41,11 @@ void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<co
     }
 }
 
-void Tracer::radiance(const Vec3s& direction, const HitPacket& hits, const Doubles& u, const Doubles& v,
-                      Doubles& radiance) {
+void Tracer::radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random, Channels& out) {
+    Doubles& radiance = out.v[0];
+    Doubles u;
+    Doubles v;
+    random.next(u, v);
     for (double& r : radiance.v)
         r = 0;
     // One pass for each body that was met; nearly always there is one.
@@ -112,12 +79,14 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
     Doubles solid_angle;
     sample_sun(surface.position, body.sun_m, sun_radius_m_, u, v, shadow.direction, solid_angle);
     ScatterPacket scatter;
-    angles(surface, view.direction, shadow.direction, scatter);
+    scatter_angles(surface, view.direction, shadow.direction, scatter);
     Doubles r;
     body.material->reflectance(scatter, r);
 
     for (int i = 0; i < packet_size; ++i) {
-        shadow.active.on[i] = hits.body[i] == index && r.v[i] > 0 ? -1 : 0;
+        // Light does not get into a body that is met from inside.
+        const bool open = surface.outside.on[i] != 0 || body.shape->shadows_itself();
+        shadow.active.on[i] = hits.body[i] == index && r.v[i] > 0 && open ? -1 : 0;
         // Nothing that casts a shadow lies beyond the Sun.
         shadow.t_max.v[i] = no_hit;
     }
@@ -126,22 +95,24 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
         shadow.origin = surface.shadow_origin;
         body.shape->occlude(shadow);
     }
-    for (const std::int32_t other : body.occluders) {
-        if (!shadow.active.any()) break;
-        counts_.rays += static_cast<std::uint64_t>(shadow.active.count());
-        const BodyState& occluder = row_.bodies[static_cast<std::size_t>(other)];
-        const Mat3 turn = relative(body, occluder);
-        const Vec3 shift = transposed(occluder.to_inertial) * (body.position_m - occluder.position_m);
-        RayPacket moved;
-        transform(turn, surface.shadow_origin, shift, moved.origin);
-        transform(turn, shadow.direction, {}, moved.direction);
-        moved.t_max = shadow.t_max;
-        moved.active = shadow.active;
-        occluder.shape->occlude(moved);
-        shadow.active = moved.active;
-    }
+    for (const std::int32_t other : body.occluders)
+        occlude_by(body, other, surface.shadow_origin, shadow);
     for (int i = 0; i < packet_size; ++i)
         if (shadow.active.on[i] != 0) radiance.v[i] = r.v[i] * sun_radiance_ * solid_angle.v[i];
+}
+
+void Tracer::occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays) {
+    if (!rays.active.any()) return;
+    counts_.rays += static_cast<std::uint64_t>(rays.active.count());
+    const BodyState& occluder = row_.bodies[static_cast<std::size_t>(other)];
+    const Mat3 turn = relative_rotation(body, occluder);
+    RayPacket moved;
+    transform(turn, origin, relative_origin(body, occluder), moved.origin);
+    transform(turn, rays.direction, {}, moved.direction);
+    moved.t_max = rays.t_max;
+    moved.active = rays.active;
+    occluder.shape->occlude(moved);
+    rays.active = moved.active;
 }
 
 } // namespace obscura::renderer

@@ -3,6 +3,7 @@
 
 #include "renderer/packet.hpp"
 #include "renderer/row_state.hpp"
+#include "renderer/sample_stream.hpp"
 
 #include <cstdint>
 #include <span>
@@ -15,33 +16,53 @@ struct RayCounts {
     std::uint64_t samples = 0;
 };
 
-/// Traces packets of camera rays through the scene of one row. Not thread-safe: each thread has its own.
+constexpr std::size_t max_channels = 16;
+
+/// What 16 samples carry, one Doubles per channel.
+struct Channels {
+    Doubles v[max_channels];
+};
+
+/// The angles that a scattering law asks for, from unit vectors in one frame: `view` towards the surface,
+/// `light` away from it.
+void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
+
+/// Traces packets of camera rays through the scene of one row. This one knows the Sun as the only light and
+/// takes it as white and of one unit: its single channel is radiance per irradiance of the Sun at 1 au, 1/sr.
+/// Not thread-safe: each thread has its own.
 class Tracer {
 public:
     /// `row` and `counts` must outlive the tracer.
     Tracer(const RowState& row, double sun_radius_m, RayCounts& counts);
+    virtual ~Tracer() = default;
+    Tracer(const Tracer&) = delete;
+    Tracer& operator=(const Tracer&) = delete;
 
     /// Nearest hits among `candidates` (indices of bodies) of rays from the camera along `direction` (unit,
     /// camera frame).
     void intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
                    HitPacket& hits);
 
-    /// Radiance towards the camera at the hits, per irradiance of the Sun at 1 au (1/sr): emitted by the Sun,
-    /// or reflected by the other bodies from one direction to the Sun's disc chosen by u, v. 0 where there is
-    /// no hit.
-    void radiance(const Vec3s& direction, const HitPacket& hits, const Doubles& u, const Doubles& v,
-                  Doubles& radiance);
+    [[nodiscard]] virtual std::size_t channels() const { return 1; }
+
+    /// Radiance towards the camera at the hits: emitted by the Sun, or its light reflected once, from one
+    /// direction to the Sun's disc. 0 where there is no hit.
+    virtual void radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random, Channels& out);
 
     void count_samples(const Lanes& active) { counts_.samples += static_cast<std::uint64_t>(active.count()); }
 
-private:
-    void reflect(std::int32_t body, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
-                 const Doubles& v, Doubles& radiance);
+protected:
+    /// Switches off the active rays (in the frame of `body`, from `origin`) that `other` blocks.
+    void occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays);
 
     const RowState& row_;
     double sun_radius_m_;
     double sun_radiance_;
     RayCounts& counts_;
+
+private:
+    void reflect(std::int32_t body, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
+                 const Doubles& v, Doubles& radiance);
 };
 
 } // namespace obscura::renderer

@@ -1,0 +1,61 @@
+// Light of every kind, over any number of reflections.
+#pragma once
+
+#include "renderer/tracer.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// What a scene shines with, and how far its light is followed; the same for all rows.
+struct Lighting {
+    std::vector<double> sun_w_m2; ///< per band at 1 au; all 0: no Sun
+    std::vector<scene::Lamp> lamps;
+    std::vector<std::int32_t> area_lights; ///< bodies that emit and whose area can be sampled
+    double area_m2 = 0;                    ///< of those together
+    std::uint32_t max_bounces = 0;
+
+    [[nodiscard]] bool has_sun() const;
+};
+
+[[nodiscard]] Lighting make_lighting(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                                     std::vector<double> sun_w_m2, std::uint32_t max_bounces);
+
+/// A backward path tracer: one channel per spectral band, radiance in W m-2 sr-1.
+///
+/// At each hit it adds what the surface emits, then the light that arrives directly from the Sun's disc, each
+/// lamp, and one point of the emitting bodies (next-event estimation), and follows one direction drawn from
+/// the scattering law. Emission that such a direction meets by chance is weighted against the drawing of
+/// light points by the balance heuristic (Veach, Robust Monte Carlo Methods for Light Transport Simulation,
+/// 1997, ch. 9). Paths are ended at random from the third reflection on, in proportion to what they still
+/// carry. The Sun is met by chance only through mirrors.
+///
+/// Rays between bodies are kept relative to the body they leave, so that no precision is lost at any distance
+/// from the camera.
+class PathTracer final : public Tracer {
+public:
+    PathTracer(const RowState& row, const Lighting& lighting, double sun_radius_m, RayCounts& counts);
+
+    [[nodiscard]] std::size_t channels() const override { return lighting_.sun_w_m2.size(); }
+    void radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random,
+                  Channels& out) override;
+
+private:
+    struct Paths;
+    struct Vertex;
+
+    void meet_light(std::int32_t body, const Vertex& vertex, const HitPacket& hits, Paths& paths,
+                    Channels& out) const;
+    void add_sun(const Vertex& vertex, const Doubles& u, const Doubles& v, const Paths& paths, Channels& out);
+    void add_lamps(const Vertex& vertex, const Paths& paths, Channels& out);
+    void add_area_light(const Vertex& vertex, const Doubles& choice, const Doubles& u, const Doubles& v,
+                        const Paths& paths, bool weighted, Channels& out);
+    void scatter(const Vertex& vertex, const Doubles& u, const Doubles& v, Paths& next) const;
+    void block(const Vertex& vertex, bool all_bodies, RayPacket& light);
+
+    const Lighting& lighting_;
+};
+
+} // namespace obscura::renderer
