@@ -27,6 +27,8 @@ struct DaemonSection {
 /// [render]
 struct RenderSection {
     std::int32_t samples_per_pixel = 4;
+    double target_error = 0; ///< 0: samples_per_pixel everywhere; else more where needed
+    std::int32_t max_samples_per_pixel = 64;
     std::int32_t threads = 0; ///< 0: one per core
     std::int32_t band_rows = 64;
 };

@@ -47,18 +47,21 @@ std::string range_text(const Range& range, std::string_view unit) {
     return {};
 }
 
-std::string_view type_name(const Target& target) {
+std::string type_name(const Target& target) {
+    using Text = std::string;
     return std::visit(Overloaded{
-                          [](bool*) { return "true or false"; },
-                          [](double*) { return "a number"; },
-                          [](Scaled) { return "a number"; },
-                          [](std::string*) { return "a string"; },
-                          [](const Path&) { return "a file name"; },
-                          [](const Word&) { return "a string"; },
-                          [](Vec3*) { return "an array of 3 numbers [x, y, z]"; },
-                          [](Quat*) { return "an array of 4 numbers [w, x, y, z]"; },
-                          [](Curve) { return "an array of [wavelength_nm, value] pairs"; },
-                          [](auto*) { return "an integer"; },
+                          [](bool*) { return Text("true or false"); },
+                          [](double*) { return Text("a number"); },
+                          [](Scaled) { return Text("a number"); },
+                          [](std::string*) { return Text("a string"); },
+                          [](const Path&) { return Text("a file name"); },
+                          [](const Word&) { return Text("a string"); },
+                          [](Vec3*) { return Text("an array of 3 numbers [x, y, z]"); },
+                          [](Quat*) { return Text("an array of 4 numbers [w, x, y, z]"); },
+                          [](Numbers n) { return fmt::format("an array of {} numbers", n.count); },
+                          [](std::vector<double>*) { return Text("an array of numbers"); },
+                          [](Curve) { return Text("an array of [wavelength_nm, value] pairs"); },
+                          [](auto*) { return Text("an integer"); },
                       },
                       target);
 }
@@ -127,6 +130,17 @@ public:
             fail(where_, value_.at,
                  fmt::format("|q| = {:.6g}, a unit quaternion [w, x, y, z] is wanted", norm(q)));
         *target = normalized(q);
+    }
+    void operator()(Numbers target) const {
+        const auto c = components(target.count);
+        std::copy(c.begin(), c.end(), target.first);
+    }
+    void operator()(std::vector<double>* target) const {
+        if (value_.kind != Value::Kind::array) wrong_type();
+        std::vector<double> numbers;
+        for (const Value& item : value_.items)
+            numbers.push_back(number(item));
+        *target = std::move(numbers);
     }
     void operator()(Curve target) const {
         if (value_.kind != Value::Kind::array) wrong_type();
@@ -272,6 +286,17 @@ std::string toml_string(std::string_view text) {
     return out + "\"";
 }
 
+namespace {
+
+std::string list_text(const std::vector<double>& values) {
+    std::string text;
+    for (const double value : values)
+        text += (text.empty() ? "" : ", ") + number_text(value);
+    return "[" + text + "]";
+}
+
+} // namespace
+
 std::string value_text(const Key& key) {
     return std::visit(
         Overloaded{
@@ -302,6 +327,10 @@ std::string value_text(const Key& key) {
                 return fmt::format("[{}, {}, {}, {}]", number_text(v->w), number_text(v->x),
                                    number_text(v->y), number_text(v->z));
             },
+            [](Numbers v) {
+                return list_text({v.first, v.first + v.count});
+            },
+            [](std::vector<double>* v) { return list_text(*v); },
             [](Curve v) {
                 std::string text;
                 for (const SpectralPoint& p : *v.points) {

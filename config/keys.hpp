@@ -5,6 +5,7 @@
 #include "core/geometry.hpp"
 #include "core/sensor_description.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -37,9 +38,16 @@ struct Curve {
     std::vector<SpectralPoint>* points = nullptr;
 };
 
+/// A fixed number of numbers, as an array.
+struct Numbers {
+    double* first = nullptr;
+    std::size_t count = 0;
+};
+
 /// Where the value of a key goes. The default is what is there before reading.
-using Target = std::variant<bool*, std::int32_t*, std::uint32_t*, std::int64_t*, std::uint64_t*, double*,
-                            std::string*, Vec3*, Quat*, Scaled, Path, Word, Curve>;
+using Target =
+    std::variant<bool*, std::int32_t*, std::uint32_t*, std::int64_t*, std::uint64_t*, double*, std::string*,
+                 Vec3*, Quat*, Scaled, Path, Word, Curve, Numbers, std::vector<double>*>;
 
 struct Range {
     double min = -std::numeric_limits<double>::infinity();

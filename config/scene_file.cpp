@@ -1,11 +1,13 @@
 // Scene files: [scene] [sun] [stars] [camera] [[body]] [[band]].
 #include "config/config.hpp"
+#include "config/kinds.hpp"
 #include "config/scene_keys.hpp"
 #include "config/star_catalogue.hpp"
 #include "config/trajectory.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -96,40 +98,53 @@ scene::Camera read_camera(const Value& table, const Where& where) {
     return camera;
 }
 
+/// The kind that the word at `key` of `table` chooses; `fallback` when the key is not there.
+template<typename Variant>
+const Kind<Variant>& chosen(const Value& table, const Where& where, std::string_view key,
+                            const std::vector<Kind<Variant>>& kinds, std::string_view fallback) {
+    std::string word(fallback);
+    Value only;
+    if (const Member* member = table.find(key)) only.members.push_back(*member);
+    read_keys(only, where, {{key, &word, {}, {}, names_of(kinds)}});
+    if (word.empty()) fail(where, table.at, fmt::format("the key \"{}\" is missing", key));
+    return *std::find_if(kinds.begin(), kinds.end(), [&](const Kind<Variant>& k) { return k.name == word; });
+}
+
+/// A key of another kind would be ignored: say so instead.
+template<typename Variant>
+void refuse_strangers(const Value& table, const Where& where, const Keys& known, std::string_view what,
+                      const Kind<Variant>& kind, const std::vector<Kind<Variant>>& kinds) {
+    for (const Member& member : table.members) {
+        const auto same = [&](const Key& key) { return key.name == member.key; };
+        if (std::any_of(known.begin(), known.end(), same)) continue;
+        const std::vector<std::string_view> owners = kinds_with(kinds, member.key);
+        if (!owners.empty())
+            fail(where.in(member.key), member.value.at,
+                 fmt::format("belongs to {} = \"{}\", this body's is \"{}\"", what,
+                             fmt::join(owners, "\" or \""), kind.name));
+    }
+}
+
 scene::Body read_body(const Value& table, const Where& where) {
+    const Kind<scene::Shape>& shape = chosen(table, where, "shape", shape_kinds(), "");
+    const Kind<scene::Material>& material = chosen(table, where, "material", material_kinds(), "lambert");
     BodyKeys keys;
-    Keys list = keys_of(keys);
-    const Keys place_keys = body_place_keys(keys.place);
-    list.insert(list.end(), place_keys.begin(), place_keys.end());
-    const Given given = read_keys(table, where, list);
-    require(given, "shape", table, where);
-    require(given, "albedo", table, where);
-
-    // A key of another shape would be ignored: say so instead.
-    for (const auto& [key, shapes] : shape_of_keys())
-        if (has(given, key) && std::find(shapes.begin(), shapes.end(), keys.shape) == shapes.end())
-            fail(where.in(key), given.find(key)->second,
-                 fmt::format("belongs to shape = \"{}\", this body's shape is \"{}\"",
-                             fmt::join(shapes, "\" or \""), keys.shape));
-
     scene::Body body;
+    body.shape = shape.make();
+    body.material = material.make();
+    Keys list = keys_of(keys);
+    for (const Keys& more :
+         {body_place_keys(keys.place), shape.keys(body.shape), material.keys(body.material)})
+        list.insert(list.end(), more.begin(), more.end());
+    refuse_strangers(table, where, list, "shape", shape, shape_kinds());
+    refuse_strangers(table, where, list, "material", material, material_kinds());
+    const Given given = read_keys(table, where, list);
+    for (const std::string_view key : shape.required)
+        require(given, key, table, where);
+    for (const std::string_view key : material.required)
+        require(given, key, table, where);
     body.name = keys.name;
     body.motion = motion_of(keys.place, given, table, where);
-    if (keys.shape == "ellipsoid") {
-        require(given, "radii_m", table, where);
-        body.shape = scene::Ellipsoid{keys.radii_m};
-    } else if (keys.shape == "mesh") {
-        require(given, "file", table, where);
-        body.shape = scene::MeshFile{keys.file, keys.metres_per_unit, keys.smooth_normals};
-    } else {
-        require(given, "mean_radius_m", table, where);
-        body.shape =
-            scene::ProceduralBody{keys.mean_radius_m, keys.axis_ratios, keys.seed, keys.subdivisions};
-    }
-    if (keys.material == "lambert")
-        body.material = scene::Lambert{keys.albedo};
-    else
-        body.material = scene::LommelSeeliger{keys.albedo};
     return body;
 }
 

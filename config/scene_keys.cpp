@@ -1,5 +1,7 @@
 #include "config/scene_keys.hpp"
 
+#include "config/kinds.hpp"
+
 namespace obscura::config {
 namespace {
 
@@ -75,22 +77,8 @@ Keys camera_place_keys(PlaceKeys& s) {
 Keys keys_of(BodyKeys& s) {
     return {
         {"name", &s.name, {}, {}, {}, "Name; body0, body1, ... if not given"},
-        {"shape", &s.shape, {}, {}, {"ellipsoid", "mesh", "procedural"}, "Kind of shape"},
-        {"radii_m", &s.radii_m, "m", {1e-6, 1e12}, {}, "Ellipsoid: its three radii"},
-        {"file", Path{&s.file}, {}, {}, {}, "Mesh: Wavefront OBJ file"},
-        {"metres_per_unit", &s.metres_per_unit, "m", {1e-9, 1e12}, {}, "Mesh: length of the file's unit"},
-        {"smooth_normals", &s.smooth_normals, {}, {}, {}, "Mesh: interpolate normals across facets"},
-        {"mean_radius_m", &s.mean_radius_m, "m", {1e-3, 1e9}, {}, "Procedural: mean radius"},
-        {"axis_ratios", &s.axis_ratios, {}, {0.1, 10}, {}, "Procedural: proportions of the axes"},
-        {"seed", &s.seed, {}, {0, 9e15}, {}, "Procedural: same seed, same body"},
-        {"subdivisions", &s.subdivisions, {}, {0, 9}, {}, "Procedural: 20 * 4^n facets"},
-        {"material", &s.material, {}, {}, {"lambert", "lommel-seeliger"}, "Photometric model"},
-        {"albedo",
-         &s.albedo,
-         {},
-         {0, 1},
-         {},
-         "Lambert: hemispherical reflectance; Lommel-Seeliger: single-scattering albedo"},
+        {"shape", &s.shape, {}, {}, names_of(shape_kinds()), "Kind of shape; its own keys stand beside"},
+        {"material", &s.material, {}, {}, names_of(material_kinds()), "Photometric model; likewise"},
     };
 }
 
@@ -114,16 +102,6 @@ Keys keys_of(scene::SpectralBand& s) {
         {"from_nm", Scaled{&s.from_m, nano}, "nm", {100, 20000}, {}, "Lower end of the band"},
         {"to_nm", Scaled{&s.to_m, nano}, "nm", {100, 20000}, {}, "Upper end of the band"},
     };
-}
-
-const std::vector<std::pair<std::string_view, std::vector<std::string_view>>>& shape_of_keys() {
-    static const std::vector<std::pair<std::string_view, std::vector<std::string_view>>> table{
-        {"radii_m", {"ellipsoid"}},        {"file", {"mesh"}},
-        {"metres_per_unit", {"mesh"}},     {"smooth_normals", {"mesh"}},
-        {"mean_radius_m", {"procedural"}}, {"axis_ratios", {"procedural"}},
-        {"seed", {"procedural"}},          {"subdivisions", {"procedural"}},
-    };
-    return table;
 }
 
 } // namespace obscura::config

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace obscura::config {
@@ -36,20 +35,11 @@ struct PlaceKeys {
     double spin_rate_deg_per_s = 0;
 };
 
-/// [[body]]
+/// [[body]]: what every body has; shape and material add their own keys (config/kinds.hpp).
 struct BodyKeys {
     std::string name;
     std::string shape;
-    Vec3 radii_m;
-    std::string file;
-    double metres_per_unit = 1;
-    bool smooth_normals = true;
-    double mean_radius_m = 0;
-    Vec3 axis_ratios = scene::ProceduralBody{}.axis_ratios;
-    std::uint64_t seed = scene::ProceduralBody{}.seed;
-    std::uint32_t subdivisions = scene::ProceduralBody{}.subdivisions;
     std::string material = "lambert";
-    double albedo = 0;
     PlaceKeys place;
 };
 
@@ -61,8 +51,5 @@ struct BodyKeys {
 [[nodiscard]] Keys keys_of(BodyKeys& body);
 [[nodiscard]] Keys body_place_keys(PlaceKeys& place);
 [[nodiscard]] Keys keys_of(scene::SpectralBand& band);
-
-/// Keys of [[body]] that only some shapes have, with those shapes.
-[[nodiscard]] const std::vector<std::pair<std::string_view, std::vector<std::string_view>>>& shape_of_keys();
 
 } // namespace obscura::config

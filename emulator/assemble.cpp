@@ -34,7 +34,9 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Pr
     renderer = std::make_unique<renderer::Renderer>(
         config.scene,
         renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
-                                 static_cast<std::uint32_t>(config.render.threads), config.daemon.seed});
+                                 static_cast<std::uint32_t>(config.render.threads), config.daemon.seed,
+                                 config.render.target_error,
+                                 static_cast<std::uint32_t>(config.render.max_samples_per_pixel)});
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
     maker = std::make_unique<FrameMaker>(

@@ -38,6 +38,12 @@ public:
                     "Pixels, with the same field of view across (default: the scene's)");
         line.number("--samples", &settings_.samples_per_pixel, "N", "Rays per pixel that a body may cover", 1,
                     65536);
+        line.number("--error", &settings_.target_error, "SHARE",
+                    "Take more samples until a pixel's relative standard error is about this (0: --samples "
+                    "everywhere)",
+                    0, 1);
+        line.number("--max-samples", &settings_.max_samples_per_pixel, "N", "Limit that goes with --error", 1,
+                    65536);
         line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
         line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
         line.number("--time", &time_s_, "S", "Scene time", -1e9, 1e9);

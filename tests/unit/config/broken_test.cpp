@@ -336,7 +336,7 @@ radii_m = [1, 1, 1]
 albedo = 0.5
 seed = 4
 )",
-     R"(s.toml:5:8: body[0].seed: belongs to shape = "procedural", this body's shape is "ellipsoid")"},
+     R"(s.toml:5:8: body[0].seed: belongs to shape = "procedural", this body's is "ellipsoid")"},
     {R"([[body]]
 shape = "ellipsoid"
 radii_m = [1, 1, 1]
@@ -383,7 +383,7 @@ radii_m = [1, 1, 1]
 albedo = 0.5
 material = "lambertian"
 )",
-     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger)"},
+     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, ggx)"},
     {R"([[body]]
 shape = "mesh"
 albedo = 0.5
@@ -426,6 +426,20 @@ catalogue = "bad_stars.csv"
     {"[[band]]\nfrom_nm = 500\n", R"(s.toml:1:1: band[0]: the key "to_nm" is missing)"},
     {"[[band]]\nfrom_nm = 500\nto_nm = 400\n", "s.toml:3:9: band[0].to_nm: must be greater than from_nm"},
     {"band = []\n", "s.toml:1:1: band: at least one band is wanted"},
+};
+const std::vector<Broken> broken_materials{
+    {"albedo = 0.5\nexponent = 2\n", "s.toml:5:12: body[0].exponent: belongs to material = \"minnaert\" or "
+                                     "\"phong\", this body's is \"lambert\""},
+    {"material = \"hapke\"\n", "s.toml:1:1: body[0]: the key \"single_scattering_albedo\" is missing"},
+    {"material = \"hapke\"\nalbedo = 0.5\nsingle_scattering_albedo = 0.3\n",
+     "s.toml:5:10: body[0].albedo: belongs to material = \"lambert\" or \"lommel-seeliger\" or "
+     "\"lunar-lambert\" or "
+     "\"minnaert\" or \"oren-nayar\", this body's is \"hapke\""},
+    {"material = \"lunar-lambert\"\nalbedo = 0.5\nweight = [1, 2]\n",
+     "s.toml:6:10: body[0].weight: has 2 elements, allowed an array of 4 numbers"},
+    {"material = 3\n", "s.toml:4:12: body[0].material: is an integer, allowed a string: lambert, "
+                       "lommel-seeliger, lunar-lambert, "
+                       "minnaert, oren-nayar, phong, hapke, ggx"},
 };
 const std::vector<Broken> broken_trajectories{
     {"", R"(t.csv:1:1: empty, the header "time_s,x_m,y_m,z_m,qw,qx,qy,qz" is wanted)"},
@@ -483,6 +497,15 @@ TEST_CASE("broken scenes are refused with one line") {
     write_neighbours(folder);
     for (const Broken& broken : broken_scenes) {
         const auto file = folder.write("s.toml", broken.text);
+        CHECK(complaint(folder, [&] { (void)config::load_scene(file); }) == broken.line);
+    }
+}
+
+TEST_CASE("broken materials are refused with one line") {
+    const test::TempFolder folder;
+    for (const Broken& broken : broken_materials) {
+        const auto file = folder.write(
+            "s.toml", std::string("[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\n") + broken.text);
         CHECK(complaint(folder, [&] { (void)config::load_scene(file); }) == broken.line);
     }
 }

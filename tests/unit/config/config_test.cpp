@@ -228,6 +228,31 @@ to_nm = 700
     CHECK_THAT(scene.bands[1].to_m, WithinRel(700e-9, 1e-15));
 }
 
+TEST_CASE("every material has its own parameters") {
+    const test::TempFolder folder;
+    const auto material = [&](const std::string& text) {
+        const auto file = folder.write(
+            "s.toml", "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nmaterial = " + text);
+        return config::load_scene(file).bodies.at(0).material;
+    };
+    CHECK(std::get<scene::Lambert>(material("\"lambert\"\nalbedo = 0.25\n")).albedo == 0.25);
+    const auto lunar = std::get<scene::LunarLambert>(
+        material("\"lunar-lambert\"\nalbedo = 0.2\nweight = [1, -0.5, 0, 2]\n"));
+    CHECK(lunar.weight == std::array<double, 4>{1, -0.5, 0, 2});
+    CHECK(std::get<scene::Minnaert>(material("\"minnaert\"\nalbedo = 0.2\nexponent = 0.6\n")).exponent ==
+          0.6);
+    CHECK_THAT(
+        std::get<scene::OrenNayar>(material("\"oren-nayar\"\nalbedo = 0.2\nslope_deg = 30\n")).slope_rad,
+        WithinRel(30 * degree, 1e-15));
+    CHECK(std::get<scene::Phong>(material("\"phong\"\nspecular = 0.7\n")).specular == 0.7);
+    const auto hapke = std::get<scene::Hapke>(
+        material("\"hapke\"\nsingle_scattering_albedo = 0.4\nroughness_deg = 20\nphase_b = 0.2\n"));
+    CHECK(hapke.single_scattering_albedo == 0.4);
+    CHECK(hapke.phase_b == 0.2);
+    CHECK_THAT(hapke.roughness_rad, WithinRel(20 * degree, 1e-15));
+    CHECK(std::get<scene::Ggx>(material("\"ggx\"\nroughness = 0.1\n")).roughness == 0.1);
+}
+
 TEST_CASE("the shipped configuration and scene load") {
     const auto config = config::load(OBSCURA_SOURCE_DIR "/config/demo.toml");
     CHECK(config.trigger.rate_hz == 5);
