@@ -75,9 +75,13 @@ V4l2Node::V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image ima
         if (settings_.io != V4l2Io::write && can_stream_) {
             agree_on_format();
             map_buffers(static_cast<unsigned>(std::clamp(settings_.buffers, 2, VIDEO_MAX_FRAME)));
-            if (gives_back_in_order()) return;
-            if (settings_.io == V4l2Io::mmap || !can_write_) {
-                queue_ = Queue::round_robin;
+            const bool in_order = gives_back_in_order();
+            if (in_order || settings_.io == V4l2Io::mmap || !can_write_) {
+                if (!in_order) queue_ = Queue::round_robin;
+                // Now, so that consumers can start before the first image; drivers that want an image first
+                // get it again then.
+                int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+                streaming_ = call(VIDIOC_STREAMON, &type) >= 0;
                 return;
             }
             // The cheapest way to be rid of the buffers in every version of the driver.

@@ -1,15 +1,7 @@
 # The real daemon on a timer to v4l2loopback: v4l2-ctl, ffmpeg and GStreamer get every pixel of its frames, stamps are edges
 # time limit: 120 s
 . "$RIG/guest/daemon.sh"
-capture() { # FLAVOUR
-    v4l2-ctl -d /dev/video10 --stream-mmap=32 --stream-count=6 --stream-to=v4l2-ctl.raw >v4l2-ctl.log 2>&1
-    ffmpeg -nostdin -hide_banner -f v4l2 -input_format gray16le -video_size 160x120 -ts default -copyts -i /dev/video10 \
-        -frames:v 6 -vf showinfo -fps_mode passthrough -f rawvideo -pix_fmt gray16le -y ffmpeg.raw >ffmpeg.log 2>&1 ||
-        fail "ffmpeg: $(tail -n 5 ffmpeg.log)"
-    sed -n 's/.*showinfo.* pts: *\([0-9]*\) .*/\1/p' ffmpeg.log >stamps
-    gst-launch-1.0 -q v4l2src device=/dev/video10 num-buffers=6 ! video/x-raw,format=GRAY16_LE,width=160,height=120 ! \
-        filesink location=gstreamer.raw >gstreamer.log 2>&1 || fail "gstreamer: $(tail -n 5 gstreamer.log)"
-}
+. "$RIG/guest/video.sh"
 loopback_up newer
 daemon_start 160 120 '[trigger]
 rate_hz = 5
@@ -17,7 +9,7 @@ rate_hz = 5
 enabled = true
 frame_counter = true
 buffers = 32'
-capture
+for tool in v4l2-ctl ffmpeg gstreamer; do take_with $tool 160x120 Y16 6; done
 daemon_stop
 grep 'time stamps are the trigger edges' daemon.log || fail "no mmap"
 for tool in v4l2-ctl ffmpeg gstreamer; do
@@ -38,6 +30,6 @@ enabled = true
 device = \"$node\""
     wait_for 10 test -s frames/frame_000003.toml || fail "the daemon does not live with $node"
     daemon_stop
-    grep v4l2: daemon.log
-    [ "$(grep -c v4l2: daemon.log)" = 1 ] || fail "not one line about $node: $(cat daemon.log)"
+    grep 'v4l2: /dev/' daemon.log
+    [ "$(grep -c 'v4l2: /dev/' daemon.log)" = 1 ] || fail "not one line about $node: $(cat daemon.log)"
 done

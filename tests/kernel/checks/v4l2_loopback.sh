@@ -1,5 +1,6 @@
 # V4L2 transport to v4l2loopback of Debian 12 and 13: v4l2-ctl, ffmpeg and GStreamer get every pixel, stamps are edges
 # time limit: 120 s
+. "$RIG/guest/video.sh"
 stream() { # FORMAT BITS [OPTION...]
     local format=$1 bits=$2
     shift 2
@@ -26,54 +27,29 @@ check() { # FILE FORMAT BITS COUNT [OPTION...]
     say "$file: $said"
     rm -f "$file"
 }
-with_v4l2_ctl() { # FORMAT BITS [stamps]
-    # It prints no time stamps of this kind, only that they are the producer's.
-    v4l2-ctl -d /dev/video10 --stream-mmap=32 --stream-count=8 --stream-to=v4l2-ctl.raw --verbose >v4l2-ctl.log 2>&1
-    [ -z "${3:-}" ] || [ "$(grep -c 'dqbuf.*ts-copy' v4l2-ctl.log)" -ge 8 ] || fail "time stamps are not the producer's"
-    check v4l2-ctl.raw "$1" "$2" 8
-}
-with_ffmpeg() { # FORMAT BITS [stamps]
-    local pixels=gray16le
-    [ "$1" = GREY ] && pixels=gray
-    ffmpeg -nostdin -hide_banner -f v4l2 -input_format $pixels -video_size 320x240 -ts default -copyts -i /dev/video10 \
-        -frames:v 10 -vf showinfo -fps_mode passthrough -f rawvideo -pix_fmt $pixels -y ffmpeg.raw >ffmpeg.log 2>&1 ||
-        fail "ffmpeg: $(tail -n 5 ffmpeg.log)"
-    if [ "${3:-}" = stamps ]; then
-        sed -n 's/.*showinfo.* pts: *\([0-9]*\) .*/\1/p' ffmpeg.log >stamps
-        check ffmpeg.raw "$1" "$2" 10 --stamps stamps --edges edges
-    else
-        check ffmpeg.raw "$1" "$2" 10
-    fi
-}
-with_gstreamer() { # FORMAT BITS
-    local pixels=GRAY16_LE
-    [ "$1" = GREY ] && pixels=GRAY8
-    # The driver of Debian 12 now and then gives a reader that starts up an error; only that is tried again.
-    local attempts=1
-    [ -n "$flavour" ] || attempts=3
-    until gst-launch-1.0 -q v4l2src device=/dev/video10 num-buffers=5 ! "video/x-raw,format=$pixels,width=320,height=240" ! \
-        filesink location=gstreamer.raw >gstreamer.log 2>&1; do
-        attempts=$((attempts - 1))
-        [ $attempts -gt 0 ] || fail "gstreamer: $(tail -n 5 gstreamer.log)"
+look() { # FORMAT BITS
+    local tool
+    for tool in ffmpeg v4l2-ctl gstreamer; do
+        take_with $tool 320x240 "$1" 5
+        if [ "$flavour" = newer ] && [ $tool = ffmpeg ]; then
+            check $tool.raw "$1" "$2" 5 --stamps stamps --edges edges
+        else
+            check $tool.raw "$1" "$2" 5
+        fi
     done
-    check gstreamer.raw "$1" "$2" 5
+    # It prints no time stamps of this kind, only that they are the producer's.
+    [ -z "$flavour" ] || [ "$(grep -c 'dqbuf.*ts-copy' v4l2-ctl.log)" -ge 5 ] || fail "time stamps are not the producer's"
 }
 
 for flavour in "" newer; do
-    stamps=''
-    [ "$flavour" = newer ] && stamps=stamps
     loopback_up $flavour
     say "v4l2loopback $(modinfo -F version "$RIG_MODULES/${flavour:+newer/}v4l2loopback.ko")"
     stream Y16 12
-    with_ffmpeg Y16 12 $stamps
-    with_v4l2_ctl Y16 12 $stamps
-    with_gstreamer Y16 12
+    look Y16 12
     stop_stream
     loopback_up $flavour
     stream GREY 12
-    with_ffmpeg GREY 12 $stamps
-    with_v4l2_ctl GREY 12 $stamps
-    with_gstreamer GREY 12
+    look GREY 12
     stop_stream
 done
 

@@ -15,13 +15,14 @@ fail() { say "FAILED: $*"; exit 1; }
 skip() { echo "SKIP: $*"; exit 77; }
 need() { for f in "$@"; do [ -e "$f" ] || skip "$f is not there"; done; }
 
-# load MODULE [PARAMETER...]: Debian's module or, where it has none, the rig's.
+# load MODULE [PARAMETER...]: Debian's module or, where it has none, the rig's. With parameters it is loaded afresh.
 load() {
     local module=$1
     shift
+    if [ $# -gt 0 ] && grep -q "^$(tr - _ <<<"$module") " /proc/modules; then rmmod "$module"; fi
     if [ -f "$RIG_MODULES/$module.ko" ]; then
         for dependency in $(modinfo -F depends "$RIG_MODULES/$module.ko" | tr , ' '); do modprobe "$dependency"; done
-        grep -q "^$(basename "$module" | tr - _) " /proc/modules || insmod "$RIG_MODULES/$module.ko" "$@"
+        grep -q "^$(tr - _ <<<"$module") " /proc/modules || insmod "$RIG_MODULES/$module.ko" "$@"
     else
         modprobe "$module" "$@"
     fi
