@@ -1,6 +1,7 @@
 // The sensor as plain data: what a sensor file says; readout and detector are built from it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -43,17 +44,77 @@ struct SpectralPoint {
     double value = 0;
 };
 
-/// What happens to the charge. EMVA 1288 names and symbols.
+/// How dark current rises with temperature: doubling every so many kelvin, or after the band gap of silicon.
+enum class DarkLaw : std::uint8_t { doubling, band_gap };
+/// A hard reset leaves kTC noise; a soft one half of its variance, and image lag.
+enum class ResetMode : std::uint8_t { hard, soft };
+enum class TestPattern : std::uint8_t { off, ramp };
+
+/// What happens to the charge. EMVA 1288 names and symbols. An effect whose figure is 0 is off.
 struct DetectorSettings {
-    double transmission = 1; ///< of the optics, 0..1
-    std::vector<SpectralPoint> quantum_efficiency{
-        {550e-9, 0.5}}; ///< eta x fill factor; linear between, ends held
+    // Light
+    double transmission = 1;                                      ///< of the optics, 0..1
+    std::vector<SpectralPoint> quantum_efficiency{{550e-9, 0.5}}; ///< eta; linear between, ends held
+    double fill_factor = 1;                                       ///< where the curve does not include it
+    double prnu_local = 0;                                        ///< relative rms of the response, white
+    double prnu_global = 0;        ///< relative rms of the response, slow over the array
+    double crosstalk_edge = 0;     ///< share of a pixel's charge that each of 4 neighbours gets
+    double crosstalk_corner = 0;   ///< the same for the diagonal ones
+    double parasitic_light = 0;    ///< global shutter: sensitivity of the storage node, relative to the pixel
+    std::int64_t smear_row_ns = 0; ///< frame transfer: time per row under the open sky
+    std::int32_t optical_black_rows = 0;    ///< after the electrical ones: no light
+    std::int32_t electrical_black_rows = 0; ///< first rows of the array: no charge at all
+
+    // Dark current; figures hold at the reference temperature
+    double temperature_c = 20;
+    double dark_reference_c = 20;
+    DarkLaw dark_law = DarkLaw::doubling;
+    double dark_doubling_k = 8;
+    double dark_current_e_per_s = 5;       ///< mean over the array
+    double dark_nonuniformity_e_per_s = 0; ///< rms over the array, log-normal
+    double hot_fraction = 0;               ///< share of pixels with additional current ...
+    double hot_current_e_per_s = 0;        ///< ... exponentially distributed with this mean
+    double rts_fraction = 0;        ///< share of pixels whose dark current jumps between two levels ...
+    double rts_current_e_per_s = 0; ///< ... exponentially distributed with this mean apart
+
+    // Particles
+    double hit_flux_per_cm2_s = 0;
+    double hit_depth_m = 10e-6;       ///< of the sensitive layer
+    double hit_charge_e_per_m = 80e6; ///< mean along a track
+
+    // Charge
     double full_well_e = 50'000;
-    double dark_current_e_per_s = 5;
-    double read_noise_e = 8;     ///< sigma_d, temporal, per read
+    double blooming = 0; ///< share of the charge above full well that goes to the 4 neighbours
+    std::array<double, 4> nonlinearity{}; ///< S = N (1 - c1 x - ... - c4 x^4), x = N / full well
+    double lag = 0;                       ///< share of a frame's charge that shows in the next one
+
+    // Noise and offsets
+    double read_noise_e = 8;            ///< amplifier, per sample
+    bool double_sampling = false;       ///< a destructive read subtracts the reset level that follows
+    double conversion_gain_v_per_e = 0; ///< of the sense node, C = q / this; 0: no reset noise
+    ResetMode reset_mode = ResetMode::hard;
+    double offset_fpn_e = 0; ///< rms of the pixels' offsets
+    double column_fpn_e = 0; ///< rms of the columns' offsets
+    double row_noise_e = 0;  ///< temporal, common to a row
+
+    // Conversion
     double gain_dn_per_e = 0.08; ///< K at 0 dB
     double offset_dn = 64;       ///< black level
     int adc_bits = 12;
+    double adc_inl_dn = 0; ///< peak deviation of the transfer curve
+    double adc_dnl_dn = 0; ///< rms deviation of the code widths
+
+    // Defects
+    double dead_fraction = 0;  ///< pixels without response
+    double stuck_fraction = 0; ///< pixels that always give the same number
+    std::int32_t dead_rows = 0, dead_columns = 0;
+
+    TestPattern test_pattern = TestPattern::off; ///< ramp: (x + y) mod 2^bits instead of the image
+
+    // Measured maps (FITS) in place of the generated ones; empty: generated from the serial
+    std::string response_map; ///< relative response, mean 1
+    std::string dark_map;     ///< e-/s at the reference temperature
+    std::string offset_map;   ///< e-
 };
 
 /// A whole sensor.

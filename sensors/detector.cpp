@@ -1,129 +1,189 @@
-// Light to digital numbers, pixel by pixel: photons -> electrons -> shot noise -> full well -> read noise ->
-// gain, offset -> ADC. EMVA 1288 release 4, linear model, section 2.
 #include "core/error.hpp"
-#include "core/philox.hpp"
+#include "sensors/band_exposure.hpp"
+#include "sensors/dark_current.hpp"
 #include "sensors/photometry.hpp"
-#include "sensors/poisson.hpp"
-#include "sensors/sensor.hpp"
+#include "sensors/streams.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 namespace obscura::sensors {
-namespace {
 
-// Which random number of a pixel is meant: third word of the Philox counter, low half; the window is the high
-// half, so that a pixel read by two windows has two independent reads.
-enum Effect : std::uint32_t { shot_noise = 0, read_noise = 1 };
-
-// Keeps the detector's streams apart from those of other users of the same seed.
-constexpr std::uint64_t detector_stream = 0x6465746563746f72; // "detector"
-
-void require(bool holds, const SensorDescription& d, std::string_view key, double value,
-             std::string_view allowed) {
-    if (!holds)
-        throw ConfigError(fmt::format("sensor {}: {}: {} is not allowed, {}", d.name, key, value, allowed));
-}
-
-bool within(double value, double low, double high) {
-    return value >= low && value <= high; // false for NaN
-}
-
-void check(const SensorDescription& d) {
-    const DetectorSettings& s = d.detector;
-    require(within(s.transmission, 0, 1), d, "transmission", s.transmission, "0 to 1");
-    require(within(s.full_well_e, 1, 1e7), d, "full_well_e", s.full_well_e, "1 to 1e7");
-    require(within(s.dark_current_e_per_s, 0, 1e9), d, "dark_current_e_per_s", s.dark_current_e_per_s,
-            "0 to 1e9");
-    require(within(s.read_noise_e, 0, 1e5), d, "read_noise_e", s.read_noise_e, "0 to 1e5");
-    require(within(s.gain_dn_per_e, 1e-6, 1e6), d, "gain_dn_per_e", s.gain_dn_per_e, "1e-6 to 1e6");
-    require(within(s.offset_dn, 0, 65535), d, "offset_dn", s.offset_dn, "0 to 65535");
-    require(within(s.adc_bits, 8, 16), d, "adc_bits", s.adc_bits, "8 to 16");
-    require(!s.quantum_efficiency.empty(), d, "quantum_efficiency", 0, "at least one point");
+std::string explain_invalid(const DetectorSettings& s) {
+    struct Limit {
+        std::string_view key;
+        double value, least, most;
+    };
+    const Limit limits[] = {
+        {"transmission", s.transmission, 0, 1},
+        {"fill_factor", s.fill_factor, 0, 1},
+        {"prnu_local", s.prnu_local, 0, 1},
+        {"prnu_global", s.prnu_global, 0, 1},
+        {"crosstalk_edge", s.crosstalk_edge, 0, 0.2},
+        {"crosstalk_corner", s.crosstalk_corner, 0, 0.05},
+        {"parasitic_light", s.parasitic_light, 0, 1},
+        {"smear_row_ns", static_cast<double>(s.smear_row_ns), 0, 1e9},
+        {"optical_black_rows", static_cast<double>(s.optical_black_rows), 0, 65536},
+        {"electrical_black_rows", static_cast<double>(s.electrical_black_rows), 0, 65536},
+        {"temperature_c", s.temperature_c, -200, 150},
+        {"dark_reference_c", s.dark_reference_c, -200, 150},
+        {"dark_doubling_k", s.dark_doubling_k, 0.1, 1000},
+        {"dark_current_e_per_s", s.dark_current_e_per_s, 0, 1e9},
+        {"dark_nonuniformity_e_per_s", s.dark_nonuniformity_e_per_s, 0, 1e9},
+        {"hot_fraction", s.hot_fraction, 0, 1},
+        {"hot_current_e_per_s", s.hot_current_e_per_s, 0, 1e9},
+        {"rts_fraction", s.rts_fraction, 0, 1},
+        {"rts_current_e_per_s", s.rts_current_e_per_s, 0, 1e9},
+        {"hit_flux_per_cm2_s", s.hit_flux_per_cm2_s, 0, 1e6},
+        {"hit_depth_m", s.hit_depth_m, 1e-7, 1e-3},
+        {"hit_charge_e_per_m", s.hit_charge_e_per_m, 0, 1e12},
+        {"full_well_e", s.full_well_e, 1, 1e7},
+        {"blooming", s.blooming, 0, 1},
+        {"nonlinearity[0]", s.nonlinearity[0], -1, 1},
+        {"nonlinearity[1]", s.nonlinearity[1], -1, 1},
+        {"nonlinearity[2]", s.nonlinearity[2], -1, 1},
+        {"nonlinearity[3]", s.nonlinearity[3], -1, 1},
+        {"lag", s.lag, 0, 1},
+        {"read_noise_e", s.read_noise_e, 0, 1e5},
+        {"conversion_gain_v_per_e", s.conversion_gain_v_per_e, 0, 1e-2},
+        {"offset_fpn_e", s.offset_fpn_e, 0, 1e5},
+        {"column_fpn_e", s.column_fpn_e, 0, 1e5},
+        {"row_noise_e", s.row_noise_e, 0, 1e5},
+        {"gain_dn_per_e", s.gain_dn_per_e, 1e-6, 1e6},
+        {"offset_dn", s.offset_dn, 0, 65535},
+        {"adc_bits", static_cast<double>(s.adc_bits), 8, 16},
+        {"adc_inl_dn", s.adc_inl_dn, 0, 1000},
+        {"adc_dnl_dn", s.adc_dnl_dn, 0, 100},
+        {"dead_fraction", s.dead_fraction, 0, 1},
+        {"stuck_fraction", s.stuck_fraction, 0, 1},
+        {"dead_rows", static_cast<double>(s.dead_rows), 0, 65536},
+        {"dead_columns", static_cast<double>(s.dead_columns), 0, 65536},
+    };
+    for (const Limit& l : limits)
+        if (!(l.value >= l.least && l.value <= l.most)) // NaN fails both
+            return fmt::format("{}: {}, {} to {} is allowed", l.key, l.value, l.least, l.most);
+    if (s.quantum_efficiency.empty()) return "quantum_efficiency: empty, at least one point is needed";
     for (std::size_t i = 0; i < s.quantum_efficiency.size(); ++i) {
         const SpectralPoint& p = s.quantum_efficiency[i];
-        require(within(p.value, 0, 1), d, "quantum_efficiency", p.value, "0 to 1");
-        require(p.wavelength_m > 0 && (i == 0 || p.wavelength_m > s.quantum_efficiency[i - 1].wavelength_m),
-                d, "quantum_efficiency wavelength", p.wavelength_m, "above 0 and rising");
+        if (!(p.value >= 0 && p.value <= 1))
+            return fmt::format("quantum_efficiency: {}, 0 to 1 is allowed", p.value);
+        if (!(p.wavelength_m > 0) || (i > 0 && !(p.wavelength_m > s.quantum_efficiency[i - 1].wavelength_m)))
+            return fmt::format("quantum_efficiency: wavelength {} m: above 0 and rising is allowed",
+                               p.wavelength_m);
     }
+    return {};
+}
+
+namespace {
+
+const SensorDescription& checked(const SensorDescription& d, double aperture_m) {
+    std::string why = explain_invalid(d.detector);
+    if (why.empty() && !(aperture_m >= 0 && aperture_m <= 1e3))
+        why = fmt::format("aperture_m: {}, 0 to 1000 is allowed", aperture_m);
+    if (why.empty() &&
+        (d.readout.width < 1 || d.readout.height < 1 || d.readout.width > 65536 || d.readout.height > 65536))
+        why =
+            fmt::format("width x height: {} x {}, 1 to 65536 is allowed", d.readout.width, d.readout.height);
+    if (why.empty() && !(d.pixel_pitch_m > 1e-8 && d.pixel_pitch_m < 0.1))
+        why = fmt::format("pixel_pitch_m: {}, 1e-8 to 0.1 is allowed", d.pixel_pitch_m);
+    if (!why.empty()) throw ConfigError(fmt::format("sensor {}: {}", d.name, why));
+    return d;
 }
 
 } // namespace
 
+DetectorState::DetectorState(const SensorDescription& d, std::span<const scene::SpectralBand> bands,
+                             double aperture_m, std::uint64_t noise_seed)
+    : settings(checked(d, aperture_m).detector),
+      sensor_width(d.readout.width),
+      sensor_height(d.readout.height),
+      global_shutter(d.readout.shutter == Shutter::global),
+      seed(noise_seed ^ temporal_key),
+      pattern(d),
+      rain(d, seed),
+      adc(d),
+      scratch(static_cast<std::size_t>(d.readout.width)),
+      dark_ratio(dark_current_ratio(settings, settings.temperature_c, settings.dark_reference_c)),
+      reset_e(reset_noise_e(settings)) {
+    const double pupil_m2 = std::numbers::pi / 4 * aperture_m * aperture_m;
+    for (const scene::SpectralBand& band : bands)
+        electrons_per_s.push_back(pupil_m2 * settings.transmission * settings.fill_factor *
+                                  electrons_per_joule(settings.quantum_efficiency, band));
+    if (settings.lag > 0)
+        memory.assign(static_cast<std::size_t>(sensor_width) * static_cast<std::size_t>(sensor_height), 0.0F);
+}
+
 struct Detector::Impl {
-    DetectorSettings settings;
-    std::int32_t sensor_width;
-    std::vector<double> electrons_per_s; // per W/m2 at the entrance pupil, one per band
-    std::array<std::uint32_t, 2> key;
+    DetectorState state;
 };
 
 Detector::Detector(const SensorDescription& description, std::span<const scene::SpectralBand> bands,
-                   double aperture_m, std::uint64_t seed) {
-    check(description);
-    require(within(aperture_m, 0, 1e3), description, "aperture", aperture_m, "0 to 1000 m");
-    impl_ = std::make_unique<Impl>();
-    impl_->settings = description.detector;
-    impl_->sensor_width = description.readout.width;
-    impl_->key = philox_key(seed ^ detector_stream);
-    const double pupil_m2 = std::numbers::pi / 4 * aperture_m * aperture_m;
-    for (const scene::SpectralBand& band : bands)
-        impl_->electrons_per_s.push_back(pupil_m2 * description.detector.transmission *
-                                         electrons_per_joule(description.detector.quantum_efficiency, band));
-}
+                   double aperture_m, std::uint64_t seed)
+    : impl_(new Impl{DetectorState(description, bands, aperture_m, seed)}) {}
 
 Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
-                      double gain_db, std::span<std::uint16_t> dn) const noexcept {
-    const DetectorSettings& s = impl_->settings;
+                      double gain_db, std::span<std::uint16_t> dn,
+                      const ExposureTruth& truth) const noexcept {
+    DetectorState& state = impl_->state;
     const auto width = static_cast<std::size_t>(light.width);
-    const std::size_t plane = static_cast<std::size_t>(light.rows) * width;
     assert(light.width == plan.width && light.first_row >= 0 && light.first_row + light.rows <= plan.height);
-    assert(light.values.size() >= plane * impl_->electrons_per_s.size() && dn.size() >= plane);
+    assert(light.values.size() >= static_cast<std::size_t>(light.halo_above + light.rows + light.halo_below) *
+                                      width * state.electrons_per_s.size());
+    assert(dn.size() >= static_cast<std::size_t>(light.rows) * width);
+    if (light.rows <= 0) return;
 
-    const double gain = s.gain_dn_per_e * std::pow(10.0, gain_db / 20);
-    const double top = std::exp2(s.adc_bits) - 1;
+    const ScratchPool::Lease scratch(state.scratch);
+    BandExposure band(state, plan, light, frame_id, gain_db, *scratch);
     for (std::int32_t r = 0; r < light.rows; ++r) {
-        const auto row = static_cast<std::size_t>(light.first_row + r);
-        std::size_t w = 0;
-        while (w + 1 < plan.windows.size() && plan.windows[w + 1].image_y <= light.first_row + r)
-            ++w;
-        const Region& window = plan.windows[w].sensor;
-        const double exposure_s = to_seconds(plan.rows[row].exposure_ns());
-        const std::size_t begin = static_cast<std::size_t>(r) * width;
-        for (std::size_t x = 0; x < width; ++x) {
-            if (x >= static_cast<std::size_t>(window.width)) {
-                dn[begin + x] = 0;
-                continue;
-            }
-            double rate = s.dark_current_e_per_s;
-            for (std::size_t b = 0; b < impl_->electrons_per_s.size(); ++b)
-                rate += impl_->electrons_per_s[b] * static_cast<double>(light.values[b * plane + begin + x]);
-
-            const std::uint32_t pixel = static_cast<std::uint32_t>(plan.sensor_row[row]) *
-                                            static_cast<std::uint32_t>(impl_->sensor_width) +
-                                        static_cast<std::uint32_t>(window.x) + static_cast<std::uint32_t>(x);
-            const auto counter = [&](Effect effect) {
-                return std::array<std::uint32_t, 4>{pixel, static_cast<std::uint32_t>(frame_id),
-                                                    effect | static_cast<std::uint32_t>(w << 16), 0};
-            };
-            const double charge =
-                std::min(draw_poisson(std::min(rate * exposure_s, 1e9), counter(shot_noise), impl_->key),
-                         s.full_well_e);
-            const auto words = philox4x32(counter(read_noise), impl_->key);
-            // Box-Muller.
-            const double normal = std::sqrt(-2 * std::log(uniform_double(words[0]))) *
-                                  std::cos(2 * std::numbers::pi * uniform_double(words[1]));
-            const double signal = s.offset_dn + gain * (charge + s.read_noise_e * normal);
-            dn[begin + x] = static_cast<std::uint16_t>(std::clamp(std::nearbyint(signal), 0.0, top));
-        }
+        const std::size_t at = static_cast<std::size_t>(r) * width;
+        ExposureTruth row;
+        if (!truth.mean_e.empty()) row.mean_e = truth.mean_e.subspan(at, width);
+        if (!truth.saturated.empty()) row.saturated = truth.saturated.subspan(at, width);
+        band.expose_row(light.first_row + r, dn.data() + at, row);
     }
+}
+
+std::int32_t Detector::halo_rows() const noexcept {
+    const DetectorSettings& s = impl_->state.settings;
+    return (s.crosstalk_edge > 0 || s.crosstalk_corner > 0 ? 1 : 0) + (s.blooming > 0 ? 1 : 0);
+}
+
+bool Detector::needs_whole_windows() const noexcept {
+    return impl_->state.settings.smear_row_ns > 0;
+}
+
+void Detector::forget() noexcept {
+    std::fill(impl_->state.memory.begin(), impl_->state.memory.end(), 0.0F);
+}
+
+std::vector<ParticleHit> Detector::hits(const ReadoutPlan& plan, std::uint64_t frame_id) const {
+    std::vector<ParticleHit> list;
+    const DetectorState& state = impl_->state;
+    if (state.rain.none() || plan.rows.empty()) return list;
+    Time begin = plan.rows.front().reset, end = plan.rows.front().read;
+    for (const RowTime& t : plan.rows) {
+        begin = std::min(begin, t.reset);
+        end = std::max(end, t.read);
+    }
+    state.rain.each(frame_id, begin, end, 0, state.sensor_height,
+                    [&](const ParticleHit& hit) { list.push_back(hit); });
+    return list;
+}
+
+const FixedPattern& Detector::fixed_pattern() const noexcept {
+    return impl_->state.pattern;
+}
+
+std::span<const double> Detector::electrons_per_s_per_w_m2() const noexcept {
+    return impl_->state.electrons_per_s;
 }
 
 } // namespace obscura::sensors

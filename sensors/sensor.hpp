@@ -68,18 +68,36 @@ struct ReadoutPlan {
 
 /// A band of a composed image in physical units: irradiance at the entrance pupil, W/m2 per pixel (radiance
 /// times the pixel's solid angle), one plane per spectral band, row-major, `width` floats a row.
+///
+/// Charge spreads between rows: where a window goes on beyond the band, the detector wants
+/// Detector::halo_rows() further rows on either side, as they look at the time of the band's nearest row.
+/// Rows that are not given count as copies of the outermost row, as beyond the window's edge.
 struct IrradianceBand {
-    std::int32_t first_row = 0, rows = 0; ///< rows of the composed image
+    std::int32_t first_row = 0, rows = 0; ///< rows of the composed image to expose
     std::int32_t width = 0;
-    std::span<const float> values; ///< bands x rows x width
+    std::span<const float> values; ///< bands x (halo_above + rows + halo_below) x width
+    std::int32_t halo_above = 0, halo_below = 0;
 };
 
-/// Turns irradiance into digital numbers. Immutable after construction; expose() may run on several threads
-/// at once, neither allocates, locks nor throws, and gives the same bytes for a row whatever band it comes
-/// in.
+/// A particle that crossed the array, see sensors/particle_hits.hpp.
+struct ParticleHit;
+struct FixedPattern;
+
+/// What really happened in the rows of a band, for tests of the software behind the camera. Empty spans are
+/// left alone.
+struct ExposureTruth {
+    std::span<float> mean_e;           ///< expected electrons before any noise, rows x width
+    std::span<std::uint8_t> saturated; ///< 1 where the charge reached full well, rows x width
+};
+
+/// Turns irradiance into digital numbers. Immutable after construction but for image lag; expose() may run on
+/// several threads at once, neither allocates nor throws, and gives the same bytes for a row whatever band it
+/// comes in, on any instruction set. A sensor with lag remembers the charge of every pixel: its frames must
+/// be exposed one after the other, and repeat only after forget().
 class Detector {
 public:
-    /// `seed` drives the temporal noise, `description.serial` the fixed patterns. Throws ConfigError.
+    /// `seed` drives the temporal noise, `description.serial` the fixed patterns. Throws ConfigError, and
+    /// InputError for maps that cannot be used.
     Detector(const SensorDescription& description, std::span<const scene::SpectralBand> bands,
              double aperture_m, std::uint64_t seed);
     ~Detector();
@@ -89,11 +107,28 @@ public:
     /// Exposes the rows of `light` and writes their digital numbers, `light.rows * plan.width` of them, to
     /// `dn`.
     void expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id, double gain_db,
-                std::span<std::uint16_t> dn) const noexcept;
+                std::span<std::uint16_t> dn, const ExposureTruth& truth = {}) const noexcept;
+
+    /// Rows of light wanted beyond the band, 0 to 2.
+    [[nodiscard]] std::int32_t halo_rows() const noexcept;
+    /// Whether a band must hold whole windows (frame-transfer smear needs the light of a whole column).
+    [[nodiscard]] bool needs_whole_windows() const noexcept;
+    /// Ends the memory of earlier frames.
+    void forget() noexcept;
+
+    /// The particles of a frame, in no order; for the record, not for threads with deadlines.
+    [[nodiscard]] std::vector<ParticleHit> hits(const ReadoutPlan& plan, std::uint64_t frame_id) const;
+    [[nodiscard]] const FixedPattern& fixed_pattern() const noexcept;
+    /// Electrons per second and W/m2 at the entrance pupil, of a pixel of mean response; one per spectral
+    /// band.
+    [[nodiscard]] std::span<const double> electrons_per_s_per_w_m2() const noexcept;
 
 private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// What keeps a detector from being built: the key, its value and what is allowed; empty when nothing does.
+[[nodiscard]] std::string explain_invalid(const DetectorSettings& settings);
 
 } // namespace obscura::sensors

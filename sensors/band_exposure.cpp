@@ -1,0 +1,411 @@
+#include "sensors/band_exposure.hpp"
+
+#include "sensors/streams.hpp"
+#include "sensors/telegraph.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+namespace obscura::sensors {
+namespace {
+
+constexpr std::int32_t no_row = -1;
+
+bool intersect(const Region& a, const Region& b) {
+    return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+/// Weight of a read in the charge collected from the first to the last of `reads` equally spaced ones:
+/// least-squares slope times the time between first and last.
+double ramp_weight(std::int32_t read, std::int32_t reads) {
+    const double n = reads;
+    return 12 * (read - (n - 1) / 2) * (n - 1) / (n * (n * n - 1));
+}
+
+} // namespace
+
+BandExposure::BandExposure(DetectorState& detector, const ReadoutPlan& plan, const IrradianceBand& light,
+                           std::uint64_t frame, double gain_db, Scratch& scratch) noexcept
+    : d_(detector), plan_(plan), band_(light), frame_(frame), scratch_(scratch) {
+    const DetectorSettings& s = d_.settings;
+    chain_.full_well_e = static_cast<float>(s.full_well_e);
+    chain_.inverse_full_well = static_cast<float>(1 / s.full_well_e);
+    for (std::size_t i = 0; i < 4; ++i)
+        chain_.nonlinearity[i] = static_cast<float>(s.nonlinearity[i]);
+    chain_.gain_dn_per_e = static_cast<float>(s.gain_dn_per_e * std::pow(10.0, gain_db / 20));
+    chain_.black_dn = static_cast<float>(s.offset_dn);
+    chain_.top_dn = static_cast<float>((1 << s.adc_bits) - 1);
+    if (!d_.adc.perfect()) {
+        chain_.adc = d_.adc.codes();
+        chain_.adc_steps = static_cast<float>(d_.adc.steps());
+    }
+
+    if (d_.rain.none()) return;
+    frame_begin_ = plan.rows.front().reset;
+    frame_end_ = plan.rows.front().read;
+    for (const RowTime& t : plan.rows) {
+        frame_begin_ = std::min(frame_begin_, t.reset);
+        frame_end_ = std::max(frame_end_, t.read);
+    }
+    std::int32_t low = plan.sensor_row[static_cast<std::size_t>(light.first_row)], high = low;
+    for (std::int32_t r = light.first_row; r < light.first_row + light.rows; ++r) {
+        low = std::min(low, plan.sensor_row[static_cast<std::size_t>(r)]);
+        high = std::max(high, plan.sensor_row[static_cast<std::size_t>(r)]);
+    }
+    scratch_.hits.clear();
+    hits_listed_ = true;
+    d_.rain.each(frame_, frame_begin_, frame_end_, low - 1, high - low + 3, [&](const ParticleHit& hit) {
+        if (scratch_.hits.size() < Scratch::hits_kept)
+            scratch_.hits.push_back(hit);
+        else
+            hits_listed_ = false; // too many: every row looks for its own
+    });
+}
+
+void BandExposure::enter_window(std::int32_t row) noexcept {
+    if (window_ != SIZE_MAX && row >= first_row_ && row <= last_row_) return;
+    window_ = 0;
+    while (window_ + 1 < plan_.windows.size() && plan_.windows[window_ + 1].image_y <= row)
+        ++window_;
+    const FrameWindow& w = plan_.windows[window_];
+    first_row_ = w.image_y;
+    last_row_ = w.image_y + w.sensor.height - 1;
+    n_ = static_cast<std::size_t>(w.sensor.width);
+    // A pixel that several windows read gets numbers of its own from each of them.
+    layer_ = 0;
+    for (const FrameWindow& other : plan_.windows)
+        if (other.request < w.request && other.read_index + 1 == other.reads &&
+            intersect(other.sensor, w.sensor))
+            ++layer_;
+    smear_known_ = false;
+    raw_row_.fill(no_row);
+    mean_row_.fill(no_row);
+}
+
+/// Electrons per second from light before crosstalk, with one copy of the edge pixels on either side.
+const float* BandExposure::raw_light(std::int32_t row) noexcept {
+    row = std::clamp(row, std::max(first_row_, band_.first_row - band_.halo_above),
+                     std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1));
+    const auto slot = static_cast<std::size_t>(row) % Scratch::ring;
+    float* const out = scratch_.raw(slot);
+    if (raw_row_[slot] == row) return out;
+    raw_row_[slot] = row;
+
+    const Region& window = plan_.windows[window_].sensor;
+    const std::int32_t array_row = plan_.sensor_row[static_cast<std::size_t>(row)];
+    const float* const response = d_.pattern.row_of(d_.pattern.response, array_row, window.x);
+    const auto stride = static_cast<std::size_t>(band_.width);
+    const auto stored_rows = static_cast<std::size_t>(band_.halo_above + band_.rows + band_.halo_below);
+    const auto line = static_cast<std::size_t>(row - band_.first_row + band_.halo_above);
+    for (std::size_t b = 0; b < d_.electrons_per_s.size(); ++b) {
+        const std::size_t at = (b * stored_rows + line) * stride;
+        const float* values = band_.values.data() + at;
+        // Kernels read a little beyond the end of a row; the caller's memory may end there.
+        if (at + n_ + kernels::padding > band_.values.size()) {
+            std::memcpy(scratch_.signal(), values, n_ * sizeof(float));
+            values = scratch_.signal();
+        }
+        kernels::light_row(values, response, static_cast<float>(d_.electrons_per_s[b]), b > 0, n_, out);
+    }
+    if (d_.electrons_per_s.empty()) std::fill_n(out, n_, 0.0F);
+    out[-1] = out[0];
+    out[n_] = out[n_ - 1];
+    return out;
+}
+
+const float* BandExposure::light(std::int32_t row) noexcept {
+    const DetectorSettings& s = d_.settings;
+    if (s.crosstalk_edge == 0 && s.crosstalk_corner == 0) return raw_light(row);
+    const float* const above = raw_light(row - 1);
+    const float* const here = raw_light(row);
+    const float* const below = raw_light(row + 1);
+    kernels::crosstalk_row(above, here, below, static_cast<float>(s.crosstalk_edge),
+                           static_cast<float>(s.crosstalk_corner), n_, scratch_.mixed());
+    return scratch_.mixed();
+}
+
+void BandExposure::add_telegraph(std::int32_t array_row, double seconds, float* out) const noexcept {
+    // Time goes on by the frame period per frame, whatever the triggers did: same frames, same bytes.
+    const double now_s = static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns);
+    const std::int32_t x0 = plan_.windows[window_].sensor.x;
+    for (const TelegraphPixel& p : d_.pattern.telegraph.row(array_row)) {
+        const std::int32_t x = p.x - x0;
+        if (x < 0 || x >= static_cast<std::int32_t>(n_)) continue;
+        if (telegraph_up(d_.seed, p.pixel, static_cast<double>(p.time_constant_s), now_s))
+            out[x] += static_cast<float>(static_cast<double>(p.current_e_per_s) * d_.dark_ratio * seconds);
+    }
+}
+
+void BandExposure::add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept {
+    if (d_.rain.none()) return;
+    const std::int32_t x0 = plan_.windows[window_].sensor.x;
+    const auto add = [&](const ParticleHit& hit) {
+        if (hit.time >= begin && hit.time < end)
+            deposit(hit, array_row, x0, static_cast<std::int32_t>(n_), out);
+    };
+    if (hits_listed_)
+        for (const ParticleHit& hit : scratch_.hits)
+            add(hit);
+    else
+        d_.rain.each(frame_, frame_begin_, frame_end_, array_row - 1, 3, add);
+}
+
+/// Expected electrons of a row between two instants; blooming and smear are not included.
+void BandExposure::mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept {
+    const DetectorSettings& s = d_.settings;
+    const auto i = static_cast<std::size_t>(row);
+    const std::int32_t array_row = plan_.sensor_row[i];
+    if (array_row < s.electrical_black_rows) {
+        std::fill_n(out, n_, 0.0F);
+        return;
+    }
+    const double seconds = to_seconds(end - begin);
+    double lit_s = seconds;
+    if (d_.global_shutter) lit_s += s.parasitic_light * to_seconds(plan_.release[i] - plan_.rows[i].read);
+    if (array_row < s.electrical_black_rows + s.optical_black_rows) lit_s = 0;
+    const float* const dark =
+        d_.pattern.row_of(d_.pattern.dark_e_per_s, array_row, plan_.windows[window_].sensor.x);
+    const double uniform = dark == nullptr ? s.dark_current_e_per_s : 1;
+    kernels::mean_row(light(row), static_cast<float>(lit_s), dark,
+                      static_cast<float>(uniform * d_.dark_ratio * seconds), n_, out);
+    add_telegraph(array_row, seconds, out);
+    add_hits(array_row, begin, end, out);
+}
+
+float* BandExposure::mean_of_exposure(std::int32_t row) noexcept {
+    const auto slot = static_cast<std::size_t>(row) % Scratch::ring;
+    float* const out = scratch_.mean(slot);
+    if (mean_row_[slot] == row) return out;
+    mean_row_[slot] = row;
+    const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
+    mean_between(row, t.reset, t.read, out);
+    return out;
+}
+
+/// out = mean, and a share of what the four neighbours hold above full well.
+void BandExposure::bloom(std::int32_t row, const float* mean, float* out) noexcept {
+    const float full = chain_.full_well_e;
+    const auto share = static_cast<float>(d_.settings.blooming / 4);
+    const auto excess = [&](float charge) { return charge > full ? share * (charge - full) : 0.0F; };
+    std::memcpy(out, mean, n_ * sizeof(float));
+    for (std::size_t x = 0; x < n_; ++x) {
+        const float spill = excess(mean[x]);
+        if (spill == 0) continue;
+        if (x > 0) out[x - 1] += spill;
+        if (x + 1 < n_) out[x + 1] += spill;
+    }
+    const std::int32_t lowest = std::max(first_row_, band_.first_row - band_.halo_above);
+    const std::int32_t highest = std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1);
+    for (const std::int32_t neighbour : {row - 1, row + 1}) {
+        if (neighbour < lowest || neighbour > highest) continue;
+        const float* const other = mean_of_exposure(neighbour);
+        for (std::size_t x = 0; x < n_; ++x)
+            out[x] += excess(other[x]);
+    }
+}
+
+/// Frame transfer: on its way under the shield every row passes below the light of the whole column.
+void BandExposure::add_smear(float* out) noexcept {
+    if (!smear_known_) {
+        smear_known_ = true;
+        float* const column = scratch_.smear();
+        std::fill_n(column, n_ + kernels::padding, 0.0F);
+        raw_row_.fill(no_row);
+        for (std::int32_t r = std::max(first_row_, band_.first_row - band_.halo_above);
+             r <= std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1); ++r)
+            kernels::accumulate_row(raw_light(r), 1, n_, column);
+        raw_row_.fill(no_row);
+    }
+    kernels::accumulate_row(scratch_.smear(), static_cast<float>(to_seconds(d_.settings.smear_row_ns)), n_,
+                            out);
+}
+
+void BandExposure::add_lag(std::int32_t array_row, float* charge) noexcept {
+    float* const before = d_.memory.data() +
+                          static_cast<std::size_t>(array_row) * static_cast<std::size_t>(d_.sensor_width) +
+                          static_cast<std::size_t>(plan_.windows[window_].sensor.x);
+    float* const copy = scratch_.signal();
+    std::memcpy(copy, before, n_ * sizeof(float));
+    kernels::accumulate_row(copy, static_cast<float>(d_.settings.lag), n_, charge);
+    for (std::size_t x = 0; x < n_; ++x)
+        before[x] = std::min(charge[x], chain_.full_well_e);
+}
+
+/// Poisson counts (electrons) and normals of one read of the row in work.
+void BandExposure::draw(const float* mean, std::int32_t array_row, std::uint32_t read,
+                        float* counts) noexcept {
+    const auto pixel = static_cast<std::uint32_t>(array_row) * static_cast<std::uint32_t>(d_.sensor_width) +
+                       static_cast<std::uint32_t>(plan_.windows[window_].sensor.x);
+    kernels::poisson_row(mean, n_, stream_of(Effect::shot_and_read, d_.seed, frame_, pixel, read, layer_),
+                         counts, scratch_.z0(), scratch_.z1(), scratch_.sampler());
+}
+
+float BandExposure::row_noise(std::int32_t array_row, std::uint32_t read) const noexcept {
+    if (d_.settings.row_noise_e == 0) return 0;
+    std::array<float, 1 + kernels::padding> z0, z1;
+    kernels::normal_row(
+        1, stream_of(Effect::row_noise, d_.seed, frame_, static_cast<std::uint32_t>(array_row), read, layer_),
+        z0.data(), z1.data());
+    return static_cast<float>(d_.settings.row_noise_e) * z0[0];
+}
+
+void BandExposure::note(const float* mean, const float* charge, const ExposureTruth& truth) const noexcept {
+    if (!truth.mean_e.empty()) std::memcpy(truth.mean_e.data(), mean, n_ * sizeof(float));
+    if (!truth.saturated.empty())
+        for (std::size_t x = 0; x < n_; ++x)
+            truth.saturated[x] = charge[x] >= chain_.full_well_e ? 1 : 0;
+}
+
+/// Destructive, or the difference of two non-destructive reads: one draw for the charge of the whole
+/// interval.
+void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t* dn,
+                               const ExposureTruth& truth) noexcept {
+    const DetectorSettings& s = d_.settings;
+    const std::int32_t array_row = plan_.sensor_row[static_cast<std::size_t>(row)];
+    float* mean = mean_of_exposure(row);
+    if (s.blooming > 0 && !difference) {
+        bloom(row, mean, scratch_.sum());
+        mean = scratch_.sum();
+    }
+    if (s.smear_row_ns > 0) {
+        if (mean != scratch_.sum()) std::memcpy(scratch_.sum(), mean, n_ * sizeof(float));
+        mean = scratch_.sum();
+        add_smear(mean);
+    }
+    float* const charge = scratch_.counts();
+    draw(mean, array_row, 0, charge);
+    if (s.lag > 0 && !difference) add_lag(array_row, charge);
+    note(mean, charge, truth);
+    kernels::collect_row(chain_, n_, charge);
+
+    // A double sample subtracts a second amplifier sample and, where it is destructive, another reset; the
+    // difference of two reads after one reset has neither reset noise nor offset.
+    const bool two = difference || s.double_sampling;
+    const double doubled = two ? std::numbers::sqrt2 : 1;
+    kernels::Chain chain = chain_;
+    chain.sigma0_e = static_cast<float>(s.read_noise_e * doubled);
+    chain.sigma1_e = difference ? 0 : static_cast<float>(d_.reset_e * doubled);
+    chain.offset_scale = difference ? 0 : 1;
+    chain.row_e = row_noise(array_row, 0);
+    const float* const offset =
+        difference ? nullptr
+                   : d_.pattern.row_of(d_.pattern.offset_e, array_row, plan_.windows[window_].sensor.x);
+    kernels::convert_row(chain, charge, offset, scratch_.z0(), chain.sigma1_e > 0 ? scratch_.z1() : nullptr,
+                         n_, dn);
+}
+
+/// One of several non-destructive reads: charge adds up from read to read, the reset noise stays what it was.
+void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept {
+    const DetectorSettings& s = d_.settings;
+    const auto i = static_cast<std::size_t>(row);
+    const FrameWindow& window = plan_.windows[window_];
+    const std::int32_t array_row = plan_.sensor_row[i];
+    float* const charge = scratch_.sum();
+    float* const total_mean = scratch_.excess();
+    std::fill_n(charge, n_ + kernels::padding, 0.0F);
+    std::fill_n(total_mean, n_ + kernels::padding, 0.0F);
+    Time from = plan_.rows[i].reset;
+    for (std::int32_t k = 0; k <= window.read_index; ++k) {
+        const Time to = plan_.rows[i].read - (window.read_index - k) * window.read_spacing_ns;
+        // A reset by another window in between: this read has collected nothing before it.
+        if (to <= from) continue;
+        float* const mean = scratch_.mean(0);
+        mean_row_.fill(no_row);
+        mean_between(row, from, to, mean);
+        draw(mean, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
+        kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
+        kernels::accumulate_row(mean, 1, n_, total_mean);
+        if (from == plan_.rows[i].reset) std::memcpy(scratch_.frozen(), scratch_.z1(), n_ * sizeof(float));
+        from = to;
+    }
+    note(total_mean, charge, truth);
+    kernels::collect_row(chain_, n_, charge);
+    kernels::Chain chain = chain_;
+    chain.sigma0_e = static_cast<float>(s.read_noise_e);
+    chain.sigma1_e = static_cast<float>(d_.reset_e);
+    chain.offset_scale = 1;
+    chain.row_e = row_noise(array_row, static_cast<std::uint32_t>(window.read_index));
+    kernels::convert_row(chain, charge, d_.pattern.row_of(d_.pattern.offset_e, array_row, window.sensor.x),
+                         scratch_.z0(), scratch_.frozen(), n_, dn);
+}
+
+/// Least-squares line through equally spaced reads.
+void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept {
+    const auto i = static_cast<std::size_t>(row);
+    const FrameWindow& window = plan_.windows[window_];
+    const std::int32_t array_row = plan_.sensor_row[i];
+    float* const charge = scratch_.sum();
+    float* const total_mean = scratch_.excess();
+    float* const fitted = scratch_.frozen();
+    for (float* row_buffer : {charge, total_mean, fitted})
+        std::fill_n(row_buffer, n_ + kernels::padding, 0.0F);
+    const std::int64_t span = plan_.rows[i].exposure_ns();
+    double squares = ramp_weight(0, window.reads) * ramp_weight(0, window.reads);
+    for (std::int32_t k = 1; k < window.reads; ++k) {
+        const Time from = plan_.rows[i].reset + span * (k - 1) / (window.reads - 1);
+        const Time to = plan_.rows[i].reset + span * k / (window.reads - 1);
+        float* const mean = scratch_.mean(0);
+        mean_row_.fill(no_row);
+        mean_between(row, from, to, mean);
+        draw(mean, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
+        kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
+        kernels::accumulate_row(mean, 1, n_, total_mean);
+        std::memcpy(scratch_.signal(), charge, n_ * sizeof(float));
+        kernels::collect_row(chain_, n_, scratch_.signal());
+        const double weight = ramp_weight(k, window.reads);
+        squares += weight * weight;
+        kernels::accumulate_row(scratch_.signal(), static_cast<float>(weight), n_, fitted);
+    }
+    note(total_mean, charge, truth);
+    kernels::Chain chain = chain_;
+    chain.sigma0_e = static_cast<float>(d_.settings.read_noise_e * std::sqrt(squares));
+    chain.row_e = row_noise(array_row, 0);
+    kernels::convert_row(chain, fitted, nullptr, scratch_.z0(), nullptr, n_, dn);
+}
+
+void BandExposure::apply_defects(std::int32_t array_row, std::uint16_t* dn) const noexcept {
+    const std::int32_t x0 = plan_.windows[window_].sensor.x;
+    const auto n = static_cast<std::int32_t>(n_);
+    for (const StuckPixel& p : d_.pattern.stuck.row(array_row))
+        if (p.x >= x0 && p.x < x0 + n) dn[p.x - x0] = p.dn;
+    if (!d_.pattern.dead_column.empty())
+        for (std::int32_t x = 0; x < n; ++x)
+            if (d_.pattern.dead_column[static_cast<std::size_t>(x0 + x)]) dn[x] = 0;
+    if (!d_.pattern.dead_row.empty() && d_.pattern.dead_row[static_cast<std::size_t>(array_row)])
+        std::fill_n(dn, n_, std::uint16_t{0});
+}
+
+void BandExposure::expose_row(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept {
+    enter_window(row);
+    const FrameWindow& window = plan_.windows[window_];
+    const std::int32_t array_row = plan_.sensor_row[static_cast<std::size_t>(row)];
+    if (d_.settings.test_pattern == TestPattern::ramp) {
+        const std::int32_t mask = (1 << d_.settings.adc_bits) - 1;
+        for (std::size_t x = 0; x < n_; ++x)
+            dn[x] = static_cast<std::uint16_t>((window.sensor.x + static_cast<std::int32_t>(x) + array_row) &
+                                               mask);
+    } else {
+        std::uint16_t* const converted = scratch_.dn();
+        switch (window.sampling) {
+        case Sampling::destructive:
+            sample_once(row, false, converted, truth);
+            break;
+        case Sampling::cds:
+            sample_once(row, true, converted, truth);
+            break;
+        case Sampling::non_destructive:
+            sample_read(row, converted, truth);
+            break;
+        case Sampling::ramp:
+            sample_ramp(row, converted, truth);
+            break;
+        }
+        std::memcpy(dn, converted, n_ * sizeof(std::uint16_t));
+        apply_defects(array_row, dn);
+    }
+    std::fill(dn + n_, dn + plan_.width, std::uint16_t{0});
+}
+
+} // namespace obscura::sensors

@@ -1,0 +1,66 @@
+// One band of rows on its way from light to digital numbers.
+#pragma once
+
+#include "sensors/detector_state.hpp"
+#include "sensors/kernels.hpp"
+#include "sensors/scratch.hpp"
+#include "sensors/sensor.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace obscura::sensors {
+
+/// Lives for one call of Detector::expose(). Rows must be exposed from the top down, so that rows which
+/// spread charge into each other are computed once. The order of what happens to the charge: photons,
+/// response, crosstalk, dark current and its jumps, particles, blooming and smear, Poisson draw, lag, full
+/// well and non-linearity, reset, row and amplifier noise, offsets, sampling, gain, black level, converter,
+/// defects.
+class BandExposure {
+public:
+    BandExposure(DetectorState& detector, const ReadoutPlan& plan, const IrradianceBand& light,
+                 std::uint64_t frame, double gain_db, Scratch& scratch) noexcept;
+
+    /// Row `row` of the composed image; `dn` has room for a whole row, `truth` points to the row (or is
+    /// empty).
+    void expose_row(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
+
+private:
+    void enter_window(std::int32_t row) noexcept;
+    [[nodiscard]] const float* raw_light(std::int32_t row) noexcept;
+    [[nodiscard]] const float* light(std::int32_t row) noexcept;
+    void mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept;
+    [[nodiscard]] float* mean_of_exposure(std::int32_t row) noexcept;
+    void add_telegraph(std::int32_t array_row, double seconds, float* out) const noexcept;
+    void add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept;
+    void bloom(std::int32_t row, const float* mean, float* out) noexcept;
+    void add_smear(float* out) noexcept;
+    void add_lag(std::int32_t array_row, float* charge) noexcept;
+    void draw(const float* mean, std::int32_t array_row, std::uint32_t read, float* counts) noexcept;
+    [[nodiscard]] float row_noise(std::int32_t array_row, std::uint32_t read) const noexcept;
+
+    void sample_once(std::int32_t row, bool difference, std::uint16_t* dn,
+                     const ExposureTruth& truth) noexcept;
+    void sample_read(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
+    void sample_ramp(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
+    void note(const float* mean, const float* charge, const ExposureTruth& truth) const noexcept;
+    void apply_defects(std::int32_t array_row, std::uint16_t* dn) const noexcept;
+
+    DetectorState& d_;
+    const ReadoutPlan& plan_;
+    const IrradianceBand& band_;
+    std::uint64_t frame_;
+    Scratch& scratch_;
+    kernels::Chain chain_;
+    Time frame_begin_, frame_end_;
+    bool hits_listed_ = false;
+    // The window of the row in work.
+    std::size_t window_ = SIZE_MAX;
+    std::int32_t first_row_ = 0, last_row_ = 0; ///< of the composed image
+    std::size_t n_ = 0;                         ///< its columns
+    std::uint32_t layer_ = 0;
+    bool smear_known_ = false;
+    std::array<std::int32_t, Scratch::ring> raw_row_{}, mean_row_{}; ///< what the rings hold
+};
+
+} // namespace obscura::sensors

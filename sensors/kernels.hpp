@@ -1,0 +1,75 @@
+// The detector's inner loops over one row of pixels, in SIMD, with the instruction set chosen at run time.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::sensors::kernels {
+
+/// Rows are padded: every row buffer given to a kernel must be readable and writable this many elements
+/// beyond its end, and aligned as operator new aligns.
+constexpr std::size_t padding = 64;
+
+/// Which random numbers: the counter's words beside the pixel number, which is `first_pixel` plus the index
+/// in the row, and the key. The last word of the counter counts attempts of the rejection sampler in its low
+/// half.
+struct Stream {
+    std::uint32_t first_pixel = 0;
+    std::uint32_t frame_low = 0;
+    std::uint32_t effect = 0;
+    std::uint32_t frame_high = 0; ///< 16 bits are used
+    std::array<std::uint32_t, 2> key{};
+};
+
+/// out[i] = scale * values[i] * response[i] (response null: 1), or added to it; what is not above 0 counts 0.
+void light_row(const float* values, const float* response, float scale, bool add, std::size_t n, float* out);
+
+/// out = 3x3 kernel (centre 1 - 4 edge - 4 corner) over the rows above, here and below. The three rows need
+/// one valid element on either side.
+void crosstalk_row(const float* above, const float* here, const float* below, float edge, float corner,
+                   std::size_t n, float* out);
+
+/// out[i] = light[i] * light_scale + dark[i] * dark_scale (dark null: dark_scale), never below 0.
+void mean_row(const float* light, float light_scale, const float* dark, float dark_scale, std::size_t n,
+              float* out);
+
+/// Draws counts[i] from Poisson(mean[i]) and two standard normals z0[i], z1[i] beside it. `scratch` holds
+/// 4 * (n + padding) elements. Means below 10 by sequential inversion, above by transformed rejection with
+/// squeeze (W. Hoermann, Insurance: Mathematics and Economics 12 (1993), algorithm PTRS): exact up to single
+/// precision. Means above 4e6 count as 4e6.
+void poisson_row(const float* mean, std::size_t n, const Stream& stream, float* counts, float* z0, float* z1,
+                 float* scratch);
+
+/// Two standard normals per pixel.
+void normal_row(std::size_t n, const Stream& stream, float* z0, float* z1);
+
+/// out[i] = exp(x[i]) for |x| <= 80.
+void exp_row(const float* x, std::size_t n, float* out);
+
+/// How charge becomes a number.
+struct Chain {
+    float full_well_e = 0;
+    float inverse_full_well = 0;
+    std::array<float, 4> nonlinearity{}; ///< S = N (1 - c1 x - c2 x^2 - ...), x = N / full well
+    float offset_scale = 0;              ///< 0 or 1: fixed pattern of the offset
+    float sigma0_e = 0, sigma1_e = 0;    ///< of z0 and z1
+    float row_e = 0;                     ///< common to the row
+    float gain_dn_per_e = 0;
+    float black_dn = 0;
+    float top_dn = 0;
+    const std::uint16_t* adc = nullptr; ///< codes of a step of 1/adc_steps DN; null: a perfect converter
+    float adc_steps = 0;
+};
+
+/// charge[i] = min(charge[i], full well), bent by the non-linearity.
+void collect_row(const Chain& chain, std::size_t n, float* charge);
+
+/// Adds weight * signal[i] to sum[i].
+void accumulate_row(const float* signal, float weight, std::size_t n, float* sum);
+
+/// Signal, noise, offset, gain and converter. `offset`, `z0` and `z1` may be null.
+void convert_row(const Chain& chain, const float* signal, const float* offset, const float* z0,
+                 const float* z1, std::size_t n, std::uint16_t* dn);
+
+} // namespace obscura::sensors::kernels

@@ -1,0 +1,46 @@
+// Which random number is meant: the parts of the counters and keys of all random numbers of a sensor.
+#pragma once
+
+#include "core/philox.hpp"
+#include "sensors/kernels.hpp"
+
+#include <cstdint>
+
+namespace obscura::sensors {
+
+/// Lowest byte of the third word of the counter. The next byte is the number of the read, the upper half that
+/// of the layer: a pixel that two windows of a frame read is read twice, independently.
+enum class Effect : std::uint32_t {
+    shot_and_read = 0, ///< Poisson draw, amplifier and reset noise
+    row_noise,
+    hit_count,
+    hit,
+    telegraph,
+    // Fixed patterns, keyed by the serial.
+    response,
+    dark,
+    offset,
+    column_offset,
+    defects,
+    telegraph_pixels,
+    adc,
+    hot,
+};
+
+/// Keep the sensor's numbers apart from those of other users of the same seed.
+constexpr std::uint64_t temporal_key = 0x6465746563746f72; // "detector"
+constexpr std::uint64_t pattern_key = 0x7061747465726e00;  // "pattern"
+
+constexpr kernels::Stream stream_of(Effect effect, std::uint64_t seed, std::uint64_t frame,
+                                    std::uint32_t pixel, std::uint32_t read = 0, std::uint32_t layer = 0) {
+    return {pixel, static_cast<std::uint32_t>(frame),
+            static_cast<std::uint32_t>(effect) | (read & 0xFF) << 8 | layer << 16,
+            static_cast<std::uint32_t>(frame >> 32) & 0xFFFF, philox_key(seed)};
+}
+
+/// Four words of the same counter that the kernels use at attempt 0.
+constexpr std::array<std::uint32_t, 4> words_of(const kernels::Stream& s, std::uint32_t index = 0) {
+    return philox4x32({s.first_pixel + index, s.frame_low, s.effect, s.frame_high << 16}, s.key);
+}
+
+} // namespace obscura::sensors
