@@ -106,6 +106,9 @@ struct Config {
 /// Reads a scene file alone (for `obscura render`).
 [[nodiscard]] scene::Scene load_scene(const std::filesystem::path& file);
 
+/// Reads a sensor file alone: the keys of [sensor] at its root, with the tables [readout] and [detector].
+[[nodiscard]] SensorDescription load_sensor(const std::filesystem::path& file);
+
 /// The effective configuration as TOML with every key, its unit, range and help as comments.
 [[nodiscard]] std::string print(const Config& config);
 

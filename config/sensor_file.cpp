@@ -1,5 +1,6 @@
 #include "config/sensor_file.hpp"
 
+#include "config/config.hpp"
 #include "config/tables.hpp"
 
 #include <fmt/format.h>
@@ -41,6 +42,15 @@ void read_sensor(const Value& table, const Where& where, SensorDescription& sens
     read_part("detector", keys_of(sensor.detector));
     const Member* readout = table.find("readout");
     check_sensor(sensor, where, readout != nullptr ? readout->at : table.at);
+}
+
+SensorDescription load_sensor(const std::filesystem::path& file) {
+    SensorDescription sensor;
+    sensor.name = file.stem().string();
+    const Value root = parse_file(file);
+    if (root.members.empty()) fail({file, ""}, root.at, "an empty sensor file; at least its name is needed");
+    read_sensor(root, {file, ""}, sensor, false);
+    return sensor;
 }
 
 } // namespace obscura::config

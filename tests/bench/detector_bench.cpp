@@ -1,5 +1,5 @@
 // How long the detector takes for a frame, beside a loop over the standard library's generators. JSON.
-#include "config/sensor_file.hpp"
+#include "config/config.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/sensor.hpp"
 
@@ -25,7 +25,8 @@ double best_ms(int repeats, Work work) {
         const auto begin = std::chrono::steady_clock::now();
         work(i);
         best = std::min(
-            best, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+            best,
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
     }
     return best;
 }
@@ -55,7 +56,8 @@ Case make(const SensorDescription& d, const Detector& detector, std::vector<Wind
 
 double measure(const Detector& detector, Case& c) {
     const IrradianceBand light{0, c.plan.height, c.plan.width, c.light, 0, 0};
-    return best_ms(30, [&](int i) { detector.expose(c.plan, light, static_cast<std::uint64_t>(i), 0, c.dn); });
+    return best_ms(30,
+                   [&](int i) { detector.expose(c.plan, light, static_cast<std::uint64_t>(i), 0, c.dn); });
 }
 
 // The same physics by the standard library: one Poisson and one normal number per pixel.
@@ -93,11 +95,12 @@ int main(int argc, char** argv) {
     const double dark_e = d.detector.dark_current_e_per_s * 0.066;
     const double standard_dark = standard_ms(d, dark_e), standard_flat = standard_ms(d, 20'000);
     const std::int64_t targets = hwy::SupportedAndGeneratedTargets().front();
-    fmt::print("{{\"sensor\": \"{}\", \"width\": {}, \"height\": {}, \"threads\": 1, \"instruction_set\": \"{}\",\n"
-               " \"dark_sky_ms\": {:.3f}, \"flat_20ke_ms\": {:.3f}, \"windows_20x20x20_ms\": {:.4f},\n"
-               " \"std_dark_sky_ms\": {:.1f}, \"std_flat_20ke_ms\": {:.1f},\n"
-               " \"ratio_dark_sky\": {:.1f}, \"ratio_flat_20ke\": {:.1f}}}\n",
-               d.name, w, h, hwy::TargetName(targets), dark_ms, flat_ms, twenty_ms, standard_dark, standard_flat,
-               standard_dark / dark_ms, standard_flat / flat_ms);
+    fmt::print(
+        "{{\"sensor\": \"{}\", \"width\": {}, \"height\": {}, \"threads\": 1, \"instruction_set\": \"{}\",\n"
+        " \"dark_sky_ms\": {:.3f}, \"flat_20ke_ms\": {:.3f}, \"windows_20x20x20_ms\": {:.4f},\n"
+        " \"std_dark_sky_ms\": {:.1f}, \"std_flat_20ke_ms\": {:.1f},\n"
+        " \"ratio_dark_sky\": {:.1f}, \"ratio_flat_20ke\": {:.1f}}}\n",
+        d.name, w, h, hwy::TargetName(targets), dark_ms, flat_ms, twenty_ms, standard_dark, standard_flat,
+        standard_dark / dark_ms, standard_flat / flat_ms);
     return 0;
 }
