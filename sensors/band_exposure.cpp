@@ -184,26 +184,34 @@ float* BandExposure::mean_of_exposure(std::int32_t row) noexcept {
     return out;
 }
 
-/// out = mean, and a share of what the four neighbours hold above full well.
-void BandExposure::bloom(std::int32_t row, const float* mean, float* out) noexcept {
+/// Adds to `mean` of the row a share of what the four neighbours hold above full well, in `out`. Returns
+/// `mean` where there is nothing to add, which is the rule.
+float* BandExposure::bloom(std::int32_t row, float* mean, float* out) noexcept {
     const float full = chain_.full_well_e;
     const auto share = static_cast<float>(d_.settings.blooming / 4);
+    const std::int32_t lowest = std::max(first_row_, band_.first_row - band_.halo_above);
+    const std::int32_t highest = std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1);
+    const auto full_pixels = [&](std::int32_t r) {
+        return r >= lowest && r <= highest && kernels::any_above(mean_of_exposure(r), full, n_);
+    };
+    const bool here = full_pixels(row), above = full_pixels(row - 1), below = full_pixels(row + 1);
+    if (!here && !above && !below) return mean;
+
     const auto excess = [&](float charge) { return charge > full ? share * (charge - full) : 0.0F; };
     std::memcpy(out, mean, n_ * sizeof(float));
-    for (std::size_t x = 0; x < n_; ++x) {
+    for (std::size_t x = 0; here && x < n_; ++x) {
         const float spill = excess(mean[x]);
         if (spill == 0) continue;
         if (x > 0) out[x - 1] += spill;
         if (x + 1 < n_) out[x + 1] += spill;
     }
-    const std::int32_t lowest = std::max(first_row_, band_.first_row - band_.halo_above);
-    const std::int32_t highest = std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1);
     for (const std::int32_t neighbour : {row - 1, row + 1}) {
-        if (neighbour < lowest || neighbour > highest) continue;
+        if (!(neighbour < row ? above : below)) continue;
         const float* const other = mean_of_exposure(neighbour);
         for (std::size_t x = 0; x < n_; ++x)
             out[x] += excess(other[x]);
     }
+    return out;
 }
 
 /// Frame transfer: on its way under the shield every row passes below the light of the whole column.
@@ -228,9 +236,8 @@ void BandExposure::add_lag(std::int32_t array_row, float* charge) noexcept {
                           static_cast<std::size_t>(plan_.windows[window_].sensor.x);
     float* const copy = scratch_.signal();
     std::memcpy(copy, before, n_ * sizeof(float));
-    kernels::accumulate_row(copy, static_cast<float>(d_.settings.lag), n_, charge);
-    for (std::size_t x = 0; x < n_; ++x)
-        before[x] = std::min(charge[x], chain_.full_well_e);
+    kernels::lag_row(static_cast<float>(d_.settings.lag), chain_.full_well_e, n_, charge, copy);
+    std::memcpy(before, copy, n_ * sizeof(float));
 }
 
 /// Poisson counts (electrons) and normals of one read of the row in work.
@@ -265,10 +272,7 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     const DetectorSettings& s = d_.settings;
     const std::int32_t array_row = plan_.sensor_row[static_cast<std::size_t>(row)];
     float* mean = mean_of_exposure(row);
-    if (s.blooming > 0 && !difference) {
-        bloom(row, mean, scratch_.sum());
-        mean = scratch_.sum();
-    }
+    if (s.blooming > 0 && !difference) mean = bloom(row, mean, scratch_.sum());
     if (s.smear_row_ns > 0) {
         if (mean != scratch_.sum()) std::memcpy(scratch_.sum(), mean, n_ * sizeof(float));
         mean = scratch_.sum();

@@ -33,7 +33,7 @@ private:
     [[nodiscard]] float* mean_of_exposure(std::int32_t row) noexcept;
     void add_telegraph(std::int32_t array_row, double seconds, float* out) const noexcept;
     void add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept;
-    void bloom(std::int32_t row, const float* mean, float* out) noexcept;
+    [[nodiscard]] float* bloom(std::int32_t row, float* mean, float* out) noexcept;
     void add_smear(float* out) noexcept;
     void add_lag(std::int32_t array_row, float* charge) noexcept;
     void draw(const float* mean, std::int32_t array_row, std::uint32_t read, float* counts) noexcept;

@@ -1,5 +1,7 @@
 #include "sensors/kernels.hpp"
 
+#include "sensors/poisson_table.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sensors/kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -8,6 +10,10 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
 HWY_BEFORE_NAMESPACE();
 namespace obscura::sensors::HWY_NAMESPACE {
 namespace {
@@ -15,7 +21,7 @@ namespace {
 using kernels::Chain;
 using kernels::Stream;
 
-constexpr float inversion_below = 10;
+constexpr float table_below = PoissonTable::means;
 constexpr float largest_mean = 4e6F;
 
 void light_row(const float* values, const float* response, float scale, bool add, std::size_t n, float* out) {
@@ -57,7 +63,7 @@ void mean_row(const float* light, float light_scale, const float* dark, float da
     }
 }
 
-/// Smallest k whose cumulated probability reaches u; mean < 10. A lane whose u lies beyond what single
+/// Smallest k whose cumulated probability reaches u; mean < 1. A lane whose u lies beyond what single
 /// precision can cumulate stops where the probability has become negligible.
 HWY_INLINE VF invert(VF mean, VF u) {
     const F f;
@@ -65,14 +71,40 @@ HWY_INLINE VF invert(VF mean, VF u) {
     VF cumulated = p;
     VF k = hn::Zero(f);
     const VF negligible = constant(1e-9F);
-    for (int j = 1; j < 64; ++j) {
+    for (int j = 1; j < 16; ++j) {
         const MF go = hn::And(hn::Gt(u, cumulated), hn::Gt(p, negligible));
         if (hn::AllFalse(f, go)) break;
         k = hn::Add(k, hn::IfThenElseZero(go, constant(1)));
         p = hn::Mul(p, hn::Mul(mean, constant(1.0F / static_cast<float>(j))));
-        cumulated = hn::Add(cumulated, hn::IfThenElseZero(go, p));
+        cumulated = hn::Add(cumulated, p);
     }
     return k;
+}
+
+/// Draws for means below table_below: a whole mean by table, the rest of it, below 1, by inversion. The sum
+/// of two Poisson numbers is one.
+HWY_INLINE VF tabled(const PoissonTable& table, VF mean, VU word0, VU word1) {
+    const I i32;
+    const VF whole = hn::Floor(mean);
+    const VF rest = invert(hn::Sub(mean, whole), uniform(word1));
+    const VI q = hn::ConvertTo(i32, whole);
+    if (hn::AllTrue(i32, hn::Eq(q, hn::Zero(i32)))) return rest;
+    const VI cell = hn::BitCast(i32, hn::ShiftRight<24>(word0));
+    const VI word = hn::Xor(hn::BitCast(i32, word0), hn::Set(i32, static_cast<std::int32_t>(0x80000000U)));
+    VI k = hn::And(hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(table.guide.data()),
+                                    hn::Add(hn::ShiftLeft<8>(q), cell)),
+                   hn::Set(i32, 0xFF));
+    const VI row = hn::ShiftLeft<7>(q);
+    for (;;) {
+        // The last threshold of a row is the largest number; a word equal to it stays below the row's end by
+        // the bound on k.
+        const VI threshold = hn::GatherIndex(i32, table.threshold.data(), hn::Add(row, k));
+        const auto go =
+            hn::AndNot(hn::Gt(threshold, word), hn::Lt(k, hn::Set(i32, PoissonTable::counts - 1)));
+        if (hn::AllFalse(i32, go)) break;
+        k = hn::Sub(k, hn::VecFromMask(i32, go));
+    }
+    return hn::Add(rest, hn::ConvertTo(F(), k));
 }
 
 /// The quantities of PTRS that depend on the mean alone.
@@ -100,8 +132,12 @@ HWY_INLINE VF log_probability(VF k, VF mean) {
     const VF series = hn::Add(
         hn::Mul(d, v), hn::Mul(hn::Mul(hn::Mul(hn::Add(k1, k1), v), v2),
                                polynomial(v2, 1.0F / 3, 1.0F / 5, 1.0F / 7, 1.0F / 9, 1.0F / 11, 1.0F / 13)));
-    const VF direct = hn::Sub(hn::Mul(k1, log_of(hn::Div(k1, mean))), d);
-    const VF deviance = hn::IfThenElse(hn::Lt(hn::Abs(v), constant(0.25F)), series, direct);
+    const MF close = hn::Lt(hn::Abs(v), constant(0.25F));
+    VF deviance = series;
+    if (!hn::AllTrue(F(), close)) {
+        const VF direct = hn::Sub(hn::Mul(k1, log_of(hn::Div(k1, mean))), d);
+        deviance = hn::IfThenElse(close, series, direct);
+    }
     const VF r = hn::Div(constant(1), k1);
     const VF r2 = hn::Mul(r, r);
     const VF stirling = hn::Mul(r, polynomial(r2, 1.0F / 12, -1.0F / 360, 1.0F / 1260));
@@ -127,96 +163,142 @@ HWY_INLINE MF accept(VF mean, VF u, VF v, VF& k) {
     return hn::Or(inside, hn::AndNot(outside, below));
 }
 
+/// Calls `visit(lane)` for every lane that is set.
+template<class Visit>
+HWY_INLINE void each_lane(MF mask, Visit visit) {
+    const F f;
+    // (Compress would do, but the compiler at hand copies its table of permutations to the stack at each
+    // use.)
+    alignas(8) std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(f, mask, bytes);
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, bytes, 8);
+    for (; bits != 0; bits &= bits - 1)
+        visit(static_cast<std::uint32_t>(std::countr_zero(bits)));
+}
+
+constexpr std::size_t block = 256;
+
+void draw_words(const Philox& philox, std::uint32_t first_pixel, std::size_t n,
+                std::uint32_t (&words)[4][block]) {
+    const U u32;
+    for (std::size_t i = 0; i < n; i += hn::Lanes(u32)) {
+        VU w0, w1, w2, w3;
+        philox(hn::Iota(u32, first_pixel + static_cast<std::uint32_t>(i)), w0, w1, w2, w3);
+        hn::Store(w0, u32, words[0] + i);
+        hn::Store(w1, u32, words[1] + i);
+        hn::Store(w2, u32, words[2] + i);
+        hn::Store(w3, u32, words[3] + i);
+    }
+}
+
+void normals_of(const std::uint32_t (&words)[4][block], std::size_t n, float* z0, float* z1) {
+    const F f;
+    const U u32;
+    for (std::size_t i = 0; i < n; i += hn::Lanes(f)) {
+        VF n0, n1;
+        box_muller(hn::Load(u32, words[2] + i), hn::Load(u32, words[3] + i), n0, n1);
+        hn::StoreU(n0, f, z0 + i);
+        hn::StoreU(n1, f, z1 + i);
+    }
+}
+
 void poisson_row(const float* mean, std::size_t n, const Stream& s, float* counts, float* z0, float* z1,
                  float* scratch) {
     const F f;
     const U u32;
+    const I i32;
     const std::size_t lanes = hn::Lanes(f);
-    float* const wait_mean = scratch;
-    float* const wait_u = wait_mean + n + kernels::padding;
-    float* const wait_v = wait_u + n + kernels::padding;
-    auto* const wait_index = reinterpret_cast<std::uint32_t*>(wait_v + n + kernels::padding);
+    float* const row_u = scratch;
+    float* const row_v = row_u + n + kernels::padding;
+    auto* const waiting_for = reinterpret_cast<std::uint32_t*>(row_v + n + kernels::padding);
     std::size_t waiting = 0;
+    const Philox philox(s.frame_low, s.effect, s.frame_high << 16, s.key[0], s.key[1]);
+    const PoissonTable& table = PoissonTable::get();
 
-    // First pass: whatever the inversion or the squeeze decides, which is most.
-    for (std::size_t i = 0; i < n; i += lanes) {
-        const VF mu = hn::Min(hn::LoadU(f, mean + i), constant(largest_mean));
-        const VU index = hn::Iota(u32, static_cast<std::uint32_t>(i));
-        VU w0, w1, w2, w3;
-        philox(hn::Add(index, hn::Set(u32, s.first_pixel)), s.frame_low, s.effect, s.frame_high << 16,
-               s.key[0], s.key[1], w0, w1, w2, w3);
-        VF n0, n1;
-        box_muller(w2, w3, n0, n1);
-        hn::StoreU(n0, f, z0 + i);
-        hn::StoreU(n1, f, z1 + i);
-
-        const VF u = uniform(w0);
-        const MF small = hn::Lt(mu, constant(inversion_below));
-        VF k = hn::Zero(f);
-        if (!hn::AllFalse(f, small)) k = invert(hn::IfThenElseZero(small, mu), u);
-        if (!hn::AllTrue(f, small)) {
-            const VF large = hn::Max(mu, constant(inversion_below));
-            const VF v = uniform(w1);
-            const Hat hat = hat_of(large);
-            const VF half_u = hn::Sub(u, constant(0.5F));
-            const VF us = hn::Sub(constant(0.5F), hn::Abs(half_u));
-            const VF squeeze =
-                hn::Sub(constant(0.9277F), hn::Div(constant(3.6224F), hn::Sub(hat.b, constant(2))));
-            const MF inside = hn::And(hn::Ge(us, constant(0.07F)), hn::Le(v, squeeze));
-            k = hn::IfThenElse(small, k, candidate(hat, large, half_u, us));
-            const MF pending = hn::Not(hn::Or(small, inside));
-            hn::CompressStore(large, pending, f, wait_mean + waiting);
-            hn::CompressStore(u, pending, f, wait_u + waiting);
-            hn::CompressStore(v, pending, f, wait_v + waiting);
-            waiting += hn::CompressStore(index, hn::RebindMask(u32, pending), u32, wait_index + waiting);
+    // First pass: whatever the table or the squeeze decides, which is most. In blocks and short loops, so
+    // that the CPU can work on several vectors at once: each of these loops is one long chain of dependent
+    // operations.
+    alignas(128) std::uint32_t words[4][block];
+    for (std::size_t start = 0; start < n; start += block) {
+        const std::size_t end = std::min(n, start + block);
+        draw_words(philox, s.first_pixel + static_cast<std::uint32_t>(start), end - start, words);
+        normals_of(words, end - start, z0 + start, z1 + start);
+        for (std::size_t i = start; i < end; i += lanes) {
+            const VF mu = hn::Min(hn::LoadU(f, mean + i), constant(largest_mean));
+            const VU w0 = hn::Load(u32, words[0] + (i - start));
+            const VU w1 = hn::Load(u32, words[1] + (i - start));
+            const MF small = hn::Lt(mu, constant(table_below));
+            VF k = hn::Zero(f);
+            if (!hn::AllFalse(f, small)) k = tabled(table, hn::IfThenElseZero(small, mu), w0, w1);
+            if (!hn::AllTrue(f, small)) {
+                const VF large = hn::Max(mu, constant(table_below));
+                const VF u = uniform(w0), v = uniform(w1);
+                const Hat hat = hat_of(large);
+                const VF half_u = hn::Sub(u, constant(0.5F));
+                const VF us = hn::Sub(constant(0.5F), hn::Abs(half_u));
+                const VF squeeze =
+                    hn::Sub(constant(0.9277F), hn::Div(constant(3.6224F), hn::Sub(hat.b, constant(2))));
+                const MF inside = hn::And(hn::Ge(us, constant(0.07F)), hn::Le(v, squeeze));
+                k = hn::IfThenElse(small, k, candidate(hat, large, half_u, us));
+                hn::StoreU(u, f, row_u + i);
+                hn::StoreU(v, f, row_v + i);
+                each_lane(hn::Not(hn::Or(small, inside)), [&](std::uint32_t lane) {
+                    waiting_for[waiting++] = static_cast<std::uint32_t>(i) + lane;
+                });
+            }
+            hn::StoreU(k, f, counts + i);
         }
-        hn::StoreU(k, f, counts + i);
     }
     // The last vector may have queued lanes beyond the row's end; indices rise, so they are the last ones.
-    while (waiting > 0 && wait_index[waiting - 1] >= n)
+    while (waiting > 0 && waiting_for[waiting - 1] >= n)
         --waiting;
 
     // The others: full test, and new numbers for those that fail it, until none is left.
+    alignas(128) float first[hn::MaxLanes(f)], second[hn::MaxLanes(f)];
     for (std::uint32_t attempt = 1; waiting > 0; ++attempt) {
+        // Lanes beyond the end of the list must point into the row.
+        std::fill_n(waiting_for + waiting, lanes, 0U);
         std::size_t failed = 0;
         for (std::size_t j = 0; j < waiting; j += lanes) {
-            const VF mu = hn::Max(hn::LoadU(f, wait_mean + j), constant(inversion_below));
-            const VU index = hn::LoadU(u32, wait_index + j);
+            const VU index = hn::LoadU(u32, waiting_for + j);
+            const VI signed_index = hn::BitCast(i32, index);
+            const VF mu = hn::Min(hn::Max(hn::GatherIndex(f, mean, signed_index), constant(table_below)),
+                                  constant(largest_mean));
             VF k;
+            const MF good = accept(mu, hn::GatherIndex(f, row_u, signed_index),
+                                   hn::GatherIndex(f, row_v, signed_index), k);
+            hn::Store(k, f, first);
+            const std::uint32_t* const queued = waiting_for + j;
             const MF valid = hn::FirstN(f, waiting - j);
-            const MF good = hn::And(valid, accept(mu, hn::LoadU(f, wait_u + j), hn::LoadU(f, wait_v + j), k));
-            const MF bad = hn::AndNot(good, valid);
-            alignas(128) float accepted[hn::MaxLanes(f)];
-            alignas(128) std::uint32_t where[hn::MaxLanes(f)];
-            const std::size_t count = hn::CompressStore(k, good, f, accepted);
-            hn::CompressStore(index, hn::RebindMask(u32, good), u32, where);
-            for (std::size_t c = 0; c < count; ++c)
-                counts[where[c]] = accepted[c];
-            hn::CompressStore(mu, bad, f, wait_mean + failed);
-            failed += hn::CompressStore(index, hn::RebindMask(u32, bad), u32, wait_index + failed);
+            each_lane(hn::And(valid, good), [&](std::uint32_t lane) { counts[queued[lane]] = first[lane]; });
+            // Never overtakes the lanes that are still to be read: `failed` <= j.
+            each_lane(hn::AndNot(good, valid),
+                      [&](std::uint32_t lane) { waiting_for[failed++] = queued[lane]; });
         }
         waiting = failed;
+        if (waiting == 0) break;
+        const Philox again(s.frame_low, s.effect, s.frame_high << 16 | attempt, s.key[0], s.key[1]);
         for (std::size_t j = 0; j < waiting; j += lanes) {
             VU w0, w1, w2, w3;
-            philox(hn::Add(hn::LoadU(u32, wait_index + j), hn::Set(u32, s.first_pixel)), s.frame_low,
-                   s.effect, s.frame_high << 16 | attempt, s.key[0], s.key[1], w0, w1, w2, w3);
-            hn::StoreU(uniform(w0), f, wait_u + j);
-            hn::StoreU(uniform(w1), f, wait_v + j);
+            again(hn::Add(hn::LoadU(u32, waiting_for + j), hn::Set(u32, s.first_pixel)), w0, w1, w2, w3);
+            hn::Store(uniform(w0), f, first);
+            hn::Store(uniform(w1), f, second);
+            for (std::size_t lane = 0; lane < std::min(lanes, waiting - j); ++lane) {
+                row_u[waiting_for[j + lane]] = first[lane];
+                row_v[waiting_for[j + lane]] = second[lane];
+            }
         }
     }
 }
 
 void normal_row(std::size_t n, const Stream& s, float* z0, float* z1) {
-    const F f;
-    const U u32;
-    for (std::size_t i = 0; i < n; i += hn::Lanes(f)) {
-        VU w0, w1, w2, w3;
-        philox(hn::Iota(u32, static_cast<std::uint32_t>(s.first_pixel + i)), s.frame_low, s.effect,
-               s.frame_high << 16, s.key[0], s.key[1], w0, w1, w2, w3);
-        VF n0, n1;
-        box_muller(w2, w3, n0, n1);
-        hn::StoreU(n0, f, z0 + i);
-        hn::StoreU(n1, f, z1 + i);
+    const Philox philox(s.frame_low, s.effect, s.frame_high << 16, s.key[0], s.key[1]);
+    alignas(128) std::uint32_t words[4][block];
+    for (std::size_t start = 0; start < n; start += block) {
+        const std::size_t count = std::min(n - start, block);
+        draw_words(philox, s.first_pixel + static_cast<std::uint32_t>(start), count, words);
+        normals_of(words, count, z0 + start, z1 + start);
     }
 }
 
@@ -238,6 +320,28 @@ void collect_row(const Chain& chain, std::size_t n, float* charge) {
             q = hn::Sub(q, hn::Mul(hn::Mul(q, x), polynomial(x, c[0], c[1], c[2], c[3])));
         }
         hn::StoreU(q, f, charge + i);
+    }
+}
+
+bool any_above(const float* values, float limit, std::size_t n) {
+    const F f;
+    const VF bound = hn::Set(f, limit);
+    VF most = bound;
+    std::size_t i = 0;
+    for (; i + hn::Lanes(f) <= n; i += hn::Lanes(f))
+        most = hn::Max(most, hn::LoadU(f, values + i));
+    for (; i < n; ++i)
+        most = hn::Max(most, hn::Set(f, values[i]));
+    return !hn::AllFalse(f, hn::Gt(most, bound));
+}
+
+void lag_row(float lag, float full_well_e, std::size_t n, float* charge, float* memory) {
+    const F f;
+    const VF share = hn::Set(f, lag), full = hn::Set(f, full_well_e);
+    for (std::size_t i = 0; i < n; i += hn::Lanes(f)) {
+        const VF q = hn::Add(hn::LoadU(f, charge + i), hn::Mul(share, hn::LoadU(f, memory + i)));
+        hn::StoreU(q, f, charge + i);
+        hn::StoreU(hn::Min(q, full), f, memory + i);
     }
 }
 
@@ -292,6 +396,8 @@ HWY_EXPORT(poisson_row);
 HWY_EXPORT(normal_row);
 HWY_EXPORT(exp_row);
 HWY_EXPORT(collect_row);
+HWY_EXPORT(any_above);
+HWY_EXPORT(lag_row);
 HWY_EXPORT(accumulate_row);
 HWY_EXPORT(convert_row);
 
@@ -320,6 +426,12 @@ void exp_row(const float* x, std::size_t n, float* out) {
 }
 void collect_row(const Chain& chain, std::size_t n, float* charge) {
     HWY_DYNAMIC_DISPATCH(collect_row)(chain, n, charge);
+}
+bool any_above(const float* values, float limit, std::size_t n) {
+    return HWY_DYNAMIC_DISPATCH(any_above)(values, limit, n);
+}
+void lag_row(float lag, float full_well_e, std::size_t n, float* charge, float* memory) {
+    HWY_DYNAMIC_DISPATCH(lag_row)(lag, full_well_e, n, charge, memory);
 }
 void accumulate_row(const float* signal, float weight, std::size_t n, float* sum) {
     HWY_DYNAMIC_DISPATCH(accumulate_row)(signal, weight, n, sum);

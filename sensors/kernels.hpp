@@ -35,7 +35,7 @@ void mean_row(const float* light, float light_scale, const float* dark, float da
               float* out);
 
 /// Draws counts[i] from Poisson(mean[i]) and two standard normals z0[i], z1[i] beside it. `scratch` holds
-/// 4 * (n + padding) elements. Means below 10 by sequential inversion, above by transformed rejection with
+/// 4 * (n + padding) elements. Means below 64 by inversion with a table, above by transformed rejection with
 /// squeeze (W. Hoermann, Insurance: Mathematics and Economics 12 (1993), algorithm PTRS): exact up to single
 /// precision. Means above 4e6 count as 4e6.
 void poisson_row(const float* mean, std::size_t n, const Stream& stream, float* counts, float* z0, float* z1,
@@ -64,6 +64,12 @@ struct Chain {
 
 /// charge[i] = min(charge[i], full well), bent by the non-linearity.
 void collect_row(const Chain& chain, std::size_t n, float* charge);
+
+/// Whether any of values[i] is above `limit`.
+[[nodiscard]] bool any_above(const float* values, float limit, std::size_t n);
+
+/// charge[i] += lag * memory[i]; then memory[i] = min(charge[i], full well).
+void lag_row(float lag, float full_well_e, std::size_t n, float* charge, float* memory);
 
 /// Adds weight * signal[i] to sum[i].
 void accumulate_row(const float* signal, float weight, std::size_t n, float* sum);

@@ -56,9 +56,13 @@ HWY_INLINE VF log_of(VF x) {
     const VI mantissa = hn::Add(hn::And(shifted, hn::Set(I(), 0x007FFFFF)), hn::Set(I(), 0x3F3504F3));
     const VF f = hn::Sub(hn::BitCast(F(), mantissa), constant(1));
     const VF square = hn::Mul(f, f);
-    VF y = polynomial(f, 3.3333331174e-1F, -2.4999993993e-1F, 2.0000714765e-1F, -1.6668057665e-1F,
-                      1.4249322787e-1F, -1.2420140846e-1F, 1.1676998740e-1F, -1.1514610310e-1F,
-                      7.0376836292e-2F);
+    // Estrin's scheme: pairs first, for a shorter chain of dependent operations.
+    const VF fourth = hn::Mul(square, square);
+    const VF low = hn::Add(polynomial(f, 3.3333331174e-1F, -2.4999993993e-1F),
+                           hn::Mul(square, polynomial(f, 2.0000714765e-1F, -1.6668057665e-1F)));
+    const VF high = hn::Add(polynomial(f, 1.4249322787e-1F, -1.2420140846e-1F),
+                            hn::Mul(square, polynomial(f, 1.1676998740e-1F, -1.1514610310e-1F)));
+    VF y = hn::Add(low, hn::Mul(fourth, hn::Add(high, hn::Mul(fourth, constant(7.0376836292e-2F)))));
     y = hn::Mul(hn::Mul(y, f), square);
     y = hn::Add(y, hn::Mul(e, constant(-2.12194440e-4F)));
     y = hn::Sub(y, hn::Mul(square, constant(0.5F)));
@@ -108,43 +112,84 @@ HWY_INLINE void box_muller(VU first, VU second, VF& z0, VF& z1) {
     z1 = hn::Mul(radius, sine);
 }
 
-/// Philox 4x32-10 of (pixel, c1, c2, c3) under key (k0, k1), as philox4x32() of core gives it.
+/// Philox 4x32-10 of (pixel, c1, c2, c3) under one key, as philox4x32() of core gives it, for many pixels.
 ///
 /// Even and odd lanes are kept apart in the low halves of 64-bit lanes, where the multiplication that the
-/// round needs is one instruction and the upper halves may hold anything.
-HWY_INLINE void philox(VU pixel, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3, std::uint32_t k0,
-                       std::uint32_t k1, VU& w0, VU& w1, VU& w2, VU& w3) {
-    const U u;
-    const hn::RepartitionToWide<U> wide;
-    using VW = hn::Vec<decltype(wide)>;
-    const VU m0 = hn::Set(u, 0xD2511F53U);
-    const VU m1 = hn::Set(u, 0xCD9E8D57U);
-    VW a0 = hn::BitCast(wide, pixel);
-    VW b0 = hn::ShiftRight<32>(a0);
-    VW a1 = hn::Set(wide, std::uint64_t{c1}), b1 = a1;
-    VW a2 = hn::Set(wide, std::uint64_t{c2}), b2 = a2;
-    VW a3 = hn::Set(wide, std::uint64_t{c3}), b3 = a3;
-    for (int round = 0; round < 10; ++round) {
-        const VW key0 = hn::Set(wide, std::uint64_t{k0});
-        const VW key1 = hn::Set(wide, std::uint64_t{k1});
-        const VW pa0 = hn::MulEven(m0, hn::BitCast(u, a0)), pa1 = hn::MulEven(m1, hn::BitCast(u, a2));
-        const VW pb0 = hn::MulEven(m0, hn::BitCast(u, b0)), pb1 = hn::MulEven(m1, hn::BitCast(u, b2));
-        a0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pa1), a1), key0);
-        b0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pb1), b1), key0);
-        a2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pa0), a3), key1);
-        b2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pb0), b3), key1);
-        a1 = pa1, b1 = pb1, a3 = pa0, b3 = pb0;
-        k0 += 0x9E3779B9U;
-        k1 += 0xBB67AE85U;
+/// round needs is one instruction and the upper halves may hold anything. Half of the first two rounds does
+/// not depend on the pixel and is done beforehand.
+class Philox {
+public:
+    HWY_INLINE Philox(std::uint32_t c1, std::uint32_t c2, std::uint32_t c3, std::uint32_t k0,
+                      std::uint32_t k1) {
+        const hn::RepartitionToWide<U> wide;
+        const std::uint64_t first = std::uint64_t{multiplier1} * c2;
+        // Words 0 and 1 after the first round, then the product of word 0 in the second one.
+        const std::uint32_t word0 = static_cast<std::uint32_t>(first >> 32) ^ c1 ^ k0;
+        const std::uint64_t second = std::uint64_t{multiplier0} * word0;
+        const std::uint64_t constants[constant_count] = {
+            c3 ^ k1,                                                 // round 1, word 2
+            static_cast<std::uint32_t>(first) ^ (k0 + weyl0),        // round 2, word 0
+            static_cast<std::uint32_t>(second >> 32) ^ (k1 + weyl1), // round 2, word 2
+            static_cast<std::uint32_t>(second)};
+        for (std::size_t i = 0; i < constant_count; ++i)
+            hn::Store(hn::Set(wide, constants[i]), wide, constants_ + i * max_lanes);
+        for (std::uint32_t round = 2; round < 10; ++round) {
+            hn::Store(hn::Set(wide, std::uint64_t{k0 + round * weyl0}), wide, keys_ + 2 * round * max_lanes);
+            hn::Store(hn::Set(wide, std::uint64_t{k1 + round * weyl1}), wide,
+                      keys_ + (2 * round + 1) * max_lanes);
+        }
     }
-    const auto merge = [&](VW even, VW odd) HWY_ATTR {
-        return hn::OddEven(hn::BitCast(u, hn::ShiftLeft<32>(odd)), hn::BitCast(u, even));
-    };
-    w0 = merge(a0, b0);
-    w1 = merge(a1, b1);
-    w2 = merge(a2, b2);
-    w3 = merge(a3, b3);
-}
+
+    HWY_INLINE void operator()(VU pixel, VU& w0, VU& w1, VU& w2, VU& w3) const {
+        const U u;
+        const Wide wide;
+        const VU m0 = hn::Set(u, multiplier0);
+        const VU m1 = hn::Set(u, multiplier1);
+        VW a0 = hn::BitCast(wide, pixel), a1, a2, a3;
+        VW b0 = hn::ShiftRight<32>(a0), b1, b2, b3;
+        const auto known = [&](std::size_t i) HWY_ATTR { return hn::Load(wide, constants_ + i * max_lanes); };
+        // Rounds 1 and 2.
+        const VW pa = hn::MulEven(m0, hn::BitCast(u, a0)), pb = hn::MulEven(m0, hn::BitCast(u, b0));
+        a2 = hn::Xor(hn::ShiftRight<32>(pa), known(0));
+        b2 = hn::Xor(hn::ShiftRight<32>(pb), known(0));
+        const VW qa = hn::MulEven(m1, hn::BitCast(u, a2)), qb = hn::MulEven(m1, hn::BitCast(u, b2));
+        a0 = hn::Xor(hn::ShiftRight<32>(qa), known(1));
+        b0 = hn::Xor(hn::ShiftRight<32>(qb), known(1));
+        a2 = hn::Xor(pa, known(2));
+        b2 = hn::Xor(pb, known(2));
+        a1 = qa, b1 = qb, a3 = b3 = known(3);
+        const auto round = [&](std::size_t r) HWY_ATTR {
+            const VW key0 = hn::Load(wide, keys_ + 2 * r * max_lanes);
+            const VW key1 = hn::Load(wide, keys_ + (2 * r + 1) * max_lanes);
+            const VW pa0 = hn::MulEven(m0, hn::BitCast(u, a0)), pa1 = hn::MulEven(m1, hn::BitCast(u, a2));
+            const VW pb0 = hn::MulEven(m0, hn::BitCast(u, b0)), pb1 = hn::MulEven(m1, hn::BitCast(u, b2));
+            a0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pa1), a1), key0);
+            b0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pb1), b1), key0);
+            a2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pa0), a3), key1);
+            b2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(pb0), b3), key1);
+            a1 = pa1, b1 = pb1, a3 = pa0, b3 = pb0;
+        };
+        round(2), round(3), round(4), round(5), round(6), round(7), round(8), round(9);
+        const auto merge = [&](VW even, VW odd) HWY_ATTR {
+            return hn::OddEven(hn::BitCast(u, hn::ShiftLeft<32>(odd)), hn::BitCast(u, even));
+        };
+        w0 = merge(a0, b0);
+        w1 = merge(a1, b1);
+        w2 = merge(a2, b2);
+        w3 = merge(a3, b3);
+    }
+
+private:
+    using Wide = hn::RepartitionToWide<U>;
+    using VW = hn::Vec<Wide>;
+    static constexpr std::uint32_t multiplier0 = 0xD2511F53U, multiplier1 = 0xCD9E8D57U;
+    static constexpr std::uint32_t weyl0 = 0x9E3779B9U, weyl1 = 0xBB67AE85U;
+    static constexpr std::size_t constant_count = 4;
+    static constexpr std::size_t max_lanes = hn::MaxLanes(Wide());
+
+    alignas(128) std::uint64_t constants_[constant_count * max_lanes];
+    alignas(128) std::uint64_t keys_[20 * max_lanes];
+};
 
 } // namespace obscura::sensors::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

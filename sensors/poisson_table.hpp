@@ -1,0 +1,25 @@
+// Cumulated Poisson probabilities for whole means, for inversion by table.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace obscura::sensors {
+
+/// For each mean q = 0, 1, ... 63: the thresholds 2^32 P(N <= k), and for each value of a random word's top
+/// byte the first k that is possible. A word w gives the smallest k with w < threshold[k]. Words and
+/// thresholds are compared as signed numbers, so both have their top bit flipped.
+struct PoissonTable {
+    static constexpr std::int32_t means = 64;
+    static constexpr std::int32_t counts = 128; ///< P(N > 126) < 2^-32 for all means
+
+    alignas(64) std::array<std::int32_t, means * counts> threshold;
+    /// Bytes, and some more, for kernels that read 32 bits at a time.
+    alignas(64) std::array<std::uint8_t, means * 256 + 4> guide;
+
+    PoissonTable() noexcept;
+    /// The one table there is.
+    static const PoissonTable& get() noexcept;
+};
+
+} // namespace obscura::sensors
