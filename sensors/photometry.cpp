@@ -1,5 +1,7 @@
 #include "sensors/photometry.hpp"
 
+#include "core/solar_spectrum.hpp"
+
 #include <algorithm>
 
 namespace obscura::sensors {
@@ -24,13 +26,17 @@ double quantum_efficiency(std::span<const SpectralPoint> table, double wavelengt
 
 double electrons_per_joule(std::span<const SpectralPoint> table, scene::SpectralBand band) {
     constexpr int steps =
-        2000; // midpoint rule; the table is piecewise linear, so 1e-7 is reached long before
-    double electrons = 0;
+        4000; // midpoint rule: the efficiency is piecewise linear, the spectrum in steps of 10 nm
+    double electrons = 0, energy = 0;
+    const bool lit = solar_band_irradiance_w_m2(band.from_m, band.to_m) > 0;
     for (int i = 0; i < steps; ++i) {
         const double wavelength = band.from_m + (band.to_m - band.from_m) * (i + 0.5) / steps;
-        electrons += quantum_efficiency(table, wavelength) * wavelength / (planck_j_s * light_speed_m_s);
+        const double weight = lit ? solar_spectral_irradiance_w_m3(wavelength) : 1;
+        electrons +=
+            weight * quantum_efficiency(table, wavelength) * wavelength / (planck_j_s * light_speed_m_s);
+        energy += weight;
     }
-    return electrons / steps;
+    return electrons / energy;
 }
 
 } // namespace obscura::sensors

@@ -13,7 +13,7 @@ namespace obscura::sensors {
 
 /// Electrons per joule that fell on the detector inside `band`:
 /// integral(S eta lambda / (h c)) / integral(S), EMVA 1288 release 4 eq. 4 folded over the band, with S the
-/// spectral irradiance, flat over the band.
+/// Sun's spectrum (flat where the Sun has none): reflected sunlight is what is in front of the camera.
 [[nodiscard]] double electrons_per_joule(std::span<const SpectralPoint> table, scene::SpectralBand band);
 
 } // namespace obscura::sensors
