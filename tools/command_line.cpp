@@ -138,7 +138,7 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
         std::string what = error.what();
         for (char& c : what)
             if (c == '\n') c = ' ';
-        throw UsageError(fmt::format("obscura {}: {} (try: obscura {} --help)", verb, what, verb));
+        throw UsageError(fmt::format("{0}{1}: {2} (try: {0}{1} --help)", program, verb, what));
     }
     if (help_wanted) {
         std::fputs(help(verb).c_str(), stdout);
@@ -149,14 +149,13 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
         const std::string name = o.positional ? o.names : o.names.substr(o.names.rfind(',') + 1);
         const bool given = app.count(o.names.substr(0, o.names.find(','))) > 0;
         if (!given)
-            throw UsageError(
-                fmt::format("obscura {}: {} is missing (try: obscura {} --help)", verb, name, verb));
+            throw UsageError(fmt::format("{0}{1}: {2} is missing (try: {0}{1} --help)", program, verb, name));
     }
     return true;
 }
 
 std::string CommandLine::help(std::string_view verb) const {
-    std::string out = fmt::format("obscura {} - {}\n\nUsage: obscura {}", verb, summary, verb);
+    std::string out = fmt::format("{0}{1} - {2}\n\nUsage: {0}{1}", program, verb, summary);
     for (const Option& o : options)
         if (o.positional) out += " " + o.names;
     for (const Option& o : options)

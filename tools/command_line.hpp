@@ -35,8 +35,9 @@ public:
 
 /// The arguments of one verb: declared once, used for parsing, --help, man pages and shell completion.
 struct CommandLine {
-    std::string summary;     ///< one line
-    std::string description; ///< paragraphs
+    std::string program = "obscura "; ///< what stands before the verb
+    std::string summary;              ///< one line
+    std::string description;          ///< paragraphs
     std::vector<Option> options;
     std::vector<std::string> examples; ///< "obscura render ...  # what it does"
 

@@ -1,0 +1,255 @@
+// Feeds a USB stimulator through the transport and says what its screen must show:
+//     stimulator_feed WIDTHxHEIGHT raw|lz4|windows FRAMES
+//     stimulator_feed WIDTHxHEIGHT unplug TIMES UDC-FILE CONTROLLER
+// `unplug` pulls the cable TIMES times under load by way of the gadget's UDC file and measures how long it
+// takes until the next frame is on the screen. Exit status 0 when every frame arrived (but those on the way
+// when the cable was pulled).
+#include "core/clock.hpp"
+#include "core/philox.hpp"
+#include "transports/stimulator/libusb_bus.hpp"
+#include "transports/stimulator/stimulator_output.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::transports;
+
+namespace {
+
+std::int64_t now_ns() {
+    return MonotonicClock().now().ns;
+}
+
+/// Smooth, so that LZ4 has something to do; or noise.
+std::uint16_t value(std::int32_t x, std::int32_t y, std::uint64_t frame, bool noisy) {
+    if (noisy)
+        return static_cast<std::uint16_t>(
+            philox4x32({static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                        static_cast<std::uint32_t>(frame), 0},
+                       {1, 1})[0] &
+            255u);
+    return static_cast<std::uint16_t>((static_cast<std::uint64_t>(y / 4) + frame * 7) & 255u);
+}
+
+class Feed {
+public:
+    Feed(std::int32_t width, std::int32_t height, Compression compression)
+        : width_(width),
+          height_(height),
+          pool_(6, static_cast<std::size_t>(width * height) * 2, static_cast<std::size_t>(height) * 2),
+          screen_(static_cast<std::size_t>(width * height)) {
+        StimulatorSettings settings;
+        settings.sensor_width = width;
+        settings.sensor_height = height;
+        settings.dn_white = 255;
+        settings.dither = Dither::none;
+        settings.compression = compression;
+        output_ = std::make_unique<StimulatorOutput>(settings, make_libusb_bus());
+        output_->start();
+    }
+
+    bool wait_connected(int seconds = 20) {
+        return wait([&] { return output_->status().connected; }, seconds);
+    }
+    template<typename F>
+    bool wait(F condition, int seconds = 20) {
+        const std::int64_t end = now_ns() + seconds * ns_per_s;
+        while (!condition()) {
+            if (now_ns() > end) return false;
+            std::this_thread::sleep_for(std::chrono::microseconds(500));
+        }
+        return true;
+    }
+    bool settled() {
+        const TransportCounters c = output_->counters();
+        return c.delivered + c.dropped == c.submitted;
+    }
+
+    /// Sends one frame of the given windows; the screen as it must be afterwards is kept.
+    bool send(std::uint64_t id, const std::vector<Region>& windows, bool noisy) {
+        FrameRef frame = pool_.acquire();
+        if (!frame) return false;
+        FrameInfo& info = frame->info;
+        info.frame_id = id;
+        info.bits_per_pixel = 8;
+        info.window_count = static_cast<std::uint32_t>(windows.size());
+        for (std::size_t i = 0; i < windows.size(); ++i) {
+            info.windows[i].sensor = windows[i];
+            info.windows[i].image_y = info.height;
+            info.height += windows[i].height;
+            info.width = std::max(info.width, windows[i].width);
+        }
+        for (std::size_t i = 0; i < windows.size(); ++i) {
+            const Region& w = windows[i];
+            for (std::int32_t y = 0; y < w.height; ++y) {
+                for (std::int32_t x = 0; x < w.width; ++x) {
+                    const std::uint16_t v = value(w.x + x, w.y + y, id, noisy);
+                    frame->row(info.windows[i].image_y + y)[static_cast<std::size_t>(x)] = v;
+                    screen_[static_cast<std::size_t>((w.y + y) * width_ + w.x + x)] =
+                        static_cast<std::uint8_t>(v);
+                }
+            }
+        }
+        frame->publish_rows(info.height);
+        return output_->submit(frame);
+    }
+    bool send_whole(std::uint64_t id, bool noisy) { return send(id, {{0, 0, width_, height_}}, noisy); }
+
+    [[nodiscard]] std::uint32_t checksum() const {
+        return static_cast<std::uint32_t>(::crc32(0, screen_.data(), static_cast<uInt>(screen_.size())));
+    }
+    StimulatorOutput& output() { return *output_; }
+    [[nodiscard]] std::int32_t width() const { return width_; }
+    [[nodiscard]] std::int32_t height() const { return height_; }
+    FramePool& pool() { return pool_; }
+
+private:
+    std::int32_t width_, height_;
+    FramePool pool_;
+    std::vector<std::uint8_t> screen_;
+    std::unique_ptr<StimulatorOutput> output_;
+};
+
+int stream(Feed& feed, const std::string& mode, std::uint64_t frames) {
+    if (!feed.wait_connected()) {
+        std::puts("no device");
+        return 1;
+    }
+    const std::int64_t begin = now_ns();
+    for (std::uint64_t id = 1; id <= frames; ++id) {
+        bool taken = false;
+        if (mode == "windows" && id > 1) {
+            const auto step = static_cast<std::int32_t>(id);
+            const std::int32_t w = feed.width(), h = feed.height();
+            taken = feed.send(id,
+                              {{(step * 13) % (w / 2), (step * 7) % (h / 4), w / 3, h / 5},
+                               {(step * 5) % (w / 2), h / 2 + (step * 3) % (h / 4), w / 4, h / 8}},
+                              id % 2 == 1);
+        } else {
+            taken = feed.send_whole(id, mode == "raw");
+        }
+        if (!taken) {
+            std::puts("a frame was not taken");
+            return 1;
+        }
+        // One at a time: this is about the picture, not about speed.
+        if (!feed.wait([&] { return feed.settled(); })) {
+            std::puts("a frame did not end");
+            return 1;
+        }
+    }
+    const double seconds = static_cast<double>(now_ns() - begin) * 1e-9;
+    const TransportCounters c = feed.output().counters();
+    const bool seen =
+        feed.wait([&] { return feed.output().status().device_shown == feed.output().status().updates; }, 3);
+    const StimulatorStatus s = feed.output().status();
+    fmt::print("sent {} frames, {} updates, {} compressed, {} bytes of {}, {:.1f} frames/s, dropped {}, "
+               "shown by the "
+               "device {}, screen {:08x}\n",
+               c.delivered, s.updates, s.compressed, c.bytes,
+               frames * static_cast<std::uint64_t>(feed.width() * feed.height()),
+               static_cast<double>(c.delivered) / seconds, c.dropped, s.device_shown, feed.checksum());
+    const bool compressed_right = mode == "raw" ? s.compressed == 0 : s.compressed > 0;
+    return c.delivered == frames && c.dropped == 0 && s.failed == 0 && seen && compressed_right ? 0 : 1;
+}
+
+std::size_t open_files() {
+    const auto files = std::filesystem::directory_iterator("/proc/self/fd");
+    return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+long resident_kib() {
+    std::ifstream status("/proc/self/status");
+    std::string word;
+    long value = 0;
+    while (status >> word)
+        if (word == "VmRSS:") status >> value;
+    return value;
+}
+
+int unplug(Feed& feed, int times, const std::string& udc, const std::string& controller) {
+    if (!feed.wait_connected()) return 1;
+    std::uint64_t id = 0;
+    std::int64_t worst = 0, sum = 0;
+    std::size_t files = 0;
+    long memory = 0;
+    const auto frame = [&] {
+        (void)feed.send_whole(++id, true);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    };
+    for (int i = 0; i < times; ++i) {
+        const std::uint64_t before = feed.output().counters().delivered;
+        if (!feed.wait([&] {
+                frame();
+                return feed.output().counters().delivered >= before + 3;
+            }))
+            return 1;
+        if (i == 5) { // everything that is allocated once has been
+            files = open_files();
+            memory = resident_kib();
+        }
+        std::ofstream(udc) << "\n" << std::flush;
+        if (!feed.wait([&] {
+                frame();
+                return !feed.output().status().connected;
+            })) {
+            std::puts("the missing device was not missed");
+            return 1;
+        }
+        const std::uint64_t delivered = feed.output().counters().delivered;
+        const std::int64_t plugged = now_ns();
+        std::ofstream(udc) << controller << "\n" << std::flush;
+        if (!feed.wait([&] {
+                frame();
+                return feed.output().counters().delivered > delivered;
+            })) {
+            std::puts("it did not come back");
+            return 1;
+        }
+        worst = std::max(worst, now_ns() - plugged);
+        sum += now_ns() - plugged;
+    }
+    feed.wait([&] { return feed.settled(); });
+    // The last frame must be on the screen, whole.
+    if (!feed.wait([&] {
+            (void)feed.send_whole(++id, false);
+            return feed.wait([&] { return feed.settled(); });
+        }))
+        return 1;
+    feed.wait([&] { return feed.output().status().device_shown > 0; }, 2);
+    const std::size_t files_after = open_files();
+    const long memory_after = resident_kib();
+    fmt::print(
+        "unplugged {} times: back after {:.0f} ms in the mean, {:.0f} ms at worst; open files {} then {}, "
+        "memory {} KiB then {} KiB, frames held {}, screen {:08x}\n",
+        times, static_cast<double>(sum) / times * 1e-6, static_cast<double>(worst) * 1e-6, files, files_after,
+        memory, memory_after, feed.pool().in_use(), feed.checksum());
+    const bool leaks = files_after > files || memory_after > memory + 4096 || feed.pool().in_use() > 0;
+    return worst <= 2 * ns_per_s && !leaks ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    const std::vector<std::string> a(argv + 1, argv + argc);
+    int width = 0, height = 0;
+    if (a.size() < 3 || std::sscanf(a[0].c_str(), "%dx%d", &width, &height) != 2) return 64;
+    const Compression compression =
+        a[1] == "raw" || a[1] == "unplug" ? Compression::off : Compression::always;
+    Feed feed(width, height, compression);
+    const int status = a[1] == "unplug" && a.size() == 5
+                           ? unplug(feed, std::atoi(a[2].c_str()), a[3], a[4])
+                           : stream(feed, a[1], std::strtoull(a[2].c_str(), nullptr, 10));
+    feed.output().stop();
+    return status;
+}

@@ -1,0 +1,160 @@
+// obscura-stimulator-sim: the reference device. A USB display on FunctionFS that keeps what it is sent.
+#include "core/error.hpp"
+#include "tools/command_line.hpp"
+#include "tools/interrupt.hpp"
+#include "tools/stimulator-sim/functionfs.hpp"
+#include "tools/stimulator-sim/usb_gadget.hpp"
+#include "transports/file/png.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace obscura;
+using namespace obscura::tools;
+
+constexpr const char* program = "obscura-stimulator-sim";
+
+/// The screen as PNG: R8 as it is; colour formats as 16 bits, red above green, which is the exact level for
+/// grey coding high_low and the level times 257 for equal.
+void save(const std::filesystem::path& file, const GudDevice& display) {
+    const auto screen = display.screen();
+    const GudDeviceSettings& s = display.settings();
+    if (display.format() == gud::Format::r8) {
+        transports::write_png8(file, s.width, s.height, screen, {});
+        return;
+    }
+    const auto pixel = static_cast<std::size_t>(gud::bytes_per_pixel(display.format()));
+    std::vector<std::uint16_t> grey(screen.size() / pixel);
+    for (std::size_t i = 0; i < grey.size(); ++i)
+        grey[i] = static_cast<std::uint16_t>(screen[i * pixel + 2] << 8 | screen[i * pixel + 1]);
+    transports::write_png16(file, s.width, s.height, 16, grey, {});
+}
+
+std::uint32_t checksum(std::span<const std::uint8_t> bytes) {
+    return static_cast<std::uint32_t>(::crc32(0, bytes.data(), static_cast<uInt>(bytes.size())));
+}
+
+class Simulator {
+public:
+    bool parse(const std::vector<std::string>& arguments) {
+        CommandLine line;
+        line.program = "obscura-";
+        line.summary = "A USB display that keeps what it is sent: the reference device for the stimulator";
+        line.description = "Becomes a USB device that speaks GUD (Generic USB Display), on a machine with a "
+                           "USB device controller or, "
+                           "for dry runs, the kernel's simulated one (modprobe dummy_hcd). Needs root, "
+                           "libcomposite and usb_f_fs. "
+                           "Prints a line for each update with the CRC-32 of its pixels and of the screen; "
+                           "ends on SIGINT or SIGTERM.";
+        line.option("--functionfs", &functionfs_, "DIR",
+                    "Use this mounted FunctionFS instance instead of making a gadget");
+        line.option("--serial", &gadget_.serial, "TEXT", "Serial number of the gadget");
+        line.option("--controller", &gadget_.controller, "NAME",
+                    "Device controller of /sys/class/udc (default: the first)");
+        line.option("--size", &size_, "WxH", "Pixels of the screen");
+        line.number("--refresh", &display_.refresh_hz, "HZ", "Refresh rate", 1, 1000);
+        line.option("--format", &format_, "FORMAT", "What it takes").choices = {"R8", "RGB888", "XRGB8888"};
+        line.flag("--full-update", display_.full_update, "Take whole frames only");
+        line.flag("--no-lz4", no_lz4_, "Take no compressed updates");
+        line.flag("--plain", plain_, "Do not answer the frame status extension");
+        line.number("--max-buffer", &display_.max_buffer_size, "BYTES", "Largest update (0: a frame)", 0,
+                    1 << 26);
+        line.option("--save", &save_, "DIR",
+                    "Write the screen there: screen.png and screen.raw at the end, and see --every");
+        line.number("--every", &every_, "N", "Also write update_NNNNNN.png after every N-th update", 0, 1e6);
+        line.flag("-q,--quiet", quiet_, "Print no line for each update");
+        line.examples = {"obscura-stimulator-sim --size 1280x1024 --save shown --every 1"};
+        if (!line.parse("stimulator-sim", arguments)) return false;
+        std::int32_t width = 0, height = 0;
+        parse_size(size_, width, height);
+        if (width > static_cast<std::int32_t>(gud::max_dimension) ||
+            height > static_cast<std::int32_t>(gud::max_dimension))
+            throw UsageError(fmt::format("{}: --size: \"{}\", allowed up to {} a side", program, size_,
+                                         gud::max_dimension));
+        display_.width = static_cast<std::uint16_t>(width);
+        display_.height = static_cast<std::uint16_t>(height);
+        display_.formats = {format_ == "R8"       ? gud::Format::r8
+                            : format_ == "RGB888" ? gud::Format::rgb888
+                                                  : gud::Format::xrgb8888};
+        display_.lz4 = !no_lz4_;
+        display_.frame_status = !plain_;
+        return true;
+    }
+
+    int run() {
+        if (!save_.empty()) std::filesystem::create_directories(save_);
+        std::unique_ptr<UsbGadget> gadget;
+        if (functionfs_.empty()) gadget = std::make_unique<UsbGadget>(gadget_);
+        {
+            FunctionFsDisplay device(gadget ? gadget->functionfs() : std::filesystem::path(functionfs_),
+                                     display_);
+            device.on_event = [](const std::string& line) { fmt::print("{}\n", line); };
+            device.on_update = [this](const GudDevice& display, const GudUpdate& update) {
+                note(display, update);
+            };
+            fmt::print("ready: {}x{} {}{}{}\n", display_.width, display_.height, format_,
+                       display_.lz4 && !display_.full_update ? ", LZ4" : "",
+                       display_.full_update ? ", whole frames" : "");
+            if (gadget) gadget->bind();
+            device.run(interrupted);
+            device.with_display([this](const GudDevice& display) {
+                fmt::print("end: {} updates, {} errors, screen crc {:08x}\n", display.status().received,
+                           display.status().errors, checksum(display.screen()));
+                if (save_.empty()) return;
+                save(std::filesystem::path(save_) / "screen.png", display);
+                std::ofstream raw(std::filesystem::path(save_) / "screen.raw", std::ios::binary);
+                raw.write(reinterpret_cast<const char*>(display.screen().data()),
+                          static_cast<std::streamsize>(display.screen().size()));
+                if (!raw) throw OutputError(fmt::format("{}/screen.raw: cannot be written", save_));
+            });
+        }
+        return exit_ok;
+    }
+
+private:
+    void note(const GudDevice& display, const GudUpdate& update) {
+        ++updates_;
+        const gud::SetBuffer& b = update.buffer;
+        if (!quiet_)
+            fmt::print("update {}: {}x{} at {},{} {} of {} bytes{} crc {:08x} screen {:08x}\n", updates_,
+                       b.width, b.height, b.x, b.y, b.transfer_length(), b.length,
+                       b.compression != 0 ? " LZ4" : "", checksum(update.pixels), checksum(display.screen()));
+        if (!save_.empty() && every_ > 0 && updates_ % every_ == 0)
+            save(std::filesystem::path(save_) / fmt::format("update_{:06}.png", updates_), display);
+    }
+
+    std::string functionfs_, size_ = "640x480", format_ = "R8", save_;
+    bool no_lz4_ = false, plain_ = false, quiet_ = false;
+    std::uint32_t every_ = 0;
+    std::uint64_t updates_ = 0;
+    GadgetSettings gadget_;
+    GudDeviceSettings display_;
+};
+
+} // namespace
+
+int main(int argc, char* argv[]) {
+    std::setvbuf(stdout, nullptr, _IOLBF, 0); // whoever watches the log sees each line at once
+    try {
+        Simulator simulator;
+        if (!simulator.parse({argv + 1, argv + argc})) return exit_ok;
+        catch_interrupts();
+        return simulator.run();
+    } catch (const Error& error) {
+        fmt::print(stderr, "{}\n", error.what());
+        return error.status();
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "{}: internal error: {}\n", program, error.what());
+        return exit_software;
+    }
+}
