@@ -106,6 +106,10 @@ public:
     void operator()(const Word& target) const { target.set(word()); }
     void operator()(const Path& target) const {
         const std::string& text = word();
+        if (text.empty() && target.optional) {
+            target.value->clear();
+            return;
+        }
         if (text.empty()) fail(where_, value_.at, "empty, a file name is wanted");
         if (text.find('\0') != std::string::npos) fail(where_, value_.at, "holds a zero character");
         const std::filesystem::path path = (where_.file.parent_path() / text).lexically_normal();

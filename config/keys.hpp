@@ -27,6 +27,7 @@ struct Scaled {
 struct Path {
     std::string* value = nullptr;
     bool must_exist = true; ///< as a readable regular file
+    bool optional = false;  ///< may be empty: no file
 };
 /// A word out of the key's choices, kept as something else.
 struct Word {

@@ -466,18 +466,18 @@ Keys keys_of(DetectorSettings& s) {
          {"off", "ramp"},
          "ramp: (x + y) mod 2^bits in place of the image"},
         {"response_map",
-         Path{&s.response_map},
+         Path{&s.response_map, true, true},
          {},
          {},
          {},
          "FITS image of the relative response, in place of the generated one"},
         {"dark_map",
-         Path{&s.dark_map},
+         Path{&s.dark_map, true, true},
          {},
          {},
          {},
          "FITS image of the dark current, e-/s at the reference temperature"},
-        {"offset_map", Path{&s.offset_map}, {}, {}, {}, "FITS image of the offsets, e-"},
+        {"offset_map", Path{&s.offset_map, true, true}, {}, {}, {}, "FITS image of the offsets, e-"},
     };
 }
 
