@@ -1,5 +1,5 @@
 # V4L2 transport to v4l2loopback of Debian 12 and 13: v4l2-ctl, ffmpeg and GStreamer get every pixel, stamps are edges
-# time limit: 120 s
+# time limit: 300 s
 . "$RIG/guest/video.sh"
 stream() { # FORMAT BITS [OPTION...]
     local format=$1 bits=$2
@@ -30,6 +30,8 @@ check() { # FILE FORMAT BITS COUNT [OPTION...]
 look() { # FORMAT BITS
     local tool
     for tool in ffmpeg v4l2-ctl gstreamer; do
+        # The slowest of them sees every driver and every format, but not every pair.
+        [ "$1$flavour$tool" = GREYffmpeg ] && continue
         take_with $tool 320x240 "$1" 5
         if [ "$flavour" = newer ] && [ $tool = ffmpeg ]; then
             check $tool.raw "$1" "$2" 5 --stamps stamps --edges edges
@@ -42,12 +44,13 @@ look() { # FORMAT BITS
 }
 
 for flavour in "" newer; do
-    loopback_up $flavour
+    # With exclusive_caps the node is an output until somebody feeds it and a camera from then on, as browsers want it; it
+    # has to become an output again when the feeding ends.
+    loopback_up $flavour exclusive_caps=1
     say "v4l2loopback $(modinfo -F version "$RIG_MODULES/${flavour:+newer/}v4l2loopback.ko")"
     stream Y16 12
     look Y16 12
     stop_stream
-    loopback_up $flavour
     stream GREY 12
     look GREY 12
     stop_stream
