@@ -35,9 +35,18 @@ struct RenderSection {
 
 /// [trigger]: the clock of the bench, seen by the camera as Line0.
 struct TriggerSection {
-    std::string source = "timer"; ///< timer, none (software only)
-    double rate_hz = 10;
-    double phase_ms = 0;
+    std::string source = "timer";          ///< timer, gpio, pps, ptp, udp, none (software only)
+    double rate_hz = 10;                   ///< timer and pps; for the others the nominal rate
+    double phase_ms = 0;                   ///< timer and pps
+    std::string line;                      ///< gpio: a line's name or "gpiochipN:OFFSET"
+    std::string edge = "rising";           ///< gpio: rising, falling, both
+    std::string device;                    ///< pps and ptp: empty means /dev/pps0 or /dev/ptp0
+    std::int32_t channel = 0;              ///< ptp: input of the clock
+    std::string listen = "127.0.0.1:5002"; ///< udp: address and port
+    double debounce_us = 0;
+    std::int32_t divider = 1; ///< the first of every so many edges counts
+    double delay_us = 0;
+    std::string over_trigger = "count"; ///< edges that come too soon: count, ignore, latch
 };
 
 /// [camera]: reset values of what a client may change over GigE Vision.

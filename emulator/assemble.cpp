@@ -27,7 +27,14 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Pr
     camera.initial = config::camera_settings(config);
     camera.limits = camera_limits(config.sensor);
     camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
-    camera.trigger_rate = sync::rational_rate(config.trigger.rate_hz);
+    const double rate_hz = config.trigger.rate_hz / config.trigger.divider;
+    if (rate_hz < 1e-6)
+        throw ConfigError(fmt::format("{}: trigger.divider: {} leaves {} Hz, allowed are 1e-6 Hz and more",
+                                      config.source.string(), config.trigger.divider, rate_hz));
+    camera.trigger_rate = sync::rational_rate(rate_hz);
+    camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch
+                          : config.trigger.over_trigger == "ignore" ? sync::OverTrigger::ignore
+                                                                    : sync::OverTrigger::count;
     if (const std::string complaint = explain_invalid(camera.initial, camera.limits); !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
 
@@ -56,14 +63,33 @@ FrameOrder Imaging::nominal_order(std::uint64_t frame_id) const {
     return order;
 }
 
-std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config,
+namespace {
+
+std::int64_t from_us(double us) {
+    return std::llround(us * static_cast<double>(ns_per_us));
+}
+
+} // namespace
+
+sync::ConditionerSettings conditioner_settings(const config::Config& config) {
+    return {from_us(config.trigger.debounce_us), static_cast<std::uint32_t>(config.trigger.divider),
+            from_us(config.trigger.delay_us)};
+}
+
+std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config, const Clock& clock,
                                                          const Priorities& priorities) {
     sync::SourceSettings settings;
     settings.kind = config.trigger.source;
     settings.rate_hz = config.trigger.rate_hz;
     settings.phase_ns = std::llround(config.trigger.phase_ms * static_cast<double>(ns_per_ms));
+    settings.line = config.trigger.line;
+    settings.edge = config.trigger.edge;
+    settings.debounce_ns = from_us(config.trigger.debounce_us);
+    settings.device = config.trigger.device;
+    settings.channel = static_cast<unsigned>(config.trigger.channel);
+    settings.listen = config.trigger.listen;
     settings.priority = priorities.trigger;
-    return sync::make_source(settings);
+    return sync::make_source(settings, clock);
 }
 
 namespace {

@@ -7,6 +7,7 @@
 #include "emulator/frame_maker.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
+#include "sync/conditioner.hpp"
 #include "sync/sync.hpp"
 #include "transports/transport.hpp"
 
@@ -50,9 +51,12 @@ struct Imaging {
 /// The limits that a sensor sets to the settings of its camera.
 [[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor);
 
+/// What happens to the edges of Line0 before the camera sees them.
+[[nodiscard]] sync::ConditionerSettings conditioner_settings(const config::Config& config);
+
 /// The source wired to Line0, or null. Throws ConfigError.
-[[nodiscard]] std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config,
-                                                                       const Priorities& priorities);
+[[nodiscard]] std::unique_ptr<sync::TriggerSource>
+make_trigger_source(const config::Config& config, const Clock& clock, const Priorities& priorities);
 
 /// Every transport the configuration enables, none of them started. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>

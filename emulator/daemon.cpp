@@ -52,7 +52,8 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
     transports_ = make_transports(config_, *camera_, imaging_->clock, priorities_);
     for (const auto& transport : transports_)
         camera_->add_transport(*transport);
-    source_ = make_trigger_source(config_, priorities_);
+    conditioner_ = std::make_unique<sync::Conditioner>(conditioner_settings(config_), *camera_);
+    source_ = make_trigger_source(config_, imaging_->clock, priorities_);
 }
 
 Daemon::~Daemon() {
@@ -75,7 +76,7 @@ void Daemon::start() {
     try {
         for (const auto& transport : transports_)
             transport->start();
-        if (source_) source_->start(*camera_);
+        if (source_) source_->start(*conditioner_);
     } catch (...) {
         stop();
         throw;

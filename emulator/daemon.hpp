@@ -52,6 +52,7 @@ private:
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;
     std::vector<std::unique_ptr<transports::Transport>> transports_;
+    std::unique_ptr<sync::Conditioner> conditioner_;
     std::unique_ptr<sync::TriggerSource> source_;
     std::string address_ = "none";
     bool running_ = false;

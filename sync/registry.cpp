@@ -1,7 +1,12 @@
 #include "sync/registry.hpp"
 
 #include "core/error.hpp"
+#include "sync/gpio_input.hpp"
+#include "sync/pps_input.hpp"
+#include "sync/pps_trigger.hpp"
+#include "sync/ptp_input.hpp"
 #include "sync/timer.hpp"
+#include "sync/udp_input.hpp"
 
 #include <fmt/format.h>
 
@@ -10,34 +15,73 @@
 namespace obscura::sync {
 namespace {
 
-std::unique_ptr<TriggerSource> make_timer(const SourceSettings& s) {
-    TimerSettings settings;
+RationalRate rate_of(const SourceSettings& s) {
     try {
-        settings.rate = rational_rate(s.rate_hz);
+        return rational_rate(s.rate_hz);
     } catch (const std::invalid_argument& e) {
         throw ConfigError(fmt::format("trigger.rate_hz: {}: {}", s.rate_hz, e.what()));
     }
+}
+
+std::unique_ptr<TriggerSource> make_timer(const SourceSettings& s, const Clock& /*clock*/) {
+    TimerSettings settings;
+    settings.rate = rate_of(s);
     settings.phase_ns = s.phase_ns;
     settings.priority = s.priority;
     return std::make_unique<TimerTrigger>(settings, std::make_unique<MonotonicClock>());
 }
 
+std::unique_ptr<TriggerSource> make_gpio(const SourceSettings& s, const Clock& clock) {
+    if (s.line.empty())
+        throw ConfigError(
+            "trigger.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is wanted");
+    GpioSettings gpio;
+    gpio.line = s.line;
+    gpio.edge = s.edge == "falling" ? GpioEdge::falling
+                : s.edge == "both"  ? GpioEdge::both
+                                    : GpioEdge::rising;
+    gpio.debounce_ns = s.debounce_ns;
+    return std::make_unique<EdgeTrigger>(
+        EdgeTriggerSettings{.name = "gpio", .priority = s.priority}, [gpio] { return open_gpio(gpio); },
+        clock);
+}
+
+std::unique_ptr<TriggerSource> make_pps(const SourceSettings& s, const Clock& /*clock*/) {
+    const std::string device = s.device.empty() ? "/dev/pps0" : s.device;
+    return std::make_unique<PpsTrigger>(
+        PpsSettings{.rate = rate_of(s), .phase_ns = s.phase_ns}, s.priority,
+        [device] { return open_pps(device); }, std::make_unique<MonotonicClock>());
+}
+
+std::unique_ptr<TriggerSource> make_ptp(const SourceSettings& s, const Clock& clock) {
+    const std::string device = s.device.empty() ? "/dev/ptp0" : s.device;
+    return std::make_unique<EdgeTrigger>(
+        EdgeTriggerSettings{.name = "ptp", .priority = s.priority},
+        [device, channel = s.channel] { return open_ptp(device, channel); }, clock);
+}
+
+std::unique_ptr<TriggerSource> make_udp(const SourceSettings& s, const Clock& clock) {
+    return std::make_unique<EdgeTrigger>(
+        EdgeTriggerSettings{.name = "udp", .priority = s.priority},
+        [listen = s.listen] { return open_udp(listen); }, clock);
+}
+
 struct Kind {
     const char* name;
-    std::unique_ptr<TriggerSource> (*make)(const SourceSettings&);
+    std::unique_ptr<TriggerSource> (*make)(const SourceSettings&, const Clock&);
 };
 
 // One line for each kind of source.
 constexpr Kind kinds[] = {
-    {"timer", make_timer},
+    {"timer", make_timer}, {"gpio", make_gpio}, {"pps", make_pps}, {"ptp", make_ptp}, {"udp", make_udp},
 };
 
 } // namespace
 
-std::unique_ptr<TriggerSource> make_source(const SourceSettings& settings) {
+std::unique_ptr<TriggerSource> make_source(const SourceSettings& settings, const Clock& clock) {
     if (settings.kind == "none") return nullptr;
     for (const Kind& kind : kinds)
-        if (settings.kind == kind.name) return kind.make(settings);
+        if (settings.kind == kind.name) return kind.make(settings, clock);
     throw ConfigError(
         fmt::format("trigger.source: \"{}\" is not known, allowed: {}", settings.kind, source_kinds()));
 }

@@ -69,9 +69,9 @@ rate_hz = 20000
     {R"([scene]
 file = "scene.toml"
 [trigger]
-source = "gpio"
+source = "sundial"
 )",
-     R"(c.toml:4:10: trigger.source: "gpio" is not known, allowed timer, none)"},
+     R"(c.toml:4:10: trigger.source: "sundial" is not known, allowed timer, gpio, pps, ptp, udp, none)"},
     {R"([scene]
 file = "scene.toml"
 [triger]

@@ -167,15 +167,23 @@ TEST_CASE("the software trigger delivers what it is told, while it is started") 
 }
 
 TEST_CASE("sources are made by name") {
-    CHECK(make_source({}) != nullptr);
-    CHECK(make_source({})->name() == "timer");
-    SourceSettings none;
-    none.kind = "none";
-    CHECK(make_source(none) == nullptr);
-    SourceSettings wrong;
-    wrong.kind = "sundial";
-    CHECK_THROWS_AS(make_source(wrong), ConfigError);
-    SourceSettings fast;
-    fast.rate_hz = 1e9;
-    CHECK_THROWS_AS(make_source(fast), ConfigError);
+    const MonotonicClock clock;
+    for (const char* kind : {"timer", "pps", "ptp", "udp"}) {
+        SourceSettings settings;
+        settings.kind = kind;
+        REQUIRE(make_source(settings, clock) != nullptr);
+        CHECK(make_source(settings, clock)->name() == kind);
+    }
+    SourceSettings settings;
+    settings.kind = "none";
+    CHECK(make_source(settings, clock) == nullptr);
+    settings.kind = "sundial";
+    CHECK_THROWS_AS((void)make_source(settings, clock), ConfigError);
+    settings.kind = "gpio";
+    CHECK_THROWS_AS((void)make_source(settings, clock), ConfigError); // which line?
+    settings.line = "TRIG_IN";
+    CHECK(make_source(settings, clock)->name() == "gpio");
+    settings.kind = "timer";
+    settings.rate_hz = 1e9;
+    CHECK_THROWS_AS((void)make_source(settings, clock), ConfigError);
 }

@@ -1,0 +1,28 @@
+// Stamps of other clocks, taken over into the scheduling clock.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <ctime>
+
+namespace obscura::sync {
+
+/// CLOCK_MONOTONIC minus the clock `id`, now; of a few readings the quickest. `id` may be that of a PTP
+/// device.
+[[nodiscard]] std::int64_t monotonic_minus(clockid_t id) noexcept;
+
+/// An edge's stamp in scheduling clock, given its stamp `at_ns` in another clock and the difference of the
+/// two. A stamp that lies more than 1 ms after `seen` or more than 1 s before it cannot be meant (the other
+/// clock was stepped in between): then `seen` itself is the best there is.
+[[nodiscard]] constexpr Time plausible_edge(std::int64_t at_ns, std::int64_t monotonic_minus_ns,
+                                            Time seen) noexcept {
+    const Time edge{at_ns + monotonic_minus_ns};
+    const bool plausible = edge - seen <= ns_per_ms && seen - edge <= ns_per_s;
+    return plausible ? edge : seen;
+}
+
+constexpr std::int64_t to_ns(const timespec& t) noexcept {
+    return std::int64_t{t.tv_sec} * ns_per_s + t.tv_nsec;
+}
+
+} // namespace obscura::sync

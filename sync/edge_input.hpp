@@ -1,0 +1,29 @@
+// A place where edges arrive, each with its own stamp: a GPIO line, a PPS or PTP device, a socket.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace obscura::sync {
+
+struct Edge {
+    Time at; ///< scheduling clock
+    std::uint64_t sequence =
+        0; ///< counts edges where the input does so, a gap means lost ones; 0: it does not
+};
+
+/// Opened on construction, closed on destruction.
+class EdgeInput {
+public:
+    virtual ~EdgeInput() = default;
+    static constexpr int gone = -1;
+
+    /// Blocks until there are edges, but no longer than `timeout_ns` (at most 1 s). The number of edges
+    /// written to `edges`, 0 after the time, or `gone` when the input has vanished and must be opened anew.
+    /// Neither allocates nor throws.
+    virtual int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept = 0;
+};
+
+} // namespace obscura::sync

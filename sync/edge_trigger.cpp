@@ -1,0 +1,79 @@
+#include "sync/edge_trigger.hpp"
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/realtime.hpp"
+
+#include <array>
+#include <chrono>
+#include <utility>
+
+namespace obscura::sync {
+
+EdgeTrigger::EdgeTrigger(EdgeTriggerSettings settings, Open open, const Clock& clock)
+    : settings_(std::move(settings)), open_(std::move(open)), clock_(clock) {}
+
+EdgeTrigger::~EdgeTrigger() {
+    stop();
+}
+
+void EdgeTrigger::start(TriggerSink& sink) {
+    stop();
+    input_ = open_();
+    stopping_ = false;
+    connected_ = true;
+    thread_ = std::thread([this, &sink] {
+        name_this_thread(("trigger-" + settings_.name).c_str());
+        if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
+        run(sink);
+    });
+}
+
+void EdgeTrigger::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    thread_.join();
+    input_.reset();
+    connected_ = false;
+}
+
+void EdgeTrigger::run(TriggerSink& sink) {
+    std::array<Edge, 16> edges;
+    std::uint64_t id = 0, last_sequence = 0;
+    while (!stopping_.load(std::memory_order_relaxed)) {
+        if (!input_) {
+            reopen();
+            last_sequence = 0;
+            continue;
+        }
+        const int count = input_->wait(settings_.poll_ns, edges);
+        if (count == EdgeInput::gone) {
+            // Not a real-time thread any more until the input is back: there is nothing to be in time for.
+            log_warning("trigger {}: the input has vanished; waiting for it to come back", settings_.name);
+            connected_ = false;
+            input_.reset();
+            continue;
+        }
+        const Time seen = clock_.now();
+        for (int i = 0; i < count; ++i) {
+            const Edge& edge = edges[static_cast<std::size_t>(i)];
+            const bool known = last_sequence != 0 && edge.sequence > last_sequence;
+            id += known ? edge.sequence - last_sequence : 1;
+            last_sequence = edge.sequence;
+            sink.on_trigger({id, edge.at, seen});
+        }
+    }
+}
+
+void EdgeTrigger::reopen() {
+    try {
+        input_ = open_();
+        connected_ = true;
+        reconnects_.fetch_add(1, std::memory_order_relaxed);
+        log_notice("trigger {}: the input is back", settings_.name);
+    } catch (const Error&) {
+        std::this_thread::sleep_for(std::chrono::nanoseconds(settings_.reopen_every_ns));
+    }
+}
+
+} // namespace obscura::sync

@@ -1,0 +1,59 @@
+// A trigger source that waits at an EdgeInput, and opens it again when it vanishes.
+#pragma once
+
+#include "core/clock.hpp"
+#include "sync/edge_input.hpp"
+#include "sync/sync.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace obscura::sync {
+
+struct EdgeTriggerSettings {
+    std::string name = "edge";
+    int priority = 0;                       ///< SCHED_FIFO priority of the thread; 0: ordinary scheduling
+    std::int64_t poll_ns = 100 * ns_per_ms; ///< longest wait, so that stop() and a vanished input are noticed
+    std::int64_t reopen_every_ns = 200 * ns_per_ms;
+};
+
+/// Ids count the edges from 1 at start(); where the input has sequence numbers, edges that it lost leave a
+/// gap. While the input is gone nothing is known of its edges: numbering goes on without a gap when it is
+/// back.
+class EdgeTrigger final : public TriggerSource {
+public:
+    using Open = std::function<std::unique_ptr<EdgeInput>()>;
+
+    /// `open` throws HardwareError when the input cannot be had; in start() that is passed on, later it is
+    /// tried again. `clock` must outlive the source.
+    EdgeTrigger(EdgeTriggerSettings settings, Open open, const Clock& clock);
+    ~EdgeTrigger() override;
+
+    [[nodiscard]] std::string_view name() const override { return settings_.name; }
+    void start(TriggerSink& sink) override;
+    void stop() override;
+
+    /// False while the input is gone. Any thread.
+    [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
+    [[nodiscard]] std::uint64_t reconnects() const noexcept {
+        return reconnects_.load(std::memory_order_relaxed);
+    }
+
+private:
+    void run(TriggerSink& sink);
+    void reopen();
+
+    const EdgeTriggerSettings settings_;
+    const Open open_;
+    const Clock& clock_;
+    std::unique_ptr<EdgeInput> input_;
+    std::atomic<bool> stopping_{false}, connected_{false};
+    std::atomic<std::uint64_t> reconnects_{0};
+    std::thread thread_;
+};
+
+} // namespace obscura::sync

@@ -1,0 +1,60 @@
+#include "sync/pps_input.hpp"
+
+#include "core/error.hpp"
+#include "sync/clock_reading.hpp"
+#include "sync/file_descriptor.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/pps.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace obscura::sync {
+namespace {
+
+class PpsInput final : public EdgeInput {
+public:
+    explicit PpsInput(const std::string& device) : fd_(::open(device.c_str(), O_RDWR | O_CLOEXEC)) {
+        if (!fd_) throw HardwareError(fmt::format("trigger.device: {}: {}", device, std::strerror(errno)));
+        pps_kparams params{};
+        if (::ioctl(fd_.get(), PPS_GETPARAMS, &params) != 0)
+            throw HardwareError(
+                fmt::format("trigger.device: {}: no PPS device ({})", device, std::strerror(errno)));
+        params.mode |= PPS_CAPTUREASSERT;
+        params.mode &= ~PPS_OFFSETASSERT;
+        // Capturing may be on already; setting it needs rights that are not needed then.
+        if (::ioctl(fd_.get(), PPS_SETPARAMS, &params) != 0 && errno != EPERM)
+            throw HardwareError(fmt::format("trigger.device: {}: cannot capture assert edges ({})", device,
+                                            std::strerror(errno)));
+    }
+
+    int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
+        pps_fdata data{};
+        data.timeout.sec = timeout_ns / ns_per_s;
+        data.timeout.nsec = static_cast<std::int32_t>(timeout_ns % ns_per_s);
+        if (::ioctl(fd_.get(), PPS_FETCH, &data) != 0) return errno == ETIMEDOUT || errno == EINTR ? 0 : gone;
+        timespec now{};
+        clock_gettime(CLOCK_MONOTONIC, &now);
+        // The fetch also returns for clear edges and when nothing new came in time.
+        if (data.info.assert_sequence == last_ || edges.empty()) return 0;
+        last_ = data.info.assert_sequence;
+        const std::int64_t at_ns = data.info.assert_tu.sec * ns_per_s + data.info.assert_tu.nsec;
+        edges[0] = {plausible_edge(at_ns, monotonic_minus(CLOCK_REALTIME), Time{to_ns(now)}), last_};
+        return 1;
+    }
+
+private:
+    FileDescriptor fd_;
+    std::uint32_t last_ = 0;
+};
+
+} // namespace
+
+std::unique_ptr<EdgeInput> open_pps(const std::string& device) {
+    return std::make_unique<PpsInput>(device);
+}
+
+} // namespace obscura::sync

@@ -1,0 +1,15 @@
+// Edges of a pulse-per-second device (RFC 2783, /dev/ppsN).
+#pragma once
+
+#include "sync/edge_input.hpp"
+
+#include <memory>
+#include <string>
+
+namespace obscura::sync {
+
+/// Opens the device and captures its assert edges. The kernel stamps them in CLOCK_REALTIME and counts them;
+/// its count is the sequence. Throws HardwareError.
+[[nodiscard]] std::unique_ptr<EdgeInput> open_pps(const std::string& device);
+
+} // namespace obscura::sync

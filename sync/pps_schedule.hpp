@@ -1,0 +1,59 @@
+// Instants at PPS + k/rate + phase, from the pulses that came so far.
+#pragma once
+
+#include "core/time.hpp"
+#include "sync/schedule.hpp"
+
+#include <cstdint>
+#include <optional>
+
+namespace obscura::sync {
+
+/// How far a clock can be trusted.
+enum class ClockState : std::uint8_t {
+    free,     ///< nothing to hold on to (yet, or for too long)
+    locked,   ///< the last pulse came when it should
+    holdover, ///< pulses are missing; the last ones are continued
+};
+[[nodiscard]] const char* name_of(ClockState state) noexcept;
+
+struct PpsSettings {
+    RationalRate rate{10, 1};
+    std::int64_t phase_ns = 0;
+    std::int64_t glitch_ns = 500 * ns_per_ms; ///< a pulse sooner than this after another one is none
+    std::int64_t tolerance_ns =
+        ns_per_ms; ///< a locked pulse is no farther than this from the expected instant
+    std::int64_t holdover_ns = 60 * ns_per_s; ///< without pulses for longer than this the clock runs free
+};
+
+/// Slot m lies m/rate after the first pulse, measured from the pulse of its own second: the pulse's stamp
+/// plus the fraction of the second, plus the phase. While a second's pulse is not there, the latest one is
+/// continued with seconds of the scheduling clock. Not thread-safe.
+class PpsSchedule {
+public:
+    explicit PpsSchedule(const PpsSettings& settings);
+
+    /// A pulse that came. False when it was taken for a glitch.
+    bool pulse(Time edge) noexcept;
+    [[nodiscard]] bool started() const noexcept { return second_.has_value(); }
+
+    /// Where slot m lies, as far as is known now. started() must hold.
+    [[nodiscard]] Time slot(std::uint64_t m) const noexcept;
+    /// Number of the first slot at or after `t`.
+    [[nodiscard]] std::uint64_t first_slot_from(Time t) const noexcept;
+    /// Whether slot m is a pulse itself whose stamp is still to come.
+    [[nodiscard]] bool awaits_pulse(std::uint64_t m) const noexcept;
+    [[nodiscard]] ClockState state(Time now) const noexcept;
+    /// Of the last pulse: its distance from where the one before let expect it.
+    [[nodiscard]] std::int64_t last_offset_ns() const noexcept { return last_offset_ns_; }
+
+private:
+    const PpsSettings settings_;
+    const Schedule nominal_;             ///< slot m after 0
+    std::optional<std::int64_t> second_; ///< number of the last pulse's second; the first pulse is second 0
+    Time last_pulse_;
+    std::int64_t last_offset_ns_ = 0;
+    bool consistent_ = false; ///< the last pulse came within the tolerance
+};
+
+} // namespace obscura::sync

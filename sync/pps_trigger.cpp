@@ -1,0 +1,81 @@
+#include "sync/pps_trigger.hpp"
+
+#include "core/realtime.hpp"
+
+#include <utility>
+
+namespace obscura::sync {
+
+PpsTrigger::PpsTrigger(const PpsSettings& settings, int priority, EdgeTrigger::Open open,
+                       std::unique_ptr<Clock> clock)
+    : settings_(settings),
+      priority_(priority),
+      clock_(std::move(clock)),
+      pulses_(*clock_),
+      input_({.name = "pps", .priority = priority}, std::move(open), *clock_) {}
+
+PpsTrigger::~PpsTrigger() {
+    stop();
+}
+
+void PpsTrigger::start(TriggerSink& sink) {
+    stop();
+    pulses_.latest_ns = INT64_MIN;
+    stopping_ = false;
+    missed_ = 0;
+    clock_->rearm();
+    input_.start(pulses_);
+    thread_ = std::thread([this, &sink] {
+        name_this_thread("trigger-pps");
+        if (priority_ > 0) make_this_thread_realtime(priority_);
+        declare_this_thread_realtime();
+        run(sink);
+    });
+}
+
+void PpsTrigger::stop() {
+    if (!thread_.joinable()) return;
+    input_.stop();
+    stopping_ = true;
+    clock_->interrupt();
+    thread_.join();
+    state_ = ClockState::free;
+}
+
+void PpsTrigger::Pulses::on_trigger(const Trigger& t) noexcept {
+    latest_ns.store(t.edge.ns, std::memory_order_release);
+    clock.interrupt();
+}
+
+void PpsTrigger::run(TriggerSink& sink) noexcept {
+    PpsSchedule schedule(settings_);
+    std::int64_t latest_ns = INT64_MIN;
+    std::uint64_t next = 0;
+    while (!stopping_.load(std::memory_order_relaxed)) {
+        if (const std::int64_t pulse_ns = pulses_.latest_ns.load(std::memory_order_acquire);
+            pulse_ns != latest_ns) {
+            latest_ns = pulse_ns;
+            schedule.pulse(Time{pulse_ns});
+        }
+        const Time now = clock_->now();
+        state_.store(schedule.state(now), std::memory_order_relaxed);
+        if (!schedule.started()) {
+            if (!clock_->sleep_until(now + ns_per_s)) clock_->rearm();
+            continue;
+        }
+        Time due = schedule.slot(next);
+        if (schedule.awaits_pulse(next)) due += pulse_patience_ns;
+        if (now < due) {
+            // A pulse on the way moves the slot, so look again whenever one comes.
+            if (!clock_->sleep_until(due)) clock_->rearm();
+            continue;
+        }
+        std::uint64_t latest = schedule.first_slot_from(now + 1) - 1;
+        if (latest > next && schedule.awaits_pulse(latest)) --latest;
+        missed_.fetch_add(latest - next, std::memory_order_relaxed);
+        sink.on_trigger({latest + 1, schedule.slot(latest), now});
+        next = latest + 1;
+    }
+}
+
+} // namespace obscura::sync

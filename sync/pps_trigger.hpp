@@ -1,0 +1,57 @@
+// A trigger source in step with a pulse per second.
+#pragma once
+
+#include "core/clock.hpp"
+#include "sync/edge_trigger.hpp"
+#include "sync/pps_schedule.hpp"
+#include "sync/sync.hpp"
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+namespace obscura::sync {
+
+/// Triggers at PPS + k/rate + phase. Until the first pulse nothing is triggered; through missing pulses the
+/// schedule runs on (holdover). A slot that is a pulse itself waits for that pulse, at most
+/// pulse_patience_ns, and carries its stamp. Slots slept through leave a gap in the ids.
+class PpsTrigger final : public TriggerSource {
+public:
+    static constexpr std::int64_t pulse_patience_ns = 20 * ns_per_ms;
+
+    /// `open` opens the pulses' input. `clock` must be this source's own: it interrupts it.
+    PpsTrigger(const PpsSettings& settings, int priority, EdgeTrigger::Open open,
+               std::unique_ptr<Clock> clock);
+    ~PpsTrigger() override;
+
+    [[nodiscard]] std::string_view name() const override { return "pps"; }
+    void start(TriggerSink& sink) override;
+    void stop() override;
+
+    /// Any thread.
+    [[nodiscard]] ClockState clock_state() const noexcept { return state_.load(std::memory_order_relaxed); }
+    [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
+
+private:
+    /// Takes the pulses on the input's thread and leaves the latest for the other.
+    struct Pulses final : TriggerSink {
+        explicit Pulses(Clock& c) : clock(c) {}
+        void on_trigger(const Trigger& t) noexcept override;
+        Clock& clock;
+        std::atomic<std::int64_t> latest_ns{INT64_MIN};
+    };
+
+    void run(TriggerSink& sink) noexcept;
+
+    const PpsSettings settings_;
+    const int priority_;
+    std::unique_ptr<Clock> clock_;
+    Pulses pulses_;
+    EdgeTrigger input_;
+    std::atomic<bool> stopping_{false};
+    std::atomic<ClockState> state_{ClockState::free};
+    std::atomic<std::uint64_t> missed_{0};
+    std::thread thread_;
+};
+
+} // namespace obscura::sync

@@ -1,0 +1,213 @@
+#include "core/error.hpp"
+#include "sync/clock_reading.hpp"
+#include "sync/edge_trigger.hpp"
+#include "sync/gpio_input.hpp"
+#include "sync/pps_input.hpp"
+#include "sync/ptp_input.hpp"
+#include "sync/udp_input.hpp"
+#include "tests/support/catch.hpp"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::sync;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Collector final : TriggerSink {
+    void on_trigger(const Trigger& t) noexcept override {
+        triggers[count.load() % triggers.size()] = t;
+        ++count;
+        count.notify_all();
+    }
+    void wait_for(std::size_t n) {
+        for (std::size_t seen = count; seen < n; seen = count)
+            count.wait(seen);
+    }
+    std::vector<Trigger> triggers = std::vector<Trigger>(64);
+    std::atomic<std::size_t> count{0};
+};
+
+// Plays a list: positive numbers are edges with that sequence, 0 an edge without, -1 the end of the input.
+struct Script {
+    std::mutex mutex;
+    std::deque<int> steps;
+    std::atomic<int> opened{0};
+    std::atomic<bool> present{true};
+};
+
+class ScriptInput final : public EdgeInput {
+public:
+    explicit ScriptInput(Script& script) : script_(script) {
+        if (!script.present) throw HardwareError("not there");
+        ++script.opened;
+    }
+    int wait(std::int64_t, std::span<Edge> edges) noexcept override {
+        const std::lock_guard lock(script_.mutex);
+        if (script_.steps.empty()) {
+            usleep(200);
+            return 0;
+        }
+        const int step = script_.steps.front();
+        script_.steps.pop_front();
+        if (step < 0) return gone;
+        edges[0] = {Time{1000 + step}, static_cast<std::uint64_t>(step)};
+        return 1;
+    }
+
+private:
+    Script& script_;
+};
+
+std::string complaint_of(const EdgeTrigger::Open& open) {
+    try {
+        (void)open();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST_CASE("edges get ids; sequence numbers show the lost ones, until the input is opened anew") {
+    Script script;
+    script.steps = {5, 6, 9, 0, 0, -1, 100, 101};
+    const MonotonicClock clock;
+    Collector sink;
+    EdgeTrigger source(
+        {.reopen_every_ns = ns_per_ms}, [&] { return std::make_unique<ScriptInput>(script); }, clock);
+    source.start(sink);
+    sink.wait_for(7);
+    source.stop();
+    const std::uint64_t ids[] = {1, 2, 5, 6, 7, 8, 9};
+    for (std::size_t i = 0; i < 7; ++i)
+        CHECK(sink.triggers[i].id == ids[i]);
+    CHECK(sink.triggers[2].edge == Time{1009});
+    CHECK(script.opened == 2);
+    CHECK(source.reconnects() == 1);
+}
+
+TEST_CASE("an input that is not there at the start is an error, later it is waited for") {
+    Script script;
+    script.present = false;
+    const MonotonicClock clock;
+    Collector sink;
+    EdgeTrigger source(
+        {.reopen_every_ns = ns_per_ms}, [&] { return std::make_unique<ScriptInput>(script); }, clock);
+    CHECK_THROWS_AS(source.start(sink), HardwareError);
+    script.present = true;
+    source.start(sink);
+    CHECK(source.connected());
+    script.present = false;
+    {
+        const std::lock_guard lock(script.mutex);
+        script.steps = {-1, 3};
+    }
+    while (source.connected())
+        usleep(200);
+    usleep(5000);
+    CHECK(sink.count == 0);
+    script.present = true;
+    sink.wait_for(1);
+    CHECK(source.connected());
+    source.stop();
+}
+
+TEST_CASE("a stamp that cannot be meant is replaced by the time it was seen") {
+    const Time seen{10 * ns_per_s};
+    CHECK(plausible_edge(3 * ns_per_s, 6'999'000'000, seen) == Time{9'999'000'000});
+    CHECK(plausible_edge(3 * ns_per_s, 7'000'500'000, seen) == Time{10'000'500'000}); // readings have errors
+    CHECK(plausible_edge(3 * ns_per_s, 7'002'000'000, seen) == seen);                 // the future
+    CHECK(plausible_edge(3 * ns_per_s, 5 * ns_per_s, seen) == seen); // long ago: the clock was stepped
+}
+
+TEST_CASE("the difference of two clocks of this machine") {
+    timespec real{}, mono{};
+    clock_gettime(CLOCK_REALTIME, &real);
+    const std::int64_t difference = monotonic_minus(CLOCK_REALTIME);
+    clock_gettime(CLOCK_MONOTONIC, &mono);
+    // The two readings embrace the one inside; a machine may take its time between them.
+    CHECK(difference <= to_ns(mono) - to_ns(real));
+    CHECK(monotonic_minus(CLOCK_MONOTONIC) <= 0);
+}
+
+TEST_CASE("devices that are not there or not what they should be are named") {
+    CHECK_THAT(complaint_of([] { return open_gpio({.line = "gpiochip99:3"}); }),
+               Contains("gpiochip99:3") && Contains("No such file"));
+    CHECK_THAT(complaint_of([] { return open_gpio({.line = "NO_SUCH_LINE"}); }), Contains("NO_SUCH_LINE"));
+    CHECK_THAT(complaint_of([] { return open_gpio({.line = "gpiochip0:x"}); }), Contains("gpiochip0:x"));
+    CHECK_THAT(complaint_of([] { return open_pps("/dev/pps99"); }), Contains("/dev/pps99: No such file"));
+    CHECK_THAT(complaint_of([] { return open_pps("/dev/null"); }), Contains("/dev/null: no PPS device"));
+    CHECK_THAT(complaint_of([] { return open_ptp("/dev/ptp99", 0); }), Contains("/dev/ptp99: No such file"));
+    CHECK_THAT(complaint_of([] { return open_ptp("/dev/null", 0); }), Contains("/dev/null: no PTP clock"));
+    for (const char* address :
+         {"", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", "::1:5000", "a:1"})
+        CHECK_THROWS_AS((void)open_udp(address), ConfigError);
+    CHECK_THAT(complaint_of([] { return open_udp("192.0.2.1:5002"); }),
+               Contains("192.0.2.1:5002: Cannot assign"));
+}
+
+TEST_CASE("UDP triggers: the message by its bytes") {
+    const auto bytes = encode({0x01020304, 0x0a0b0c0d0e0f1011});
+    const std::uint8_t expected[] = {'O', 'B', 'T', 'R', 1, 2, 3, 4, 10, 11, 12, 13, 14, 15, 16, 17};
+    CHECK(std::equal(bytes.begin(), bytes.end(), std::begin(expected)));
+    UdpTriggerMessage message;
+    REQUIRE(decode(bytes, message));
+    CHECK(message == UdpTriggerMessage{0x01020304, 0x0a0b0c0d0e0f1011});
+    CHECK_FALSE(decode({bytes.data(), 15}, message));
+    auto wrong = bytes;
+    wrong[0] = 'X';
+    CHECK_FALSE(decode(wrong, message));
+    wrong = bytes;
+    wrong[8] = 0x40; // a time that no clock shows
+    CHECK_FALSE(decode(wrong, message));
+}
+
+TEST_CASE("UDP triggers over a socket: stamps, gaps, rubbish") {
+    const std::string port = std::to_string(20'000 + getpid() % 40'000);
+    const std::string host = "127.77." + std::to_string(getpid() / 250 % 250) + ".1";
+    const MonotonicClock clock;
+    Collector sink;
+    EdgeTrigger source(
+        {}, [&] { return open_udp(host + ":" + port); }, clock);
+    source.start(sink);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(port)));
+    inet_pton(AF_INET, host.c_str(), &to.sin_addr);
+    const auto send = [&](const void* data, std::size_t size) {
+        sendto(fd, data, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    };
+    const Time begin = clock.now();
+    const std::int64_t tai_of_begin = begin.ns - monotonic_minus(CLOCK_TAI);
+    send("rubbish", 7);
+    auto message = encode({7, tai_of_begin});
+    send(message.data(), message.size());
+    sink.wait_for(1);
+    message = encode({10, 0});
+    send(message.data(), message.size());
+    sink.wait_for(2);
+    const Time end = clock.now();
+    close(fd);
+    source.stop();
+    CHECK(sink.count == 2);
+    CHECK(sink.triggers[0].id == 1);
+    CHECK(sink.triggers[1].id == 4); // 8 and 9 never came
+    // Comparing clocks has an error; a whole millisecond would be another edge.
+    CHECK(sink.triggers[0].edge - begin < ns_per_ms);
+    CHECK(begin - sink.triggers[0].edge < ns_per_ms);
+    CHECK(sink.triggers[1].edge - begin > -ns_per_ms);
+    CHECK(end - sink.triggers[1].edge > -ns_per_ms);
+}
