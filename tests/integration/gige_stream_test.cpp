@@ -4,6 +4,7 @@
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/pattern_camera.hpp"
+#include "transports/gige/fault_injector.hpp"
 #include "transports/gige/gige.hpp"
 
 #include <arpa/inet.h>
@@ -500,6 +501,197 @@ TEST_CASE(
     client.open_stream(4);
     client.execute("AcquisitionStart");
     receive_in_order(client, 5, {0, 0, 256, 200});
+}
+
+TEST_CASE("Events reach the message channel and are repeated until acknowledged") {
+    Bench bench(limits());
+    GigeClient client(address);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in a{};
+    a.sin_family = AF_INET;
+    a.sin_addr.s_addr = inet_addr("127.0.0.1");
+    socklen_t bytes = sizeof a;
+    REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+    REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
+    timeval patience{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    client.set("GevMCPHostPort", std::int64_t{ntohs(a.sin_port)});
+    client.set("GevMCTT", std::int64_t{100});
+    client.set("EventSelector", "Test");
+    client.set("EventNotification", "On");
+
+    struct Message {
+        std::uint16_t request = 0, id = 0, block = 0;
+        std::uint64_t timestamp = 0;
+    };
+    const auto receive = [&](bool acknowledge) {
+        std::uint8_t d[64] = {};
+        sockaddr_in from{};
+        socklen_t from_bytes = sizeof from;
+        REQUIRE(recvfrom(fd, d, sizeof d, 0, reinterpret_cast<sockaddr*>(&from), &from_bytes) == 24);
+        REQUIRE(d[0] == 0x42);
+        REQUIRE(d[3] == 0xC0);
+        if (acknowledge) {
+            const std::uint8_t ack[8] = {0, 0, 0, 0xC1, 0, 0, d[6], d[7]};
+            sendto(fd, ack, sizeof ack, 0, reinterpret_cast<sockaddr*>(&from), from_bytes);
+        }
+        Message m;
+        m.request = static_cast<std::uint16_t>(d[6] << 8 | d[7]);
+        m.id = static_cast<std::uint16_t>(d[10] << 8 | d[11]);
+        m.block = static_cast<std::uint16_t>(d[14] << 8 | d[15]);
+        for (int i = 16; i < 24; ++i)
+            m.timestamp = m.timestamp << 8 | d[i];
+        return m;
+    };
+    client.execute("TestEventGenerate");
+    const Message first = receive(false);
+    CHECK(first.id == 0x9006);
+    const Message again = receive(true);
+    CHECK(again.request == first.request);
+    CHECK(again.timestamp == first.timestamp);
+
+    for (const char* event : {"FrameStart", "ExposureStart", "ExposureEnd"}) {
+        client.set("EventSelector", event);
+        client.set("EventNotification", "On");
+    }
+    client.set("AcquisitionMode", "SingleFrame");
+    client.set("ExposureTime", 2500.0);
+    client.open_stream(2);
+    client.execute("AcquisitionStart");
+    const Message start = receive(true), open = receive(true), shut = receive(true);
+    auto buffer = client.next(5000);
+    REQUIRE(buffer != nullptr);
+    CHECK(start.id == 0x9001);
+    CHECK(open.id == 0x9002);
+    CHECK(shut.id == 0x9003);
+    CHECK(start.block == 1);
+    CHECK(start.timestamp == arv_buffer_get_timestamp(buffer.get()));
+    CHECK(shut.timestamp - open.timestamp == 2'500'000);
+    bench.camera.notify(transports::gige::CameraEvent::trigger_missed, {}, 7); // not enabled: silence
+    client.set("EventSelector", "FrameTriggerMissed");
+    client.set("EventNotification", "On");
+    bench.camera.notify(transports::gige::CameraEvent::trigger_missed, {1000}, 7);
+    const Message missed = receive(true);
+    CHECK(missed.id == 0x9004);
+    CHECK(missed.timestamp == 1007);
+    close(fd);
+}
+
+TEST_CASE("Faults do to the stream what they say") {
+    using transports::gige::Fault;
+    struct Outcome {
+        int complete = 0, incomplete = 0, wrong = 0, out_of_step = 0;
+    };
+    const auto run = [](Fault fault, double percent, double amount) {
+        GigeSettings settings;
+        settings.history_frames = 16;
+        transports::gige::FaultRule rule;
+        rule.fault = fault;
+        rule.percent = percent;
+        rule.amount = amount;
+        settings.faults = {rule};
+        Bench bench(limits(), settings);
+        GigeClient client(address);
+        client.set("AcquisitionMode", "MultiFrame");
+        client.set("AcquisitionFrameCount", std::int64_t{8});
+        client.set("AcquisitionFrameRate", 25.0);
+        client.open_stream(10);
+        g_object_set(client.stream(), "frame-retention", 400'000U, nullptr);
+        client.execute("AcquisitionStart");
+        Outcome o;
+        std::uint64_t id = 0;
+        while (auto buffer = client.next(600)) {
+            const bool complete = arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS;
+            (complete ? o.complete : o.incomplete) += 1;
+            o.out_of_step += arv_buffer_get_frame_id(buffer.get()) != ++id;
+            o.wrong += complete && wrong_pixels_16(buffer.get(), id, {0, 0, 256, 200}, 0) != 0;
+            client.give_back(std::move(buffer));
+        }
+        return o;
+    };
+    for (const Fault harmless :
+         {Fault::duplicate, Fault::reorder, Fault::lose, Fault::drop_trailer, Fault::drop_leader}) {
+        CAPTURE(fault_name(harmless));
+        const Outcome o = run(harmless, harmless == Fault::lose ? 2 : 20, 1);
+        CHECK(o.complete == 8);
+        CHECK(o.wrong == 0);
+    }
+    const Outcome delayed = run(Fault::delay, 3, 1000);
+    CHECK(delayed.complete == 8);
+    const Outcome gone = run(Fault::lose_for_good, 2, 1);
+    CHECK(gone.incomplete > 0);
+    const Outcome corrupt = run(Fault::corrupt, 2, 1);
+    CHECK(corrupt.complete == 8);
+    CHECK(corrupt.wrong > 0);
+    const Outcome skipped = run(Fault::skip_frame, 50, 1);
+    CHECK(skipped.complete < 8);
+    CHECK(skipped.out_of_step > 0);
+    const Outcome renamed = run(Fault::wrong_block_id, 100, 5);
+    CHECK(renamed.out_of_step == 8);
+}
+
+TEST_CASE("Every way of sending delivers the same frames") {
+    for (const char* backend : {"sendto", "sendmmsg", "gso", "auto"}) {
+        CAPTURE(backend);
+        GigeSettings settings;
+        settings.backend = backend;
+        settings.history_frames = 16;
+        Bench bench(limits(), settings);
+        GigeClient client(address);
+        client.set("AcquisitionFrameRate", 25.0);
+        client.set("GevGVSPExtendedIDMode", "On");
+        client.open_stream(8);
+        client.execute("AcquisitionStart");
+        receive_in_order(client, 10, {0, 0, 256, 200});
+        client.execute("AcquisitionStop");
+        CHECK(bench.camera.gige_counters().send_errors == 0);
+    }
+}
+
+TEST_CASE("Two cameras share a host, each at its own address") {
+    GigeSettings one, two;
+    one.serial = "ONE";
+    two.serial = "TWO";
+    two.interface = address.substr(0, address.rfind('.') + 1) +
+                    std::to_string(std::stoi(address.substr(address.rfind('.') + 1)) + 1);
+    Bench first(limits(), one), second(limits(64, 64), two);
+    GigeClient a(address), b(two.interface);
+    CHECK(a.text("DeviceSerialNumber") == "ONE");
+    CHECK(b.text("DeviceSerialNumber") == "TWO");
+    CHECK(a.integer("GevMACAddress") != b.integer("GevMACAddress"));
+    a.set("AcquisitionFrameRate", 20.0);
+    b.set("AcquisitionFrameRate", 20.0);
+    a.open_stream(8);
+    b.open_stream(100);
+    a.execute("AcquisitionStart");
+    b.execute("AcquisitionStart");
+    receive_in_order(a, 10, {0, 0, 256, 200});
+    receive_in_order(b, 10, {0, 0, 64, 64});
+}
+
+TEST_CASE("Multicast: a stream can go to a group") {
+    Bench bench(limits(64, 64));
+    GigeClient client(address);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in a{};
+    a.sin_family = AF_INET;
+    socklen_t bytes = sizeof a;
+    REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+    REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
+    ip_mreq group{};
+    group.imr_multiaddr.s_addr = inet_addr("239.192.7.1");
+    group.imr_interface.s_addr = inet_addr("127.0.0.1");
+    REQUIRE(setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0);
+    timeval patience{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    client.set("GevSCDA", std::int64_t{0xEFC00701});
+    client.set("GevSCPHostPort", std::int64_t{ntohs(a.sin_port)});
+    client.set("AcquisitionMode", "SingleFrame");
+    client.execute("AcquisitionStart");
+    std::uint8_t packet[2048];
+    REQUIRE(recv(fd, packet, sizeof packet, 0) == 8 + 36); // the leader
+    CHECK(packet[4] == 1);
+    close(fd);
 }
 
 TEST_CASE("Features read back what was written, and refuse what cannot be") {

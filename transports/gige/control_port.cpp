@@ -4,17 +4,29 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace obscura::transports::gige {
 
-ControlPort::ControlPort(Device& device, const GigeSettings& settings)
-    : device_(device), bank_(device.registers()) {
+ControlPort::ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network)
+    : device_(device),
+      policy_(network, settings.allow, settings.off_link),
+      read_only_(settings.read_only),
+      bank_(device.registers()) {
     bank_.add({.name = "GevHeartbeatTimeout",
                .address = reg::heartbeat_timeout,
                .access = Access::read_write,
                .reset = static_cast<std::uint32_t>(std::max(settings.heartbeat_timeout_ms, 500)),
                .minimum = 500,
                .maximum = 24 * 3600 * 1000});
+    bank_.add({.name = "ControlSwitchoverKey",
+               .address = reg::switchover_key,
+               .access = Access::write_only,
+               .maximum = 0xFFFF,
+               .write = [this](std::uint32_t value) {
+                   bank_.poke(reg::switchover_key, value);
+                   return Status::success;
+               }});
     bank_.add({.name = "GevCCP",
                .address = reg::control_privilege,
                .access = Access::read_write,
@@ -31,6 +43,16 @@ ControlPort::ControlPort(Device& device, const GigeSettings& settings)
 std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> datagram, Peer from,
                                                   bool broadcast, Time now) {
     counters_.datagrams.fetch_add(1, std::memory_order_relaxed);
+    if (!policy_.admits(from.ip)) {
+        counters_.ignored.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    if (device_.control_faults().any() &&
+        device_.control_faults().strikes(Fault::mute_control, 1,
+                                         static_cast<std::uint32_t>(++fault_draws_)) != nullptr) {
+        counters_.muted.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
     const Request request = parse_gvcp(datagram, broadcast);
     if (request.kind == Request::Kind::ignore) {
         counters_.ignored.fetch_add(1, std::memory_order_relaxed);
@@ -56,7 +78,38 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
         last_request_bytes_ = datagram.size();
         last_reply_bytes_ = reply.size();
     }
-    return request.wants_ack() ? reply : std::span<const std::uint8_t>{};
+    if (!request.wants_ack() || reply.empty()) return {};
+    // Answers longer than their question are what an amplifier is made of.
+    if (reply.size() > datagram.size() && !policy_.spend(from.ip, reply.size(), now)) {
+        counters_.throttled.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    if (const std::uint32_t delay_ms = device_.take_pending_ack_ms(); delay_ms > 0)
+        return postpone(reply, from, now, delay_ms);
+    return reply;
+}
+
+std::span<const std::uint8_t> ControlPort::postpone(std::span<const std::uint8_t> reply, Peer from, Time now,
+                                                    std::uint32_t delay_ms) {
+    std::copy(reply.begin(), reply.end(), pending_reply_.begin());
+    pending_reply_bytes_ = reply.size();
+    pending_peer_ = from;
+    pending_due_ = now + std::int64_t{delay_ms} * ns_per_ms;
+    // The client is to wait half as long again as we mean to take.
+    const std::uint16_t id = load_be16(reply.data() + 6);
+    store_be16(reply_.data(), static_cast<std::uint16_t>(Status::success));
+    store_be16(reply_.data() + 2, static_cast<std::uint16_t>(Command::pending_ack) + 1);
+    store_be16(reply_.data() + 4, 4);
+    store_be16(reply_.data() + 6, id);
+    store_be16(payload(), 0);
+    store_be16(payload() + 2, static_cast<std::uint16_t>(delay_ms + delay_ms / 2 + 100));
+    return {reply_.data(), gvcp_header_bytes + 4};
+}
+
+std::span<const std::uint8_t> ControlPort::take_due_reply(Time now, Peer& to) {
+    if (pending_reply_bytes_ == 0 || now < pending_due_) return {};
+    to = pending_peer_;
+    return {pending_reply_.data(), std::exchange(pending_reply_bytes_, 0U)};
 }
 
 std::span<const std::uint8_t> ControlPort::acknowledge(const Request& request, Status status,
@@ -137,11 +190,8 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
         if (request.resend.channel == 0 && device_.may_ask_resend(from.ip)) device_.resend(request.resend);
         return {};
     case Command::action:
-        if (request.action.scheduled)
-            return broadcast ? std::span<const std::uint8_t>{}
-                             : acknowledge(request, Status::not_implemented);
-        if (!device_.action(request.action, now)) return {};
-        return acknowledge(request, Status::success);
+        if (Status status{}; device_.action(request.action, now, status)) return acknowledge(request, status);
+        return {};
     default:
         // FORCEIP: the host's address is the host's business.
         return broadcast ? std::span<const std::uint8_t>{} : acknowledge(request, Status::not_implemented);
@@ -149,12 +199,23 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
 }
 
 Status ControlPort::write_privilege(std::uint32_t value) {
-    if ((value & ~(privilege::control | privilege::exclusive)) != 0) return Status::invalid_parameter;
-    if (controlled() && !is_controller(asking_)) return Status::access_denied;
-    if (value == 0) {
+    const std::uint32_t bits = value & 0xFFFF;
+    constexpr std::uint32_t known = privilege::control | privilege::exclusive | privilege::switchover_enable;
+    if ((bits & ~known) != 0) return Status::invalid_parameter;
+    if (read_only_) return Status::access_denied;
+    if (controlled() && !is_controller(asking_)) {
+        // Switchover: the controller has left the door open for whoever knows the key.
+        const bool open = (privilege_ & privilege::switchover_enable) != 0 && bits != 0 &&
+                          value >> 16 == bank_.peek(reg::switchover_key);
+        if (!open) return Status::access_denied;
+        device_.post(Event::application_switch, asked_);
+        last_request_bytes_ = 0;
+    }
+    if (bits == 0) {
         if (controlled()) release();
         return Status::success;
     }
+    value = bits;
     controller_ = asking_;
     privilege_ = value;
     last_heard_ = asked_;
@@ -163,12 +224,19 @@ Status ControlPort::write_privilege(std::uint32_t value) {
 }
 
 Time ControlPort::deadline() const noexcept {
-    if (!controlled()) return {INT64_MAX};
+    Time due = device_.next_action();
+    if (pending_reply_bytes_ != 0) due = std::min(due, pending_due_);
+    if (controlled()) due = std::min(due, heartbeat_deadline());
+    return due;
+}
+
+Time ControlPort::heartbeat_deadline() const noexcept {
     return last_heard_ + std::int64_t{bank_.peek(reg::heartbeat_timeout)} * ns_per_ms;
 }
 
 void ControlPort::on_timer(Time now) {
-    if (!controlled() || now < deadline()) return;
+    device_.run_actions(now);
+    if (!controlled() || now < heartbeat_deadline()) return;
     counters_.control_lost.fetch_add(1, std::memory_order_relaxed);
     release();
 }

@@ -4,6 +4,7 @@
 #include "core/time.hpp"
 #include "transports/gige/device.hpp"
 #include "transports/gige/gvcp_parser.hpp"
+#include "transports/gige/source_policy.hpp"
 
 #include <array>
 #include <atomic>
@@ -21,14 +22,15 @@ struct Peer {
 
 /// Counted for the log and for tests.
 struct ControlCounters {
-    std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_lost{0};
+    std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_lost{0},
+        throttled{0}, muted{0};
 };
 
 /// Runs requests against a Device and decides who may. Control thread only, but for counters() and
 /// controller().
 class ControlPort {
 public:
-    explicit ControlPort(Device& device, const GigeSettings& settings);
+    ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network);
 
     /// The acknowledge to send back to `from`, empty for none; valid until the next call. `now` is when the
     /// datagram arrived.
@@ -37,7 +39,11 @@ public:
 
     /// When on_timer() wants to be called; Time::max when nothing is awaited.
     [[nodiscard]] Time deadline() const noexcept;
-    /// Takes control from a controller that has been silent for the heartbeat time-out.
+    /// The final acknowledge of a command that was first answered with PENDING_ACK, once it is due; empty
+    /// otherwise.
+    std::span<const std::uint8_t> take_due_reply(Time now, Peer& to);
+    /// Runs scheduled actions that are due, and takes control from a controller that has been
+    /// silent for the heartbeat time-out.
     void on_timer(Time now);
     /// Gives up control whoever has it (shutdown).
     void release();
@@ -53,8 +59,14 @@ private:
     Status write_registers(const Request& request, std::size_t& entries);
     [[nodiscard]] bool is_controller(Peer p) const noexcept { return controlled() && p == controller_; }
     Status write_privilege(std::uint32_t value);
+    [[nodiscard]] Time heartbeat_deadline() const noexcept;
+    std::span<const std::uint8_t> postpone(std::span<const std::uint8_t> reply, Peer from, Time now,
+                                           std::uint32_t delay_ms);
 
     Device& device_;
+    SourcePolicy policy_;
+    const bool read_only_;
+    std::uint64_t fault_draws_ = 0;
     RegisterBank& bank_;
     ControlCounters counters_;
     Peer controller_; // ip 0: nobody
@@ -68,6 +80,11 @@ private:
     std::array<std::uint8_t, gvcp_max_datagram> last_request_{};
     std::array<std::uint8_t, gvcp_max_datagram> last_reply_{};
     std::size_t last_request_bytes_ = 0, last_reply_bytes_ = 0;
+    // A command answered with PENDING_ACK, and what to answer in the end.
+    std::array<std::uint8_t, gvcp_max_datagram> pending_reply_{};
+    std::size_t pending_reply_bytes_ = 0;
+    Peer pending_peer_;
+    Time pending_due_;
 };
 
 } // namespace obscura::transports::gige

@@ -105,6 +105,12 @@ void ControlServer::loop() {
                 if (read(fd, &expirations, sizeof expirations) < 0 && errno != EAGAIN) continue;
                 armed_ = {INT64_MAX};
                 port_.on_timer(clock_.now());
+                Peer to;
+                if (const auto late = port_.take_due_reply(clock_.now(), to); !late.empty()) {
+                    const sockaddr_in a = socket_address(to.ip, to.port);
+                    sendto(sockets_[0].get(), late.data(), late.size(), MSG_NOSIGNAL,
+                           reinterpret_cast<const sockaddr*>(&a), sizeof a);
+                }
             } else {
                 serve(fd, fd != sockets_[0].get());
             }

@@ -45,11 +45,12 @@ double from_milli(std::uint32_t word) {
 } // namespace
 
 Device::Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
-               StreamPort& stream, const Clock& clock)
+               StreamPort& stream, MessageChannel& messages, const Clock& clock)
     : settings_(settings),
       network_(network),
       control_(control),
       stream_(stream),
+      messages_(messages),
       clock_(clock),
       limits_(control.limits()),
       packet_size_max_(std::max(packet_size_min, std::min(network.mtu, packet_size_limit) / 4 * 4)) {
@@ -64,7 +65,13 @@ Device::Device(const GigeSettings& settings, const NetworkInterface& network, Ca
     add_acquisition();
     add_statistics();
     add_chunks();
+    add_messages();
+    add_faults();
+    add_user_sets();
     add_xml();
+    default_set_ = saved_features();
+    read_state_file();
+    publish_faults();
 }
 
 void Device::constant(std::string_view name, std::uint32_t address, std::uint32_t value) {
@@ -107,7 +114,8 @@ void Device::add_identity() {
     bank_.add_string("DeviceManufacturerInfo", reg::manufacturer_info, 48, Access::read_only,
                      "Camera emulator");
     bank_.add_string("DeviceSerialNumber", reg::serial, 16, Access::read_only, settings_.serial);
-    bank_.add_string("DeviceUserID", reg::user_name, 16, Access::read_write, settings_.user_name);
+    bank_.add_string("DeviceUserID", reg::user_name, 16, Access::read_write, settings_.user_name).written =
+        [this] { write_state_file(); };
 }
 
 void Device::add_network() {
@@ -137,23 +145,29 @@ void Device::add_network() {
 }
 
 void Device::add_capabilities() {
-    constant("MessageChannelCount", reg::message_channels, 0);
+    constant("MessageChannelCount", reg::message_channels, 1);
     constant("StreamChannelCount", reg::stream_channels, 1);
     constant("ActionSignalCount", reg::action_signals, action_group_count);
     constant("ActiveLinkCount", reg::active_links, 1);
     // SCSP register, 16-bit block ids.
     constant("StreamCapability", reg::gvsp_capability, 0xC0000000);
-    constant("MessageCapability", reg::message_capability, 0);
-    // User name, serial, link speed, primary application registers, unconditional ACTION acknowledge, ACTION,
-    // PACKETRESEND, WRITEMEM, concatenation.
-    constant("GVCPCapability", reg::gvcp_capability, 0xD8000047);
+    constant("MessageCapability", reg::message_capability, 0x80000000); // MCSP register
+    // User name, serial, link speed, primary application registers, switchover, unconditional ACTION,
+    // scheduled ACTION, ACTION, PENDING_ACK, EVENT, PACKETRESEND, WRITEMEM, concatenation.
+    constant("GVCPCapability", reg::gvcp_capability, 0xD832006F);
     bank_.add({.name = "GevTimestampTickFrequencyHigh", .address = reg::tick_frequency_high});
     constant("GevTimestampTickFrequency", reg::tick_frequency_low, 1'000'000'000);
     constant("DiscoveryAckDelay", reg::discovery_ack_delay, 0);
     bank_.add({.name = "GVCPConfiguration",
                .address = reg::gvcp_configuration,
                .access = Access::read_write,
-               .maximum = 0});
+               .write = [this](std::uint32_t value) {
+                   constexpr std::uint32_t pending_ack = 2, unconditional_action = 8;
+                   if ((value & ~(pending_ack | unconditional_action)) != 0) return Status::invalid_parameter;
+                   bank_.poke(reg::gvcp_configuration, value);
+                   return Status::success;
+               }});
+    constant("ScheduledActionQueueSize", reg::action_queue_size, action_queue_size);
     constant("PendingTimeout", reg::pending_timeout, 1000);
     bank_.add({.name = "GevGVSPExtendedIDMode",
                .address = reg::gvsp_configuration,
@@ -213,9 +227,7 @@ void Device::add_stream() {
                .access = Access::read_write,
                .locked_while_streaming = true,
                .write = [this](std::uint32_t ip) {
-                   // Without this, whoever takes control can aim a gigabit at any address in the world.
-                   if (ip != 0 && ip != controller_ip_ && !network_.on_link(ip) && !is_multicast(ip))
-                       return Status::invalid_parameter;
+                   if (check_destination(ip) != Status::success) return Status::invalid_parameter;
                    bank_.poke(reg::stream_destination, ip);
                    return Status::success;
                }});
@@ -310,6 +322,10 @@ void Device::add_acquisition() {
         });
     command("AcquisitionStart", feature::acquisition_start, [this] { return acquisition_start(); });
     command("AcquisitionStop", feature::acquisition_stop, [this] { return acquisition_stop(); });
+    command("DeviceReset", feature::device_reset, [this] {
+        acquisition_stop();
+        return load_features(default_set_);
+    });
     command("AcquisitionAbort", feature::acquisition_abort, [this] { return acquisition_stop(); });
     setting(
         "AcquisitionFrameCount", feature::acquisition_frame_count, true,
@@ -404,6 +420,103 @@ void Device::add_chunks() {
                    .maximum = 1});
 }
 
+void Device::configure_messages() {
+    MessageConfig c;
+    c.destination_port = static_cast<std::uint16_t>(bank_.peek(reg::message_port));
+    c.destination_ip = bank_.peek(reg::message_destination);
+    if (c.destination_ip == 0) c.destination_ip = controller_ip_;
+    c.timeout_ms = bank_.peek(reg::message_timeout);
+    c.retries = bank_.peek(reg::message_retries);
+    messages_.configure(c);
+}
+
+void Device::add_messages() {
+    const auto channel = [this](std::string_view name, std::uint32_t address, std::uint32_t reset,
+                                std::uint32_t maximum) {
+        bank_.add({.name = name,
+                   .address = address,
+                   .access = Access::read_write,
+                   .reset = reset,
+                   .maximum = maximum,
+                   .written = [this] { configure_messages(); }});
+    };
+    channel("GevMCPHostPort", reg::message_port, 0, 0xFFFF);
+    for (std::uint32_t a = reg::message_port + 4; a < reg::message_destination; a += 4)
+        constant("Reserved", a, 0);
+    bank_.add({.name = "GevMCDA",
+               .address = reg::message_destination,
+               .access = Access::read_write,
+               .write =
+                   [this](std::uint32_t ip) {
+                       if (check_destination(ip) != Status::success || is_multicast(ip))
+                           return Status::invalid_parameter;
+                       bank_.poke(reg::message_destination, ip);
+                       return Status::success;
+                   },
+               .written = [this] { configure_messages(); }});
+    channel("GevMCTT", reg::message_timeout, 300, 10'000);
+    channel("GevMCRC", reg::message_retries, 3, 10);
+    bank_.add({.name = "GevMCSP", .address = reg::message_source_port, .read = [this] {
+                   return std::uint32_t{messages_.source_port()};
+               }});
+    for (std::uint32_t i = 0; i < event_count; ++i)
+        bank_.add({.name = "EventNotification",
+                   .address = feature::event_notification + 4 * i,
+                   .access = Access::read_write,
+                   .maximum = 1,
+                   .written = [this, i] {
+                       messages_.enable(static_cast<Event>(i),
+                                        bank_.peek(feature::event_notification + 4 * i) != 0);
+                   }});
+    command("TestEventGenerate", feature::test_event_generate, [this] {
+        post(Event::test, clock_.now());
+        return Status::success;
+    });
+    bank_.add({.name = "TestPendingAck",
+               .address = feature::test_pending_ack,
+               .access = Access::read_write,
+               .maximum = 5000,
+               .written = [this] { pending_ack_ms_ = bank_.peek(feature::test_pending_ack); }});
+}
+
+void Device::add_faults() {
+    for (std::uint32_t i = 0; i < fault_count; ++i) {
+        const std::uint32_t percent = feature::fault_percent + 4 * i, amount = feature::fault_amount + 4 * i;
+        bank_.add({.name = "FaultPercent",
+                   .address = percent,
+                   .access = Access::read_write,
+                   .maximum = 100'000,
+                   .written = [this] { publish_faults(); }});
+        bank_.add({.name = "FaultAmount",
+                   .address = amount,
+                   .access = Access::read_write,
+                   .reset = 1,
+                   .maximum = 1'000'000,
+                   .written = [this] { publish_faults(); }});
+    }
+}
+
+void Device::publish_faults() {
+    std::vector<FaultRule> rules = settings_.faults;
+    if (settings_.drop_percent > 0) {
+        FaultRule lose;
+        lose.percent = settings_.drop_percent;
+        lose.seed = settings_.seed;
+        rules.push_back(lose);
+    }
+    for (std::uint32_t i = 0; i < fault_count; ++i) {
+        const std::uint32_t percent = bank_.peek(feature::fault_percent + 4 * i);
+        if (percent == 0) continue;
+        FaultRule live;
+        live.fault = static_cast<Fault>(i);
+        live.percent = percent / 1000.0;
+        live.amount = bank_.peek(feature::fault_amount + 4 * i);
+        live.seed = settings_.seed;
+        rules.push_back(live);
+    }
+    faults_.set_rules(std::move(rules));
+}
+
 std::uint32_t Device::chunk_selection() const {
     std::uint32_t selection = 0;
     if (bank_.peek(feature::chunk_mode_active) != 0)
@@ -442,6 +555,7 @@ StreamConfig Device::stream_config() const {
         c.throughput_limit = bank_.peek(feature::throughput_limit);
     c.payload.timestamp_origin_ns = timestamp_origin_ns_;
     c.payload.chunks = chunk_selection();
+    c.faults = faults_;
     const PixelFormat format = control_.settings().pixel_format;
     // Frames hold 16-bit words; these formats want them as they are, unless the ADC is deeper.
     const int format_bits = format == PixelFormat::mono10   ? 10
@@ -481,21 +595,61 @@ Status Device::acquisition_stop() {
 void Device::control_lost() {
     acquisition_stop();
     bank_.poke(reg::stream_port, 0);
+    bank_.poke(reg::message_port, 0);
+    configure_messages();
+    actions_ = {};
     channel_fresh_ = true;
     controller_ip_ = 0;
 }
 
-bool Device::action(const ActionRequest& request, Time edge) {
+bool Device::action(const ActionRequest& request, Time now, Status& status) {
+    status = Status::success;
     if (request.device_key != bank_.peek(reg::action_device_key)) return false;
-    bool concerned = false;
-    for (std::uint32_t i = 0; i < action_group_count; ++i) {
-        const std::uint32_t base = reg::action_groups + 16 * i;
-        const bool matches =
-            request.group_key == bank_.peek(base) && (request.group_mask & bank_.peek(base + 4)) != 0;
-        if (matches && i == 0) control_.action_trigger(edge);
-        concerned = concerned || matches;
+    constexpr std::uint32_t unconditional = 8;
+    if (controller_ip_ == 0 && (bank_.peek(reg::gvcp_configuration) & unconditional) == 0) return false;
+    if (request.group_key != bank_.peek(reg::action_groups) ||
+        (request.group_mask & bank_.peek(reg::action_groups + 4)) == 0)
+        return false;
+    if (!request.scheduled) {
+        control_.action_trigger(now);
+        return true;
     }
-    return concerned;
+    // From device time back to the scheduling clock.
+    const auto instant = static_cast<std::int64_t>(request.instant_ns & 0x7FFFFFFFFFFFFFFF);
+    const Time due{instant + timestamp_origin_ns_ - clock_.tai_offset_ns()};
+    if (due <= now) {
+        status = Status::action_late;
+        post(Event::action_late, now);
+        return true;
+    }
+    const auto free = std::find(actions_.begin(), actions_.end(), Time{});
+    if (free == actions_.end()) {
+        status = Status::overflow;
+    } else {
+        *free = due;
+    }
+    return true;
+}
+
+Time Device::next_action() const noexcept {
+    Time next{INT64_MAX};
+    for (const Time t : actions_)
+        if (t != Time{}) next = std::min(next, t);
+    return next;
+}
+
+void Device::run_actions(Time now) {
+    for (Time next = next_action(); next <= now; next = next_action()) {
+        // The edge is the instant that was asked for: every camera on the link gets the same one.
+        control_.action_trigger(next);
+        *std::find(actions_.begin(), actions_.end(), next) = {};
+    }
+}
+
+Status Device::check_destination(std::uint32_t ip) const {
+    // Without this, whoever takes control can aim a gigabit at any address in the world.
+    const bool good = ip == 0 || ip == controller_ip_ || network_.on_link(ip) || is_multicast(ip);
+    return good ? Status::success : Status::invalid_parameter;
 }
 
 bool Device::may_ask_resend(std::uint32_t ip) const noexcept {

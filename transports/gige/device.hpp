@@ -3,12 +3,19 @@
 
 #include "core/camera.hpp"
 #include "core/clock.hpp"
+#include "transports/gige/fault_injector.hpp"
+#include "transports/gige/message_channel.hpp"
 #include "transports/gige/network_interface.hpp"
 #include "transports/gige/register_bank.hpp"
 #include "transports/gige/settings.hpp"
 #include "transports/gige/stream_port.hpp"
 
+#include <array>
+#include <cstddef>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace obscura::transports::gige {
 
@@ -22,7 +29,7 @@ struct StreamStatistics {
 class Device {
 public:
     Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
-           StreamPort& stream, const Clock& clock);
+           StreamPort& stream, MessageChannel& messages, const Clock& clock);
 
     [[nodiscard]] RegisterBank& registers() noexcept { return bank_; }
     [[nodiscard]] const RegisterBank& registers() const noexcept { return bank_; }
@@ -31,8 +38,19 @@ public:
     void set_controller(std::uint32_t ip) noexcept { controller_ip_ = ip; }
     /// The controller left or fell silent: acquisition ends, the stream channel closes, features stay.
     void control_lost();
-    /// An ACTION command. True when it concerned one of this device's signals.
-    bool action(const ActionRequest& request, Time edge);
+    /// An ACTION command. True when it concerns one of this device's signals; then it is run now, or queued
+    /// when scheduled, and `status` tells how that went.
+    bool action(const ActionRequest& request, Time now, Status& status);
+    /// When the next scheduled action is due; Time::max without one.
+    [[nodiscard]] Time next_action() const noexcept;
+    /// Runs what is due.
+    void run_actions(Time now);
+    /// A rule for commands themselves (mute_control), see FaultInjector.
+    [[nodiscard]] const FaultInjector& control_faults() const noexcept { return faults_; }
+    /// Posts an event of the control side.
+    void post(Event e, Time t) { messages_.post({e, 0, device_time(t)}); }
+    /// How long a client wants TestPendingAck to take, once; 0 when it does not.
+    std::uint32_t take_pending_ack_ms() { return std::exchange(pending_ack_ms_, 0U); }
     /// PACKETRESEND is only served for who controls the device or receives the stream.
     [[nodiscard]] bool may_ask_resend(std::uint32_t ip) const noexcept;
     void resend(const ResendRequest& request) noexcept { stream_.resend(request); }
@@ -52,6 +70,9 @@ private:
     void add_acquisition();
     void add_statistics();
     void add_chunks();
+    void add_messages();
+    void add_user_sets();
+    void add_faults();
     void add_xml();
 
     void constant(std::string_view name, std::uint32_t address, std::uint32_t value);
@@ -62,6 +83,13 @@ private:
 
     [[nodiscard]] std::uint32_t chunk_selection() const;
     [[nodiscard]] StreamConfig stream_config() const;
+    void configure_messages();
+    Status check_destination(std::uint32_t ip) const;
+    void publish_faults();
+    [[nodiscard]] std::string saved_features() const;
+    Status load_features(const std::string& text);
+    void read_state_file();
+    bool write_state_file() const;
     Status acquisition_start();
     Status acquisition_stop();
     Status write_stream_port(std::uint32_t value);
@@ -71,6 +99,7 @@ private:
     const NetworkInterface network_;
     CameraControl& control_;
     StreamPort& stream_;
+    MessageChannel& messages_;
     const Clock& clock_;
     const CameraLimits limits_;
     RegisterBank bank_;
@@ -79,6 +108,11 @@ private:
     std::uint32_t packet_size_max_;
     bool channel_fresh_ = true; // no acquisition since the stream channel was opened
     std::int64_t timestamp_origin_ns_ = 0;
+    FaultInjector faults_;
+    std::uint32_t pending_ack_ms_ = 0;
+    static constexpr std::size_t action_queue_size = 16;
+    std::array<Time, action_queue_size> actions_{}; // scheduled, in no order; 0: free
+    std::string default_set_, user_set_1_;          // features as text, see saved_features()
     std::uint64_t timestamp_latched_ = 0;
 };
 

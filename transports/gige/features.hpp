@@ -54,6 +54,17 @@ constexpr std::uint32_t stream_resent = 0xA21C;
 constexpr std::uint32_t chunk_mode_active = 0xA300;
 constexpr std::uint32_t chunk_enable = 0xA310; // one word per Chunk
 
+constexpr std::uint32_t event_notification = 0xA400; // one word per Event
+constexpr std::uint32_t test_event_generate = 0xA440;
+constexpr std::uint32_t test_pending_ack = 0xA444; // ms
+constexpr std::uint32_t device_reset = 0xA450;
+constexpr std::uint32_t user_set_selector = 0xA460;
+constexpr std::uint32_t user_set_load = 0xA464;
+constexpr std::uint32_t user_set_save = 0xA468;
+constexpr std::uint32_t user_set_default = 0xA46C;
+constexpr std::uint32_t fault_percent = 0xA500; // one word per Fault, in 1/1000 %
+constexpr std::uint32_t fault_amount = 0xA540;  // one word per Fault
+
 /// The zipped camera.xml.
 constexpr std::uint32_t xml_file = 0x0010'0000;
 

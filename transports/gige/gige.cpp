@@ -8,6 +8,7 @@ namespace obscura::transports::gige {
 /// In order of construction; destroyed in reverse, so the control side goes before the sender.
 struct GigeCamera::Parts {
     NetworkInterface network;
+    MessageChannel messages;
     GvspSender sender;
     Device device;
     ControlPort port;
@@ -15,9 +16,10 @@ struct GigeCamera::Parts {
 
     Parts(const GigeSettings& s, CameraControl& control, const Clock& clock)
         : network(find_interface(s.interface)),
-          sender(s, network, clock),
-          device(s, network, control, sender, clock),
-          port(device, s),
+          messages(network),
+          sender(s, network, messages, clock),
+          device(s, network, control, sender, messages, clock),
+          port(device, s, network),
           server(port, network, clock, s.port, s.realtime_priority) {
         device.set_statistics([this] {
             const SenderCounters& c = sender.counters();
@@ -38,6 +40,7 @@ GigeCamera::~GigeCamera() {
 
 void GigeCamera::start() {
     parts_ = std::make_unique<Parts>(settings_, control_, clock_);
+    parts_->messages.start();
     parts_->sender.start();
     parts_->server.start();
 }
@@ -46,10 +49,17 @@ void GigeCamera::stop() {
     if (!parts_) return;
     parts_->server.stop();
     parts_->sender.stop();
+    parts_->messages.stop();
 }
 
 bool GigeCamera::submit(const FrameRef& frame) noexcept {
     return parts_ && parts_->sender.submit(frame);
+}
+
+void GigeCamera::notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept {
+    if (!parts_) return;
+    const Event e = event == CameraEvent::trigger_missed ? Event::frame_trigger_missed : Event::error;
+    parts_->messages.post({e, 0, static_cast<std::uint64_t>(t.ns + tai_offset_ns)});
 }
 
 TransportCounters GigeCamera::counters() const noexcept {
@@ -72,6 +82,9 @@ GigeCounters GigeCamera::gige_counters() const noexcept {
     out.retries = c.retries.load();
     out.commands = c.datagrams.load();
     out.denied = c.denied.load();
+    out.throttled = c.throttled.load();
+    out.events_acknowledged = parts_->messages.acknowledged();
+    out.events_lost = parts_->messages.lost();
     out.trigger_to_first_p50_ns = s.trigger_to_first.quantile_ns(0.5);
     out.trigger_to_first_p99_ns = s.trigger_to_first.quantile_ns(0.99);
     out.trigger_to_last_p50_ns = s.trigger_to_last.quantile_ns(0.5);

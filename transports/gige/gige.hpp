@@ -23,9 +23,14 @@ struct GigeCounters {
     std::uint64_t control_lost = 0; ///< controllers that fell silent
     std::uint64_t retries = 0;      ///< repeated commands answered without running them again
     std::uint64_t commands = 0, denied = 0;
+    std::uint64_t throttled = 0; ///< answers kept back, see SourcePolicy
+    std::uint64_t events_acknowledged = 0, events_lost = 0;
     std::int64_t trigger_to_first_p50_ns = 0, trigger_to_first_p99_ns = 0; ///< edge to leader sent
     std::int64_t trigger_to_last_p50_ns = 0, trigger_to_last_p99_ns = 0;   ///< edge to trailer sent
 };
+
+/// What only the producer can know, for notify(). Frame and exposure events the camera makes itself.
+enum class CameraEvent : std::uint8_t { trigger_missed, error };
 
 /// How to use it:
 ///
@@ -60,6 +65,9 @@ public:
     /// Ends the acquisition of a connected client, too.
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
+    /// Tells the controlling application, if it has switched the event's notification on. Any thread; neither
+    /// blocks, locks nor allocates.
+    void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept;
     [[nodiscard]] TransportCounters counters() const noexcept override;
     [[nodiscard]] GigeCounters gige_counters() const noexcept;
     /// The IPv4 address the camera answers on; valid after start().

@@ -1,6 +1,5 @@
 #include "transports/gige/gvsp_sender.hpp"
 
-#include "core/philox.hpp"
 #include "core/realtime.hpp"
 
 #include <algorithm>
@@ -19,16 +18,13 @@ constexpr std::uint32_t resend_budget = 4;
 
 } // namespace
 
-GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network, const Clock& clock)
-    : settings_(settings),
-      network_(network),
-      clock_(clock),
-      loss_threshold_(
-          static_cast<std::uint64_t>(std::clamp(settings.drop_percent, 0.0, 100.0) / 100 * 0x1p32)) {}
+GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network,
+                       MessageChannel& messages, const Clock& clock)
+    : settings_(settings), network_(network), clock_(clock), messages_(messages) {}
 
 void GvspSender::start() {
     socket_.open(network_, 4U << 20);
-    socket_.set_backend(settings_.backend == "sendto" ? SendBackend::sendto : SendBackend::sendmmsg);
+    socket_.set_backend(choose_backend(settings_.backend, network_));
     quit_.store(false);
     thread_ = std::thread([this] { loop(); });
 }
@@ -84,6 +80,7 @@ bool GvspSender::begin(const StreamConfig& config) {
             std::clamp<std::int64_t>(paced_batch_ns / session->packet_interval_ns, 1, session->batch));
     }
     session->zeros.resize(session->packet_payload);
+    session->scratch.resize(session->packet_payload);
     session->blocks.resize(static_cast<std::size_t>(std::max(settings_.history_frames, 1)) + 1);
     for (Block& b : session->blocks)
         b.payload.reserve(config.payload);
@@ -194,17 +191,29 @@ void GvspSender::send_frame(FrameRef frame) noexcept {
         if (prepare(block, std::move(frame))) {
             const Time edge = block.frame->info.trigger_edge;
             ++session_->frames; // from here on in the history
-            queue_packet(block, 0, false);
+            if (fault(Fault::skip_frame, block) != nullptr) {
+                block.frame = {};
+                counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
+                counters_.dropped.fetch_add(1, std::memory_order_relaxed);
+                return;
+            }
+            post(Event::frame_start, block, edge);
+            if (fault(Fault::drop_leader, block) == nullptr) queue_packet(block, 0, false);
             socket_.flush();
             block.sent = 1;
             counters_.trigger_to_first.add(clock_.now() - edge);
             if (send_payload(block)) {
                 write_trailer(block);
-                queue_packet(block, block.sent, false);
+                if (fault(Fault::drop_trailer, block) == nullptr) queue_packet(block, block.sent, false);
                 socket_.flush();
                 ++block.sent;
                 counters_.trigger_to_last.add(clock_.now() - edge);
                 delivered = true;
+                const auto rows = block.frame->row_times();
+                if (!rows.empty()) {
+                    post(Event::exposure_start, block, rows.front().reset);
+                    post(Event::exposure_end, block, rows.back().read);
+                }
             }
         }
     }
@@ -215,13 +224,18 @@ bool GvspSender::prepare(Block& block, FrameRef frame) noexcept {
     const FrameInfo& info = frame->info;
     block.sent = block.resent = 0;
     block.count = session_->frames + 1;
-    block.wire_id = wire_block_id(block.count, session_->config.extended_ids);
+    std::uint64_t shown = block.count;
+    if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
+        shown += static_cast<std::uint64_t>(rule->amount);
+    block.wire_id = wire_block_id(shown, session_->config.extended_ids);
     if (!block.payload.begin(*frame, info.frame_id, session_->packet_payload)) {
         block.frame = {};
         return false;
     }
-    const auto stamp = static_cast<std::uint64_t>(info.trigger_edge.ns + info.tai_offset_ns -
-                                                  session_->config.payload.timestamp_origin_ns);
+    auto stamp = static_cast<std::uint64_t>(info.trigger_edge.ns + info.tai_offset_ns -
+                                            session_->config.payload.timestamp_origin_ns);
+    if (const FaultRule* rule = fault(Fault::wrong_timestamp, block))
+        stamp += static_cast<std::uint64_t>(rule->amount * 1000);
     block.leader_bytes = session_->type == PayloadType::multipart
                              ? write_multipart_leader(block.leader.data(), info, block.payload, stamp)
                              : write_image_leader(block.leader.data(), session_->type, info, stamp);
@@ -254,10 +268,12 @@ bool GvspSender::send_payload(Block& block) noexcept {
         }
         pace(due, until - block.sent);
         for (std::uint32_t id = block.sent; id < until; ++id) {
-            if (leave_out(block, id)) {
-                counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
+            if (id + 1 < until && fault(Fault::reorder, block, id) != nullptr) {
+                send_one(block, id + 1);
+                send_one(block, id);
+                ++id;
             } else {
-                queue_packet(block, id, false);
+                send_one(block, id);
             }
         }
         socket_.flush();
@@ -355,18 +371,64 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
             return;
         }
         ++found->resent;
+        if (fault(Fault::lose_for_good, *found, id) != nullptr) {
+            ResendRequest gone = request;
+            gone.first = id;
+            queue_error(gone, Status::packet_removed);
+            continue;
+        }
         queue_packet(*found, id, true);
         counters_.resent_packets.fetch_add(1, std::memory_order_relaxed);
     }
 }
 
-bool GvspSender::leave_out(const Block& block, std::uint32_t id) const noexcept {
-    if (loss_threshold_ == 0) return false;
-    constexpr std::uint32_t effect = 0x47564C31; // sets this choice apart from other uses of the seed
-    const auto words = philox4x32(
-        {static_cast<std::uint32_t>(block.count), static_cast<std::uint32_t>(block.count >> 32), id, effect},
-        philox_key(settings_.seed));
-    return words[0] < loss_threshold_;
+void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
+    if (!session_->config.faults.any()) {
+        queue_packet(block, id, false);
+        return;
+    }
+    if (fault(Fault::lose, block, id) != nullptr || fault(Fault::lose_for_good, block, id) != nullptr) {
+        counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
+        return;
+    }
+    if (const FaultRule* rule = fault(Fault::delay, block, id)) {
+        socket_.flush();
+        for (const Time until = clock_.now() + static_cast<std::int64_t>(rule->amount * ns_per_us);
+             !giving_up();) {
+            const std::uint32_t seen = wake_.value();
+            if (clock_.now() >= until) break;
+            wake_.wait(seen, until);
+        }
+    }
+    if (fault(Fault::corrupt, block, id) != nullptr) {
+        queue_corrupted(block, id);
+    } else {
+        queue_packet(block, id, false);
+        if (fault(Fault::duplicate, block, id) != nullptr) queue_packet(block, id, false);
+    }
+}
+
+void GvspSender::queue_corrupted(const Block& block, std::uint32_t id) noexcept {
+    if (block.payload.multipart())
+        return queue_packet(block, id, false); // bit errors: single-part streams only
+    socket_.flush();                           // the scratch packet is in use until then
+    std::size_t offset = 0, n = 0;
+    for (const auto& piece : block.payload.packet(id - 1, session_->zeros, offset)) {
+        std::copy(piece.begin(), piece.end(), session_->scratch.begin() + static_cast<std::ptrdiff_t>(n));
+        n += piece.size();
+    }
+    session_->scratch[n / 2] ^= 0x10;
+    std::uint8_t* header = headers_[0].data();
+    const std::size_t head = write_gvsp_header(header, session_->config.extended_ids, Status::success,
+                                               block.wire_id, PacketFormat::payload, id, false);
+    socket_.add({header, head}, {session_->scratch.data(), n});
+    socket_.flush();
+}
+
+void GvspSender::post(Event e, const Block& block, Time t) noexcept {
+    messages_.post({e, block.wire_id,
+                    static_cast<std::uint64_t>(t.ns + block.frame->info.tai_offset_ns -
+                                               session_->config.payload.timestamp_origin_ns)});
 }
 
 } // namespace obscura::transports::gige

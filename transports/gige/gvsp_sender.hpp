@@ -6,6 +6,7 @@
 #include "core/wakeup.hpp"
 #include "transports/gige/gvsp.hpp"
 #include "transports/gige/latency_histogram.hpp"
+#include "transports/gige/message_channel.hpp"
 #include "transports/gige/packet_socket.hpp"
 #include "transports/gige/settings.hpp"
 #include "transports/gige/spsc_ring.hpp"
@@ -31,7 +32,8 @@ struct SenderCounters {
 /// start() the thread neither allocates, locks nor logs; begin() allocates on the control thread.
 class GvspSender final : public StreamPort {
 public:
-    GvspSender(const GigeSettings& settings, const NetworkInterface& network, const Clock& clock);
+    GvspSender(const GigeSettings& settings, const NetworkInterface& network, MessageChannel& messages,
+               const Clock& clock);
     ~GvspSender() override { stop(); }
 
     /// Throws HardwareError.
@@ -73,7 +75,8 @@ private:
         std::uint32_t batch = PacketSocket::batch_packets;
         std::vector<Block> blocks; // ring; the newest is blocks[(frames - 1) % size]
         std::vector<std::uint8_t> zeros;
-        std::uint64_t frames = 0; // sent so far on this channel; the newest block's count
+        std::vector<std::uint8_t> scratch; // one packet, for corrupting it
+        std::uint64_t frames = 0;          // sent so far on this channel; the newest block's count
     };
 
     void loop();
@@ -87,7 +90,12 @@ private:
     void queue_error(const ResendRequest& request, Status status) noexcept;
     void serve_resends() noexcept;
     void serve_resend(const ResendRequest& request) noexcept;
-    [[nodiscard]] bool leave_out(const Block& block, std::uint32_t id) const noexcept;
+    void send_one(Block& block, std::uint32_t id) noexcept;
+    void queue_corrupted(const Block& block, std::uint32_t id) noexcept;
+    void post(Event e, const Block& block, Time t) noexcept;
+    [[nodiscard]] const FaultRule* fault(Fault f, const Block& block, std::uint32_t id = 0) const noexcept {
+        return session_->config.faults.any() ? session_->config.faults.strikes(f, block.count, id) : nullptr;
+    }
     [[nodiscard]] bool giving_up() const noexcept {
         return abort_.load(std::memory_order_acquire) || quit_.load(std::memory_order_acquire);
     }
@@ -95,7 +103,7 @@ private:
     const GigeSettings settings_;
     const NetworkInterface network_;
     const Clock& clock_;
-    const std::uint64_t loss_threshold_; // of 2^32
+    MessageChannel& messages_;
     PacketSocket socket_;
     SenderCounters counters_;
 

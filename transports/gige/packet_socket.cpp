@@ -3,11 +3,23 @@
 #include "core/error.hpp"
 
 #include <fmt/format.h>
+#include <linux/udp.h>
 
 #include <cerrno>
 #include <cstring>
 
 namespace obscura::transports::gige {
+
+SendBackend choose_backend(std::string_view wanted, const NetworkInterface& network) {
+    if (wanted == "sendto") return SendBackend::sendto;
+    if (wanted == "gso") return SendBackend::gso;
+    if (wanted == "auto") {
+        // A real card has a device behind it; lo, veth, bridges and taps have none.
+        const std::string device = "/sys/class/net/" + network.name + "/device";
+        if (!network.loopback && access(device.c_str(), F_OK) == 0) return SendBackend::gso;
+    }
+    return SendBackend::sendmmsg;
+}
 
 void PacketSocket::open(const NetworkInterface& network, std::size_t send_buffer_bytes) {
     fd_ = FileDescriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -72,10 +84,82 @@ std::size_t PacketSocket::send_from(std::size_t first) noexcept {
     return n < 0 ? 0 : static_cast<std::size_t>(n);
 }
 
+void PacketSocket::coalesce() noexcept {
+    gso_count_ = 0;
+    std::size_t used = 0;
+    const auto bytes_of = [this](std::size_t i) {
+        std::size_t n = 0;
+        for (std::size_t k = 0; k < messages_[i].msg_hdr.msg_iovlen; ++k)
+            n += pieces_[i][k].iov_len;
+        return n;
+    };
+    for (std::size_t i = 0; i < queued_;) {
+        const std::size_t size = bytes_of(i);
+        const std::size_t most = std::min<std::size_t>(gso_segments, 65'000 / std::max<std::size_t>(size, 1));
+        msghdr& message = gso_messages_[gso_count_].msg_hdr;
+        message = {};
+        message.msg_name = &destination_;
+        message.msg_namelen = sizeof destination_;
+        message.msg_iov = &gso_pieces_[used];
+        std::size_t packets = 0;
+        // All segments have the first one's size; a shorter one may only be the last.
+        for (bool open = true; open && i < queued_ && packets < std::max<std::size_t>(most, 1); ++i) {
+            const std::size_t n = bytes_of(i);
+            if (n > size) break;
+            open = n == size;
+            for (std::size_t k = 0; k < messages_[i].msg_hdr.msg_iovlen; ++k)
+                gso_pieces_[used++] = pieces_[i][k];
+            ++packets;
+        }
+        message.msg_iovlen = used - static_cast<std::size_t>(message.msg_iov - gso_pieces_.data());
+        if (packets > 1) {
+            message.msg_control = gso_sizes_[gso_count_].bytes.data();
+            message.msg_controllen = sizeof gso_sizes_[gso_count_].bytes;
+            cmsghdr* control = CMSG_FIRSTHDR(&message);
+            control->cmsg_level = IPPROTO_UDP;
+            control->cmsg_type = UDP_SEGMENT;
+            control->cmsg_len = CMSG_LEN(sizeof(std::uint16_t));
+            const auto segment = static_cast<std::uint16_t>(size);
+            std::memcpy(CMSG_DATA(control), &segment, sizeof segment);
+        }
+        gso_packets_[gso_count_++] = static_cast<std::uint32_t>(packets);
+    }
+}
+
 void PacketSocket::flush() noexcept {
+    if (backend_ == SendBackend::gso && queued_ > 1) {
+        coalesce();
+        std::size_t done = 0;
+        while (done < gso_count_) {
+            const int n = sendmmsg(fd_.get(), &gso_messages_[done], static_cast<unsigned>(gso_count_ - done),
+                                   MSG_NOSIGNAL);
+            if (n < 0 && errno == EINTR) continue;
+            if (n <= 0) break;
+            for (std::size_t i = done; i < done + static_cast<std::size_t>(n); ++i) {
+                packets_.fetch_add(gso_packets_[i], std::memory_order_relaxed);
+                bytes_.fetch_add(gso_messages_[i].msg_len, std::memory_order_relaxed);
+            }
+            done += static_cast<std::size_t>(n);
+        }
+        if (done == gso_count_) {
+            queued_ = 0;
+            return;
+        }
+        // The path does not take super-packets (or not this one): the rest one by one, and no more of them.
+        backend_ = SendBackend::sendmmsg;
+        std::size_t first = 0;
+        for (std::size_t i = 0; i < done; ++i)
+            first += gso_packets_[i];
+        send_queued(first);
+        return;
+    }
+    send_queued(0);
+}
+
+void PacketSocket::send_queued(std::size_t first) noexcept {
     int timeouts = 0;
     std::uint64_t bytes = 0, packets = 0, errors = 0;
-    for (std::size_t done = 0; done < queued_;) {
+    for (std::size_t done = first; done < queued_;) {
         const std::size_t n = send_from(done);
         for (std::size_t i = done; i < done + n; ++i)
             bytes += messages_[i].msg_len;

@@ -16,7 +16,13 @@
 
 namespace obscura::transports::gige {
 
-enum class SendBackend : std::uint8_t { sendmmsg, sendto };
+/// How packets get to the kernel: one system call each, one for a batch, or as super-packets that the kernel
+/// or the network card cuts (UDP segmentation offload).
+enum class SendBackend : std::uint8_t { sendmmsg, sendto, gso };
+
+/// "sendmmsg", "sendto", "gso", or "auto": super-packets except on interfaces where receivers that capture
+/// packets would see them uncut (loopback, veth, bridge, tap).
+[[nodiscard]] SendBackend choose_backend(std::string_view wanted, const NetworkInterface& network);
 
 /// Nothing is copied: the pieces must stay where they are until flush(). Neither add() nor flush() allocates,
 /// locks or throws. One thread at a time.
@@ -46,6 +52,8 @@ public:
 
 private:
     std::size_t send_from(std::size_t first) noexcept;
+    void send_queued(std::size_t first) noexcept;
+    void coalesce() noexcept;
 
     FileDescriptor fd_;
     std::uint16_t port_ = 0;
@@ -54,6 +62,16 @@ private:
     std::array<mmsghdr, batch_packets> messages_{};
     std::array<std::array<iovec, 4>, batch_packets> pieces_{};
     std::size_t queued_ = 0;
+    // Super-packets: each takes the pieces of up to gso_segments packets of one size.
+    static constexpr std::size_t gso_segments = 40;
+    struct alignas(cmsghdr) SegmentSize {
+        std::array<std::uint8_t, CMSG_SPACE(sizeof(std::uint16_t))> bytes;
+    };
+    std::array<iovec, batch_packets * 4> gso_pieces_{};
+    std::array<mmsghdr, batch_packets> gso_messages_{};
+    std::array<SegmentSize, batch_packets> gso_sizes_{};
+    std::array<std::uint32_t, batch_packets> gso_packets_{};
+    std::size_t gso_count_ = 0;
     std::atomic<std::uint64_t> packets_{0}, bytes_{0}, errors_{0};
 };
 

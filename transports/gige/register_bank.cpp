@@ -142,6 +142,13 @@ std::uint32_t RegisterBank::peek(std::uint32_t address) const {
     return load_be32(r->contents.data() + (address - r->address));
 }
 
+void RegisterBank::set_text(std::uint32_t address, std::string_view text) {
+    Register* r = find_mutable(address);
+    assert(r != nullptr && r->address == address);
+    std::fill(r->contents.begin(), r->contents.end(), std::uint8_t{0});
+    std::memcpy(r->contents.data(), text.data(), std::min<std::size_t>(text.size(), r->bytes));
+}
+
 std::string RegisterBank::text(std::uint32_t address) const {
     const Register* r = find(address);
     assert(r != nullptr && r->address == address);

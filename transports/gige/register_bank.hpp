@@ -57,6 +57,7 @@ public:
     void poke(std::uint32_t address, std::uint32_t value);
     [[nodiscard]] std::uint32_t peek(std::uint32_t address) const;
     [[nodiscard]] std::string text(std::uint32_t address) const;
+    void set_text(std::uint32_t address, std::string_view text);
 
     [[nodiscard]] const Register* find(std::uint32_t address) const noexcept;
     /// Sorted by address.

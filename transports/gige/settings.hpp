@@ -1,8 +1,11 @@
 // What a GigE Vision camera is made from.
 #pragma once
 
+#include "transports/gige/fault_injector.hpp"
+
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace obscura::transports::gige {
 
@@ -23,7 +26,13 @@ struct GigeSettings {
     std::string firmware = "0.1.0";   ///< DeviceVersion
     std::int32_t max_rows = 0;        ///< of a frame composed of several windows; 0: as the sensor
     int realtime_priority = 0;        ///< SCHED_FIFO priority of the sender, control one above; 0: none
-    std::string backend = "sendmmsg"; ///< sendmmsg, sendto
+    std::string backend = "sendmmsg"; ///< sendmmsg, sendto, gso, auto (gso but on lo, veth, bridge and tap)
+    std::vector<FaultRule> faults;    ///< beside drop_percent
+    std::vector<std::string>
+        allow;              ///< addresses and ranges that may talk to the camera; empty: all on the link
+    bool off_link = false;  ///< also answer sources behind a router
+    bool read_only = false; ///< nobody gets control
+    std::string state_file; ///< where user sets are kept; empty: in memory only
 };
 
 } // namespace obscura::transports::gige

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/time.hpp"
+#include "transports/gige/fault_injector.hpp"
 #include "transports/gige/gvcp_parser.hpp"
 #include "transports/gige/payload.hpp"
 
@@ -21,6 +22,7 @@ struct StreamConfig {
     bool continue_blocks = false;       ///< block ids go on from the stream before instead of from 1
     bool chunk_in_image = false; ///< chunks as an extension of the image payload, not in a type of their own
     PayloadFormat payload;
+    FaultInjector faults;
 };
 
 /// Implemented by GvspSender; called on the control thread only.

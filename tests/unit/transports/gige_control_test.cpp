@@ -1,5 +1,6 @@
 // The control port without sockets: one datagram in, its answer out, on a fresh device each time.
 #include "core/clock.hpp"
+#include "core/error.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/pattern_camera.hpp"
@@ -8,6 +9,9 @@
 #include "transports/gige/features.hpp"
 #include "transports/gige/latency_histogram.hpp"
 
+#include <unistd.h>
+
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -66,9 +70,13 @@ struct Bench {
     test::PatternCamera camera{small_sensor(), 2};
     NotedStream stream;
     GigeSettings settings;
-    Device device{settings, test_network(), camera, stream, clock};
-    ControlPort port{device, settings};
+    MessageChannel messages{test_network()};
+    Device device{settings, test_network(), camera, stream, messages, clock};
+    ControlPort port{device, settings, test_network()};
+
     std::uint16_t id = 0;
+
+    explicit Bench(GigeSettings s = {}) : settings(std::move(s)) {}
 
     Bytes send(const Bytes& d, Peer from = alice, bool broadcast = false) {
         const auto reply = port.handle(d, from, broadcast, clock.now());
@@ -488,6 +496,197 @@ TEST_CASE("ACTION triggers when keys and mask agree") {
     CHECK(b.camera.triggers() == 0);
     CHECK(fire(0x11, 0x22, 0x18) == ok);
     CHECK(b.camera.triggers() == 1);
+}
+
+TEST_CASE("Scheduled actions fire at their instant, in the scheduling clock") {
+    Bench b;
+    b.clock.set_tai_offset_ns(5'000'000'000'000'000);
+    b.take_control();
+    CHECK(b.write(reg::action_groups + 4, 1) == ok);
+    CHECK(b.write(feature::trigger_mode, 1) == ok);
+    CHECK(b.write(feature::trigger_source, 2) == ok);
+    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    const auto schedule = [&](std::int64_t ahead_ns) {
+        const auto t = static_cast<std::uint64_t>(b.clock.now().ns + b.clock.tai_offset_ns() + ahead_ns);
+        return Bench::status(b.send(b.datagram(
+            0x100,
+            Bench::words({0, 0, 1, static_cast<std::uint32_t>(t >> 32), static_cast<std::uint32_t>(t)}),
+            0x81)));
+    };
+    const Time start = b.clock.now();
+    CHECK(schedule(2000) == ok);
+    CHECK(schedule(1000) == ok);
+    CHECK(b.port.deadline() == start + 1000);
+    b.clock.advance(999);
+    b.port.on_timer(b.clock.now());
+    CHECK(b.camera.triggers() == 0);
+    b.clock.advance(1);
+    b.port.on_timer(b.clock.now());
+    CHECK(b.camera.triggers() == 1);
+    b.clock.advance(1000);
+    b.port.on_timer(b.clock.now());
+    CHECK(b.camera.triggers() == 2);
+    CHECK(schedule(-1) == 0x8016); // ACTION_LATE
+    CHECK(b.camera.triggers() == 2);
+    for (int i = 0; i < 16; ++i)
+        CHECK(schedule(1'000'000 + i) == ok);
+    CHECK(schedule(5'000'000) == 0x8015); // OVERFLOW
+}
+
+TEST_CASE("An action without a controller counts only when that was allowed") {
+    Bench b;
+    b.take_control();
+    CHECK(b.write(reg::action_groups + 4, 1) == ok);
+    CHECK(b.write(reg::gvcp_configuration, 8) == ok);
+    CHECK(b.write(reg::control_privilege, 0) == ok);
+    const auto fire = [&] { return Bench::status(b.send(b.datagram(0x100, Bench::words({0, 0, 1})), bob)); };
+    CHECK(fire() == ok);
+    b.take_control();
+    CHECK(b.write(reg::gvcp_configuration, 0) == ok);
+    CHECK(b.write(reg::control_privilege, 0) == ok);
+    CHECK(fire() == silence);
+}
+
+TEST_CASE("Control switches over to who knows the key, when the controller allows it") {
+    Bench b;
+    b.take_control(alice);
+    CHECK(b.write(reg::switchover_key, 0x10000) == invalid_parameter);
+    CHECK(b.write(reg::switchover_key, 0xBEEF) == ok);
+    CHECK(Bench::word(b.read(reg::switchover_key)) == 0); // not for reading
+    CHECK(b.write(reg::control_privilege, 0xBEEF0002, bob) == access_denied);
+    CHECK(b.write(reg::control_privilege, 6) == ok);
+    CHECK(b.write(reg::control_privilege, 0xBEE00002, bob) == access_denied);
+    CHECK(b.write(reg::control_privilege, 0xBEEF0000, bob) == access_denied); // to release is not to take
+    CHECK(b.write(reg::control_privilege, 0xBEEF0002, bob) == ok);
+    CHECK(Bench::word(b.read(reg::primary_ip)) == bob.ip);
+    CHECK(b.write(feature::gain, 1000, alice) == access_denied);
+    CHECK(b.write(feature::gain, 1000, bob) == ok);
+}
+
+TEST_CASE("A slow command is announced with PENDING_ACK and answered in the end") {
+    Bench b;
+    b.take_control();
+    const Bytes pending = b.ask(0x82, Bench::words({feature::test_pending_ack, 800}));
+    CHECK(Bench::status(pending) == ok);
+    CHECK(load_be16(&pending[2]) == 0x89);
+    CHECK(load_be16(&pending[10]) > 800);
+    const std::uint16_t id = load_be16(&pending[6]);
+    Peer to;
+    CHECK(b.port.take_due_reply(b.clock.now(), to).empty());
+    CHECK(b.port.deadline() == b.clock.now() + 800 * ns_per_ms);
+    CHECK(Bench::status(b.read(0)) == ok); // others are served meanwhile
+    b.clock.advance(800 * ns_per_ms);
+    const auto late = b.port.take_due_reply(b.clock.now(), to);
+    REQUIRE(late.size() == 12);
+    CHECK(to == alice);
+    CHECK(load_be16(late.data() + 2) == 0x83);
+    CHECK(load_be16(late.data() + 6) == id);
+    CHECK(b.port.take_due_reply(b.clock.now(), to).empty());
+}
+
+TEST_CASE("Strangers are not answered, and nobody gets more than a share") {
+    Bench b;
+    const Peer routed{0x08080808, 50000};
+    CHECK(Bench::status(b.send(b.datagram(0x02, {}), routed)) == silence);
+    GigeSettings far;
+    far.off_link = true;
+    CHECK(Bench::status(Bench(far).send(b.datagram(0x02, {}), routed)) == ok);
+    GigeSettings listed;
+    listed.allow = {"192.168.7.4/31"};
+    CHECK(Bench::status(Bench(listed).send(b.datagram(0x02, {}), alice)) == ok);
+    CHECK(Bench::status(Bench(listed).send(b.datagram(0x02, {}), bob)) == silence);
+    CHECK_THROWS_AS(parse_range("192.168.7"), ConfigError);
+    CHECK_THROWS_AS(parse_range("192.168.7.0/33"), ConfigError);
+    GigeSettings quiet;
+    quiet.read_only = true;
+    Bench reader(quiet);
+    CHECK(Bench::status(reader.read(0)) == ok);
+    CHECK(reader.write(reg::control_privilege, 2) == access_denied);
+
+    // 1 MB at once, then 4 MB/s.
+    std::size_t bytes = 0;
+    for (int i = 0; i < 10'000; ++i)
+        bytes += b.send(b.datagram(0x02, {}), bob).size();
+    CHECK(bytes > 950'000);
+    CHECK(bytes <= 1'000'000);
+    CHECK(Bench::status(b.send(b.datagram(0x02, {}), alice)) == ok); // others are not held up
+    b.clock.advance(100 * ns_per_ms);
+    bytes = 0;
+    for (int i = 0; i < 10'000; ++i)
+        bytes += b.send(b.datagram(0x02, {}), bob).size();
+    CHECK(bytes > 380'000);
+    CHECK(bytes <= 400'000);
+}
+
+TEST_CASE("User sets bring settings back, also after a restart") {
+    const std::string file = "/tmp/gige_state_" + std::to_string(getpid());
+    GigeSettings s;
+    s.state_file = file;
+    {
+        Bench b(s);
+        b.take_control();
+        CHECK(b.write(feature::width, 320) == ok);
+        CHECK(b.write(feature::offset_x, 100) == ok);
+        CHECK(b.write(feature::gain, 6000) == ok);
+        CHECK(b.write_memory(reg::user_name, {'n', 'a', 'm', 'e', 0, 0, 0, 0}) == ok);
+        CHECK(b.write(feature::user_set_save, 1) == write_protect); // the default set is not for saving
+        CHECK(b.write(feature::user_set_selector, 1) == ok);
+        CHECK(b.write(feature::user_set_save, 1) == ok);
+        CHECK(b.write(feature::user_set_default, 1) == ok);
+        CHECK(b.write(feature::user_set_selector, 0) == ok);
+        CHECK(b.write(feature::user_set_load, 1) == ok);
+        CHECK(b.camera.settings().region == Region{0, 0, 640, 480});
+        CHECK(b.camera.settings().gain_db == 0);
+    }
+    {
+        Bench b(s);
+        CHECK(b.camera.settings().region == Region{100, 0, 320, 480});
+        CHECK(b.camera.settings().gain_db == 6);
+        CHECK(b.device.registers().text(reg::user_name) == "name");
+        b.take_control();
+        CHECK(b.write(feature::device_reset, 1) == ok);
+        CHECK(b.camera.settings().region == Region{0, 0, 640, 480});
+    }
+    std::remove(file.c_str());
+}
+
+TEST_CASE("Faults strike the same packets in every run, as often as they should") {
+    FaultRule rule;
+    rule.fault = Fault::lose;
+    rule.percent = 1;
+    rule.first_frame = 3;
+    rule.last_frame = 102;
+    FaultInjector injector, again;
+    injector.set_rules({rule});
+    again.set_rules({rule});
+    int struck = 0;
+    for (std::uint64_t frame = 1; frame <= 200; ++frame)
+        for (std::uint32_t packet = 1; packet <= 1000; ++packet) {
+            const bool hit = injector.strikes(Fault::lose, frame, packet) != nullptr;
+            REQUIRE(hit == (again.strikes(Fault::lose, frame, packet) != nullptr));
+            if (frame < 3 || frame > 102) REQUIRE_FALSE(hit);
+            struck += hit;
+        }
+    CHECK(struck > 1000 - 4 * 32); // 100 000 draws at 1 %, standard deviation 31.5
+    CHECK(struck < 1000 + 4 * 32);
+    CHECK(injector.strikes(Fault::corrupt, 50, 1) == nullptr);
+    rule.burst = 50;
+    injector.set_rules({rule});
+    int runs = 0;
+    for (std::uint32_t packet = 0; packet < 100'000; packet += 50) {
+        const bool hit = injector.strikes(Fault::lose, 3, packet) != nullptr;
+        runs += hit;
+        for (std::uint32_t k = 1; k < 50; ++k)
+            REQUIRE((injector.strikes(Fault::lose, 3, packet + k) != nullptr) == hit);
+    }
+    CHECK(runs > 5);
+    CHECK(runs < 45);
+    Fault f{};
+    for (std::size_t i = 0; i < fault_count; ++i) {
+        CHECK(fault_from_name(fault_name(static_cast<Fault>(i)), f));
+        CHECK(f == static_cast<Fault>(i));
+    }
+    CHECK_FALSE(fault_from_name("explode", f));
 }
 
 TEST_CASE("Time stamps are TAI, latched whole, and restart at a reset") {

@@ -1,0 +1,57 @@
+// Faults on purpose: which packet or frame a rule strikes is a pure function of seed, block and packet.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::transports::gige {
+
+enum class Fault : std::uint8_t {
+    lose,          ///< payload packets are left out at first sending; resends deliver them
+    lose_for_good, ///< the same, and resends are refused
+    duplicate,     ///< payload packets go out twice
+    reorder,       ///< a payload packet changes place with the next
+    delay,         ///< the sender stands still for amount microseconds before a payload packet
+    corrupt,       ///< one bit of a payload packet is wrong
+    drop_leader,
+    drop_trailer,
+    skip_frame,      ///< the frame is not sent; its block id is missing
+    wrong_block_id,  ///< the block goes out under an id that is `amount` too high
+    wrong_timestamp, ///< the time stamp is `amount` us off
+    mute_control,    ///< commands are not answered (probability per datagram)
+};
+constexpr std::size_t fault_count = 12;
+
+/// "lose", "drop_leader", ...; nothing for an unknown name.
+[[nodiscard]] std::string_view fault_name(Fault f) noexcept;
+[[nodiscard]] bool fault_from_name(std::string_view name, Fault& fault) noexcept;
+
+/// One rule of [[gige.faults]]: what, when, how often. The same seed strikes the same packets in every run.
+struct FaultRule {
+    Fault fault = Fault::lose;
+    double percent = 0;            ///< of the packets (frames, commands) in the window below
+    std::uint64_t first_frame = 1; ///< by block count since the stream channel was opened
+    std::uint64_t last_frame = ~std::uint64_t{0};
+    std::uint64_t every_frames = 1; ///< only every so many frames of the window
+    std::uint32_t burst = 1;        ///< consecutive packets struck together (lose)
+    double amount = 1;              ///< see Fault
+    std::uint64_t seed = 1;
+};
+
+/// Evaluates rules; const and pure, any thread.
+class FaultInjector {
+public:
+    void set_rules(std::vector<FaultRule> rules) { rules_ = std::move(rules); }
+    [[nodiscard]] bool any() const noexcept { return !rules_.empty(); }
+    /// The rule for `fault` that strikes packet `packet` (0 for faults of whole frames) of frame `frame`, or
+    /// null.
+    [[nodiscard]] const FaultRule* strikes(Fault fault, std::uint64_t frame,
+                                           std::uint32_t packet = 0) const noexcept;
+
+private:
+    std::vector<FaultRule> rules_;
+};
+
+} // namespace obscura::transports::gige
