@@ -143,7 +143,7 @@ void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
 
 bool Camera::alive() noexcept {
     const bool busy = gate_.busy();
-    const std::uint64_t progress = frames_.load(std::memory_order_relaxed) + maker_.bands_made();
+    const std::uint64_t progress = frames_.load(std::memory_order_relaxed) + maker_.progress();
     const bool moved = progress != std::exchange(last_progress_, progress);
     return !busy || moved;
 }

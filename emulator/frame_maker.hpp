@@ -66,6 +66,10 @@ public:
 
     /// Bands that have gone through the detector so far. Any thread.
     [[nodiscard]] std::uint32_t bands_made() const noexcept { return done_.load(std::memory_order_relaxed); }
+    /// Grows while a frame is being made, also within a band that takes long. Any thread.
+    [[nodiscard]] std::uint64_t progress() const noexcept {
+        return bands_made() + renderer_.rays_traced() + renderer_.samples_taken();
+    }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
     /// Scheduling clock minus scene time of the frame prepared last.

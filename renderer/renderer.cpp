@@ -339,11 +339,12 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                                       return;
                                   }
                                   impl_->render_row(request, stars, r, irradiance, scratch);
+                                  // Row by row, because a supervisor takes these for signs of life.
+                                  impl_->rays_done.fetch_add(scratch.counts.rays, std::memory_order_relaxed);
+                                  impl_->samples_done.fetch_add(scratch.counts.samples,
+                                                                std::memory_order_relaxed);
+                                  scratch.counts = {};
                               }
-                              impl_->rays_done.fetch_add(scratch.counts.rays, std::memory_order_relaxed);
-                              impl_->samples_done.fetch_add(scratch.counts.samples,
-                                                            std::memory_order_relaxed);
-                              scratch.counts = {};
                           });
     });
     return complete.load();

@@ -66,11 +66,11 @@ albedo = 0.1
         self.process = None
         self.write()
 
-    def write(self, rate_hz=10, exposure_us=2000, more=""):
+    def write(self, rate_hz=10, exposure_us=2000, more="", samples=1):
         self.config.write_text(f"""[scene]
 file = "scene.toml"
 [render]
-samples_per_pixel = 1
+samples_per_pixel = {samples}
 threads = 1
 [trigger]
 rate_hz = {rate_hz}
@@ -170,6 +170,19 @@ def test_start_and_stop():
         check("a bad configuration is refused with 78", bench.process.wait(PATIENCE_S) == 78)
         check("and READY=1 is not said", not bench.messages(0.2))
         check("but one line", bench.log_text().count("\n") == 1 and str(bench.config) in bench.log_text(), bench.log_text())
+
+
+def test_long_rendering():
+    """A frame that takes far longer than the watchdog is work, not a hung worker."""
+    watchdog_s = 2
+    with Bench() as bench:
+        bench.write(samples=65536)
+        bench.start(watchdog_s=watchdog_s)
+        check("READY=1 is said", bench.wait_for("READY=1"), bench.log_text())
+        fed = [t for t, text in bench.messages(4 * watchdog_s) if "WATCHDOG=1" in text]
+        check("the watchdog is fed while one frame is rendered",
+              len(fed) >= 4 and max(b - a for a, b in zip(fed, fed[1:])) < watchdog_s, fed)
+        check("and no frame was ready", not bench.complete_frames())
 
 
 def test_watchdog():
