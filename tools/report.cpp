@@ -31,6 +31,12 @@ void Report::add(std::string_view key, std::string_view label, std::optional<dou
     lines_.push_back(std::move(line));
 }
 
+void Report::add(std::string_view key, std::string_view label, std::string text, double value) {
+    Line line{std::string(key), std::string(label), std::move(text), {}};
+    if (std::isfinite(value)) line.value = value;
+    lines_.push_back(std::move(line));
+}
+
 std::string Report::table() const {
     std::size_t label_width = 0, text_width = 0;
     for (const Line& line : lines_) {

@@ -19,6 +19,8 @@ public:
     /// A missing value is null in JSON and "-" in the table.
     void add(std::string_view key, std::string_view label, std::optional<double> value, std::string_view unit,
              int decimals);
+    /// A number whose text for people is made elsewhere.
+    void add(std::string_view key, std::string_view label, std::string text, double value);
 
     [[nodiscard]] std::string table() const;
     [[nodiscard]] std::string json() const;

@@ -6,8 +6,10 @@ namespace obscura::tools {
 
 std::span<const VerbEntry> verbs() {
     static constexpr std::array table{
-        VerbEntry{"render", make_render}, VerbEntry{"capture", make_capture}, VerbEntry{"grab", make_grab},
-        VerbEntry{"check", make_check},   VerbEntry{"bench", make_bench},
+        VerbEntry{"render", make_render},   VerbEntry{"capture", make_capture},
+        VerbEntry{"grab", make_grab},       VerbEntry{"check", make_check},
+        VerbEntry{"compare", make_compare}, VerbEntry{"import", make_import},
+        VerbEntry{"bench", make_bench},
     };
     return table;
 }

@@ -1,0 +1,281 @@
+// Image readers against the writers' own independent checks, hostile files, and registration against shifts
+// that are known because they were put in.
+#include "core/error.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/data.hpp"
+#include "tests/support/temp_folder.hpp"
+#include "tools/images/image.hpp"
+#include "tools/images/pds_label.hpp"
+#include "tools/images/registration.hpp"
+#include "tools/import/near_msi.hpp"
+#include "tools/import/utc.hpp"
+#include "transports/file/exr.hpp"
+#include "transports/file/fits.hpp"
+#include "transports/file/png.hpp"
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+using namespace obscura;
+using namespace obscura::tools;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+std::string complaint(const test::TempFolder& folder, const std::function<void()>& read) {
+    try {
+        read();
+    } catch (const Error& error) {
+        CHECK(error.status() == exit_no_input);
+        std::string line = error.what();
+        CHECK(line.find('\n') == std::string::npos);
+        const std::string prefix = folder.path().string() + "/";
+        if (const auto at = line.find(prefix); at != std::string::npos) line.erase(at, prefix.size());
+        return line;
+    }
+    return "no error";
+}
+
+/// A field of Gaussian blobs whose centres are known, sampled at the pixel centres after a shift.
+Image blobs(double shift_x, double shift_y, double scale, double offset, double noise, unsigned seed) {
+    constexpr std::int32_t width = 96, height = 80;
+    std::mt19937 places(5), random(seed);
+    std::normal_distribution<double> normal;
+    Image image{width, height, std::vector<double>(width * height, offset)};
+    for (int blob = 0; blob < 40; ++blob) {
+        const double x = static_cast<double>(places() % 1000) * 0.11 - 7 + shift_x;
+        const double y = static_cast<double>(places() % 1000) * 0.094 - 7 + shift_y;
+        const double sigma = 1.5 + static_cast<double>(places() % 100) * 0.03;
+        for (std::int32_t j = 0; j < height; ++j)
+            for (std::int32_t i = 0; i < width; ++i)
+                image.values[static_cast<std::size_t>(j * width + i)] +=
+                    scale * std::exp(-0.5 * ((i - x) * (i - x) + (j - y) * (j - y)) / (sigma * sigma));
+    }
+    for (double& v : image.values)
+        v += noise * normal(random);
+    return image;
+}
+
+} // namespace
+
+TEST_CASE("sub-pixel shifts, scale and offset come back") {
+    const Image reference = blobs(0, 0, 1, 0, 0, 1);
+    const double shifts[][2] = {{0, 0}, {0.3, -0.7}, {-2.45, 5.1}, {7.62, 0.5}, {-13.2, 11.9}};
+    for (const auto& [x, y] : shifts) {
+        const Agreement a = compare_images(reference, blobs(x, y, 3.5, 10, 0, 1), {16, true});
+        CHECK_THAT(a.shift_x_px, WithinAbs(x, 0.01));
+        CHECK_THAT(a.shift_y_px, WithinAbs(y, 0.01));
+        CHECK_THAT(a.scale, WithinRel(3.5, 2e-3));
+        CHECK_THAT(a.offset, WithinAbs(10, 0.01));
+        CHECK(a.correlation > 0.9999);
+        CHECK(a.residual_rms < 0.02);
+    }
+}
+
+TEST_CASE("noise is told as a residual, and moves the shift by no more than it must") {
+    const Agreement a =
+        compare_images(blobs(0, 0, 1, 0, 0.02, 2), blobs(1.37, -0.81, 2, 1, 0.02, 3), {8, true});
+    CHECK_THAT(a.shift_x_px, WithinAbs(1.37, 0.03));
+    CHECK_THAT(a.shift_y_px, WithinAbs(-0.81, 0.03));
+    CHECK(a.correlation > 0.99);
+    CHECK(a.residual_rms > 0.02);
+    CHECK(a.residual_rms < 0.06);
+}
+
+TEST_CASE("no shift is found beyond the limit, none is searched when none is allowed") {
+    const Image reference = blobs(0, 0, 1, 0, 0, 1), image = blobs(6, 0, 1, 0, 0, 1);
+    const Agreement limited = compare_images(reference, image, {2, true});
+    CHECK(std::abs(limited.shift_x_px) <= 2);
+    const Agreement none = compare_images(reference, image, {0, true});
+    CHECK(none.shift_x_px == 0);
+    CHECK(none.correlation == none.correlation_unshifted);
+}
+
+TEST_CASE("a known residual and block means") {
+    Image reference{4, 4, std::vector<double>(16, 0)}, image = reference;
+    for (std::size_t i = 0; i < 16; ++i)
+        reference.values[i] = static_cast<double>(i + 1), image.values[i] = 2.0 * static_cast<double>(i + 1);
+    image.values[5] += 1.6;
+    const Agreement a = compare_images(reference, image, {0, false});
+    // By hand: sum of squares 1496, 6 * 1.6 more in the cross term.
+    CHECK_THAT(a.scale, WithinRel((2 * 1496 + 6 * 1.6) / 1496, 1e-12));
+    const Image residual = residual_image(reference, image, a);
+    CHECK_THAT(residual.values[5], WithinRel(13.6 - a.scale * 6, 1e-12));
+    Agreement exact = a;
+    exact.scale = 2;
+    const BlockDisagreement blocks = compare_blocks(reference, image, exact, 2, 0.0);
+    CHECK(blocks.blocks == 4);
+    CHECK_THAT(blocks.worst, WithinRel(1.6 / (2 * (1 + 2 + 5 + 6)), 1e-12));
+    CHECK(blocks.median == 0);
+}
+
+TEST_CASE("NaN pixels and flat images") {
+    Image reference = blobs(0, 0, 1, 0, 0, 1), image = blobs(0, 0, 2, 0, 0, 1);
+    image.values[40 * 96 + 40] = std::nan("");
+    const Agreement a = compare_images(reference, image, {0, true});
+    CHECK(a.pixels == 96 * 80 - 1);
+    CHECK_THAT(a.scale, WithinRel(2.0, 1e-9));
+    const Image flat{96, 80, std::vector<double>(96 * 80, 3.0)};
+    CHECK_THROWS_AS(compare_images(flat, image, {0, true}), InputError);
+    CHECK_THROWS_AS(compare_images(reference, Image{4, 4, std::vector<double>(16)}, {}), InputError);
+}
+
+TEST_CASE("what was written is read") {
+    const test::TempFolder folder;
+    const std::vector<std::uint16_t> words{0, 1, 2, 4095, 65535, 7};
+    transports::write_png16(folder.path() / "a.png", 3, 2, 12, words, {});
+    transports::write_fits16(folder.path() / "a.fits", 3, 2, words, {});
+    const std::vector<double> expected(words.begin(), words.end());
+    for (const char* name : {"a.png", "a.fits"}) {
+        const Image image = read_image(folder.path() / name);
+        CHECK(image.width == 3);
+        CHECK(image.height == 2);
+        CHECK(image.values == expected);
+    }
+    const std::vector<float> floats{0.5F, -1, 1e-20F, 3, 4, 5, 6, 7};
+    transports::write_fits_float(folder.path() / "cube.fits", 2, 2, 2, floats, "W m-2", {});
+    CHECK(read_image(folder.path() / "cube.fits").values == std::vector<double>{0.5, -1, 1e-20F, 3});
+    CHECK(read_image(folder.path() / "cube.fits", "1").values == std::vector<double>{4, 5, 6, 7});
+    CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "cube.fits", "2"); }) ==
+          "cube.fits: no plane \"2\", allowed 0 to 1");
+    const std::span<const float> all(floats);
+    transports::write_exr(folder.path() / "a.exr", 2, 2,
+                          {{"z.b", "", all.first(4)}, {"a.a", "", all.subspan(4)}}, {});
+    CHECK(read_image(folder.path() / "a.exr").values == std::vector<double>{4, 5, 6, 7});
+    CHECK(read_image(folder.path() / "a.exr", "z.b").values == std::vector<double>{0.5, -1, 1e-20F, 3});
+    CHECK(read_image(folder.path() / "a.exr", "1").values == std::vector<double>{0.5, -1, 1e-20F, 3});
+    CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "a.exr", "red"); }) ==
+          "a.exr: no channel \"red\", allowed a.a, z.b");
+}
+
+TEST_CASE("PDS3 images, attached and detached, in every sample type") {
+    const test::TempFolder folder;
+    const auto label = [](const std::string& pointer, const std::string& type, int bits,
+                          const std::string& more) {
+        return "PDS_VERSION_ID = PDS3\r\nRECORD_BYTES = 100\r\n/* a comment */\r\n^IMAGE = " + pointer +
+               "\r\nNOTE = \"several\r\nlines = 3\"\r\nOBJECT = IMAGE\r\n LINES = 2\r\n LINE_SAMPLES = 2\r\n "
+               "SAMPLE_TYPE = " +
+               type + "\r\n SAMPLE_BITS = " + std::to_string(bits) + "\r\n" + more +
+               "END_OBJECT = IMAGE\r\nEND\r\n";
+    };
+    folder.write("data.img", std::string("\x01\x02\xff\xfe\x00\x00\x7f\xff", 8));
+    const auto values = [&](const std::string& text) {
+        return read_image(folder.write("x.lbl", text)).values;
+    };
+    using V = std::vector<double>;
+    CHECK(values(label("\"DATA.IMG\"", "MSB_INTEGER", 16, "")) == V{258, -2, 0, 32767});
+    CHECK(values(label("\"DATA.IMG\"", "LSB_UNSIGNED_INTEGER", 16, "")) == V{513, 65279, 0, 65407});
+    CHECK(values(label("('data.img', 2 <BYTES>)", "UNSIGNED_INTEGER", 8, "")) == V{2, 255, 254, 0});
+    CHECK(values(label("\"DATA.IMG\"", "MSB_INTEGER", 16, " SCALING_FACTOR = 0.5\r\n OFFSET = 10.\r\n")) ==
+          V{139, 9, 10, 16393.5});
+    CHECK(values(label("\"DATA.IMG\"", "UNSIGNED_INTEGER", 8,
+                       " LINE_PREFIX_BYTES = 1\r\n LINE_SUFFIX_BYTES = 1\r\n")) == V{2, 255, 0, 127});
+    folder.write("data.img",
+                 std::string("\x3f\x80\x00\x00\xc0\x00\x00\x00\x00\x00\x00\x00\x7f\x7f\xff\xff", 16));
+    CHECK(values(label("\"DATA.IMG\"", "IEEE_REAL", 32, ""))[1] == -2);
+    // Attached: the second record of the same file.
+    std::string attached = label("2", "UNSIGNED_INTEGER", 8, "");
+    attached.resize(100 * ((attached.size() + 99) / 100), ' ');
+    const auto records = attached.size() / 100;
+    attached.replace(attached.find("^IMAGE = 2"), 10, "^IMAGE = " + std::to_string(records + 1));
+    attached += "abcd";
+    CHECK(read_image(folder.write("a.img", attached)).values == V{'a', 'b', 'c', 'd'});
+
+    const auto refusal = [&](const std::string& text) {
+        return complaint(folder, [&] { (void)read_image(folder.write("x.lbl", text)); });
+    };
+    CHECK(refusal(label("\"GONE.IMG\"", "MSB_INTEGER", 16, "")) ==
+          "GONE.IMG: cannot be opened: No such file or directory");
+    CHECK(refusal(label("\"../../etc/passwd\"", "MSB_INTEGER", 16, "")).find("PASSWD: cannot be opened") ==
+          0);
+    CHECK(refusal(label("\"DATA.IMG\"", "MSB_INTEGER", 24, "")) ==
+          "x.lbl: samples of type MSB_INTEGER with 24 bits cannot be read, allowed are integers of 8, 16 and "
+          "32 and "
+          "IEEE reals of 32 and 64 bits");
+    CHECK(refusal(label("99", "UNSIGNED_INTEGER", 8, "")).find("x.lbl: ") == 0);
+    CHECK(refusal("PDS_VERSION_ID = PDS3\nEND\n") == "x.lbl: the label has no IMAGE.LINE_SAMPLES");
+    CHECK(refusal("PDS_VERSION_ID = \"PDS3\nEND\n") ==
+          "x.lbl:3: not a PDS3 label: a text without its closing quote");
+    CHECK(
+        refusal("PDS_VERSION_ID = PDS3\nOBJECT = IMAGE\n LINES = 9999999\n LINE_SAMPLES = 9999999\nEND\n") ==
+        "x.lbl: an image of 9999999 x 9999999 pixels, allowed 1 to 268435456 altogether");
+}
+
+TEST_CASE("broken and hostile image files are refused with one line") {
+    const test::TempFolder folder;
+    const auto refusal = [&](const std::string& name, const std::string& bytes) {
+        return complaint(folder, [&] { (void)read_image(folder.write(name, bytes)); });
+    };
+    CHECK(refusal("empty", "") ==
+          "empty: not an image that is known here, allowed are FITS, PNG, OpenEXR and PDS3 (an "
+          "image with a detached label: give the label)");
+    CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "gone"); }) ==
+          "gone: cannot be opened: No such file or directory");
+    CHECK(complaint(folder, [&] { (void)read_image(folder.path()); }).find("cannot be opened") !=
+          std::string::npos);
+    // Every file cut short at many places, and with flipped bytes, is refused or read, never worse.
+    const std::vector<std::uint16_t> words(64 * 64, 1234);
+    const std::vector<float> floats(64 * 64, 0.5F);
+    transports::write_png16(folder.path() / "g.png", 64, 64, 12, words, {});
+    transports::write_fits16(folder.path() / "g.fits", 64, 64, words, {});
+    transports::write_exr(folder.path() / "g.exr", 64, 64, {{"Y", "", floats}}, {});
+    std::mt19937 random(9);
+    for (const char* name : {"g.png", "g.fits", "g.exr"}) {
+        std::ifstream in(folder.path() / name, std::ios::binary);
+        const std::string good{std::istreambuf_iterator<char>(in), {}};
+        int refused = 0;
+        for (int i = 0; i < 60; ++i) {
+            std::string bad = good;
+            if (i % 2 == 0)
+                bad.resize(16 + random() % (good.size() - 16));
+            else
+                for (int flips = 0; flips < 5; ++flips)
+                    bad[8 + random() % (good.size() - 8)] ^= static_cast<char>(1 + random() % 255);
+            try {
+                (void)read_image(folder.write(std::string("bad-") + name, bad));
+            } catch (const InputError& error) {
+                ++refused;
+                CHECK(std::string(error.what()).find('\n') == std::string::npos);
+            }
+        }
+        CHECK(refused >= 5);
+    }
+}
+
+TEST_CASE("times") {
+    CHECK_THAT(tdb_days_from_j2000("2000-01-01T11:58:55.816").value(),
+               WithinAbs(0, 1e-9)); // J2000 itself, in UTC
+    // The leap second of 2017-01-01: 24 hours of UTC are 86401 s.
+    CHECK_THAT((tdb_days_from_j2000("2017-01-01T00:00:00").value() -
+                tdb_days_from_j2000("2016-12-31T00:00:00").value()) *
+                   86400,
+               WithinAbs(86401, 1e-4));
+    for (const char* bad : {"", "2001", "2001-02-30T00:00:00", "1960-01-01T00:00:00", "2001-01-01T25:00:00",
+                            "2001-01-01T00:00:00x", "2001-01-01 00:00:00"})
+        CHECK_FALSE(tdb_days_from_j2000(bad).has_value());
+}
+
+TEST_CASE("real PDS3 products are read") {
+    if (const auto moon = test::data_file("dem_moon_lola_ldem4/LDEM_4.LBL")) {
+        const Image image = read_image(*moon);
+        CHECK(image.width == 1440);
+        CHECK(image.height == 720);
+        const auto [low, high] = std::minmax_element(image.values.begin(), image.values.end());
+        // Deepest (Antoniadi) and highest (Selenean summit) of the Moon, in metres about its reference
+        // sphere.
+        CHECK(*low - 1737400 < -8500);
+        CHECK(*low - 1737400 > -9200);
+        CHECK(*high - 1737400 > 9500);
+        CHECK(*high - 1737400 < 10800);
+    }
+    const auto label = test::data_file("flight_near_msi_eros/m0157063318f4_2p_iof_gbl.lbl");
+    const auto fits = test::data_file("flight_near_msi_eros/m0157063318f4_2p_iof_gbl.fit");
+    if (label && fits) {
+        // The same frame through two readers: the label's and the FITS header's description of it.
+        CHECK(read_image(*label).values == read_image(*fits).values);
+        const std::string scene = near_msi_scene(*fits, {"/mesh.obj", 1000, ""});
+        CHECK(scene.find("position_m = [-11661, 27530, 20817]") != std::string::npos);
+    }
+}

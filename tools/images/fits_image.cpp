@@ -1,0 +1,86 @@
+#include "core/error.hpp"
+#include "tools/images/image.hpp"
+
+#include <fitsio.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <limits>
+
+namespace obscura::tools {
+namespace {
+
+class Reader {
+public:
+    explicit Reader(const std::filesystem::path& file) : file_(file) {
+        fits_open_diskfile(&fits_, file.c_str(), READONLY, &status_);
+        check();
+    }
+    ~Reader() {
+        int ignored = 0;
+        if (fits_ != nullptr) fits_close_file(fits_, &ignored);
+        fits_clear_errmsg();
+    }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
+
+    Image read(const std::string& plane) {
+        // The first unit of the file that holds an image; the primary one may be empty.
+        int units = 0, dimensions = 0;
+        std::array<long, 3> size{1, 1, 1};
+        fits_get_num_hdus(fits_, &units, &status_);
+        check();
+        for (int unit = 1; unit <= units && dimensions < 2; ++unit) {
+            int type = 0;
+            fits_movabs_hdu(fits_, unit, &type, &status_);
+            check();
+            if (type != IMAGE_HDU) continue;
+            fits_get_img_dim(fits_, &dimensions, &status_);
+            check();
+        }
+        if (dimensions < 2 || dimensions > 3)
+            throw InputError(fmt::format("{}: no image of 2 or 3 dimensions", file_.string()));
+        fits_get_img_size(fits_, dimensions, size.data(), &status_);
+        check();
+        check_image_size(file_, size[0], size[1]);
+        const std::int32_t number = plane_number(file_, plane, size[2]);
+        Image image;
+        image.width = static_cast<std::int32_t>(size[0]);
+        image.height = static_cast<std::int32_t>(size[1]);
+        const LONGLONG count = static_cast<LONGLONG>(size[0]) * size[1];
+        // What a truncated file lacks must not be allocated on the header's word alone.
+        LONGLONG data_start = 0, data_end = 0, header = 0;
+        fits_get_hduaddrll(fits_, &header, &data_start, &data_end, &status_);
+        check();
+        if (static_cast<std::uintmax_t>(data_start + count) > std::filesystem::file_size(file_))
+            throw InputError(fmt::format("{}: the file ends before its image", file_.string()));
+        image.values.resize(static_cast<std::size_t>(count));
+        double unknown = std::numeric_limits<double>::quiet_NaN();
+        int any = 0;
+        fits_read_img(fits_, TDOUBLE, 1 + count * number, count, &unknown, image.values.data(), &any,
+                      &status_);
+        check();
+        return image;
+    }
+
+private:
+    void check() {
+        if (status_ == 0) return;
+        char text[FLEN_ERRMSG] = {};
+        fits_get_errstatus(status_, text);
+        fits_clear_errmsg();
+        throw InputError(fmt::format("{}: not readable as FITS: {}", file_.string(), text));
+    }
+
+    const std::filesystem::path& file_;
+    fitsfile* fits_ = nullptr;
+    int status_ = 0;
+};
+
+} // namespace
+
+Image read_fits_image(const std::filesystem::path& file, const std::string& plane) {
+    return Reader(file).read(plane);
+}
+
+} // namespace obscura::tools
