@@ -72,6 +72,19 @@ void check_together(const Config& config, const Value& root, const Where& top) {
         refuse("gige", "interface", "empty, the name or an IPv4 address of a network interface is wanted");
     if (config.v4l2.enabled && config.v4l2.device.find('/') != 0)
         refuse("v4l2", "device", "the absolute path of a video node is wanted, as in /dev/video10");
+    const StimulatorSection& stimulator = config.stimulator;
+    if (stimulator.grey != "equal" && stimulator.format != "RGB888" && stimulator.format != "XRGB8888")
+        refuse("stimulator", "grey",
+               fmt::format("\"{}\" needs a format with colours, RGB888 or XRGB8888", stimulator.grey));
+    const double white =
+        stimulator.white_dn > 0 ? stimulator.white_dn : std::exp2(config.sensor.detector.adc_bits) - 1;
+    if (stimulator.black_dn >= white)
+        refuse("stimulator", "black_dn",
+               fmt::format("{} is not below white at {}", stimulator.black_dn, white));
+    if (stimulator.enabled && !stimulator.calibration.empty() &&
+        !std::filesystem::is_regular_file(stimulator.calibration))
+        refuse("stimulator", "calibration",
+               fmt::format("{} is no file that can be read", stimulator.calibration));
 }
 
 std::string heading(std::string_view name) {
@@ -83,8 +96,9 @@ std::string heading(std::string_view name) {
 Config load(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
-    read_keys(root, top, {},
-              {"daemon", "render", "trigger", "camera", "gige", "file", "v4l2", "scene", "sensor"});
+    read_keys(
+        root, top, {},
+        {"daemon", "render", "trigger", "camera", "gige", "file", "v4l2", "stimulator", "scene", "sensor"});
 
     Config config;
     config.source = std::filesystem::absolute(file).lexically_normal();
@@ -95,6 +109,9 @@ Config load(const std::filesystem::path& file) {
     read_section(root, top, "gige", config.gige);
     read_section(root, top, "file", config.file);
     read_section(root, top, "v4l2", config.v4l2);
+    read_section(root, top, "stimulator", config.stimulator);
+    if (std::string& table = config.stimulator.calibration; !table.empty())
+        table = (config.source.parent_path() / table).lexically_normal().string();
     config.file.directory = (config.source.parent_path() / config.file.directory).lexically_normal().string();
 
     if (const Member* sensor = root.find("sensor"))
@@ -127,6 +144,7 @@ std::string print(const Config& config) {
     out += heading("gige") + print_keys(keys_of(c.gige));
     out += heading("file") + print_keys(keys_of(c.file));
     out += heading("v4l2") + print_keys(keys_of(c.v4l2));
+    out += heading("stimulator") + print_keys(keys_of(c.stimulator));
     out += heading("sensor") + print_keys(keys_of(c.sensor));
     out += heading("sensor.readout") + print_keys(keys_of(c.sensor.readout));
     out += heading("sensor.detector") + print_keys(keys_of(c.sensor.detector));

@@ -93,6 +93,23 @@ struct V4l2Section {
     bool required = false;
 };
 
+/// [stimulator]: a USB display in front of a real camera.
+struct StimulatorSection {
+    bool enabled = false;
+    std::uint32_t vendor_id = 0x1d50, product_id = 0x614d;
+    std::string serial = "";            ///< empty: the first device found
+    std::int32_t width = 0, height = 0; ///< of the mode; 0: what the device prefers
+    double refresh_hz = 0;              ///< of the mode; 0: what the device prefers
+    std::string format = "auto";        ///< auto, R8, RGB888, XRGB8888
+    std::string grey = "equal";         ///< equal, sum, high_low
+    std::string compression = "auto";   ///< auto, off, always
+    std::int32_t queue_frames = 2;
+    std::string calibration = "";      ///< empty: pixel for pixel, linear
+    double black_dn = 0, white_dn = 0; ///< white 0: the highest number of the ADC
+    double peak = 0;                   ///< 0: as much as the weakest place of the screen can give
+    std::string dither = "both";       ///< none, spatial, temporal, both
+};
+
 /// The configuration of one daemon.
 struct Config {
     std::filesystem::path source; ///< the file it was read from; relative paths in it start from its folder
@@ -104,6 +121,7 @@ struct Config {
     GigeSection gige;
     FileSection file;
     V4l2Section v4l2;
+    StimulatorSection stimulator;
     SensorDescription sensor;
     scene::Scene scene;
 };

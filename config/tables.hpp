@@ -13,6 +13,7 @@ namespace obscura::config {
 [[nodiscard]] Keys keys_of(GigeSection& section);
 [[nodiscard]] Keys keys_of(FileSection& section);
 [[nodiscard]] Keys keys_of(V4l2Section& section);
+[[nodiscard]] Keys keys_of(StimulatorSection& section);
 
 /// [sensor]: the sensor's own keys and those of its tables [sensor.readout] and [sensor.detector]. A sensor
 /// file has the same keys and tables at its root.

@@ -5,6 +5,8 @@
 #include "sync/registry.hpp"
 #include "transports/file/file_sink.hpp"
 #include "transports/gige/gige.hpp"
+#include "transports/stimulator/libusb_bus.hpp"
+#include "transports/stimulator/stimulator_output.hpp"
 #include "transports/v4l2/v4l2_output.hpp"
 
 #include <fmt/format.h>
@@ -148,11 +150,38 @@ TransportPtr make_v4l2(const config::Config& config, CameraControl& control, con
     return std::make_unique<transports::V4l2Output>(settings);
 }
 
+TransportPtr make_stimulator(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
+                             const Priorities& /*priorities*/) {
+    const config::StimulatorSection& section = config.stimulator;
+    if (!section.enabled) return nullptr;
+    transports::StimulatorSettings settings;
+    settings.vendor_id = static_cast<std::uint16_t>(section.vendor_id);
+    settings.product_id = static_cast<std::uint16_t>(section.product_id);
+    settings.serial = section.serial;
+    settings.display.width = section.width;
+    settings.display.height = section.height;
+    settings.display.refresh_hz = section.refresh_hz;
+    if (section.format != "auto") settings.display.format = transports::display_format_named(section.format);
+    settings.grey = transports::grey_coding_named(section.grey);
+    settings.compression = transports::compression_named(section.compression);
+    settings.dither = transports::dither_named(section.dither);
+    settings.queue_frames = static_cast<std::size_t>(section.queue_frames);
+    settings.calibration = section.calibration;
+    settings.sensor_width = config.sensor.readout.width;
+    settings.sensor_height = config.sensor.readout.height;
+    settings.dn_black = section.black_dn;
+    settings.dn_white =
+        section.white_dn > 0 ? section.white_dn : std::exp2(config.sensor.detector.adc_bits) - 1;
+    settings.peak = section.peak;
+    return std::make_unique<transports::StimulatorOutput>(settings, transports::make_libusb_bus());
+}
+
 // One line for each kind of transport.
 constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const Priorities&) = {
     make_file,
     make_gige,
     make_v4l2,
+    make_stimulator,
 };
 
 } // namespace
@@ -170,6 +199,7 @@ std::size_t frames_needed(const config::Config& config) {
     std::size_t frames = Releaser::frames_in_flight + 1;
     if (config.gige.enabled) frames += static_cast<std::size_t>(config.gige.history_frames) + 2;
     if (config.file.enabled) frames += static_cast<std::size_t>(config.file.queue_frames);
+    if (config.stimulator.enabled) frames += static_cast<std::size_t>(config.stimulator.queue_frames) + 1;
     if (config.v4l2.enabled) frames += static_cast<std::size_t>(config.v4l2.queue_frames);
     return frames;
 }

@@ -162,9 +162,10 @@ void FunctionFsDisplay::run(const std::function<bool()>& stop) {
         std::array<usb_functionfs_event, 4> events{};
         const ssize_t size = ::read(ep0_.get(), events.data(), sizeof(events));
         if (size < 0) {
-            // A request that was cut off by unplugging: cancelled (EIDRM), or its data can come no more.
-            if (errno == EINTR || errno == EAGAIN || errno == EIDRM || errno == ESHUTDOWN) continue;
-            throw HardwareError(fmt::format("{}/ep0: {}", directory_.string(), std::strerror(errno)));
+            // A request that unplugging cut off keeps ep0 to itself (ESHUTDOWN, EL2HLT, ...) until the next
+            // event cancels it (EIDRM); that may be the next plugging in.
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            continue;
         }
         for (std::size_t i = 0; i < static_cast<std::size_t>(size) / sizeof(events[0]); ++i) {
             switch (events[i].type) {

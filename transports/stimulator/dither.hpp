@@ -9,7 +9,8 @@ namespace obscura::transports {
 /// Over what the fraction of a level is averaged: nothing (levels are rounded), a 16x16 block of pixels, 256
 /// successive frames, or both.
 enum class Dither : std::uint8_t { none, spatial, temporal, both };
-[[nodiscard]] bool parse(std::string_view text, Dither& dither);
+/// The mode of that name: none, spatial, temporal, both. Any other name is a bug of the caller.
+[[nodiscard]] Dither dither_named(std::string_view name);
 
 /// Position of pixel (x, y) in the 16x16 ordered-dither matrix, 0..255 (Bayer 1973): each value occurs once
 /// in a block and successive values lie far apart.

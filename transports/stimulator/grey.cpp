@@ -5,16 +5,11 @@
 
 namespace obscura::transports {
 
-bool parse(std::string_view text, GreyCoding& coding) {
-    if (text == "equal")
-        coding = GreyCoding::equal;
-    else if (text == "sum")
-        coding = GreyCoding::sum;
-    else if (text == "high_low")
-        coding = GreyCoding::high_low;
-    else
-        return false;
-    return true;
+GreyCoding grey_coding_named(std::string_view name) {
+    if (name == "sum") return GreyCoding::sum;
+    if (name == "high_low") return GreyCoding::high_low;
+    assert(name == "equal");
+    return GreyCoding::equal;
 }
 
 int grey_levels(gud::Format format, GreyCoding coding) {

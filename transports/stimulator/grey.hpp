@@ -16,7 +16,8 @@ enum class GreyCoding : std::uint8_t {
     sum,      ///< the channels are sub-pixels whose light adds up: 766 levels, spread evenly over them
     high_low, ///< red carries the high byte, green the low byte, blue 0: 65536 levels
 };
-[[nodiscard]] bool parse(std::string_view text, GreyCoding& coding);
+/// The coding of that name: equal, sum, high_low. Any other name is a bug of the caller.
+[[nodiscard]] GreyCoding grey_coding_named(std::string_view name);
 
 /// Number of grey levels that `format` shows under `coding`; 0 when the two do not go together.
 [[nodiscard]] int grey_levels(gud::Format format, GreyCoding coding);

@@ -11,18 +11,12 @@
 
 namespace obscura::transports {
 
-bool parse(std::string_view text, Dither& dither) {
-    if (text == "none")
-        dither = Dither::none;
-    else if (text == "spatial")
-        dither = Dither::spatial;
-    else if (text == "temporal")
-        dither = Dither::temporal;
-    else if (text == "both")
-        dither = Dither::both;
-    else
-        return false;
-    return true;
+Dither dither_named(std::string_view name) {
+    if (name == "none") return Dither::none;
+    if (name == "spatial") return Dither::spatial;
+    if (name == "temporal") return Dither::temporal;
+    assert(name == "both");
+    return Dither::both;
 }
 
 namespace {

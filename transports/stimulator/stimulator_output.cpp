@@ -64,6 +64,20 @@ Region changed_part(const Region& rect, std::size_t stride, std::size_t pixel, c
 
 } // namespace
 
+Compression compression_named(std::string_view name) {
+    if (name == "off") return Compression::off;
+    if (name == "always") return Compression::always;
+    assert(name == "auto");
+    return Compression::automatic;
+}
+
+gud::Format display_format_named(std::string_view name) {
+    if (name == "RGB888") return gud::Format::rgb888;
+    if (name == "XRGB8888") return gud::Format::xrgb8888;
+    assert(name == "R8");
+    return gud::Format::r8;
+}
+
 struct StimulatorOutput::Session {
     std::unique_ptr<UsbDevice> device;
     std::unique_ptr<DisplayLink> link;

@@ -22,6 +22,9 @@ namespace obscura::transports {
 
 /// LZ4, where the device takes it: never, when it saves time on this link, whenever it saves bytes.
 enum class Compression : std::uint8_t { off, automatic, always };
+/// Of the names off, auto, always; R8, RGB888, XRGB8888. Any other name is a bug of the caller.
+[[nodiscard]] Compression compression_named(std::string_view name);
+[[nodiscard]] gud::Format display_format_named(std::string_view name);
 
 struct StimulatorSettings {
     std::uint16_t vendor_id = gud::default_vendor_id;

@@ -83,7 +83,20 @@ file = "scene.toml"
 [completely_different]
 )",
      "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, camera, gige, file, "
-     "v4l2, scene, sensor"},
+     "v4l2, stimulator, scene, sensor"},
+    {R"([scene]
+file = "scene.toml"
+[stimulator]
+grey = "sum"
+)",
+     R"(c.toml:4:8: stimulator.grey: "sum" needs a format with colours, RGB888 or XRGB8888)"},
+    {R"([scene]
+file = "scene.toml"
+[stimulator]
+white_dn = 100
+black_dn = 100
+)",
+     "c.toml:5:12: stimulator.black_dn: 100 is not below white at 100"},
     {R"([scene]
 file = "scene.toml"
 [camera]

@@ -78,6 +78,12 @@ device = "/dev/video7"
 format = "GREY"
 io = "write"
 frame_counter = true
+[stimulator]
+product_id = 0x10a9
+serial = "B-7"
+calibration = "bench.fits"
+format = "XRGB8888"
+grey = "sum"
 [sensor]
 name = "tab	here"
 pixel_pitch_um = 6.9
@@ -109,6 +115,10 @@ adc_bits = 14
     CHECK(second.file.directory == (folder.path() / "out").string());
     CHECK(second.v4l2.device == "/dev/video7");
     CHECK(second.v4l2.format == "GREY");
+    CHECK(second.stimulator.product_id == 0x10a9);
+    CHECK(second.stimulator.grey == "sum");
+    CHECK(second.stimulator.calibration == first.stimulator.calibration);
+    CHECK(second.stimulator.calibration.find((folder.path() / "").string()) == 0);
     CHECK(config::camera_settings(second) == config::camera_settings(first));
 }
 
