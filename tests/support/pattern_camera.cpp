@@ -152,6 +152,10 @@ void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id,
         return;
     }
     frames_made_.fetch_add(1);
+    if (blank_) {
+        frame->publish_rows(height);
+        return;
+    }
     for (std::int32_t y = 0; y < height;) {
         const std::int32_t end = std::min(height, y + band_rows_.load());
         if (band_ns_ > 0) clock_.sleep_until(clock_.now() + band_ns_);

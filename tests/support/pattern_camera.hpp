@@ -37,6 +37,8 @@ public:
     }
     /// Makes frames of these windows, one below the other, whatever the client's region is.
     void set_windows(std::vector<Region> windows) { windows_ = std::move(windows); }
+    /// Leaves the pixels as they are: for benchmarks, where making the image must not be what is measured.
+    void set_blank(bool blank) { blank_ = blank; }
     /// Gives up the frame after this many rows (0: never).
     void abandon_after(std::int32_t rows) { abandon_after_ = rows; }
 
@@ -68,6 +70,7 @@ private:
     transports::Transport* transport_ = nullptr;
     std::atomic<std::int32_t> band_rows_{32}, abandon_after_{0};
     std::atomic<std::int64_t> band_ns_{0};
+    std::atomic<bool> blank_{false};
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
