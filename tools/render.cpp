@@ -6,6 +6,7 @@
 #include "tools/preview.hpp"
 #include "tools/progress.hpp"
 #include "tools/report.hpp"
+#include "tools/sequence.hpp"
 #include "tools/verb.hpp"
 #include "transports/file/exr.hpp"
 #include "transports/file/fits.hpp"
@@ -25,13 +26,17 @@ class Render final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "renders a scene to irradiance per pixel";
-        line.description = "Renders the scene file's camera at one instant. EXR and FITS files hold the "
-                           "irradiance of every pixel at "
-                           "the entrance pupil in W/m2, one channel or plane per spectral band, exactly 0 "
-                           "where nothing is. A PNG is "
-                           "a stretched 8-bit picture of the first band, to look at. The same scene, "
-                           "settings and seed give the same "
-                           "bytes on any number of threads.";
+        line.description = "Renders the scene file's camera at one instant, or a sequence. EXR and FITS "
+                           "files hold the irradiance of "
+                           "every pixel at the entrance pupil in W/m2, one channel or plane per spectral "
+                           "band, exactly 0 where "
+                           "nothing is. A PNG is a stretched 8-bit picture of the first band, to look at. "
+                           "The same scene, settings "
+                           "and seed give the same bytes on any number of threads (with --time-budget only "
+                           "as far as the number of "
+                           "passes is the same). A sequence needs a number in the file's name, such as %04d; "
+                           "what is already there "
+                           "can be left alone with --resume.";
         line.positional("SCENE", &scene_, "Scene file (TOML)");
         line.option("-o,--output", &output_, "FILE", "Picture to write: .exr, .fits or .png").required = true;
         line.option("--size", &size_, "WxH",
@@ -46,12 +51,19 @@ public:
                     65536);
         line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
         line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
-        line.number("--time", &time_s_, "S", "Scene time", -1e9, 1e9);
+        line.number("--time", &time_s_, "S", "Scene time of the first frame", -1e9, 1e9);
+        line.number("--frames", &frames_, "N", "Frames of a sequence", 1, 1e6);
+        line.number("--step", &step_s_, "S", "Scene time from frame to frame", -1e9, 1e9);
+        line.flag("--trajectory", trajectory_, "One frame at each time of the camera's trajectory instead");
+        line.flag("--resume", resume_, "Leave frames alone whose file is there already");
+        line.number("--time-budget", &budget_s_, "S",
+                    "Repeat and average each frame for about so long, at least once (0: once)", 0, 1e6);
         line.flag("--json", json_, "Print one JSON object with the figures of the run");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
             "obscura render config/scenes/demo.toml -o demo.png --size 1280x1024 --samples 16",
             "obscura render config/scenes/demo.toml -o later.fits --time 60 --json",
+            "obscura render config/scenes/demo.toml -o spin_%03d.png --frames 36 --step 20 --resume",
         };
     }
 
@@ -68,44 +80,104 @@ public:
             scene.camera.width = width, scene.camera.height = height;
         }
         width = scene.camera.width, height = scene.camera.height;
+        const std::vector<SequenceFrame> frames = sequence(output_, times(scene));
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::vector<scene::SpectralBand> bands = scene.bands;
 
-        const auto start = std::chrono::steady_clock::now();
+        const auto start = Clock::now();
         const renderer::Renderer renderer(std::move(scene), settings_);
-        const auto built = std::chrono::steady_clock::now();
+        const auto built = Clock::now();
         std::vector<float> image(plane * bands.size());
-        if (!fill(renderer, width, height, image)) {
-            fmt::print(stderr, "obscura render: interrupted, nothing written\n");
-            return exit_failure;
+        std::uint64_t written = 0, present = 0;
+        Progress progress("render", frames.size() * static_cast<std::uint64_t>(height));
+        for (const SequenceFrame& frame : frames) {
+            if (resume_ && std::filesystem::exists(frame.file)) {
+                ++present;
+                continue;
+            }
+            if (!average(renderer, width, height, frame, progress, image)) break;
+            (this->*write)(frame, width, height, bands, image);
+            ++written;
         }
-        const auto rendered = std::chrono::steady_clock::now();
-        (this->*write)(width, height, bands, image);
+        const double render_s = seconds_since(built);
+        if (written + present < frames.size())
+            fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
+                       frames.size());
 
-        const auto seconds = [](auto span) { return std::chrono::duration<double>(span).count(); };
         double total = 0;
         for (const float value : image)
             total += static_cast<double>(value);
+        const double brightest = static_cast<double>(*std::max_element(image.begin(), image.end()));
         Report report;
         report.add("output", "written", output_);
+        report.add("frames", "frames", static_cast<std::int64_t>(written));
+        if (resume_) report.add("present", "already there", static_cast<std::int64_t>(present));
         report.add("width", "width", static_cast<std::int64_t>(width));
         report.add("height", "height", static_cast<std::int64_t>(height));
         report.add("bands", "bands", static_cast<std::int64_t>(bands.size()));
-        report.add("build_s", "scene made ready in", seconds(built - start), "s", 3);
-        report.add("render_s", "rendered in", seconds(rendered - built), "s", 3);
+        if (budget_s_ > 0) report.add("passes", "passes", static_cast<std::int64_t>(passes_));
+        report.add("build_s", "scene made ready in", std::chrono::duration<double>(built - start).count(),
+                   "s", 3);
+        report.add("render_s", "rendered in", render_s, "s", 3);
         report.add("rays", "rays", static_cast<std::int64_t>(renderer.rays_traced()));
         report.add("samples", "samples", static_cast<std::int64_t>(renderer.samples_taken()));
-        report.add("max_w_m2", "brightest pixel, nW/m2",
-                   std::optional(1e9 * static_cast<double>(*std::max_element(image.begin(), image.end()))),
-                   "", 6);
-        report.add("total_w_m2", "sum of all pixels, nW/m2", std::optional(1e9 * total), "", 6);
+        if (written > 0) {
+            report.add("max_w_m2", "brightest pixel", fmt::format("{:.6g} W/m2", brightest), brightest);
+            report.add("total_w_m2", "sum of all pixels", fmt::format("{:.6g} W/m2", total), total);
+        }
         report.print(json_);
-        return exit_ok;
+        return written + present == frames.size() ? exit_ok : exit_failure;
     }
 
 private:
-    using Writer = void (Render::*)(std::int32_t, std::int32_t, const std::vector<scene::SpectralBand>&,
-                                    const std::vector<float>&) const;
+    using Clock = std::chrono::steady_clock;
+    using Writer = void (Render::*)(const SequenceFrame&, std::int32_t, std::int32_t,
+                                    const std::vector<scene::SpectralBand>&, const std::vector<float>&) const;
+
+    static double seconds_since(Clock::time_point start) {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+
+    [[nodiscard]] std::vector<double> times(const scene::Scene& scene) const {
+        std::vector<double> out;
+        if (trajectory_) {
+            if (frames_ != 1)
+                throw UsageError("obscura render: --trajectory and --frames exclude each other");
+            for (const scene::TimedPose& sample : scene.camera.motion.samples)
+                out.push_back(sample.time_s);
+            return out;
+        }
+        for (std::uint64_t i = 0; i < frames_; ++i)
+            out.push_back(time_s_ + static_cast<double>(i) * step_s_);
+        return out;
+    }
+
+    /// Renders passes of a frame until the time budget is spent, and averages them. False when interrupted.
+    bool average(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+                 const SequenceFrame& frame, Progress& progress, std::vector<float>& image) {
+        const auto start = Clock::now();
+        // Passes must not repeat each other's random numbers, nor those of other frames.
+        constexpr std::uint64_t pass_stride = std::uint64_t{1} << 24;
+        std::uint64_t rows_before = (frame.number - 1) * static_cast<std::uint64_t>(height);
+        if (!fill(renderer, width, height, frame.number, frame.time_s, rows_before, progress, image))
+            return false;
+        passes_ = 1;
+        if (budget_s_ <= 0) return true;
+        std::vector<double> sum(image.begin(), image.end());
+        // A pass that would end after the budget is not begun.
+        while (!interrupted() &&
+               seconds_since(start) * (1 + 1.0 / static_cast<double>(passes_)) < budget_s_) {
+            if (!fill(renderer, width, height, frame.number + passes_ * pass_stride, frame.time_s,
+                      rows_before, progress, image))
+                break;
+            std::transform(sum.begin(), sum.end(), image.begin(), sum.begin(),
+                           [](double a, float b) { return a + static_cast<double>(b); });
+            ++passes_;
+        }
+        std::transform(sum.begin(), sum.end(), image.begin(),
+                       [this](double v) { return static_cast<float>(v / static_cast<double>(passes_)); });
+        return true;
+    }
 
     [[nodiscard]] Writer writer() const {
         const std::string extension = std::filesystem::path(output_).extension().string();
@@ -116,15 +188,15 @@ private:
             fmt::format("obscura render: --output {}: the name must end in .exr, .fits or .png", output_));
     }
 
-    bool fill(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
-              std::vector<float>& image) const {
+    static bool fill(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+                     std::uint64_t frame_id, double time_s, std::uint64_t rows_before, Progress& progress,
+                     std::vector<float>& image) {
         constexpr std::int32_t band_rows = 16;
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::size_t planes = image.size() / plane;
-        const Time when{std::llround(time_s_ * 1e9)};
+        const Time when{std::llround(time_s * 1e9)};
         const std::vector<RowTime> times(static_cast<std::size_t>(band_rows), {when, when});
         std::vector<float> band;
-        Progress progress("render", static_cast<std::uint64_t>(height));
         for (std::int32_t y = 0; y < height; y += band_rows) {
             if (interrupted()) return false;
             renderer::RenderRequest request;
@@ -132,7 +204,7 @@ private:
             request.first_row = y;
             request.rows = std::min(band_rows, height - y);
             request.row_times = std::span(times).first(static_cast<std::size_t>(request.rows));
-            request.frame_id = 1;
+            request.frame_id = frame_id;
             const std::size_t values =
                 static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(width);
             band.resize(values * planes);
@@ -141,14 +213,16 @@ private:
                 std::copy_n(band.begin() + static_cast<std::ptrdiff_t>(p * values), values,
                             image.begin() + static_cast<std::ptrdiff_t>(p * plane) +
                                 static_cast<std::ptrdiff_t>(y) * width);
-            progress.done(static_cast<std::uint64_t>(y + request.rows));
+            progress.done(rows_before + static_cast<std::uint64_t>(y + request.rows));
         }
         return true;
     }
 
-    [[nodiscard]] transports::Cards cards(const std::vector<scene::SpectralBand>& bands) const {
+    [[nodiscard]] transports::Cards cards(const SequenceFrame& frame,
+                                          const std::vector<scene::SpectralBand>& bands) const {
         transports::Cards out{
-            {"TIME", time_s_, "[s] scene time"},
+            {"TIME", frame.time_s, "[s] scene time"},
+            {"FRAMEID", static_cast<std::int64_t>(frame.number), "frame of the sequence, from 1"},
             {"SAMPLES", static_cast<std::int64_t>(settings_.samples_per_pixel), "rays per pixel"},
             {"SEED", static_cast<std::int64_t>(settings_.seed), "of the sampling"},
         };
@@ -157,24 +231,27 @@ private:
         return out;
     }
 
-    void write_exr(std::int32_t width, std::int32_t height, const std::vector<scene::SpectralBand>& bands,
-                   const std::vector<float>& image) const {
-        transports::write_exr(output_, width, height, irradiance_channels(image, bands), cards(bands));
+    void write_exr(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
+                   const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
+        transports::write_exr(frame.file, width, height, irradiance_channels(image, bands),
+                              cards(frame, bands));
     }
-    void write_fits(std::int32_t width, std::int32_t height, const std::vector<scene::SpectralBand>& bands,
-                    const std::vector<float>& image) const {
-        transports::write_fits_float(output_, width, height, static_cast<std::int32_t>(bands.size()), image,
-                                     "W m-2", cards(bands));
+    void write_fits(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
+                    const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
+        transports::write_fits_float(frame.file, width, height, static_cast<std::int32_t>(bands.size()),
+                                     image, "W m-2", cards(frame, bands));
     }
-    void write_png(std::int32_t width, std::int32_t height, const std::vector<scene::SpectralBand>& bands,
-                   const std::vector<float>& image) const {
+    void write_png(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
+                   const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
         const auto plane = static_cast<std::ptrdiff_t>(image.size() / bands.size());
-        write_preview(output_, width, height, {image.begin(), image.begin() + plane});
+        write_preview(frame.file, width, height, {image.begin(), image.begin() + plane});
     }
 
     std::string scene_, output_, size_;
     renderer::RenderSettings settings_;
-    double time_s_ = 0;
+    double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
+    std::uint64_t frames_ = 1, passes_ = 0;
+    bool trajectory_ = false, resume_ = false;
     bool json_ = false;
 };
 

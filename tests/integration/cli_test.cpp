@@ -83,6 +83,33 @@ TEST_CASE("a render has the same bytes on any number of threads, in every format
     CHECK(std::abs(ratio - 1) < 0.02);
 }
 
+TEST_CASE("sequences, resumption and time budgets") {
+    const TempFolder folder;
+    const std::string scene = OBSCURA_SOURCE_DIR "/config/scenes/demo.toml";
+    const auto render = [&](std::vector<std::string> more) {
+        std::vector<std::string> arguments{
+            "render", scene, "--size", "80x64", "--json", "-o", folder.path() / "f%02d.fits"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return nlohmann::json::parse(run(folder, arguments));
+    };
+    CHECK(render({"--frames", "3", "--step", "40"})["frames"] == 3);
+    const std::string second = text_of(folder.path() / "f02.fits");
+    CHECK(second.size() > 1000);
+    CHECK(second != text_of(folder.path() / "f01.fits"));
+    std::filesystem::remove(folder.path() / "f02.fits");
+    const auto resumed = render({"--frames", "3", "--step", "40", "--resume"});
+    CHECK(resumed["frames"] == 1);
+    CHECK(resumed["present"] == 2);
+    CHECK(text_of(folder.path() / "f02.fits") == second);
+    // Passes average: more of them, less noise, the same mean.
+    const auto once = nlohmann::json::parse(
+        run(folder, {"render", scene, "--size", "80x64", "--json", "-o", folder.path() / "a.fits"}));
+    const auto longer = nlohmann::json::parse(run(folder, {"render", scene, "--size", "80x64", "--json", "-o",
+                                                           folder.path() / "b.fits", "--time-budget", "1"}));
+    CHECK(longer["passes"] >= 1);
+    CHECK(std::abs(longer["total_w_m2"].get<double>() / once["total_w_m2"].get<double>() - 1) < 0.02);
+}
+
 TEST_CASE("captures repeat to the byte, and a later frame does not need the earlier ones") {
     const TempFolder folder;
     const std::string config = small_configuration(folder);

@@ -5,6 +5,7 @@
 #include "tools/preview.hpp"
 #include "tools/receiver.hpp"
 #include "tools/report.hpp"
+#include "tools/sequence.hpp"
 
 #include <random>
 
@@ -117,6 +118,20 @@ TEST_CASE("sizes") {
     for (const char* bad :
          {"", "x", "640", "640x", "x512", "0x5", "-1x5", "6.5x5", "640x512x3", "70000x5", " 1x1"})
         CHECK_THROWS_AS(parse_size(bad, width, height), UsageError);
+}
+
+TEST_CASE("sequences number their files") {
+    CHECK(numbered("a_%04d.png", 7) == "a_0007.png");
+    CHECK(numbered("%d", 12345) == "12345");
+    for (const char* bad : {"a.png", "a%s.png", "a%d%d", "a%", "a%3", "a%-3d", "a%d%%", "a%99d"})
+        CHECK_THROWS_AS(numbered(bad, 1), UsageError);
+    CHECK(sequence("a.png", {3}).at(0).file == "a.png");
+    const auto frames = sequence("a%d.png", {0, 0.5, 2});
+    REQUIRE(frames.size() == 3);
+    CHECK(frames[2].number == 3);
+    CHECK(frames[2].time_s == 2);
+    CHECK(frames[2].file == "a3.png");
+    CHECK_THROWS_AS(sequence("a.png", {0, 1}), UsageError);
 }
 
 TEST_CASE("previews are black at the background, white at the brightest, and keep the order") {
