@@ -60,6 +60,7 @@ std::string type_name(const Target& target) {
                           [](Quat*) { return Text("an array of 4 numbers [w, x, y, z]"); },
                           [](Numbers n) { return fmt::format("an array of {} numbers", n.count); },
                           [](std::vector<double>*) { return Text("an array of numbers"); },
+                          [](Faces) { return Text("an array of faces [[[x, y, z], ...], ...]"); },
                           [](Curve) { return Text("an array of [wavelength_nm, value] pairs"); },
                           [](auto*) { return Text("an integer"); },
                       },
@@ -145,6 +146,24 @@ public:
         for (const Value& item : value_.items)
             numbers.push_back(number(item));
         *target = std::move(numbers);
+    }
+    void operator()(Faces target) const {
+        if (value_.kind != Value::Kind::array) wrong_type();
+        std::vector<std::vector<Vec3>> faces;
+        for (const Value& face : value_.items) {
+            if (face.kind != Value::Kind::array || face.items.size() < 3)
+                fail(where_, face.at, "a face is an array of 3 or more corners [x, y, z]");
+            std::vector<Vec3> corners;
+            for (const Value& corner : face.items) {
+                if (corner.kind != Value::Kind::array || corner.items.size() != 3)
+                    fail(where_, corner.at, "a corner is an array of 3 numbers [x, y, z]");
+                corners.push_back(
+                    {number(corner.items[0]), number(corner.items[1]), number(corner.items[2])});
+            }
+            faces.push_back(std::move(corners));
+        }
+        if (faces.empty()) fail(where_, value_.at, "empty, at least one face is wanted");
+        *target.faces = std::move(faces);
     }
     void operator()(Curve target) const {
         if (value_.kind != Value::Kind::array) wrong_type();
@@ -335,6 +354,16 @@ std::string value_text(const Key& key) {
                 return list_text({v.first, v.first + v.count});
             },
             [](std::vector<double>* v) { return list_text(*v); },
+            [](Faces v) {
+                std::string text;
+                for (const std::vector<Vec3>& face : *v.faces) {
+                    std::string corners;
+                    for (Vec3 corner : face)
+                        corners += (corners.empty() ? "" : ", ") + value_text({"", &corner});
+                    text += fmt::format("{}[{}]", text.empty() ? "" : ", ", corners);
+                }
+                return "[" + text + "]";
+            },
             [](Curve v) {
                 std::string text;
                 for (const SpectralPoint& p : *v.points) {

@@ -45,10 +45,15 @@ struct Numbers {
     std::size_t count = 0;
 };
 
+/// Polygons: array of faces, each an array of 3 or more corners [x, y, z].
+struct Faces {
+    std::vector<std::vector<Vec3>>* faces = nullptr;
+};
+
 /// Where the value of a key goes. The default is what is there before reading.
 using Target =
     std::variant<bool*, std::int32_t*, std::uint32_t*, std::int64_t*, std::uint64_t*, double*, std::string*,
-                 Vec3*, Quat*, Scaled, Path, Word, Curve, Numbers, std::vector<double>*>;
+                 Vec3*, Quat*, Scaled, Path, Word, Curve, Numbers, std::vector<double>*, Faces>;
 
 struct Range {
     double min = -std::numeric_limits<double>::infinity();

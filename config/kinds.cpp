@@ -46,6 +46,15 @@ Keys procedural(scene::ProceduralBody& s) {
     };
 }
 
+Keys polygons(scene::Polygons& s) {
+    return {{"faces_m",
+             Faces{&s.faces_m},
+             "m",
+             {-1e12, 1e12},
+             {},
+             "Flat convex faces, corners counter-clockwise seen from outside"}};
+}
+
 Keys lambert(scene::Lambert& m) {
     return {{"albedo", &m.albedo, {}, {0, 1}, {}, "Hemispherical reflectance"}};
 }
@@ -123,6 +132,9 @@ Keys ggx(scene::Ggx& m) {
         {"base_albedo", &m.base_albedo, {}, {0, 1}, {}, "Of the diffuse base; 0 for metals"},
     };
 }
+Keys mirror(scene::Mirror& m) {
+    return {{"reflectance", &m.reflectance, {}, {0, 1}, {}, "Seen only where light may bounce: max_bounces"}};
+}
 
 } // namespace
 
@@ -131,6 +143,7 @@ const std::vector<Kind<scene::Shape>>& shape_kinds() {
         shape<scene::Ellipsoid, ellipsoid>("ellipsoid", {"radii_m"}),
         shape<scene::MeshFile, mesh>("mesh", {"file"}),
         shape<scene::ProceduralBody, procedural>("procedural", {"mean_radius_m"}),
+        shape<scene::Polygons, polygons>("polygons", {"faces_m"}),
     };
     return table;
 }
@@ -145,6 +158,7 @@ const std::vector<Kind<scene::Material>>& material_kinds() {
         material<scene::Phong, phong>("phong"),
         material<scene::Hapke, hapke>("hapke", {"single_scattering_albedo"}),
         material<scene::Ggx, ggx>("ggx"),
+        material<scene::Mirror, mirror>("mirror"),
     };
     return table;
 }

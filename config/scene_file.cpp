@@ -145,7 +145,27 @@ scene::Body read_body(const Value& table, const Where& where) {
         require(given, key, table, where);
     body.name = keys.name;
     body.motion = motion_of(keys.place, given, table, where);
+    body.colour = keys.colour;
+    body.emission_w_m2_sr = keys.emission_w_m2_sr;
     return body;
+}
+
+scene::Lamp read_lamp(const Value& table, const Where& where) {
+    LampKeys keys;
+    Keys list = keys_of(keys);
+    const Keys place_keys = camera_place_keys(keys.place);
+    list.insert(list.end(), place_keys.begin(), place_keys.end());
+    const Given given = read_keys(table, where, list);
+    require(given, "intensity_w_sr", table, where);
+    scene::Lamp lamp;
+    lamp.name = keys.name;
+    lamp.motion = motion_of(keys.place, given, table, where);
+    lamp.beam = keys.beam == "uniform"    ? scene::Lamp::Beam::uniform
+                : keys.beam == "gaussian" ? scene::Lamp::Beam::gaussian
+                                          : scene::Lamp::Beam::point;
+    lamp.half_angle_rad = keys.half_angle_deg * degree;
+    lamp.intensity_w_sr = keys.intensity_w_sr;
+    return lamp;
 }
 
 /// The tables of an array of tables.
@@ -163,7 +183,7 @@ scene::Scene load_scene(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
     scene::Scene scene;
-    read_keys(root, top, keys_of(scene), {"sun", "stars", "camera", "body", "band"});
+    read_keys(root, top, keys_of(scene), {"sun", "stars", "camera", "body", "lamp", "band"});
     if (scene.name.empty()) scene.name = file.stem().string();
 
     if (const Member* sun = root.find("sun"))
@@ -190,6 +210,13 @@ scene::Scene load_scene(const std::filesystem::path& file) {
                      fmt::format("\"{}\" is the name of an earlier body", body.name));
         }
     }
+    if (const Member* lamps = root.find("lamp")) {
+        const std::vector<Value>& tables = tables_of(*lamps, top.in("lamp"));
+        for (std::size_t i = 0; i < tables.size(); ++i) {
+            scene.lamps.push_back(read_lamp(tables[i], top.in(fmt::format("lamp[{}]", i))));
+            if (scene.lamps.back().name.empty()) scene.lamps.back().name = fmt::format("lamp{}", i);
+        }
+    }
     if (const Member* bands = root.find("band")) {
         const std::vector<Value>& tables = tables_of(*bands, top.in("band"));
         scene.bands.clear();
@@ -206,6 +233,21 @@ scene::Scene load_scene(const std::filesystem::path& file) {
         if (scene.bands.empty()) fail(top.in("band"), bands->at, "at least one band is wanted");
         if (scene.bands.size() > 16) fail(top.in("band"), bands->at, "more than 16 bands");
     }
+    // One number for each band, or none.
+    const auto check_bands = [&](const std::vector<double>& values, const char* list, std::size_t i,
+                                 const char* key) {
+        if (values.empty() || values.size() == scene.bands.size()) return;
+        const Value& table = root.find(list)->value.items[i];
+        fail(top.in(fmt::format("{}[{}].{}", list, i, key)), table.find(key)->value.at,
+             fmt::format("has {} numbers, allowed one for each of the {} bands", values.size(),
+                         scene.bands.size()));
+    };
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        check_bands(scene.bodies[i].colour, "body", i, "colour");
+        check_bands(scene.bodies[i].emission_w_m2_sr, "body", i, "emission_w_m2_sr");
+    }
+    for (std::size_t i = 0; i < scene.lamps.size(); ++i)
+        check_bands(scene.lamps[i].intensity_w_sr, "lamp", i, "intensity_w_sr");
     return scene;
 }
 

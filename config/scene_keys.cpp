@@ -12,7 +12,27 @@ constexpr Range anywhere{-1e15, 1e15};
 } // namespace
 
 Keys keys_of(scene::Scene& s) {
-    return {{"name", &s.name, {}, {}, {}, "Name of the scene; the file's own name if not given"}};
+    const auto set = [&s](std::string_view word) {
+        s.quantity = word == "radiance" ? scene::Quantity::radiance : scene::Quantity::irradiance;
+    };
+    const auto get = [&s] {
+        return std::string(s.quantity == scene::Quantity::radiance ? "radiance" : "irradiance");
+    };
+    return {
+        {"name", &s.name, {}, {}, {}, "Name of the scene; the file's own name if not given"},
+        {"max_bounces",
+         &s.max_bounces,
+         {},
+         {0, 1000},
+         {},
+         "Reflections after the first that light is followed over; 0: direct light only"},
+        {"quantity",
+         Word{set, get},
+         {},
+         {},
+         {"irradiance", "radiance"},
+         "What pixels hold: W/m2 at the pupil, or W m-2 sr-1"},
+    };
 }
 
 Keys keys_of(SunKeys& s) {
@@ -79,6 +99,13 @@ Keys keys_of(BodyKeys& s) {
         {"name", &s.name, {}, {}, {}, "Name; body0, body1, ... if not given"},
         {"shape", &s.shape, {}, {}, names_of(shape_kinds()), "Kind of shape; its own keys stand beside"},
         {"material", &s.material, {}, {}, names_of(material_kinds()), "Photometric model; likewise"},
+        {"colour", &s.colour, {}, {0, 100}, {}, "Factor on the reflectance in each band"},
+        {"emission_w_m2_sr",
+         &s.emission_w_m2_sr,
+         "W m-2 sr-1",
+         {0, 1e15},
+         {},
+         "Radiance that the outer side sends out by itself in each band"},
     };
 }
 
@@ -94,6 +121,20 @@ Keys body_place_keys(PlaceKeys& s) {
         {"trajectory", Path{&s.trajectory}, {}, {}, {}, "Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"},
         {"spin_axis", &s.spin_axis, {}, anywhere, {}, "Axis of a uniform spin, body frame"},
         {"spin_rate_deg_per_s", &s.spin_rate_deg_per_s, "deg/s", {-36000, 36000}, {}, "Rate of the spin"},
+    };
+}
+
+Keys keys_of(LampKeys& s) {
+    return {
+        {"name", &s.name, {}, {}, {}, "Name; lamp0, lamp1, ... if not given"},
+        {"beam", &s.beam, {}, {}, {"point", "uniform", "gaussian"}, "Shape of the beam about +z"},
+        {"half_angle_deg",
+         &s.half_angle_deg,
+         "deg",
+         {0.001, 180},
+         {},
+         "Uniform: edge of the beam; gaussian: where exp(-2) of the axial intensity is left"},
+        {"intensity_w_sr", &s.intensity_w_sr, "W/sr", {0, 1e20}, {}, "On the axis, in each band"},
     };
 }
 

@@ -40,6 +40,16 @@ struct BodyKeys {
     std::string name;
     std::string shape;
     std::string material = "lambert";
+    std::vector<double> colour, emission_w_m2_sr;
+    PlaceKeys place;
+};
+
+/// [[lamp]]
+struct LampKeys {
+    std::string name;
+    std::string beam = "point";
+    double half_angle_deg = 10;
+    std::vector<double> intensity_w_sr;
     PlaceKeys place;
 };
 
@@ -50,6 +60,7 @@ struct BodyKeys {
 [[nodiscard]] Keys camera_place_keys(PlaceKeys& place);
 [[nodiscard]] Keys keys_of(BodyKeys& body);
 [[nodiscard]] Keys body_place_keys(PlaceKeys& place);
+[[nodiscard]] Keys keys_of(LampKeys& lamp);
 [[nodiscard]] Keys keys_of(scene::SpectralBand& band);
 
 } // namespace obscura::config

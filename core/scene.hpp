@@ -151,6 +151,12 @@ struct Camera {
     Motion motion;
 };
 
+/// What the pixels of a frame hold.
+enum class Quantity : std::uint8_t {
+    irradiance, ///< at the entrance pupil from the pixel's solid angle, W/m2: what a detector needs
+    radiance,   ///< the same over the pixel's solid angle, W m-2 sr-1: for comparing with other programs
+};
+
 /// Everything that can be seen, and the camera that looks.
 struct Scene {
     std::string name;
@@ -160,6 +166,8 @@ struct Scene {
     std::vector<Star> stars;
     std::vector<Lamp> lamps{};
     std::vector<SpectralBand> bands{SpectralBand{}};
+    std::uint32_t max_bounces = 0; ///< reflections after the first that light is followed over
+    Quantity quantity = Quantity::irradiance;
 };
 
 } // namespace obscura::scene

@@ -30,6 +30,13 @@ void Pinhole::rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles
     pinhole_rays(scale_, centre_x_, centre_y_, x, y, direction, solid_angle_sr);
 }
 
+double Pinhole::solid_angle_sr(double x, double y) const {
+    const double u = (x - centre_x_) * scale_;
+    const double v = (y - centre_y_) * scale_;
+    const double n2 = u * u + v * v + 1;
+    return scale_ * scale_ / (n2 * std::sqrt(n2));
+}
+
 std::optional<ImagePoint> Pinhole::project(Vec3 d) const {
     if (!(d.z > 0)) return std::nullopt;
     return ImagePoint{d.x / d.z / scale_ + centre_x_, d.y / d.z / scale_ + centre_y_};

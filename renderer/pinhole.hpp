@@ -20,6 +20,9 @@ public:
     /// Unit directions in the camera frame of the image points, and the solid angle of a pixel there, sr.
     void rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles& solid_angle_sr) const;
 
+    /// Solid angle of the pixel about an image point, sr.
+    [[nodiscard]] double solid_angle_sr(double x, double y) const;
+
     /// Where a direction (any length) is seen; nothing behind the camera.
     [[nodiscard]] std::optional<ImagePoint> project(Vec3 direction) const;
 

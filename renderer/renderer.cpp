@@ -62,6 +62,7 @@ struct Scratch {
     RowState row;
     std::vector<double> light;     ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight; ///< bands x pixels, W/m2
+    std::vector<double> per_pixel; ///< from irradiance to the quantity asked for
     std::vector<std::int32_t> candidates;
     RayCounts counts;
 };
@@ -103,6 +104,7 @@ struct Renderer::Impl {
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
         settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
+        settings.max_bounces = std::max(settings.max_bounces, scene.max_bounces);
         for (const scene::SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
         lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
@@ -296,13 +298,17 @@ void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidat
         PathTracer tracer(s.row, lighting, scene.sun.radius_m, s.counts);
         trace(tracer);
     }
+    s.per_pixel.assign(width, 1);
+    if (scene.quantity == scene::Quantity::radiance)
+        for (std::size_t x = 0; x < width; ++x)
+            s.per_pixel[x] = 1 / pinhole.solid_angle_sr(request.window.x + static_cast<double>(x), y);
     for (std::size_t band = 0; band < scene.bands.size(); ++band) {
         float* out = irradiance.data() +
                      (band * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
         const double* light = s.light.data() + (plain ? 0 : band * width);
         const double unit = plain ? sun_w_m2[band] : 1;
         for (std::size_t x = 0; x < width; ++x)
-            out[x] = static_cast<float>(light[x] * unit + s.starlight[band * width + x]);
+            out[x] = static_cast<float>((light[x] * unit + s.starlight[band * width + x]) * s.per_pixel[x]);
     }
 }
 

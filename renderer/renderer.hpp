@@ -29,7 +29,8 @@ struct RenderSettings {
     /// lit body's brightness or of the pixel's own, whichever is larger. 0: `samples_per_pixel` everywhere.
     double target_error = 0;
     std::uint32_t max_samples_per_pixel = 64; ///< with target_error
-    /// Reflections after the first: 0 is direct light only. Needed for light between bodies and for mirrors.
+    /// Reflections after the first, at least the scene's own number: 0 is direct light only. Needed for light
+    /// between bodies and for mirrors.
     std::uint32_t max_bounces = 0;
 };
 

@@ -49,6 +49,10 @@ public:
                     0, 1);
         line.number("--max-samples", &settings_.max_samples_per_pixel, "N", "Limit that goes with --error", 1,
                     65536);
+        line.number(
+            "--bounces", &settings_.max_bounces, "N",
+            "Reflections after the first that light is followed over (at least the scene's own number)", 0,
+            1000);
         line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
         line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
         line.number("--time", &time_s_, "S", "Scene time of the first frame", -1e9, 1e9);
@@ -83,6 +87,7 @@ public:
         const std::vector<SequenceFrame> frames = sequence(output_, times(scene));
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::vector<scene::SpectralBand> bands = scene.bands;
+        radiance_ = scene.quantity == scene::Quantity::radiance;
 
         const auto start = Clock::now();
         const renderer::Renderer renderer(std::move(scene), settings_);
@@ -239,7 +244,7 @@ private:
     void write_fits(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                     const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
         transports::write_fits_float(frame.file, width, height, static_cast<std::int32_t>(bands.size()),
-                                     image, "W m-2", cards(frame, bands));
+                                     image, radiance_ ? "W m-2 sr-1" : "W m-2", cards(frame, bands));
     }
     void write_png(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                    const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
@@ -252,7 +257,7 @@ private:
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;
     bool trajectory_ = false, resume_ = false;
-    bool json_ = false;
+    bool radiance_ = false, json_ = false;
 };
 
 } // namespace

@@ -289,11 +289,35 @@ width = 99999999999999999999
      "c.toml:1:1: not valid TOML: Encountered invalid utf-8 sequence"},
 };
 const std::vector<Broken> broken_scenes{
+    {R"([[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+colour = [0.1, 0.2]
+)",
+     "s.toml:5:10: body[0].colour: has 2 numbers, allowed one for each of the 1 bands"},
+    {R"([[body]]
+shape = "polygons"
+albedo = 0.5
+faces_m = [[[0, 0, 0], [1, 0, 0]]]
+)",
+     "s.toml:4:12: body[0].faces_m: a face is an array of 3 or more corners [x, y, z]"},
+    {R"([[body]]
+shape = "polygons"
+albedo = 0.5
+faces_m = [[[0, 0, 0], [1, 0, 0], [1, 1]]]
+)",
+     "s.toml:4:35: body[0].faces_m: a corner is an array of 3 numbers [x, y, z]"},
+    {R"([[lamp]]
+beam = "spot"
+)",
+     R"(s.toml:2:8: lamp[0].beam: "spot" is not known, allowed point, uniform, gaussian)"},
+    {"quantity = \"flux\"\n", R"(s.toml:1:12: quantity: "flux" is not known, allowed irradiance, radiance)"},
     {"[[body]]\n", R"(s.toml:1:1: body[0]: the key "shape" is missing)"},
     {R"([[body]]
 shape = "cube"
 )",
-     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, procedural)"},
+     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, procedural, polygons)"},
     {R"([[body]]
 shape = "ellipsoid"
 albedo = 0.5
@@ -396,7 +420,7 @@ radii_m = [1, 1, 1]
 albedo = 0.5
 material = "lambertian"
 )",
-     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, ggx)"},
+     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, ggx, mirror)"},
     {R"([[body]]
 shape = "mesh"
 albedo = 0.5

@@ -3,6 +3,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -271,4 +272,74 @@ TEST_CASE("the shipped configuration and scene load") {
     // Sirius, from the Hipparcos catalogue: HIP 32349, ra 101.2872, dec -16.7161.
     CHECK_THAT(config.scene.stars[0].right_ascension_rad / degree, WithinAbs(101.28716, 1e-4));
     CHECK_THAT(config.scene.stars[0].declination_rad / degree, WithinAbs(-16.71612, 1e-4));
+}
+
+TEST_CASE("the Cornell box loads with its measured spectra") {
+    const scene::Scene scene = config::load_scene(OBSCURA_SOURCE_DIR "/config/scenes/cornell.toml");
+    REQUIRE(scene.bodies.size() == 8);
+    REQUIRE(scene.bands.size() == 7);
+    CHECK(scene.quantity == scene::Quantity::radiance);
+    CHECK(scene.max_bounces == 12);
+    CHECK(scene.sun.irradiance_scale == 0);
+    const auto red = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                  [](const scene::Body& b) { return b.name == "red wall"; });
+    REQUIRE(red != scene.bodies.end());
+    // Published: 400 nm 0.040, 700 nm 0.642.
+    CHECK(red->colour.front() == 0.04);
+    CHECK_THAT(red->colour.back(), WithinAbs(0.64, 0.02));
+    const auto light = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                    [](const scene::Body& b) { return !b.emission_w_m2_sr.empty(); });
+    REQUIRE(light != scene.bodies.end());
+    CHECK(light->emission_w_m2_sr == std::vector<double>{0, 4, 8, 11.8, 15.6, 17, 18.4});
+    CHECK(std::get<scene::Polygons>(light->shape).faces_m[0].size() == 4);
+}
+
+TEST_CASE("materials and lamps of a scene file") {
+    const test::TempFolder folder;
+    const auto file = folder.write("s.toml", R"(
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+material = "hapke"
+single_scattering_albedo = 0.2
+roughness_deg = 20
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+material = "phong"
+diffuse = 0.1
+specular = 0.6
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+material = "minnaert"
+albedo = 0.3
+exponent = 0.6
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+material = "mirror"
+reflectance = 0.8
+emission_w_m2_sr = [2.5]
+[[lamp]]
+beam = "gaussian"
+half_angle_deg = 5
+intensity_w_sr = [12]
+position_m = [1, 2, 3]
+)");
+    const scene::Scene scene = config::load_scene(file);
+    REQUIRE(scene.bodies.size() == 4);
+    const auto& hapke = std::get<scene::Hapke>(scene.bodies[0].material);
+    CHECK(hapke.single_scattering_albedo == 0.2);
+    CHECK_THAT(hapke.roughness_rad, WithinRel(20 * degree, 1e-12));
+    const auto& phong = std::get<scene::Phong>(scene.bodies[1].material);
+    CHECK(phong.specular == 0.6);
+    CHECK(phong.exponent == scene::Phong{}.exponent);
+    CHECK(std::get<scene::Minnaert>(scene.bodies[2].material).exponent == 0.6);
+    CHECK(std::get<scene::Mirror>(scene.bodies[3].material).reflectance == 0.8);
+    CHECK(scene.bodies[3].emission_w_m2_sr == std::vector<double>{2.5});
+    REQUIRE(scene.lamps.size() == 1);
+    CHECK(scene.lamps[0].name == "lamp0");
+    CHECK(scene.lamps[0].beam == scene::Lamp::Beam::gaussian);
+    CHECK(scene.lamps[0].motion.samples[0].pose.position_m == Vec3{1, 2, 3});
 }
