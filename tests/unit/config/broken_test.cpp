@@ -476,7 +476,7 @@ const std::vector<Broken> broken_materials{
      "s.toml:6:10: body[0].weight: has 2 elements, allowed an array of 4 numbers"},
     {"material = 3\n", "s.toml:4:12: body[0].material: is an integer, allowed a string: lambert, "
                        "lommel-seeliger, lunar-lambert, "
-                       "minnaert, oren-nayar, phong, hapke, ggx"},
+                       "minnaert, oren-nayar, phong, hapke, ggx, mirror"},
 };
 const std::vector<Broken> broken_trajectories{
     {"", R"(t.csv:1:1: empty, the header "time_s,x_m,y_m,z_m,qw,qx,qy,qz" is wanted)"},
