@@ -34,5 +34,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_compare();
 [[nodiscard]] std::unique_ptr<Verb> make_import();
 [[nodiscard]] std::unique_ptr<Verb> make_bench();
+[[nodiscard]] std::unique_ptr<Verb> make_stimulator();
 
 } // namespace obscura::tools

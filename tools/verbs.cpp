@@ -9,7 +9,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"render", make_render},   VerbEntry{"capture", make_capture},
         VerbEntry{"grab", make_grab},       VerbEntry{"check", make_check},
         VerbEntry{"compare", make_compare}, VerbEntry{"import", make_import},
-        VerbEntry{"bench", make_bench},
+        VerbEntry{"bench", make_bench},     VerbEntry{"stimulator", make_stimulator},
     };
     return table;
 }

@@ -183,8 +183,11 @@ void FunctionFsDisplay::run(const std::function<bool()>& stop) {
                     if (enabled_) say("unplugged");
                     enabled_ = false;
                     display_.reset();
+                    changed_.notify_all();
                 }
-                interrupt_reader();
+                // The reader's transfer ends with ESHUTDOWN by itself. No signal now: Linux 6.1 forgets a
+                // transfer that is interrupted while its endpoint is being disabled, and falls over its
+                // completion.
                 break;
             }
             case FUNCTIONFS_SETUP:

@@ -117,6 +117,7 @@ public:
                           static_cast<std::streamsize>(display.screen().size()));
                 if (!raw) throw OutputError(fmt::format("{}/screen.raw: cannot be written", save_));
             });
+            if (gadget) gadget->unbind();
         }
         return exit_ok;
     }

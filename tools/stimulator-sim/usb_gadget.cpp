@@ -83,9 +83,13 @@ void UsbGadget::bind() {
     put(gadget_ / "UDC", controller);
 }
 
+void UsbGadget::unbind() noexcept {
+    std::ofstream(gadget_ / "UDC") << "\n" << std::flush;
+}
+
 void UsbGadget::remove() noexcept {
     // The mirror of the constructor; configfs folders go one by one, their files by themselves.
-    std::ofstream(gadget_ / "UDC") << "\n" << std::flush;
+    unbind();
     std::error_code ignored;
     if (mounted_) ::umount2(mount_.c_str(), MNT_DETACH);
     fs::remove(mount_, ignored);

@@ -29,6 +29,8 @@ public:
     [[nodiscard]] const std::filesystem::path& functionfs() const { return mount_; }
     /// Plugs in: after the function has written its descriptors. Throws HardwareError.
     void bind();
+    /// Unplugs.
+    void unbind() noexcept;
 
 private:
     void remove() noexcept;
