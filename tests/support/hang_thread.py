@@ -75,8 +75,8 @@ def main(pid, name, seconds="inf"):
             while time.monotonic() < end and os.path.exists(f"/proc/{pid}/task"):
                 for thread in hung.ids:
                     try:
-                        _, status = os.waitpid(thread, WALL | os.WNOHANG)
-                        if os.WIFSIGNALED(status) or os.WIFEXITED(status):
+                        reaped, status = os.waitpid(thread, WALL | os.WNOHANG)
+                        if reaped and (os.WIFSIGNALED(status) or os.WIFEXITED(status)):
                             return
                     except ChildProcessError:
                         return

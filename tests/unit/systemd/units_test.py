@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 
-units_folder, source, sysconf = (pathlib.Path(argument) for argument in sys.argv[1:4])
+units_folder, source, sysconf = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
 if not shutil.which("systemd-analyze"):
     print("skipped: systemd-analyze is not installed")
     sys.exit(77)
