@@ -75,9 +75,7 @@ V4l2Node::V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image ima
         if (settings_.io != V4l2Io::write && can_stream_) {
             agree_on_format();
             map_buffers(static_cast<unsigned>(std::clamp(settings_.buffers, 2, VIDEO_MAX_FRAME)));
-            const bool in_order = gives_back_in_order();
-            if (in_order || settings_.io == V4l2Io::mmap || !can_write_) {
-                if (!in_order) queue_ = Queue::round_robin;
+            if (find_out_queue() || settings_.io == V4l2Io::mmap || !can_write_) {
                 // Now, so that consumers can start before the first image; drivers that want an image first
                 // get it again then.
                 int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
@@ -89,7 +87,7 @@ V4l2Node::V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image ima
             open();
         }
         agree_on_format();
-        written_.assign(image_bytes(), 0);
+        image_store_.assign(image_bytes(), 0);
         // Loopback drivers until 0.12 want it, newer and strict ones refuse it; write() works either way.
         int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
         call(VIDIOC_STREAMON, &type);
@@ -237,9 +235,12 @@ void V4l2Node::map_buffers(unsigned count) {
             settings_.device, mappings_.size());
 }
 
-bool V4l2Node::gives_back_in_order() {
+bool V4l2Node::find_out_queue() {
     v4l2_buffer first = mapped_buffer(), second = mapped_buffer();
+    queue_ = Queue::in_order;
     if (call(VIDIOC_DQBUF, &first) < 0) return true;
+    queue_ = Queue::round_robin;
+    image_store_.assign(image_bytes(), 0);
     return call(VIDIOC_DQBUF, &second) < 0 || first.index != second.index;
 }
 
@@ -282,7 +283,8 @@ bool V4l2Node::alive() noexcept {
 }
 
 std::uint8_t* V4l2Node::place() noexcept {
-    return writes() ? written_.data() : mappings_[static_cast<std::size_t>(acquired_)].data;
+    return writes() || queue_ == Queue::round_robin ? image_store_.data()
+                                                    : mappings_[static_cast<std::size_t>(acquired_)].data;
 }
 
 V4l2Result V4l2Node::acquire(std::int64_t timeout_ns) noexcept {
@@ -334,8 +336,8 @@ V4l2Result V4l2Node::send(std::uint64_t frame_id, Time edge, std::int64_t timeou
     }
     if (writes()) {
         for (bool waited = false;; waited = true) {
-            const ssize_t taken = calls_.write(fd_, written_.data(), written_.size());
-            if (taken == static_cast<ssize_t>(written_.size())) return V4l2Result::ok;
+            const ssize_t taken = calls_.write(fd_, image_store_.data(), image_store_.size());
+            if (taken == static_cast<ssize_t>(image_store_.size())) return V4l2Result::ok;
             if (taken >= 0) return lose("writing an image", 0);
             if (taken != -EAGAIN) return lose("writing an image", static_cast<int>(-taken));
             if (waited) return V4l2Result::busy;
@@ -345,6 +347,7 @@ V4l2Result V4l2Node::send(std::uint64_t frame_id, Time edge, std::int64_t timeou
         }
     }
     const auto index = static_cast<std::uint32_t>(acquired_);
+    if (queue_ == Queue::round_robin) std::memcpy(mappings_[index].data, image_store_.data(), image_bytes());
     v4l2_buffer buffer = mapped_buffer(index);
     buffer.bytesused = static_cast<std::uint32_t>(image_bytes());
     buffer.field = V4L2_FIELD_NONE;

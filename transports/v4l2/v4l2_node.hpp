@@ -37,6 +37,9 @@ enum class V4l2Result : std::uint8_t {
 /// - DQBUF of loopback drivers before 0.15 returns the buffer queued last, which consumers are reading. They
 ///   can be told apart without showing an image: with nothing queued they give the same buffer twice, newer
 ///   ones two different ones, strict drivers none.
+/// - Newer loopback drivers take the buffer that was asked back last for the one that holds the last image,
+/// when
+///   a consumer sets itself up in that moment. So theirs are never asked back: they have no queue anyway.
 /// - A time stamp once given with a buffer must always be given.
 ///
 /// One thread. Owns the descriptor and the mappings.
@@ -76,8 +79,8 @@ private:
         std::size_t size = 0;
     };
     enum class Queue : std::uint8_t {
-        in_order,   ///< buffers come back in the order in which they were queued
-        round_robin ///< they do not: they are reused in turn and never asked back
+        in_order,   ///< a queue: buffers come back when the driver is done with them
+        round_robin ///< no queue: buffers are used in turn and never asked back
     };
 
     void open();
@@ -85,7 +88,8 @@ private:
     void agree_on_format();
     void map_buffers(unsigned count);
     void unmap_buffers() noexcept;
-    bool gives_back_in_order();
+    /// Whether mmap is safe; sets `queue_`.
+    bool find_out_queue();
     void close() noexcept;
     [[noreturn]] void refuse(const std::string& why) const;
     int call(unsigned long request, void* argument) noexcept;
@@ -100,7 +104,8 @@ private:
     std::string card_, warning_;
     bool can_stream_ = false, can_write_ = false;
     std::size_t stride_ = 0, rows_ = 0;
-    std::vector<std::uint8_t> written_; ///< the image, in write() mode
+    /// The image while it is made, in write() mode and where consumers can read a buffer at any time.
+    std::vector<std::uint8_t> image_store_;
     std::vector<Mapping> mappings_;
     std::vector<std::uint32_t> free_; ///< buffers not yet queued; the back is next
     Queue queue_ = Queue::in_order;

@@ -139,10 +139,11 @@ TEST_CASE("The way of transfer follows the driver's behaviour") {
         run(false);
         CHECK(indices() == "0123456701");
     }
-    SECTION("a loopback that gives back the oldest") {
+    SECTION("a loopback that gives back the oldest: none is asked back but to find out") {
         driver.kind = Kind::newer_loopback;
         run(false);
         CHECK(indices() == "0123456701");
+        CHECK(driver.calls("DQBUF") == 2);
     }
     SECTION("a loopback that gives back the newest: no image was shown to find out") {
         driver.kind = Kind::older_loopback;
@@ -375,7 +376,6 @@ TEST_CASE("A driver that takes only a part of an image, fails or has no room") {
         CHECK(node.problem() == "v4l2: /dev/video-fake: is gone");
     }
     SECTION("the driver passes the probe and gives back the newest buffer later") {
-        driver.kind = Kind::newer_loopback;
         V4l2Node node(driver, settings, image_12bit);
         driver.kind = Kind::older_loopback;
         for (int i = 0; i < 8; ++i)

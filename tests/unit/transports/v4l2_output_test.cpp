@@ -325,7 +325,6 @@ TEST_CASE("A driver that opens and fails every time is logged once and tried eve
 
 TEST_CASE("A driver that turns out to mix its buffers up gets write() from then on") {
     FakeV4l2Driver driver;
-    driver.kind = Kind::newer_loopback;
     V4l2Output output(settings_for(driver), driver);
     Camera camera(output);
     output.start();

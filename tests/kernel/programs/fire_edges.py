@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""Raises and lowers a simulated GPIO line, one pulse after another, each as soon as the daemon has written the frame of the
+one before: fire_edges.py PULL-FILE FRAMES-FOLDER FIRST COUNT
+
+Fails when an edge gives no frame, more than one, or a frame with another time stamp than the edge's.
+"""
+import pathlib
+import re
+import sys
+import time
+
+pull = pathlib.Path(sys.argv[1])
+folder = pathlib.Path(sys.argv[2])
+first, count = int(sys.argv[3]), int(sys.argv[4])
+slack_ns = 50_000_000  # the simulated interrupt may come a little after the write has returned
+for number in range(first, first + count):
+    before = time.monotonic_ns()
+    pull.write_text("pull-up")
+    after = time.monotonic_ns()
+    told = folder / f"frame_{number:06}.toml"
+    while True:
+        text = told.read_text() if told.exists() else ""
+        edge = re.search(r"^T_EDGE *= *(\d+)\b.*\n", text, re.M)
+        if edge:
+            break
+        if time.monotonic_ns() - before > 20e9:
+            sys.exit(f"edge {number} gave no frame")
+        time.sleep(0.002)
+    pull.write_text("pull-down")
+    if not before <= int(edge[1]) <= after + slack_ns:
+        sys.exit(f"frame {number} says its edge was at {edge[1]} ns, it was between {before} and {after}")
+    if (folder / f"frame_{number + 1:06}.toml").exists():
+        sys.exit(f"edge {number} gave two frames")
+print(f"{count} of {count} edges, one frame each")
