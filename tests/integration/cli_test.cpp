@@ -1,6 +1,7 @@
 // The command line doing what it is asked: help, check, render, capture, bench.
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/data.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -108,6 +109,24 @@ TEST_CASE("sequences, resumption and time budgets") {
                                                            folder.path() / "b.fits", "--time-budget", "1"}));
     CHECK(longer["passes"] >= 1);
     CHECK(std::abs(longer["total_w_m2"].get<double>() / once["total_w_m2"].get<double>() - 1) < 0.02);
+}
+
+TEST_CASE("a flight image is imported, rendered from its header alone and compared") {
+    const auto flight = data_file("flight_near_msi_eros/m0157063318f4_2p_iof_gbl.fit");
+    const auto mesh = data_file("shapes_celestia49k/obj_km/eros_49k.obj");
+    if (!flight || !mesh) return;
+    const TempFolder folder;
+    const std::string scene = folder.path() / "eros.toml", picture = folder.path() / "eros.fits";
+    run(folder, {"import", *flight, "--shape", *mesh, "-o", scene});
+    run(folder, {"render", scene, "-o", picture, "--samples", "4"});
+    const auto report = nlohmann::json::parse(run(
+        folder, {"compare", *flight, picture, "--max-shift", "0", "--min-correlation", "0.83", "--json",
+                 "--picture", folder.path() / "side.png", "--residual", folder.path() / "residual.fits"}));
+    CHECK(report["correlation"] >= 0.83);
+    CHECK(report["pixels"] == 537 * 412);
+    CHECK(std::filesystem::exists(folder.path() / "side.png"));
+    // A picture that shows something else fails the same command.
+    run(folder, {"compare", *flight, picture, "--max-shift", "0", "--min-correlation", "0.99"}, 1);
 }
 
 TEST_CASE("captures repeat to the byte, and a later frame does not need the earlier ones") {
