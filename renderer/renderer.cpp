@@ -3,6 +3,7 @@
 #include "renderer/block_tracer.hpp"
 #include "renderer/build.hpp"
 #include "renderer/footprint.hpp"
+#include "renderer/layers.hpp"
 #include "renderer/motion.hpp"
 #include "renderer/path_tracer.hpp"
 #include "renderer/pinhole.hpp"
@@ -24,6 +25,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -113,6 +115,9 @@ struct Renderer::Impl {
                             [](const BuiltBody& b) { return b.colour.empty() && b.emission.empty(); });
     }
 
+    /// Calls `do_row(r, scratch)` for every row of the request on the workers; false when cancelled.
+    template<typename DoRow>
+    bool for_rows(const RenderRequest& request, const std::atomic<bool>* cancel, const DoRow& do_row) const;
     void find_stars(const RenderRequest& request, StarCandidates& found) const;
     void render_row(const RenderRequest& request, const StarCandidates& stars_in_view, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
@@ -122,6 +127,32 @@ struct Renderer::Impl {
     void splat_stars(const RenderRequest& request, std::int32_t y, const StarCandidates& in_view,
                      Tracer& tracer, Scratch& s) const;
 };
+
+template<typename DoRow>
+bool Renderer::Impl::for_rows(const RenderRequest& request, const std::atomic<bool>* cancel,
+                              const DoRow& do_row) const {
+    assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
+    std::atomic<bool> complete{true};
+    arena.execute([&] {
+        tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, request.rows),
+                          [&](const tbb::blocked_range<std::int32_t>& rows) {
+                              const FlushDenormals flush;
+                              Scratch& local = scratch.local();
+                              for (std::int32_t r = rows.begin(); r != rows.end(); ++r) {
+                                  if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
+                                      complete.store(false, std::memory_order_relaxed);
+                                      return;
+                                  }
+                                  do_row(r, local);
+                                  // Row by row, because a supervisor takes these for signs of life.
+                                  rays_done.fetch_add(local.counts.rays, std::memory_order_relaxed);
+                                  samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
+                                  local.counts = {};
+                              }
+                          });
+    });
+    return complete.load();
+}
 
 void Renderer::Impl::find_stars(const RenderRequest& request, StarCandidates& found) const {
     found.stars.clear();
@@ -328,32 +359,35 @@ std::size_t Renderer::band_count() const noexcept {
 
 bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
-    assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     assert(irradiance.size() == band_count() * static_cast<std::size_t>(request.rows) *
                                     static_cast<std::size_t>(request.window.width));
-    std::atomic<bool> complete{true};
     StarCandidates stars;
     impl_->find_stars(request, stars);
-    impl_->arena.execute([&] {
-        tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, request.rows),
-                          [&](const tbb::blocked_range<std::int32_t>& rows) {
-                              const FlushDenormals flush;
-                              Scratch& scratch = impl_->scratch.local();
-                              for (std::int32_t r = rows.begin(); r != rows.end(); ++r) {
-                                  if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
-                                      complete.store(false, std::memory_order_relaxed);
-                                      return;
-                                  }
-                                  impl_->render_row(request, stars, r, irradiance, scratch);
-                                  // Row by row, because a supervisor takes these for signs of life.
-                                  impl_->rays_done.fetch_add(scratch.counts.rays, std::memory_order_relaxed);
-                                  impl_->samples_done.fetch_add(scratch.counts.samples,
-                                                                std::memory_order_relaxed);
-                                  scratch.counts = {};
-                              }
-                          });
+    return impl_->for_rows(request, cancel, [&](std::int32_t r, Scratch& scratch) {
+        impl_->render_row(request, stars, r, irradiance, scratch);
     });
-    return complete.load();
+}
+
+bool Renderer::render_layers(const RenderRequest& request, std::span<float> layers,
+                             const std::atomic<bool>* cancel) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    const std::size_t plane = static_cast<std::size_t>(request.rows) * width;
+    assert(layers.size() == layer_count * plane);
+    return impl_->for_rows(request, cancel, [&](std::int32_t r, Scratch& s) {
+        const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
+        set_row_state(impl_->scene, impl_->bodies, impl_->pinhole, impl_->footprint,
+                      impl_->settings.samples_per_pixel, time_s, s.row);
+        trace_layers(impl_->pinhole, s.row, request.window.x, request.window.y + request.first_row + r,
+                     request.window.width, s.candidates, layers.data() + static_cast<std::size_t>(r) * width,
+                     plane);
+    });
+}
+
+const char* layer_name(LayerId layer) {
+    constexpr std::array<const char*, layer_count> names{
+        "body",         "range_m",       "depth_m",   "normal.x",      "normal.y",     "normal.z",
+        "latitude_deg", "longitude_deg", "slope_deg", "incidence_deg", "emission_deg", "phase_deg"};
+    return names[static_cast<std::size_t>(layer)];
 }
 
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {

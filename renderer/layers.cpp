@@ -1,0 +1,121 @@
+#include "renderer/layers.hpp"
+
+#include "renderer/frames.hpp"
+#include "renderer/renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+double angle_deg(Vec3 a, Vec3 b) {
+    return std::atan2(length(cross(a, b)), dot(a, b)) * degrees;
+}
+
+/// Writes all layers of one pixel.
+class Pixel {
+public:
+    Pixel(float* out, std::size_t plane) : out_(out), plane_(plane) {}
+    void set(LayerId layer, double value) {
+        out_[static_cast<std::size_t>(layer) * plane_] = static_cast<float>(value);
+    }
+
+private:
+    float* out_;
+    std::size_t plane_;
+};
+
+} // namespace
+
+void trace_layers(const Pinhole& pinhole, const RowState& row, std::int32_t x, std::int32_t y,
+                  std::int32_t width, std::vector<std::int32_t>& candidates, float* out, std::size_t plane) {
+    const std::int32_t bodies = static_cast<std::int32_t>(row.bodies.size());
+    // Blocks start at multiples of 16 of the sensor, so that a window is the crop of the whole.
+    const std::int32_t first =
+        x >= 0 ? x / packet_size * packet_size : -((-x + packet_size - 1) / packet_size) * packet_size;
+    for (std::int32_t block = first; block < x + width; block += packet_size) {
+        Doubles px;
+        Doubles py;
+        for (int i = 0; i < packet_size; ++i) {
+            px[i] = block + i;
+            py[i] = y;
+        }
+        Vec3s direction;
+        Doubles solid_angle;
+        pinhole.rays(px, py, direction, solid_angle);
+        candidates.clear();
+        for (std::int32_t b = 0; b < bodies; ++b) {
+            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+            for (int i = 0; i < packet_size; ++i)
+                if (length_squared(direction.lane(i) - body.direction) <= body.reach_chord2) {
+                    candidates.push_back(b);
+                    break;
+                }
+        }
+        HitPacket hits;
+        hits.clear();
+        RayPacket rays;
+        for (int i = 0; i < packet_size; ++i) {
+            rays.t_max[i] = no_hit;
+            rays.active.on[i] = -1;
+        }
+        for (const std::int32_t b : candidates) {
+            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+            transform(body.from_camera, direction, {}, rays.direction);
+            set_all(rays.origin, body.camera_m);
+            body.shape->intersect(rays, b, hits);
+        }
+        SurfacePacket surface;
+        std::int32_t of_body = -1;
+        for (int i = 0; i < packet_size; ++i) {
+            const std::int32_t column = block + i - x;
+            if (column < 0 || column >= width) continue;
+            Pixel pixel(out + column, plane);
+            const std::int32_t b = hits.body[i];
+            if (b < 0) {
+                for (std::size_t k = 0; k < layer_count; ++k)
+                    pixel.set(static_cast<LayerId>(k), std::numeric_limits<double>::quiet_NaN());
+                pixel.set(LayerId::body, 0);
+                continue;
+            }
+            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+            if (b != of_body) {
+                transform(body.from_camera, direction, {}, rays.direction);
+                set_all(rays.origin, body.camera_m);
+                body.shape->surface(rays, hits, b, surface);
+                of_body = b;
+            }
+            const Vec3 position = surface.position.lane(i);
+            const Vec3 normal = surface.normal.lane(i);
+            const Vec3 to_camera = body.camera_m - position;
+            const Vec3 to_sun = body.sun_m - position;
+            const Vec3 inertial_normal = body.to_inertial * normal;
+            const double range = length(to_camera);
+            const double radius = length(position);
+            pixel.set(LayerId::body, b + 1);
+            pixel.set(LayerId::range_m, range);
+            pixel.set(LayerId::depth_m, range * direction.z[i]);
+            pixel.set(LayerId::normal_x, inertial_normal.x);
+            pixel.set(LayerId::normal_y, inertial_normal.y);
+            pixel.set(LayerId::normal_z, inertial_normal.z);
+            pixel.set(LayerId::longitude_deg, std::atan2(position.y, position.x) * degrees);
+            pixel.set(LayerId::latitude_deg,
+                      radius > 0 ? std::asin(std::clamp(position.z / radius, -1.0, 1.0)) * degrees : 0);
+            pixel.set(LayerId::slope_deg, radius > 0 ? angle_deg(normal, position) : 0);
+            const bool is_sun = body.material == nullptr;
+            pixel.set(LayerId::incidence_deg,
+                      is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));
+            pixel.set(LayerId::emission_deg, angle_deg(normal, to_camera));
+            pixel.set(LayerId::phase_deg,
+                      is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
+        }
+    }
+}
+
+} // namespace obscura::renderer
