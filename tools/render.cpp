@@ -62,6 +62,9 @@ public:
         line.flag("--resume", resume_, "Leave frames alone whose file is there already");
         line.number("--time-budget", &budget_s_, "S",
                     "Repeat and average each frame for about so long, at least once (0: once)", 0, 1e6);
+        line.flag(
+            "--layers", layers_,
+            "EXR only: range, depth, normals, body, latitude, longitude, slope and angles as further layers");
         line.flag("--json", json_, "Print one JSON object with the figures of the run");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
@@ -73,6 +76,9 @@ public:
 
     int run() override {
         const Writer write = writer();
+        if (layers_ && write != &Render::write_exr)
+            throw UsageError(
+                fmt::format("obscura render: --layers with --output {}: the name must end in .exr", output_));
         std::int32_t width = 0, height = 0;
         if (!size_.empty()) parse_size(size_, width, height);
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
@@ -101,6 +107,7 @@ public:
                 continue;
             }
             if (!average(renderer, width, height, frame, progress, image)) break;
+            if (layers_ && !trace_layers(renderer, width, height, frame)) break;
             (this->*write)(frame, width, height, bands, image);
             ++written;
         }
@@ -223,6 +230,20 @@ private:
         return true;
     }
 
+    /// The geometry behind every pixel at the frame's time, into layer_values_.
+    bool trace_layers(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+                      const SequenceFrame& frame) {
+        const Time when{std::llround(frame.time_s * 1e9)};
+        const std::vector<RowTime> times(static_cast<std::size_t>(height), {when, when});
+        layer_values_.resize(renderer::layer_count * static_cast<std::size_t>(width) *
+                             static_cast<std::size_t>(height));
+        renderer::RenderRequest request;
+        request.window = {0, 0, width, height};
+        request.rows = height;
+        request.row_times = times;
+        return !interrupted() && renderer.render_layers(request, layer_values_);
+    }
+
     [[nodiscard]] transports::Cards cards(const SequenceFrame& frame,
                                           const std::vector<scene::SpectralBand>& bands) const {
         transports::Cards out{
@@ -238,8 +259,23 @@ private:
 
     void write_exr(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                    const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
-        transports::write_exr(frame.file, width, height, irradiance_channels(image, bands),
-                              cards(frame, bands));
+        std::vector<transports::ExrChannel> channels = irradiance_channels(image, bands);
+        if (radiance_)
+            for (transports::ExrChannel& channel : channels) {
+                channel.name.replace(0, channel.name.find('.'), "radiance");
+                channel.unit = "W m-2 sr-1";
+            }
+        const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        for (std::size_t k = 0; layers_ && k < renderer::layer_count; ++k) {
+            const std::string name = renderer::layer_name(static_cast<renderer::LayerId>(k));
+            const auto ends = [&](std::string_view end) { return name.ends_with(end); };
+            channels.push_back({name,
+                                ends("_m")     ? "m"
+                                : ends("_deg") ? "deg"
+                                               : "",
+                                std::span(layer_values_).subspan(k * plane, plane)});
+        }
+        transports::write_exr(frame.file, width, height, channels, cards(frame, bands));
     }
     void write_fits(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                     const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
@@ -257,7 +293,8 @@ private:
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;
     bool trajectory_ = false, resume_ = false;
-    bool radiance_ = false, json_ = false;
+    std::vector<float> layer_values_;
+    bool layers_ = false, radiance_ = false, json_ = false;
 };
 
 } // namespace
