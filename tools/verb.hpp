@@ -35,5 +35,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_import();
 [[nodiscard]] std::unique_ptr<Verb> make_bench();
 [[nodiscard]] std::unique_ptr<Verb> make_stimulator();
+[[nodiscard]] std::unique_ptr<Verb> make_sensor();
+[[nodiscard]] std::unique_ptr<Verb> make_characterise();
 
 } // namespace obscura::tools

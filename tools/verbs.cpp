@@ -10,6 +10,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"grab", make_grab},       VerbEntry{"check", make_check},
         VerbEntry{"compare", make_compare}, VerbEntry{"import", make_import},
         VerbEntry{"bench", make_bench},     VerbEntry{"stimulator", make_stimulator},
+        VerbEntry{"sensor", make_sensor},   VerbEntry{"characterise", make_characterise},
     };
     return table;
 }

@@ -1,0 +1,20 @@
+// Series of images in the layout of the EMVA 1288 reference sets.
+#pragma once
+
+#include "sensors/emva1288.hpp"
+
+#include <filesystem>
+#include <vector>
+
+namespace obscura::tools {
+
+struct EmvaSeries {
+    std::vector<sensors::emva1288::Level> levels; ///< rising photons
+};
+
+/// Reads EMVA1288_Data.txt of `folder` ("n bits width height", "b exposure photons", "d exposure", each
+/// followed by "i image" lines) and the images it names, 8 or 16-bit grey PNG. Levels of which images are
+/// missing, or that have no dark pair of the same exposure, are passed over. Throws InputError.
+[[nodiscard]] EmvaSeries read_emva_series(const std::filesystem::path& folder);
+
+} // namespace obscura::tools
