@@ -159,7 +159,14 @@ CameraSettings camera_settings(const Config& config) {
     settings.region.y = camera.offset_y;
     settings.region.width = camera.width == 0 ? readout.width - camera.offset_x : camera.width;
     settings.region.height = camera.height == 0 ? readout.height - camera.offset_y : camera.height;
-    settings.pixel_format = camera.pixel_format == "Mono8" ? PixelFormat::mono8 : PixelFormat::mono16;
+    for (const auto& [name, format] : {std::pair{"Mono8", PixelFormat::mono8},
+                                       {"Mono10", PixelFormat::mono10},
+                                       {"Mono12", PixelFormat::mono12},
+                                       {"Mono14", PixelFormat::mono14},
+                                       {"Mono16", PixelFormat::mono16},
+                                       {"Mono10p", PixelFormat::mono10p},
+                                       {"Mono12p", PixelFormat::mono12p}})
+        if (camera.pixel_format == name) settings.pixel_format = format;
     settings.exposure_ns = std::llround(camera.exposure_us * static_cast<double>(ns_per_us));
     settings.gain_db = camera.gain_db;
     settings.trigger_enabled = camera.trigger_mode == "On";

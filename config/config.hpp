@@ -69,8 +69,14 @@ struct GigeSection {
     std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name = "";
     std::int32_t packet_size = 1500; ///< reset value of GevSCPSPacketSize
     std::int32_t heartbeat_timeout_ms = 3000;
-    std::int32_t history_frames = 4; ///< frames kept for packet resend
-    double drop_percent = 0;         ///< fault: packets left out on purpose at first sending
+    std::int32_t history_frames = 4;       ///< frames kept for packet resend
+    double drop_percent = 0;               ///< fault: packets left out on purpose at first sending
+    double throughput_limit_mbit_s = 1000; ///< reset value of DeviceLinkThroughputLimit; 0: none
+    std::string backend = "sendmmsg";      ///< sendmmsg, sendto, gso, auto
+    std::string allow;                     ///< addresses and ranges, comma separated; empty: the whole link
+    bool off_link = false;                 ///< answer sources behind a router, too
+    bool read_only = false;                ///< nobody gets control
+    std::string state_file;                ///< where user sets are kept; empty: in memory only
 };
 
 /// [file]

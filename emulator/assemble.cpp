@@ -112,6 +112,12 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.heartbeat_timeout_ms = config.gige.heartbeat_timeout_ms;
     settings.history_frames = config.gige.history_frames;
     settings.drop_percent = config.gige.drop_percent;
+    settings.throughput_limit_mbit_s = config.gige.throughput_limit_mbit_s;
+    settings.backend = config.gige.backend;
+    settings.allow = transports::gige::split_list(config.gige.allow);
+    settings.off_link = config.gige.off_link;
+    settings.read_only = config.gige.read_only;
+    settings.state_file = config.gige.state_file;
     settings.seed = config.daemon.seed;
     settings.realtime_priority = priorities.transmit;
     return std::make_unique<transports::gige::GigeCamera>(settings, control, clock);

@@ -35,4 +35,7 @@ struct GigeSettings {
     std::string state_file; ///< where user sets are kept; empty: in memory only
 };
 
+/// "a, b" as {"a", "b"}; blanks do not count.
+[[nodiscard]] std::vector<std::string> split_list(const std::string& text);
+
 } // namespace obscura::transports::gige

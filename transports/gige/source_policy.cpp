@@ -1,6 +1,7 @@
 #include "transports/gige/source_policy.hpp"
 
 #include "core/error.hpp"
+#include "transports/gige/settings.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -9,6 +10,20 @@
 #include <charconv>
 
 namespace obscura::transports::gige {
+
+std::vector<std::string> split_list(const std::string& text) {
+    std::vector<std::string> out;
+    std::string word;
+    for (const char c : text + ",") {
+        if (c == ',') {
+            if (!word.empty()) out.push_back(word);
+            word.clear();
+        } else if (c != ' ' && c != '\t') {
+            word += c;
+        }
+    }
+    return out;
+}
 
 AddressRange parse_range(const std::string& text) {
     const std::size_t slash = text.find('/');

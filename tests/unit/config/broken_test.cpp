@@ -129,7 +129,7 @@ file = "scene.toml"
 [camera]
 pixel_format = "RGB8"
 )",
-     R"(c.toml:4:16: camera.pixel_format: "RGB8" is not known, allowed Mono8, Mono16)"},
+     R"(c.toml:4:16: camera.pixel_format: "RGB8" is not known, allowed Mono8, Mono10, Mono12, Mono14, Mono16, Mono10p, Mono12p)"},
     {R"([scene]
 file = "scene.toml"
 [camera]
