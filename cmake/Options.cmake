@@ -22,6 +22,12 @@ target_compile_options(obscura_options INTERFACE
     "$<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wnon-virtual-dtor;-Woverloaded-virtual>"
     # Same input, same bytes on every machine: the compiler may not fuse or reorder floating point on its own.
     -ffp-contract=off)
+# GCC 13 takes any function that is given a reference and returns one for a source of dangling references.
+include(CheckCXXCompilerFlag)
+check_cxx_compiler_flag(-Wdangling-reference OBSCURA_HAS_DANGLING_REFERENCE)
+if(OBSCURA_HAS_DANGLING_REFERENCE)
+    target_compile_options(obscura_options INTERFACE $<BUILD_INTERFACE:-Wno-dangling-reference>)
+endif()
 if(OBSCURA_WERROR)
     target_compile_options(obscura_options INTERFACE "$<BUILD_INTERFACE:-Werror>")
 endif()

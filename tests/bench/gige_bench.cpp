@@ -95,7 +95,7 @@ void run_ours(const std::string& address, const std::string& backend) {
     limits.sensor_width = limits.sensor_height = side;
     limits.frame_rate_max_hz = 10'000;
     static MonotonicClock clock;
-    if (realtime) make_this_thread_realtime(60); // the frame generator's thread inherits
+    if (realtime) make_this_thread_realtime(60);  // the frame generator's thread inherits
     auto* source = new PatternCamera(limits, 24); // for as long as the process lives
     source->set_blank(true);
     transports::gige::GigeSettings settings;

@@ -17,7 +17,7 @@
 using namespace obscura;
 using namespace obscura::test;
 using namespace std::chrono_literals;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -262,12 +262,12 @@ TEST_CASE("a port in use and an interface that is not there are named") {
     REQUIRE(daemon.wait_ready());
     DaemonProcess second(folder, write_configuration(folder, options), {}, "second");
     CHECK(second.process().wait(30s) == 69);
-    CHECK_THAT(second.process().err(), Contains(options.address) && Contains("3956"));
+    CHECK_THAT(second.process().err(), ContainsSubstring(options.address) && ContainsSubstring("3956"));
     CHECK(second.ready_text().empty());
     CHECK(daemon.process().running());
 
     options.address = "eth-not-there";
     DaemonProcess third(folder, write_configuration(folder, options), {}, "third");
     CHECK(third.process().wait(30s) == 69);
-    CHECK_THAT(third.process().err(), Contains("eth-not-there"));
+    CHECK_THAT(third.process().err(), ContainsSubstring("eth-not-there"));
 }

@@ -137,8 +137,8 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
                  header.number("NEAR-022")};
     if (!(std::abs(norm(q) - 1) < 1e-3))
         throw InputError(fmt::format("{}: NEAR-019..022 is no unit quaternion", frame.string()));
-    // The header's quaternion takes J2000 vectors to spacecraft axes (checked below against the right ascension
-    // and declination that the header gives for the boresight).
+    // The header's quaternion takes J2000 vectors to spacecraft axes (checked below against the right
+    // ascension and declination that the header gives for the boresight).
     const Quat spacecraft = conjugate(normalized(q));
     const Vec3 x = boresight_spacecraft;
     const Vec3 y = normalized(Vec3{0, 1, 0} - x * dot(Vec3{0, 1, 0}, x));

@@ -2,6 +2,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"
 
+#include <algorithm>
 #include <vector>
 
 using namespace obscura;

@@ -6,6 +6,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 
+#include <algorithm>
 #include <fstream>
 
 using namespace obscura;

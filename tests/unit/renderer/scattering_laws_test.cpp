@@ -3,6 +3,7 @@
 #include "renderer/material.hpp"
 #include "tests/support/catch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>

@@ -3,6 +3,7 @@
 #include "sensors/sensor.hpp"
 #include "tests/support/catch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -1,6 +1,7 @@
 #include "sensors/emva1288.hpp"
 #include "tests/support/catch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <stdexcept>

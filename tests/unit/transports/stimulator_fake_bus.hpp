@@ -5,6 +5,7 @@
 #include "tools/stimulator-sim/gud_device.hpp"
 #include "transports/stimulator/usb.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <functional>
