@@ -96,15 +96,16 @@ std::string heading(std::string_view name) {
 Config load(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
-    read_keys(
-        root, top, {},
-        {"daemon", "render", "trigger", "camera", "gige", "file", "v4l2", "stimulator", "scene", "sensor"});
+    read_keys(root, top, {},
+              {"daemon", "render", "trigger", "deadline", "camera", "gige", "file", "v4l2", "stimulator",
+               "scene", "sensor"});
 
     Config config;
     config.source = std::filesystem::absolute(file).lexically_normal();
     read_section(root, top, "daemon", config.daemon);
     read_section(root, top, "render", config.render);
     read_section(root, top, "trigger", config.trigger);
+    read_section(root, top, "deadline", config.deadline);
     read_section(root, top, "camera", config.camera);
     read_section(root, top, "gige", config.gige);
     read_section(root, top, "file", config.file);
@@ -140,6 +141,7 @@ std::string print(const Config& config) {
     out += heading("daemon") + print_keys(keys_of(c.daemon));
     out += heading("render") + print_keys(keys_of(c.render));
     out += heading("trigger") + print_keys(keys_of(c.trigger));
+    out += heading("deadline") + print_keys(keys_of(c.deadline));
     out += heading("camera") + print_keys(keys_of(c.camera));
     out += heading("gige") + print_keys(keys_of(c.gige));
     out += heading("file") + print_keys(keys_of(c.file));

@@ -49,6 +49,13 @@ struct TriggerSection {
     std::string over_trigger = "count"; ///< edges that come too soon: count, ignore, latch
 };
 
+/// [deadline]: rows that are not ready when the chip would have read them.
+struct DeadlineSection {
+    std::string policy = "late"; ///< late, repeat, drop, partial
+    double grace_us = 0;         ///< after a row's time, before the policy applies
+    double spin_us = 100;        ///< polling before a frame's first row; only under SCHED_FIFO
+};
+
 /// [camera]: reset values of what a client may change over GigE Vision.
 struct CameraSection {
     std::int32_t width = 0, height = 0; ///< 0: the whole sensor
@@ -123,6 +130,7 @@ struct Config {
     DaemonSection daemon;
     RenderSection render;
     TriggerSection trigger;
+    DeadlineSection deadline;
     CameraSection camera;
     GigeSection gige;
     FileSection file;

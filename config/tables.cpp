@@ -121,6 +121,31 @@ Keys keys_of(TriggerSection& s) {
     };
 }
 
+Keys keys_of(DeadlineSection& s) {
+    return {
+        {"policy",
+         &s.policy,
+         {},
+         {},
+         {"late", "repeat", "drop", "partial"},
+         "A frame with a row that is not ready in time: leaves late, shows the frame before, is given up, or "
+         "ends "
+         "there"},
+        {"grace_us",
+         &s.grace_us,
+         "us",
+         {0, 1e7},
+         {},
+         "How long after a row's time the policy applies (not late)"},
+        {"spin_us",
+         &s.spin_us,
+         "us",
+         {0, 1000},
+         {},
+         "Poll the clock for the last so much before a frame's first row; only under SCHED_FIFO"},
+    };
+}
+
 Keys keys_of(CameraSection& s) {
     return {
         {"width", &s.width, "px", {0, 65536}, {}, "Width after reset; 0: the whole sensor"},

@@ -203,6 +203,7 @@ std::vector<TransportPtr> make_transports(const config::Config& config, CameraCo
 
 std::size_t frames_needed(const config::Config& config) {
     std::size_t frames = Releaser::frames_in_flight + 1;
+    if (config.deadline.policy == "repeat") ++frames;
     if (config.gige.enabled) frames += static_cast<std::size_t>(config.gige.history_frames) + 2;
     if (config.file.enabled) frames += static_cast<std::size_t>(config.file.queue_frames);
     if (config.stimulator.enabled) frames += static_cast<std::size_t>(config.stimulator.queue_frames) + 1;

@@ -157,7 +157,7 @@ void Camera::make_frame() noexcept {
     FrameRef frame;
     if (start_frame(frame)) {
         gate_.started(gate_.current().edge + gate_.held_ns() + maker_.plan().frame_period_ns);
-        if (!maker_.fill(*frame, sink_, &cancel_)) releaser_.cancel();
+        releaser_.end(maker_.fill(*frame, sink_, &releaser_.cancel_flag()));
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
     }
@@ -208,6 +208,8 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     if (!taken) return false;
     frames_.fetch_add(1, std::memory_order_relaxed);
     sink_ = &releaser_.begin(frame, maker_.plan().release, maker_.scene_to_clock_ns());
+    // An abort that came before begin() could not reach this frame.
+    if (cancel_.load()) releaser_.abandon_all();
     return true;
 }
 
@@ -226,6 +228,9 @@ CameraCounters Camera::counters() const noexcept {
     c.late = released.late;
     c.late_rows = released.late_rows;
     c.abandoned = released.abandoned;
+    c.repeated = released.repeated;
+    c.late_dropped = released.dropped;
+    c.partial = released.partial;
     return c;
 }
 

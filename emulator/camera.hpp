@@ -56,7 +56,10 @@ struct CameraCounters {
     std::uint64_t complete = 0;         ///< of those: all rows left
     std::uint64_t late = 0;             ///< of those: with rows that were not ready in time
     std::uint64_t late_rows = 0;
-    std::uint64_t abandoned = 0; ///< acquisition stopped with the abort flag while they were in work
+    std::uint64_t abandoned = 0; ///< not all rows left: stopped with the abort flag, or given up as too late
+    std::uint64_t repeated = 0;  ///< late policy: show the frame before
+    std::uint64_t late_dropped = 0; ///< late policy: given up
+    std::uint64_t partial = 0;      ///< late policy: ended early
 };
 
 /// One camera: at most one frame is being made at any moment. A trigger that comes while the one before is

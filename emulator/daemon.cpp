@@ -7,7 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cmath>
+#include <ostream>
 #include <utility>
 
 namespace obscura::emulator {
@@ -32,6 +33,13 @@ Priorities choose_priorities(const std::string& wish) {
     return {};
 }
 
+LatePolicy late_policy(const std::string& name) {
+    if (name == "repeat") return LatePolicy::repeat;
+    if (name == "drop") return LatePolicy::drop;
+    if (name == "partial") return LatePolicy::partial;
+    return LatePolicy::late;
+}
+
 } // namespace
 
 Daemon::Daemon(config::Config config) : config_(std::move(config)) {
@@ -46,7 +54,11 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
     ReleaserSettings release;
     release.max_rows = static_cast<std::size_t>(config_.sensor.readout.height);
     release.priority = priorities_.release;
-    releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>());
+    release.policy = late_policy(config_.deadline.policy);
+    release.grace_ns = std::llround(config_.deadline.grace_us * 1e3);
+    // Polling without SCHED_FIFO only takes time from those who have work to do.
+    if (release.priority > 0) release.spin_ns = std::llround(config_.deadline.spin_us * 1e3);
+    releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>(), &timing_);
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
                                        imaging_->clock, log_);
     transports_ = make_transports(config_, *camera_, imaging_->clock, priorities_);
@@ -102,6 +114,15 @@ std::string Daemon::address() const {
 
 void Daemon::tick() {
     log_.drain();
+    if (timing_out_ != nullptr)
+        timing_.drain(*timing_out_);
+    else
+        timing_.discard();
+}
+
+void Daemon::write_timing_to(std::ostream& out) {
+    out << TimingLog::header();
+    timing_out_ = &out;
 }
 
 bool Daemon::alive() {

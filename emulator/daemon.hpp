@@ -6,9 +6,11 @@
 #include "emulator/assemble.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/releaser.hpp"
+#include "emulator/timing_log.hpp"
 #include "sync/sync.hpp"
 #include "transports/transport.hpp"
 
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,6 +35,8 @@ public:
     [[nodiscard]] std::string address() const;
     /// To be called several times a second: writes what real-time threads have logged.
     void tick();
+    /// From now on tick() appends the stamps of every frame to `out`, as CSV. `out` must outlive the daemon.
+    void write_timing_to(std::ostream& out);
     /// False when a worker thread has made no progress on work in hand since the last call; call every second
     /// or slower.
     [[nodiscard]] bool alive();
@@ -48,6 +52,8 @@ private:
     config::Config config_;
     Priorities priorities_;
     LogRing log_;
+    TimingLog timing_;
+    std::ostream* timing_out_ = nullptr;
     std::unique_ptr<Imaging> imaging_;
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;

@@ -26,6 +26,7 @@ struct Options {
     std::string config_file;
     std::string ready_file;
     std::string statistics_file;
+    std::string timing_file;
     bool check = false;
     bool print_config = false;
 };
@@ -99,7 +100,13 @@ int run(const Options& options) {
         return exit_ok;
     }
     log_info("obscurad {} starting with {}", emulator::version, config.source.string());
+    std::ofstream timing;
     emulator::Daemon daemon(config);
+    if (!options.timing_file.empty()) {
+        timing.open(options.timing_file);
+        if (!timing) throw OutputError(fmt::format("{}: cannot be written", options.timing_file));
+        daemon.write_timing_to(timing);
+    }
     daemon.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);
@@ -135,6 +142,9 @@ int main(int argc, char* argv[]) {
         ->type_name("FILE");
     app.add_option("--stats", options.statistics_file,
                    "Write counters and latencies to FILE (JSON) at the end")
+        ->type_name("FILE");
+    app.add_option("--timing", options.timing_file,
+                   "Write the stamps of every frame to FILE (CSV, for obscura timing)")
         ->type_name("FILE");
     app.set_version_flag("-V,--version", fmt::format("obscurad {}", emulator::version));
     try {

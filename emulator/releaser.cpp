@@ -4,13 +4,15 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace obscura::emulator {
 
-Releaser::Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock)
-    : settings_(settings), clock_(std::move(clock)) {
+Releaser::Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock, TimingLog* log)
+    : settings_(settings), clock_(std::move(clock)), log_(log) {
     for (Job& job : jobs_) {
         job.clock = clock_.get();
+        job.wake_clock = settings_.policy != LatePolicy::late;
         job.release.reserve(settings_.max_rows);
     }
     thread_ = std::thread([this] {
@@ -45,40 +47,47 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     job.release.resize(release.size());
     std::transform(release.begin(), release.end(), job.release.begin(),
                    [shift_ns](Time t) { return t + shift_ns; });
-    job.late_rows = 0;
+    job.late_rows.store(0, std::memory_order_relaxed);
+    job.unwanted.store(false, std::memory_order_relaxed);
     job.exposed.store(0, std::memory_order_relaxed);
     begun_.store(number + 1, std::memory_order_release);
     begun_.notify_all();
     return job;
 }
 
+const std::atomic<bool>& Releaser::cancel_flag() const noexcept {
+    return newest().unwanted;
+}
+
 void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
-    const auto before = static_cast<std::int32_t>(exposed.load(std::memory_order_relaxed) & ~cancelled);
+    const auto before = static_cast<std::int32_t>(exposed.load(std::memory_order_relaxed) & rows_mask);
     const auto first = release.begin() + before, last = release.begin() + rows;
     // Rows whose time has passed before they were ready. Release times grow with the row.
     const auto late = std::lower_bound(first, last, clock->now()) - first;
-    if (late > 0) {
-        late_rows += static_cast<std::uint32_t>(late);
+    if (late > 0 && !unwanted.load(std::memory_order_relaxed)) {
+        late_rows.fetch_add(static_cast<std::uint32_t>(late), std::memory_order_relaxed);
         target->flags.fetch_or(frame_late, std::memory_order_relaxed);
     }
-    // Added, not stored: the bit may be set meanwhile by another thread and must stay.
+    // Added, not stored: bits may be set meanwhile by another thread and must stay.
     exposed.fetch_add(static_cast<std::uint32_t>(rows - before), std::memory_order_release);
+    exposed.notify_all();
+    if (wake_clock) clock->interrupt();
+}
+
+void Releaser::Job::tell(std::uint32_t bits) noexcept {
+    if ((bits & cancelled) != 0) unwanted.store(true, std::memory_order_relaxed);
+    exposed.fetch_or(bits, std::memory_order_release);
     exposed.notify_all();
 }
 
-void Releaser::cancel() noexcept {
-    const std::uint32_t number = begun_.load(std::memory_order_relaxed) - 1;
-    Job& job = jobs_[number % frames_in_flight];
-    job.exposed.fetch_or(Job::cancelled, std::memory_order_release);
-    job.exposed.notify_all();
-    clock_->interrupt();
+void Releaser::end(bool complete) noexcept {
+    newest().tell(Job::filled | (complete ? 0 : Job::cancelled));
+    if (!complete || settings_.policy != LatePolicy::late) clock_->interrupt();
 }
 
 void Releaser::abandon_all() noexcept {
-    for (Job& job : jobs_) {
-        job.exposed.fetch_or(Job::cancelled, std::memory_order_release);
-        job.exposed.notify_all();
-    }
+    for (Job& job : jobs_)
+        job.tell(Job::cancelled);
     clock_->interrupt();
 }
 
@@ -89,8 +98,9 @@ void Releaser::wait_idle() const noexcept {
 }
 
 ReleaseCounters Releaser::counters() const noexcept {
-    return {complete_.load(std::memory_order_relaxed), late_.load(std::memory_order_relaxed),
-            late_rows_.load(std::memory_order_relaxed), abandoned_.load(std::memory_order_relaxed)};
+    const auto read = [](const std::atomic<std::uint64_t>& n) { return n.load(std::memory_order_relaxed); };
+    return {read(complete_), read(late_),    read(late_rows_), read(abandoned_),
+            read(repeated_), read(dropped_), read(partial_),   read(spins_denied_)};
 }
 
 void Releaser::run() noexcept {
@@ -100,13 +110,38 @@ void Releaser::run() noexcept {
         Job& job = jobs_[number % frames_in_flight];
         // Frames begun before the end are still given up properly, so that no transport waits for ever.
         if (!job.frame) return;
-        if (release_frame(job)) {
+        Frame& frame = *job.frame;
+        FrameTiming timing;
+        timing.due = job.release.front();
+        timing.last_due = job.release.back();
+        const Outcome outcome = release_frame(job, timing);
+        const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
+        if (outcome == Outcome::complete) {
             complete_.fetch_add(1, std::memory_order_relaxed);
-            if (job.late_rows > 0) late_.fetch_add(1, std::memory_order_relaxed);
-            late_rows_.fetch_add(job.late_rows, std::memory_order_relaxed);
+            if (late_rows > 0) late_.fetch_add(1, std::memory_order_relaxed);
+            if (settings_.policy == LatePolicy::repeat) last_complete_ = job.frame;
         } else {
-            job.frame->abandon();
+            job.unwanted.store(true, std::memory_order_relaxed);
+            frame.abandon();
             abandoned_.fetch_add(1, std::memory_order_relaxed);
+        }
+        late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
+        if (log_ != nullptr) {
+            const FrameInfo& info = frame.info;
+            timing.frame_id = info.frame_id;
+            timing.trigger_id = info.trigger_id;
+            timing.edge = info.trigger_edge;
+            timing.seen = info.seen;
+            timing.rows = static_cast<std::uint32_t>(job.release.size());
+            timing.late_rows = late_rows;
+            timing.flags = frame.flags.load(std::memory_order_relaxed);
+            // The other stamps are written by threads that may still be at work on a frame given up early.
+            if (frame.complete()) {
+                timing.render_begin = info.render_begin;
+                timing.render_end = info.render_end;
+                timing.detector_end = info.detector_end;
+            }
+            log_->push(timing);
         }
         job.frame = FrameRef();
         finished_.store(number + 1, std::memory_order_release);
@@ -114,32 +149,117 @@ void Releaser::run() noexcept {
     }
 }
 
-bool Releaser::release_frame(Job& job) noexcept {
+Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcept {
     Frame& frame = *job.frame;
     const auto height = static_cast<std::int32_t>(job.release.size());
     for (std::int32_t released = 0; released < height;) {
         const std::uint32_t exposed = job.exposed.load(std::memory_order_acquire);
-        if ((exposed & Job::cancelled) != 0 || stopping_.load(std::memory_order_relaxed)) return false;
-        const auto ready = static_cast<std::int32_t>(exposed);
+        if ((exposed & Job::cancelled) != 0 || stopping_.load(std::memory_order_relaxed))
+            return Outcome::abandoned;
+        const auto ready = static_cast<std::int32_t>(exposed & Job::rows_mask);
+        const auto next = job.release.begin() + released, end = job.release.begin() + ready;
+        const Time now = clock_->now();
         if (ready == released) {
-            job.exposed.wait(exposed, std::memory_order_acquire);
+            if (settings_.policy == LatePolicy::late) {
+                job.exposed.wait(exposed, std::memory_order_acquire);
+            } else if (now > *next + settings_.grace_ns) {
+                return miss(job, released, timing);
+            } else {
+                sleep_until(*next + settings_.grace_ns + 1, false);
+            }
             continue;
         }
-        const auto next = job.release.begin() + released, end = job.release.begin() + ready;
-        Time now = clock_->now();
         if (now < *next) {
             // The first row leaves at its very moment; later ones in groups, or the thread would wake for
             // each.
-            const Time until = released == 0 ? *next : std::min(*(end - 1), *next + settings_.grain_ns);
-            if (!clock_->sleep_until(until)) clock_->rearm();
+            const bool first = released == 0;
+            sleep_until(first ? *next : std::min(*(end - 1), *next + settings_.grain_ns), first);
+            if (first && clock_->now() >= *next) lateness_.add(clock_->now() - *next);
             continue;
         }
-        if (released == 0) first_row_.add(now - frame.info.trigger_edge);
+        timing.worst_row_ns = std::max(timing.worst_row_ns, now - *next);
+        if (released == 0) {
+            timing.first = now;
+            first_row_.add(now - frame.info.trigger_edge);
+        }
         released = static_cast<std::int32_t>(std::upper_bound(next, end, now) - job.release.begin());
         frame.publish_rows(released);
     }
-    last_row_.add(clock_->now() - frame.info.trigger_edge);
+    timing.last = clock_->now();
+    last_row_.add(timing.last - frame.info.trigger_edge);
+    return Outcome::complete;
+}
+
+Releaser::Outcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept {
+    Frame& frame = *job.frame;
+    job.unwanted.store(true, std::memory_order_relaxed);
+    job.late_rows.fetch_add(static_cast<std::uint32_t>(job.release.size()) -
+                                static_cast<std::uint32_t>(released),
+                            std::memory_order_relaxed);
+    frame.flags.fetch_or(frame_late, std::memory_order_relaxed);
+    if (settings_.policy == LatePolicy::repeat && repeat_last(job, released)) {
+        const Time now = clock_->now();
+        if (released == 0) {
+            timing.first = now;
+            first_row_.add(now - frame.info.trigger_edge);
+        }
+        timing.last = now;
+        last_row_.add(now - frame.info.trigger_edge);
+        repeated_.fetch_add(1, std::memory_order_relaxed);
+        return Outcome::complete;
+    }
+    if (settings_.policy == LatePolicy::partial) {
+        partial_.fetch_add(1, std::memory_order_relaxed);
+    } else {
+        frame.flags.fetch_or(frame_dropped, std::memory_order_relaxed);
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+    }
+    return Outcome::abandoned;
+}
+
+bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
+    Frame& frame = *job.frame;
+    const bool fits = last_complete_ && last_complete_->info.width == frame.info.width &&
+                      last_complete_->info.height == frame.info.height;
+    if (!fits) return false;
+    // Renderer and detector let go of the frame at the end of their band.
+    for (std::uint32_t seen = job.exposed.load(std::memory_order_acquire); (seen & Job::filled) == 0;
+         seen = job.exposed.load(std::memory_order_acquire)) {
+        if (stopping_.load(std::memory_order_relaxed)) return false;
+        job.exposed.wait(seen, std::memory_order_acquire);
+    }
+    const auto offset = static_cast<std::size_t>(from) * static_cast<std::size_t>(frame.info.width);
+    const auto source = std::as_const(*last_complete_).pixels().subspan(offset);
+    std::copy(source.begin(), source.end(), frame.pixels().subspan(offset).begin());
+    frame.flags.fetch_or(frame_repeated, std::memory_order_relaxed);
+    frame.publish_rows(frame.info.height);
     return true;
+}
+
+void Releaser::sleep_until(Time t, bool exactly) noexcept {
+    const bool spin = exactly && settings_.spin_ns > 0 && may_spin(clock_->now());
+    if (!clock_->sleep_until(spin ? t - settings_.spin_ns : t)) {
+        clock_->rearm();
+        return;
+    }
+    if (!spin) return;
+    const Time begin = clock_->now();
+    Time now = begin;
+    while (now < t && now - begin < settings_.spin_ns)
+        now = clock_->now();
+    spun_ns_ += now - begin;
+}
+
+// SCHED_FIFO threads that use up sched_rt_runtime_us are stopped for the rest of the second. Polling may take
+// a fifth of any second, far below that limit.
+bool Releaser::may_spin(Time now) noexcept {
+    if (now - spin_window_ >= ns_per_s) {
+        spin_window_ = now;
+        spun_ns_ = 0;
+    }
+    if (spun_ns_ + settings_.spin_ns <= ns_per_s / 5) return true;
+    spins_denied_.fetch_add(1, std::memory_order_relaxed);
+    return false;
 }
 
 } // namespace obscura::emulator

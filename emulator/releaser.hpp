@@ -5,6 +5,7 @@
 #include "core/frame.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/latency.hpp"
+#include "emulator/timing_log.hpp"
 
 #include <array>
 #include <atomic>
@@ -15,27 +16,46 @@
 
 namespace obscura::emulator {
 
+/// What happens to a frame one of whose rows is not ready when it is due (and the grace has passed).
+enum class LatePolicy : std::uint8_t {
+    late,    ///< the row leaves when it is ready
+    repeat,  ///< the rest of the frame shows the frame before
+    drop,    ///< a frame that has not begun to leave is given up; one that has, ends where it is
+    partial, ///< what is ready leaves, the rest stays empty
+};
+
 struct ReleaserSettings {
     std::size_t max_rows = 1024;
     int priority = 0;                        ///< SCHED_FIFO priority; 0: ordinary scheduling
     std::int64_t grain_ns = 250 * ns_per_us; ///< rows that fall due within this span leave together
+    LatePolicy policy = LatePolicy::late;
+    std::int64_t grace_ns = 0; ///< after a row's time, before the policy applies (not under `late`)
+    /// Before a frame's first row the thread sleeps to this much ahead and then polls the clock: exact, but
+    /// costly, and harmful without SCHED_FIFO. 0: never.
+    std::int64_t spin_ns = 0;
 };
 
-/// What became of the frames. Read from any thread.
+/// What became of the frames. Read from any thread. A frame is in one of complete and abandoned; `late`,
+/// `repeated` tell more of complete ones, `partial` and `dropped` of abandoned ones.
 struct ReleaseCounters {
-    std::uint64_t complete = 0;  ///< every row left
-    std::uint64_t late = 0;      ///< of those: at least one row was not ready in time
-    std::uint64_t late_rows = 0; ///< rows that were not ready in time
-    std::uint64_t abandoned = 0; ///< frames given up before the last row
+    std::uint64_t complete = 0;     ///< every row left
+    std::uint64_t late = 0;         ///< of those: at least one row was not ready in time
+    std::uint64_t late_rows = 0;    ///< rows that were not ready in time, of all frames
+    std::uint64_t abandoned = 0;    ///< frames given up before the last row, for whatever reason
+    std::uint64_t repeated = 0;     ///< policy `repeat`
+    std::uint64_t dropped = 0;      ///< policy `drop`
+    std::uint64_t partial = 0;      ///< policy `partial`
+    std::uint64_t spins_denied = 0; ///< the guard against real-time throttling made the thread sleep instead
 };
 
-/// A thread that publishes rows: each no earlier than its release time, and as soon as it is ready when that
-/// has passed. Frames leave in the order of begin(). One producer thread calls begin(), rows_exposed()
-/// (through the sink) and cancel(); nothing of that allocates.
+/// A thread that publishes rows: each no earlier than its release time. What happens to rows that are not
+/// ready then is the policy's. Frames leave in the order of begin(). One producer thread calls begin(),
+/// rows_exposed() (through the sink) and end(); nothing of that allocates.
 class Releaser {
 public:
-    /// `clock` must be this releaser's own: it interrupts it.
-    Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock);
+    /// `clock` must be this releaser's own: it interrupts it. Finished frames are reported to `log`, if any,
+    /// which must outlive the releaser.
+    Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock, TimingLog* log = nullptr);
     ~Releaser();
     Releaser(const Releaser&) = delete;
     Releaser& operator=(const Releaser&) = delete;
@@ -43,12 +63,16 @@ public:
     /// Whether begin() may be called now: fewer than frames_in_flight frames have not left yet.
     [[nodiscard]] bool has_room() const noexcept;
     /// Takes charge of `frame`: `release` (scene clock) shifted by `shift_ns` says when each row may leave.
-    /// The sink stays valid until the frame's last row is told or cancel().
+    /// The sink stays valid until end().
     RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns) noexcept;
-    /// No further row of the frame begun last will come.
-    void cancel() noexcept;
-    /// Gives up all frames in charge at once, without waiting for their times. Any thread, but not during
-    /// begin().
+    /// Of the frame begun last: becomes true when nobody wants its pixels any more.
+    [[nodiscard]] const std::atomic<bool>& cancel_flag() const noexcept;
+    /// The frame begun last will not be written to any more. Unless `complete`, no further row of it will
+    /// come.
+    void end(bool complete) noexcept;
+    void cancel() noexcept { end(false); }
+    /// Gives up all frames in charge at once, without waiting for their times. Any thread. A frame that is
+    /// begun at the same time may escape.
     void abandon_all() noexcept;
     /// Blocks until every frame begun has left or was given up.
     void wait_idle() const noexcept;
@@ -56,32 +80,56 @@ public:
     [[nodiscard]] ReleaseCounters counters() const noexcept;
     [[nodiscard]] const LatencyHistogram& trigger_to_first_row() const noexcept { return first_row_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_last_row() const noexcept { return last_row_; }
+    /// How late the first row left, of frames whose first row was ready in time.
+    [[nodiscard]] const LatencyHistogram& release_lateness() const noexcept { return lateness_; }
 
     static constexpr std::uint32_t frames_in_flight = 3;
 
 private:
     struct Job final : RowSink {
+        // Bits beside the number of rows.
         static constexpr std::uint32_t cancelled = 1u << 31;
-        const Clock* clock = nullptr;
+        static constexpr std::uint32_t filled = 1u << 30; ///< nobody writes to the frame any more
+        static constexpr std::uint32_t rows_mask = filled - 1;
+        Clock* clock = nullptr;
+        bool wake_clock = false;   ///< the releasing thread may be asleep on the clock, not on `exposed`
         FrameRef frame;            ///< the releaser's hold; let go when the frame has left
         Frame* target = nullptr;   ///< the same frame for rows_exposed(); held by the one who fills it
         std::vector<Time> release; ///< scheduling clock, in order
-        std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bit above
-        std::uint32_t late_rows = 0;           ///< written before `exposed` tells of the rows
+        std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
+        std::atomic<bool> unwanted{false};
+        std::atomic<std::uint32_t> late_rows{0}; ///< added to before `exposed` tells of the rows
         void rows_exposed(std::int32_t rows) noexcept override;
+        void tell(std::uint32_t bits) noexcept;
     };
+    enum class Outcome : std::uint8_t { complete, abandoned };
 
     void run() noexcept;
-    bool release_frame(Job& job) noexcept;
+    Outcome release_frame(Job& job, FrameTiming& timing) noexcept;
+    Outcome miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept;
+    bool repeat_last(Job& job, std::int32_t from) noexcept;
+    void sleep_until(Time t, bool exactly) noexcept;
+    [[nodiscard]] bool may_spin(Time now) noexcept;
+    Job& newest() noexcept { return jobs_[(begun_.load(std::memory_order_relaxed) - 1) % frames_in_flight]; }
+    [[nodiscard]] const Job& newest() const noexcept {
+        return jobs_[(begun_.load(std::memory_order_relaxed) - 1) % frames_in_flight];
+    }
 
     const ReleaserSettings settings_;
     std::unique_ptr<Clock> clock_;
+    TimingLog* log_;
     std::array<Job, frames_in_flight> jobs_;
     std::atomic<std::uint32_t> begun_{0}, finished_{0}; ///< frames, counted through
     std::atomic<bool> stopping_{false};
 
-    std::atomic<std::uint64_t> complete_{0}, late_{0}, late_rows_{0}, abandoned_{0};
-    LatencyHistogram first_row_, last_row_;
+    // Releasing thread only.
+    FrameRef last_complete_; ///< kept under LatePolicy::repeat
+    Time spin_window_;
+    std::int64_t spun_ns_ = 0;
+
+    std::atomic<std::uint64_t> complete_{0}, late_{0}, late_rows_{0}, abandoned_{0}, repeated_{0},
+        dropped_{0}, partial_{0}, spins_denied_{0};
+    LatencyHistogram first_row_, last_row_, lateness_;
     std::thread thread_;
 };
 

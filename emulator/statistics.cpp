@@ -60,12 +60,23 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                                const TransportList& transports) {
     const CameraCounters c = camera.counters();
     Json json;
-    json["camera"] = {
-        {"triggers", c.triggers}, {"frames", c.frames},       {"complete", c.complete},
-        {"late", c.late},         {"late_rows", c.late_rows}, {"missed_triggers", c.missed_triggers},
-        {"ignored", c.ignored},   {"dropped", c.dropped},     {"abandoned", c.abandoned}};
+    json["camera"] = {{"triggers", c.triggers},
+                      {"frames", c.frames},
+                      {"complete", c.complete},
+                      {"late", c.late},
+                      {"late_rows", c.late_rows},
+                      {"missed_triggers", c.missed_triggers},
+                      {"ignored", c.ignored},
+                      {"dropped", c.dropped},
+                      {"abandoned", c.abandoned},
+                      {"masked_triggers", c.masked_triggers},
+                      {"latched_triggers", c.latched_triggers},
+                      {"repeated", c.repeated},
+                      {"late_dropped", c.late_dropped},
+                      {"partial", c.partial}};
     json["latency_us"] = {{"trigger_to_first_row", latency(releaser.trigger_to_first_row())},
-                          {"trigger_to_last_row", latency(releaser.trigger_to_last_row())}};
+                          {"trigger_to_last_row", latency(releaser.trigger_to_last_row())},
+                          {"release_lateness", latency(releaser.release_lateness())}};
     json["transports"] = Json::object();
     for (const auto& transport : transports)
         json["transports"][std::string(transport->name())] = transport_counters(*transport);

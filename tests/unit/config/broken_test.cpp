@@ -82,8 +82,9 @@ rate_hz = 5
 file = "scene.toml"
 [completely_different]
 )",
-     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, camera, gige, file, "
-     "v4l2, stimulator, scene, sensor"},
+     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, deadline, camera, "
+     "gige, "
+     "file, v4l2, stimulator, scene, sensor"},
     {R"([scene]
 file = "scene.toml"
 [stimulator]

@@ -52,15 +52,16 @@ struct MakerBench {
 struct CameraBench : MakerBench {
     explicit CameraBench(const SensorDescription& description = small_sensor(), std::size_t keep = 5,
                          std::function<void(CameraSettings&)> adjust = {},
-                         sync::OverTrigger policy = sync::OverTrigger::count)
+                         sync::OverTrigger policy = sync::OverTrigger::count,
+                         emulator::LatePolicy late = emulator::LatePolicy::late)
         : MakerBench(description),
           loopback({4, keep,
                     [this](const FrameRef&) {
                         ++ended;
                         ended.notify_all();
                     }}),
-          releaser({static_cast<std::size_t>(description.readout.height), 0, 250 * ns_per_us},
-                   std::make_unique<MonotonicClock>()),
+          releaser({.max_rows = static_cast<std::size_t>(description.readout.height), .policy = late},
+                   std::make_unique<MonotonicClock>(), &timing),
           camera(config(description, adjust, policy), maker, releaser, pool, clock, log) {
         camera.add_transport(loopback);
         loopback.start();
@@ -94,6 +95,7 @@ struct CameraBench : MakerBench {
 
     std::atomic<std::uint32_t> ended{0};
     LogRing log;
+    emulator::TimingLog timing;
     transports::LoopbackTransport loopback;
     emulator::Releaser releaser;
     emulator::Camera camera;

@@ -3,6 +3,9 @@
 #include "tests/unit/emulator/bench.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <sstream>
+#include <string>
 #include <vector>
 
 using namespace obscura;
@@ -326,6 +329,67 @@ TEST_CASE("no row leaves before its time, and rows that are not ready in time ar
     const CameraCounters c = bench.camera.counters();
     CHECK(c.late >= 1);
     CHECK(c.late_rows >= 30);
+}
+
+TEST_CASE("what happens to a frame that is not ready in time is the policy's") {
+    const LatePolicy policy = GENERATE(LatePolicy::repeat, LatePolicy::drop, LatePolicy::partial);
+    CameraBench bench(
+        small_sensor(), 5, [](CameraSettings& s) { s.exposure_ns = 20 * ns_per_ms; },
+        sync::OverTrigger::count, policy);
+    std::vector<std::vector<std::uint16_t>> pictures;
+    std::vector<std::uint32_t> flags;
+    std::vector<std::int32_t> rows;
+    std::atomic<int> noted{0};
+    transports::LoopbackTransport notes({4, 0, [&](const FrameRef& f) {
+                                             pictures.emplace_back(f->pixels().begin(), f->pixels().end());
+                                             flags.push_back(f->flags.load());
+                                             rows.push_back(f->rows_ready());
+                                             ++noted;
+                                             noted.notify_all();
+                                         }});
+    bench.camera.add_transport(notes);
+    notes.start();
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 1)); // in time
+    bench.wait_ended(1);
+    bench.wait_ready();
+    render_gate().close();
+    bench.camera.on_trigger(edge_now(bench, 2)); // never ready: the gate opens only when it is given up
+    bench.wait_ended(policy == LatePolicy::repeat ? 1 : 2);
+    if (policy == LatePolicy::repeat) bench.wait_ended(2);
+    render_gate().open();
+    bench.wait_ready();
+    bench.camera.on_trigger(edge_now(bench, 3)); // and the next one is in time again
+    bench.wait_ended(3);
+    for (int seen = noted; seen < 3; seen = noted)
+        noted.wait(seen);
+    bench.releaser.wait_idle();
+    notes.stop();
+
+    const ReleaseCounters c = bench.releaser.counters();
+    CHECK(c.complete + c.abandoned == 3);
+    CHECK((flags[1] & frame_late) != 0);
+    if (policy == LatePolicy::repeat) {
+        CHECK(c.repeated >= 1);
+        CHECK((flags[1] & frame_repeated) != 0);
+        CHECK(rows[1] == 30);
+        CHECK((pictures[1] == pictures[0]));
+    } else {
+        CHECK(rows[1] == 0);
+        CHECK((flags[1] & frame_partial) != 0);
+        CHECK(((flags[1] & frame_dropped) != 0) == (policy == LatePolicy::drop));
+        CHECK((policy == LatePolicy::drop ? c.dropped : c.partial) >= 1);
+    }
+    check_balance(bench.camera.counters());
+
+    // Every frame left its line in the timing report.
+    std::ostringstream report;
+    CHECK(bench.timing.drain(report) == 3);
+    const std::string text = report.str();
+    CHECK(std::count(text.begin(), text.end(), '\n') == 3);
+    CHECK(text.substr(0, 4) == "1,1,");
+    const std::string header = TimingLog::header();
+    CHECK(std::count(header.begin(), header.end(), ',') * 3 == std::count(text.begin(), text.end(), ','));
 }
 
 TEST_CASE("the camera is alive when idle and while bands move, and not when one hangs") {
