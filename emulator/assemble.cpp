@@ -25,15 +25,19 @@ CameraLimits camera_limits(const SensorDescription& sensor) {
     return limits;
 }
 
-Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities) {
-    camera.initial = config::camera_settings(config);
-    camera.limits = camera_limits(config.sensor);
-    camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
+sync::RationalRate nominal_trigger_rate(const config::Config& config) {
     const double rate_hz = config.trigger.rate_hz / config.trigger.divider;
     if (rate_hz < 1e-6)
         throw ConfigError(fmt::format("{}: trigger.divider: {} leaves {} Hz, allowed are 1e-6 Hz and more",
                                       config.source.string(), config.trigger.divider, rate_hz));
-    camera.trigger_rate = sync::rational_rate(rate_hz);
+    return sync::rational_rate(rate_hz);
+}
+
+Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities) {
+    camera.initial = config::camera_settings(config);
+    camera.limits = camera_limits(config.sensor);
+    camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
+    camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch
                           : config.trigger.over_trigger == "ignore" ? sync::OverTrigger::ignore
                                                                     : sync::OverTrigger::count;

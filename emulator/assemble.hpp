@@ -51,6 +51,9 @@ struct Imaging {
 /// The limits that a sensor sets to the settings of its camera.
 [[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor);
 
+/// Rate of Line0 behind the divider. Throws ConfigError when it is too low to be counted in.
+[[nodiscard]] sync::RationalRate nominal_trigger_rate(const config::Config& config);
+
 /// What happens to the edges of Line0 before the camera sees them.
 [[nodiscard]] sync::ConditionerSettings conditioner_settings(const config::Config& config);
 

@@ -22,6 +22,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       clock_(clock),
       log_(log),
       settings_(config.initial),
+      next_trigger_rate_(config.trigger_rate),
       gate_(config.over_trigger),
       frame_settings_(config.initial) {
     gate_.select(route_of(config.initial));
@@ -75,6 +76,11 @@ bool Camera::apply(const CameraSettings& settings) {
     return true;
 }
 
+void Camera::set_trigger_rate(sync::RationalRate rate) {
+    const std::lock_guard control(control_mutex_);
+    next_trigger_rate_ = rate;
+}
+
 bool Camera::acquisition_start() {
     const std::lock_guard control(control_mutex_);
     if (acquiring()) return false;
@@ -86,6 +92,7 @@ bool Camera::acquisition_start() {
                    : now.acquisition_mode == AcquisitionMode::multi_frame ? now.acquisition_frame_count
                                                                           : UINT64_MAX;
     acquisition_begin_ = clock_.now();
+    trigger_rate_ = next_trigger_rate_;
     gate_.open();
     start_free_run();
     return true;
@@ -181,7 +188,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     // A latched trigger takes effect when the chip is free again.
     order.settings.trigger_delay_ns += gate_.held_ns();
     order.scene_time = config_.scene_time == SceneTime::nominal
-                           ? nominal_scene_time(frame_settings_, config_.trigger_rate, order.frame_id)
+                           ? nominal_scene_time(frame_settings_, trigger_rate_, order.frame_id)
                            : Time{trigger.edge - acquisition_begin_};
     if (--frames_left_ == 0) gate_.close_after_this();
 

@@ -75,6 +75,9 @@ public:
     /// Frames go to `transport`, too, which must outlive the camera. Before the first acquisition_start().
     void add_transport(transports::Transport& transport) { transports_.push_back(&transport); }
 
+    /// The nominal rate of Line0, software and action triggers; counts from the next acquisition_start() on.
+    void set_trigger_rate(sync::RationalRate rate);
+
     [[nodiscard]] CameraLimits limits() const override { return config_.limits; }
     [[nodiscard]] CameraSettings settings() const override;
     bool apply(const CameraSettings& settings) override;
@@ -122,6 +125,7 @@ private:
     // pipeline thread only ever tries to take.
     mutable std::mutex control_mutex_, settings_mutex_;
     CameraSettings settings_;
+    sync::RationalRate next_trigger_rate_; ///< under control_mutex_
     FreeRunSink free_run_sink_{*this};
     std::unique_ptr<sync::TimerTrigger> free_run_;
 
@@ -132,6 +136,7 @@ private:
     std::uint64_t next_frame_id_ = 1;
     std::uint64_t frames_left_ = 0;
     Time acquisition_begin_;
+    sync::RationalRate trigger_rate_;
 
     std::atomic<std::uint64_t> software_edges_{0};
 

@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/realtime.hpp"
+#include "emulator/reload.hpp"
 #include "emulator/statistics.hpp"
 #include "transports/gige/gige.hpp"
 
@@ -106,6 +107,32 @@ void Daemon::stop() {
     for (auto transport = transports_.rbegin(); transport != transports_.rend(); ++transport)
         (*transport)->stop();
     tick();
+}
+
+std::string Daemon::reload(config::Config next) {
+    std::string refused;
+    const std::vector<std::string> changed = changed_keys(config_, next);
+    for (const std::string& key : changed)
+        if (!is_reloadable(key)) refused += (refused.empty() ? "" : ", ") + key;
+    if (!refused.empty()) return fmt::format("{} cannot change while running; restart for that", refused);
+    if (changed.empty()) return {};
+
+    auto conditioner = std::make_unique<sync::Conditioner>(conditioner_settings(next), *camera_);
+    auto source = make_trigger_source(next, imaging_->clock, priorities_);
+    const sync::RationalRate rate = nominal_trigger_rate(next);
+    if (source_) source_->stop();
+    try {
+        // Both may want the same line or socket, so the old one has to let go first.
+        if (source) source->start(*conditioner);
+    } catch (...) {
+        if (source_) source_->start(*conditioner_);
+        throw;
+    }
+    source_ = std::move(source);
+    conditioner_ = std::move(conditioner);
+    camera_->set_trigger_rate(rate);
+    config_ = std::move(next);
+    return {};
 }
 
 std::string Daemon::address() const {

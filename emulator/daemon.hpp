@@ -35,6 +35,10 @@ public:
     [[nodiscard]] std::string address() const;
     /// To be called several times a second: writes what real-time threads have logged.
     void tick();
+    /// Takes on what `next` changes, if all of that can be changed while running; otherwise nothing, and the
+    /// reason is the result. Frames in work are not disturbed. Throws Error when the new trigger source
+    /// cannot be had; the old one goes on then.
+    [[nodiscard]] std::string reload(config::Config next);
     /// From now on tick() appends the stamps of every frame to `out`, as CSV. `out` must outlive the daemon.
     void write_timing_to(std::ostream& out);
     /// False when a worker thread has made no progress on work in hand since the last call; call every second

@@ -64,8 +64,27 @@ sigset_t block_signals() {
     return set;
 }
 
+// Reads the configuration again: whole and good, or the old one stays.
+void reload(emulator::Daemon& daemon, const std::string& config_file) {
+    emulator::notify_service_manager(
+        fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
+    try {
+        const config::Config next = config::load(config_file);
+        const std::string refusal = daemon.reload(next);
+        if (refusal.empty()) {
+            set_log_level(level_of(next.daemon.log_level));
+            log_notice("SIGHUP: {} taken on", config_file);
+        } else {
+            log_error("SIGHUP: {}: nothing changed: {}", config_file, refusal);
+        }
+    } catch (const Error& e) {
+        log_error("SIGHUP: nothing changed: {}", e.what());
+    }
+    emulator::notify_service_manager("READY=1");
+}
+
 // Runs until a signal asks for the end.
-void serve(emulator::Daemon& daemon, const sigset_t& signals) {
+void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string& config_file) {
     const MonotonicClock clock;
     const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
     Time next_beat = clock.now();
@@ -77,7 +96,7 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals) {
             log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
             return;
         }
-        if (signal == SIGHUP) log_warning("SIGHUP: the configuration is read at the start only");
+        if (signal == SIGHUP) reload(daemon, config_file);
         // A third of the time allowed, so that one beat may be lost; withheld when a worker hangs.
         if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
             emulator::notify_service_manager("WATCHDOG=1");
@@ -114,7 +133,7 @@ int run(const Options& options) {
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
     emulator::notify_service_manager("READY=1");
 
-    serve(daemon, signals);
+    serve(daemon, signals, options.config_file);
 
     emulator::notify_service_manager("STOPPING=1");
     daemon.stop();

@@ -37,5 +37,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_stimulator();
 [[nodiscard]] std::unique_ptr<Verb> make_sensor();
 [[nodiscard]] std::unique_ptr<Verb> make_characterise();
+[[nodiscard]] std::unique_ptr<Verb> make_timing();
 
 } // namespace obscura::tools

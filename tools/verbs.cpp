@@ -11,6 +11,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"compare", make_compare}, VerbEntry{"import", make_import},
         VerbEntry{"bench", make_bench},     VerbEntry{"stimulator", make_stimulator},
         VerbEntry{"sensor", make_sensor},   VerbEntry{"characterise", make_characterise},
+        VerbEntry{"timing", make_timing},
     };
     return table;
 }

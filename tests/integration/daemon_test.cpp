@@ -181,3 +181,69 @@ TEST_CASE("a trigger faster than the chip or the rendering is counted, and the d
     CHECK(camera["triggers"] ==
           camera["frames"].get<int>() + camera["missed_triggers"].get<int>() + camera["dropped"].get<int>());
 }
+
+TEST_CASE("SIGHUP: a good configuration is taken on, a bad one changes nothing, and frames flow on") {
+    const TempFolder folder;
+    const ServiceManager manager;
+    DaemonOptions options;
+    options.size = 64;
+    options.rate_hz = 5;
+    options.frames_folder = (folder.path() / "frames").string();
+    DaemonProcess daemon(folder, write_configuration(folder, options), {manager.environment()});
+    REQUIRE(daemon.wait_ready());
+    CHECK(manager.next() == "READY=1");
+    const auto hang_up = [&](const std::string& said) {
+        daemon.process().send(SIGHUP);
+        const std::string first = manager.next();
+        CHECK(first.rfind("RELOADING=1\nMONOTONIC_USEC=", 0) == 0);
+        CHECK(manager.next() == "READY=1");
+        CHECK_THAT(daemon.process().err(), Contains(said));
+    };
+    options.daemon_more = "pool_frame = 3";
+    write_configuration(folder, options);
+    hang_up("SIGHUP: nothing changed: " + (folder.path() / "obscurad.toml").string() +
+            ":6:1: daemon.pool_frame: ");
+    options.daemon_more = "scene_time = \"clock\"";
+    options.rate_hz = 50;
+    write_configuration(folder, options);
+    hang_up("nothing changed: daemon.scene_time cannot change while running");
+    options.daemon_more = "";
+    write_configuration(folder, options);
+    hang_up("obscurad.toml taken on");
+    // Fifty a second from here on: in five seconds more than the old rate could ever have made.
+    for (int i = 0; i < 3000 && !std::filesystem::exists(folder.path() / "frames" / "frame_000100.raw"); ++i)
+        std::this_thread::sleep_for(10ms);
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    const Json json = Json::parse(daemon.statistics());
+    CHECK(json["camera"]["frames"] >= 100);
+    CHECK(json["camera"]["dropped"] == 0);
+    // One run, one numbering: nothing was lost or restarted on the way.
+    const int delivered = json["transports"]["file"]["delivered"];
+    CHECK(std::filesystem::exists(
+        folder.path() / "frames" /
+        ("frame_" + std::string(delivered < 1000 ? "000" : "00") + std::to_string(delivered) + ".raw")));
+}
+
+TEST_CASE("the stamps of a run can be read by obscura timing") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 64;
+    options.rate_hz = 50;
+    options.frames_folder = (folder.path() / "frames").string();
+    const std::string config = write_configuration(folder, options).string();
+    const std::string stamps = (folder.path() / "stamps.csv").string();
+    ChildProcess daemon(folder.path(), "daemon",
+                        {OBSCURA_BINARY_DIR "/emulator/obscurad", "--config", config, "--timing", stamps});
+    for (int i = 0; i < 3000 && !std::filesystem::exists(folder.path() / "frames" / "frame_000020.raw"); ++i)
+        std::this_thread::sleep_for(10ms);
+    daemon.send(SIGTERM);
+    REQUIRE(daemon.wait(30s) == 0);
+    ChildProcess report(folder.path(), "report",
+                        {OBSCURA_BINARY_DIR "/tools/obscura", "timing", stamps, "--format", "csv"});
+    CHECK(report.wait(30s) == 0);
+    CHECK_THAT(report.out(), Contains("edge_to_first_row,"));
+    ChildProcess nonsense(folder.path(), "nonsense", {OBSCURA_BINARY_DIR "/tools/obscura", "timing", config});
+    CHECK(nonsense.wait(30s) == 66);
+    CHECK_THAT(nonsense.err(), Contains("obscurad.toml:1: this is no timing file"));
+}

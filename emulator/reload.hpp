@@ -1,0 +1,20 @@
+// Which keys of a configuration may change while the daemon runs.
+#pragma once
+
+#include "config/config.hpp"
+
+#include <string>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// Names of the keys ("gige.port") that differ between two configurations, as printed. What the scene file
+/// holds is not compared.
+[[nodiscard]] std::vector<std::string> changed_keys(const config::Config& before,
+                                                    const config::Config& after);
+
+/// Whether a running daemon takes a new value of `key` on: the bench's clock in [trigger], and
+/// daemon.log_level.
+[[nodiscard]] bool is_reloadable(const std::string& key);
+
+} // namespace obscura::emulator
