@@ -11,7 +11,9 @@ static_assert(std::endian::native == std::endian::little, "pixels are packed lit
 
 void Frame::publish_rows(std::int32_t rows) noexcept {
     assert(rows >= rows_ready() && rows <= info.height);
-    progress_.store(static_cast<std::uint32_t>(rows), std::memory_order_release);
+    // Sequentially consistent: notify_all() looks for waiters first, and with a weaker store that look may
+    // come before the store is seen. A waiter that arrives in between would then sleep for ever.
+    progress_.store(static_cast<std::uint32_t>(rows), std::memory_order_seq_cst);
     progress_.notify_all();
     ring_bells();
 }

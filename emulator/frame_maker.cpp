@@ -115,7 +115,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
             break;
         }
         if (row + rows == info.height) frame.info.render_end = clock_.now();
-        posted_.store(number + 1, std::memory_order_release);
+        posted_.store(number + 1); // sequentially consistent, see Frame::publish_rows()
         posted_.notify_one();
     }
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
@@ -136,7 +136,7 @@ void FrameMaker::run_detector() noexcept {
             posted_.wait(number, std::memory_order_acquire);
         if (stopping_.load(std::memory_order_acquire)) return;
         expose_band(number);
-        done_.store(number + 1, std::memory_order_release);
+        done_.store(number + 1); // sequentially consistent, see Frame::publish_rows()
         done_.notify_one();
     }
 }

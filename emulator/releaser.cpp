@@ -50,7 +50,7 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     job.late_rows.store(0, std::memory_order_relaxed);
     job.unwanted.store(false, std::memory_order_relaxed);
     job.exposed.store(0, std::memory_order_relaxed);
-    begun_.store(number + 1, std::memory_order_release);
+    begun_.store(number + 1); // sequentially consistent, see Frame::publish_rows()
     begun_.notify_all();
     return job;
 }
@@ -144,7 +144,7 @@ void Releaser::run() noexcept {
             log_->push(timing);
         }
         job.frame = FrameRef();
-        finished_.store(number + 1, std::memory_order_release);
+        finished_.store(number + 1); // sequentially consistent, as above
         finished_.notify_all();
     }
 }

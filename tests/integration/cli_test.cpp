@@ -36,7 +36,8 @@ std::string small_configuration(const TempFolder& folder) {
 TEST_CASE("help of every verb has usage, options and examples") {
     const TempFolder folder;
     const std::string help = run(folder, {"--help"});
-    for (const std::string verb : {"render", "capture", "grab", "check", "compare", "import", "bench"}) {
+    for (const std::string verb :
+         {"render", "capture", "grab", "check", "compare", "import", "bench", "timing"}) {
         CHECK_THAT(help, ContainsSubstring("\n  " + verb + " "));
         const std::string text = run(folder, {verb, "--help"});
         CHECK_THAT(text, StartsWith("obscura " + verb + " - "));
