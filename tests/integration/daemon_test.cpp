@@ -197,7 +197,7 @@ TEST_CASE("SIGHUP: a good configuration is taken on, a bad one changes nothing, 
         const std::string first = manager.next();
         CHECK(first.rfind("RELOADING=1\nMONOTONIC_USEC=", 0) == 0);
         CHECK(manager.next() == "READY=1");
-        CHECK_THAT(daemon.process().err(), Contains(said));
+        CHECK_THAT(daemon.process().err(), ContainsSubstring(said));
     };
     options.daemon_more = "pool_frame = 3";
     write_configuration(folder, options);
@@ -242,8 +242,8 @@ TEST_CASE("the stamps of a run can be read by obscura timing") {
     ChildProcess report(folder.path(), "report",
                         {OBSCURA_BINARY_DIR "/tools/obscura", "timing", stamps, "--format", "csv"});
     CHECK(report.wait(30s) == 0);
-    CHECK_THAT(report.out(), Contains("edge_to_first_row,"));
+    CHECK_THAT(report.out(), ContainsSubstring("edge_to_first_row,"));
     ChildProcess nonsense(folder.path(), "nonsense", {OBSCURA_BINARY_DIR "/tools/obscura", "timing", config});
     CHECK(nonsense.wait(30s) == 66);
-    CHECK_THAT(nonsense.err(), Contains("obscurad.toml:1: this is no timing file"));
+    CHECK_THAT(nonsense.err(), ContainsSubstring("obscurad.toml:1: this is no timing file"));
 }
