@@ -10,7 +10,7 @@
 
 namespace obscura::emulator {
 
-FrameMaker::FrameMaker(const renderer::Renderer& renderer, const sensors::Detector& detector,
+FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& detector,
                        const SensorDescription& sensor, const Clock& clock, FrameMakerSettings settings)
     : renderer_(renderer),
       detector_(detector),
@@ -51,6 +51,10 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
         !refusal.empty())
         return refusal;
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
+
+    // The first frame of an acquisition remembers nothing of an earlier one (image lag): it is the same every
+    // time.
+    if (order.frame_id == 1) detector_.forget();
 
     FrameInfo& info = frame.info;
     info.frame_id = order.frame_id;

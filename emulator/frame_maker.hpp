@@ -49,7 +49,7 @@ struct FrameMakerSettings {
 class FrameMaker {
 public:
     /// The references must outlive the maker. Throws ConfigError when the sensor cannot be read out at all.
-    FrameMaker(const renderer::Renderer& renderer, const sensors::Detector& detector,
+    FrameMaker(const renderer::Renderer& renderer, sensors::Detector& detector,
                const SensorDescription& sensor, const Clock& clock, FrameMakerSettings settings);
     ~FrameMaker();
     FrameMaker(const FrameMaker&) = delete;
@@ -82,7 +82,7 @@ private:
     void expose_band(std::uint32_t number) noexcept;
 
     const renderer::Renderer& renderer_;
-    const sensors::Detector& detector_;
+    sensors::Detector& detector_;
     const Clock& clock_;
     const ReadoutSettings readout_;
     const int adc_bits_;

@@ -62,7 +62,7 @@ public:
         line.option("-o,--output", &output_, "FILE", "Write to FILE instead of standard output");
         line.flag("--self-test", self_test_, "Measure this machine");
         line.number("--seconds", &seconds_, "S", "Of each measurement of the self-test", 0.1, 3600);
-        line.examples = {"obscurad --config config/demo.toml --timing run.csv", "obscura timing run.csv",
+        line.examples = {"obscura timing run.csv    # after: obscurad --config FILE --timing run.csv",
                          "obscura timing run.csv --format svg -o run.svg", "obscura timing --self-test"};
     }
 
