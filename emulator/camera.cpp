@@ -140,6 +140,10 @@ bool Camera::software_trigger(Time edge) {
     return gate_.offer({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
 }
 
+bool Camera::action_trigger(Time edge) {
+    return gate_.offer({action_edges_.fetch_add(1) + 1, edge, clock_.now()}, action);
+}
+
 void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
     gate_.offer(trigger, line0);
 }

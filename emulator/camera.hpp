@@ -85,6 +85,7 @@ public:
     void acquisition_stop(bool abort) override;
     [[nodiscard]] bool acquiring() const override;
     bool software_trigger(Time edge) override;
+    bool action_trigger(Time edge) override;
 
     void on_trigger(const sync::Trigger& trigger) noexcept override;
 
@@ -139,6 +140,7 @@ private:
     sync::RationalRate trigger_rate_;
 
     std::atomic<std::uint64_t> software_edges_{0};
+    std::atomic<std::uint64_t> action_edges_{0};
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;

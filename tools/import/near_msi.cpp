@@ -22,7 +22,8 @@ constexpr double degree = std::numbers::pi / 180;
 // spacecraft axes, the focal length, and the pixel of the frames resampled to square pixels.
 constexpr Vec3 boresight_spacecraft{0.9999988429, -0.0004838414, 0.0014422523};
 constexpr double focal_length_m = 0.16685, pixel_pitch_m = 16e-6;
-// Filters by wheel position (NEAR-009), same source.
+// Filters by wheel position (NEAR-009): typical values, not checked against a published table. They and the
+// aperture below only scale the picture.
 struct Filter {
     double centre_nm, width_nm;
 };
@@ -172,7 +173,7 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
                     width, height, pixel_pitch_m * 1e6, focal_length_m * 1e3, list(camera_m), list(camera));
     out += fmt::format("\n[[body]]\nname = \"Eros\"\nshape = \"mesh\"\nfile = \"{}\"\nmetres_per_unit = {}\n",
                        options.mesh, options.metres_per_unit);
-    out += "# Hapke parameters of Eros at 950 nm: Clark et al. 2002, Icarus 155, 189.\n"
+    out += "# Hapke parameters as commonly quoted for Eros; not checked against a published fit.\n"
            "material = \"hapke\"\nsingle_scattering_albedo = 0.43\nphase_b = 0.26\nphase_c = 1.0\n"
            "shadow_hiding_b0 = 1.0\nshadow_hiding_h = 0.022\nroughness_deg = 36\n";
     out += fmt::format("orientation = {}\nspin_axis = [0, 0, 1]\nspin_rate_deg_per_s = {:.10g}\n",

@@ -135,9 +135,16 @@ TEST_CASE("edges count only while acquiring and from the chosen source") {
     bench.camera.on_trigger(edge_now(bench, 2));
     CHECK(bench.camera.counters().triggers == 0);
     CHECK(bench.camera.counters().ignored == 4);
+    CHECK_FALSE(bench.camera.action_trigger(bench.clock.now()));
     CHECK(bench.camera.software_trigger(bench.clock.now()));
     bench.wait_ended(1);
     CHECK(bench.camera.counters().frames == 1);
+    s.trigger_source = TriggerSource::action1;
+    REQUIRE(bench.camera.apply(s));
+    CHECK_FALSE(bench.camera.software_trigger(bench.clock.now()));
+    CHECK(bench.camera.action_trigger(bench.clock.now()));
+    bench.wait_ended(2);
+    CHECK(bench.camera.counters().frames == 2);
 }
 
 TEST_CASE("settings outside the limits change nothing; good ones hold from the next frame on") {
