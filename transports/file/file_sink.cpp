@@ -12,7 +12,7 @@
 namespace obscura::transports {
 
 FileSink::FileSink(FileSinkSettings settings)
-    : settings_(std::move(settings)), ring_(std::max<std::size_t>(settings_.queue_frames, 1)) {}
+    : settings_(std::move(settings)), queue_(settings_.queue_frames) {}
 
 FileSink::~FileSink() {
     stop();
@@ -35,14 +35,10 @@ void FileSink::stop() {
 
 bool FileSink::submit(const FrameRef& frame) noexcept {
     submitted_.fetch_add(1, std::memory_order_relaxed);
-    const std::size_t head = head_.load(std::memory_order_relaxed);
-    if (stopping_.load(std::memory_order_relaxed) ||
-        head - tail_.load(std::memory_order_acquire) >= ring_.size()) {
+    if (stopping_.load(std::memory_order_relaxed) || !queue_.push(frame)) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
-    ring_[head % ring_.size()] = frame;
-    head_.store(head + 1, std::memory_order_release);
     wake_.release();
     return true;
 }
@@ -51,13 +47,12 @@ void FileSink::work() {
     name_this_thread("file-sink");
     std::chrono::steady_clock::time_point give_up{};
     for (;;) {
-        const std::size_t tail = tail_.load(std::memory_order_relaxed);
-        if (tail == head_.load(std::memory_order_acquire)) {
+        const FrameRef frame = queue_.front();
+        if (!frame) {
             if (stopping_) return;
             wake_.acquire();
             continue;
         }
-        FrameRef& frame = ring_[tail % ring_.size()];
         if (stopping_) {
             const auto now = std::chrono::steady_clock::now();
             if (give_up == std::chrono::steady_clock::time_point{})
@@ -69,8 +64,7 @@ void FileSink::work() {
         } else {
             write(*frame);
         }
-        frame = FrameRef{};
-        tail_.store(tail + 1, std::memory_order_release);
+        queue_.pop();
     }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "transports/file/frame_writer.hpp"
+#include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
 
 #include <atomic>
@@ -43,9 +44,7 @@ private:
     void write(const Frame& frame);
 
     FileSinkSettings settings_;
-    std::vector<FrameRef> ring_;       ///< slot i % size; filled by submit(), emptied by work()
-    std::atomic<std::size_t> head_{0}; ///< frames put in
-    std::atomic<std::size_t> tail_{0}; ///< frames taken out and finished with
+    FrameQueue queue_; ///< filled by submit(), emptied by work()
     std::counting_semaphore<> wake_{0};
     std::atomic<bool> stopping_{false};
     std::thread thread_;

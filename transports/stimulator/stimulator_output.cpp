@@ -109,9 +109,7 @@ struct StimulatorOutput::Session {
 };
 
 StimulatorOutput::StimulatorOutput(StimulatorSettings settings, std::unique_ptr<UsbBus> bus)
-    : settings_(std::move(settings)),
-      bus_(std::move(bus)),
-      ring_(std::max<std::size_t>(settings_.queue_frames, 1)) {
+    : settings_(std::move(settings)), bus_(std::move(bus)), queue_(settings_.queue_frames) {
     assert(bus_ != nullptr);
 }
 
@@ -140,23 +138,18 @@ void StimulatorOutput::stop() {
 
 bool StimulatorOutput::submit(const FrameRef& frame) noexcept {
     submitted_.fetch_add(1, std::memory_order_relaxed);
-    const std::size_t head = head_.load(std::memory_order_relaxed);
     if (!connected_.load(std::memory_order_acquire) || stopping_.load(std::memory_order_relaxed) ||
-        head - tail_.load(std::memory_order_acquire) >= ring_.size()) {
+        !queue_.push(frame)) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
-    ring_[head % ring_.size()] = frame;
-    head_.store(head + 1, std::memory_order_release);
     wake_.release();
     return true;
 }
 
 FrameRef StimulatorOutput::take() {
-    const std::size_t tail = tail_.load(std::memory_order_relaxed);
-    if (tail == head_.load(std::memory_order_acquire)) return {};
-    FrameRef frame = std::exchange(ring_[tail % ring_.size()], FrameRef{});
-    tail_.store(tail + 1, std::memory_order_release);
+    FrameRef frame = queue_.front();
+    if (frame) queue_.pop();
     return frame;
 }
 

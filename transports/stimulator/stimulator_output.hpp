@@ -1,6 +1,7 @@
 // Read this first: a transport that shows every frame on a USB display in front of the real camera.
 #pragma once
 
+#include "transports/frame_queue.hpp"
 #include "transports/stimulator/display_link.hpp"
 #include "transports/stimulator/grey.hpp"
 #include "transports/stimulator/optical.hpp"
@@ -115,8 +116,7 @@ private:
     std::unique_ptr<UsbBus> bus_;
     std::optional<CalibrationTable> table_;
     std::unique_ptr<OpticalStage> stage_; ///< kept over a reconnection
-    std::vector<FrameRef> ring_;
-    std::atomic<std::size_t> head_{0}, tail_{0};
+    FrameQueue queue_;                    ///< filled by submit(), emptied by work()
     std::counting_semaphore<> wake_{0};
     std::atomic<bool> stopping_{false}, connected_{false};
     std::thread thread_;

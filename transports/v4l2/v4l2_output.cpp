@@ -54,7 +54,7 @@ V4l2Output::V4l2Output(V4l2Settings settings, V4l2Calls& calls)
     : settings_(std::move(settings)),
       calls_(calls),
       announced_{settings_.width, settings_.height, settings_.bits_per_pixel},
-      ring_(std::max<std::size_t>(settings_.queue_frames, 1)) {}
+      queue_(settings_.queue_frames) {}
 
 V4l2Output::~V4l2Output() {
     stop();
@@ -84,14 +84,10 @@ void V4l2Output::stop() {
 
 bool V4l2Output::submit(const FrameRef& frame) noexcept {
     count(submitted_);
-    const std::size_t head = head_.load(std::memory_order_relaxed);
-    if (stopping_.load(std::memory_order_relaxed) ||
-        head - tail_.load(std::memory_order_acquire) >= ring_.size()) {
+    if (stopping_.load(std::memory_order_relaxed) || !queue_.push(frame)) {
         count(dropped_);
         return false;
     }
-    ring_[head % ring_.size()] = frame;
-    head_.store(head + 1, std::memory_order_release);
     wake_.up();
     return true;
 }
@@ -152,8 +148,8 @@ void V4l2Output::work() {
     Instant give_up{};
     for (;;) {
         const Instant now = std::chrono::steady_clock::now();
-        const std::size_t tail = tail_.load(std::memory_order_relaxed);
-        if (tail == head_.load(std::memory_order_acquire)) {
+        const FrameRef frame = queue_.front();
+        if (!frame) {
             if (stopping_) return;
             if (!node_ && now >= next_try_) {
                 try_open(announced_, now);
@@ -169,13 +165,11 @@ void V4l2Output::work() {
             continue;
         }
         if (stopping_ && give_up == Instant{}) give_up = now + std::chrono::nanoseconds(last_frames_ns);
-        FrameRef& frame = ring_[tail % ring_.size()];
         if (stopping_ && now > give_up)
             count(dropped_);
         else
             send(*frame);
-        frame = FrameRef{};
-        tail_.store(tail + 1, std::memory_order_release);
+        queue_.pop();
     }
 }
 

@@ -1,6 +1,7 @@
 // Read this first: a transport that feeds a Linux video output node (v4l2loopback or any other).
 #pragma once
 
+#include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
 #include "transports/v4l2/v4l2_calls.hpp"
 #include "transports/v4l2/v4l2_node.hpp"
@@ -76,10 +77,8 @@ private:
 
     V4l2Settings settings_;
     V4l2Calls& calls_;
-    V4l2Image announced_;              ///< what the node is opened for while no frame says otherwise
-    std::vector<FrameRef> ring_;       ///< slot i % size; filled by submit(), emptied by work()
-    std::atomic<std::size_t> head_{0}; ///< frames put in
-    std::atomic<std::size_t> tail_{0}; ///< frames taken out and finished with
+    V4l2Image announced_; ///< what the node is opened for while no frame says otherwise
+    FrameQueue queue_;    ///< filled by submit(), emptied by work()
     Wake wake_;
     std::atomic<bool> stopping_{false};
     std::thread thread_;

@@ -1,0 +1,48 @@
+// Frames on their way from the pipeline's thread to a transport's own.
+#pragma once
+
+#include "core/frame.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <vector>
+
+namespace obscura::transports {
+
+/// A fixed queue between exactly one thread that pushes and one that takes. A frame counts against the
+/// capacity until it is finished with, not only until it is looked at. No member but the constructor
+/// allocates, locks or throws.
+class FrameQueue {
+public:
+    /// Room for `capacity` frames, one at least.
+    explicit FrameQueue(std::size_t capacity) : slots_(std::max<std::size_t>(capacity, 1)) {}
+
+    /// False when the queue is full.
+    bool push(const FrameRef& frame) noexcept {
+        const std::size_t head = head_.load(std::memory_order_relaxed);
+        if (head - tail_.load(std::memory_order_acquire) >= slots_.size()) return false;
+        slots_[head % slots_.size()] = frame;
+        head_.store(head + 1, std::memory_order_release);
+        return true;
+    }
+    /// The oldest frame, which stays in the queue; empty when there is none.
+    [[nodiscard]] FrameRef front() const noexcept {
+        const std::size_t tail = tail_.load(std::memory_order_relaxed);
+        if (tail == head_.load(std::memory_order_acquire)) return {};
+        return slots_[tail % slots_.size()];
+    }
+    /// Finishes with the oldest frame; there must be one.
+    void pop() noexcept {
+        const std::size_t tail = tail_.load(std::memory_order_relaxed);
+        slots_[tail % slots_.size()] = FrameRef{};
+        tail_.store(tail + 1, std::memory_order_release);
+    }
+
+private:
+    std::vector<FrameRef> slots_;      ///< slot i % size
+    std::atomic<std::size_t> head_{0}; ///< frames put in
+    std::atomic<std::size_t> tail_{0}; ///< frames finished with
+};
+
+} // namespace obscura::transports
