@@ -25,6 +25,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       next_trigger_rate_(config.trigger_rate),
       gate_(config.over_trigger),
       frame_settings_(config.initial) {
+    gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
     thread_ = std::thread([this] {
         name_this_thread("pipeline");
@@ -152,6 +153,16 @@ void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
     camera.gate_.offer(trigger, free_run);
 }
 
+void Camera::on_missed(Time edge) noexcept {
+    notify(transports::CameraEvent::trigger_missed, edge);
+}
+
+void Camera::notify(transports::CameraEvent event, Time t) noexcept {
+    const std::int64_t tai_offset_ns = clock_.tai_offset_ns();
+    for (transports::Transport* transport : transports_)
+        transport->notify(event, t, tai_offset_ns);
+}
+
 bool Camera::alive() noexcept {
     const bool busy = gate_.busy();
     const std::uint64_t progress = frames_.load(std::memory_order_relaxed) + maker_.progress();
@@ -171,6 +182,7 @@ void Camera::make_frame() noexcept {
         releaser_.end(maker_.fill(*frame, sink_, &releaser_.cancel_flag()));
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
+        notify(transports::CameraEvent::error, gate_.current().edge);
     }
     gate_.finished();
 }

@@ -65,7 +65,7 @@ struct CameraCounters {
 /// One camera: at most one frame is being made at any moment. A trigger that comes while the one before is
 /// being rendered, or sooner than the chip's shortest frame period, is counted as missed and makes no frame.
 /// on_trigger() is the camera's Line0 and may be called on a real-time thread.
-class Camera final : public CameraControl, public sync::TriggerSink {
+class Camera final : public CameraControl, public sync::TriggerSink, private sync::MissedListener {
 public:
     /// The references must outlive the camera. `log` receives what real-time threads have to say.
     Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser, FramePool& pool,
@@ -106,6 +106,9 @@ private:
         void on_trigger(const sync::Trigger& trigger) noexcept override;
         Camera& camera;
     };
+
+    void on_missed(Time edge) noexcept override;
+    void notify(transports::CameraEvent event, Time t) noexcept;
 
     static Route route_of(const CameraSettings& settings) noexcept;
     void run() noexcept;

@@ -56,11 +56,16 @@ bool TriggerGate::offer(const Trigger& trigger, std::size_t input) noexcept {
     return refuse(trigger);
 }
 
+void TriggerGate::count_missed(std::uint64_t edges, Time edge) noexcept {
+    missed_.fetch_add(edges, std::memory_order_relaxed);
+    if (listener_ != nullptr) listener_->on_missed(edge);
+}
+
 void TriggerGate::count_lost(const Trigger& trigger, std::size_t input) noexcept {
     const std::uint64_t last = last_id_[input].exchange(trigger.id, std::memory_order_relaxed);
     if (last == 0 || trigger.id <= last + 1) return;
     lost_.fetch_add(trigger.id - last - 1, std::memory_order_relaxed);
-    missed_.fetch_add(trigger.id - last - 1, std::memory_order_relaxed);
+    count_missed(trigger.id - last - 1, trigger.edge);
 }
 
 bool TriggerGate::try_take(const Trigger& trigger, std::int64_t held_ns) noexcept {
@@ -82,7 +87,7 @@ bool TriggerGate::refuse(const Trigger& trigger) noexcept {
     std::uint32_t empty = latch_empty;
     if (policy_ == OverTrigger::count ||
         !latch_.compare_exchange_strong(empty, latch_writing, std::memory_order_acq_rel)) {
-        missed_.fetch_add(1, std::memory_order_relaxed);
+        count_missed(1, trigger.edge);
         return false;
     }
     latched_trigger_ = trigger;
@@ -114,9 +119,12 @@ void TriggerGate::promote_latched() noexcept {
 }
 
 bool TriggerGate::discard_latched() noexcept {
+    // Held while its edge is read: the next one must not be written over it.
     std::uint32_t full = latch_full;
-    if (!latch_.compare_exchange_strong(full, latch_empty)) return false;
-    missed_.fetch_add(1, std::memory_order_relaxed);
+    if (!latch_.compare_exchange_strong(full, latch_writing)) return false;
+    const Time edge = latched_trigger_.edge;
+    latch_.exchange(latch_empty);
+    count_missed(1, edge);
     return true;
 }
 

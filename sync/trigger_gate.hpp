@@ -17,6 +17,14 @@ enum class OverTrigger : std::uint8_t {
     latch,  ///< the first such edge is remembered and starts the next frame as soon as that can be
 };
 
+/// Learns of missed edges on whichever thread finds out: must not block, allocate, lock or throw.
+class MissedListener {
+public:
+    virtual ~MissedListener() = default;
+    /// An edge at `edge` was missed, or some were lost before the one at `edge`.
+    virtual void on_missed(Time edge) noexcept = 0;
+};
+
 /// edges + lost == taken + missed + masked, but for an edge that waits latched; `ignored` stands apart.
 struct GateCounters {
     std::uint64_t edges = 0;   ///< offered while open and from the chosen input
@@ -38,6 +46,8 @@ public:
 
     // Control side.
 
+    /// Before the first open(); `listener` must outlive the gate's use.
+    void set_missed_listener(MissedListener* listener) noexcept { listener_ = listener; }
     /// Lets edges of the selected input through. Waits until an edge taken before is no longer new.
     void open() noexcept;
     /// After the return no edge is taken; a latched one is missed. Also waits until the consumer has started
@@ -86,6 +96,7 @@ private:
     static constexpr std::uint32_t quit_bit = 8;
     enum Latch : std::uint32_t { latch_empty, latch_writing, latch_full };
 
+    void count_missed(std::uint64_t edges, Time edge) noexcept;
     void count_lost(const Trigger& trigger, std::size_t input) noexcept;
     bool try_take(const Trigger& trigger, std::int64_t held_ns) noexcept;
     bool refuse(const Trigger& trigger) noexcept;
@@ -95,6 +106,7 @@ private:
     void wait_while(std::uint32_t phases) const noexcept;
 
     const OverTrigger policy_;
+    MissedListener* listener_ = nullptr;
     std::atomic<std::uint32_t> state_{phase_ready};
     std::atomic<std::size_t> selected_{0};
     Trigger slot_;

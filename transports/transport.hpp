@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/time.hpp"
 
 #include <cstdint>
 #include <string>
@@ -15,6 +16,12 @@ struct TransportCounters {
     std::uint64_t delivered = 0; ///< frames that left completely
     std::uint64_t dropped = 0;   ///< frames it could not take or finish (queue full, no client, error)
     std::uint64_t bytes = 0;
+};
+
+/// What only the producer can know, for Transport::notify().
+enum class CameraEvent : std::uint8_t {
+    trigger_missed, ///< an edge that will never be a frame
+    error,          ///< a frame that could not be made
 };
 
 /// A way out for frames, with threads of its own.
@@ -31,6 +38,9 @@ public:
     /// publishes them (Frame::wait_rows). Called by the pipeline thread: must not block, allocate, lock for
     /// long or throw. False when the frame was not taken; the transport counts it as dropped.
     virtual bool submit(const FrameRef& frame) noexcept = 0;
+    /// Tells whoever listens at the other end, if this transport has a way to. `t`: scheduling clock. Any
+    /// thread; must not block, lock, allocate or throw.
+    virtual void notify(CameraEvent /*event*/, Time /*t*/, std::int64_t /*tai_offset_ns*/) noexcept {}
     [[nodiscard]] virtual TransportCounters counters() const noexcept = 0;
 };
 

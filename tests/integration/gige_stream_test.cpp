@@ -572,10 +572,10 @@ TEST_CASE("Events reach the message channel and are repeated until acknowledged"
     CHECK(start.block == 1);
     CHECK(start.timestamp == arv_buffer_get_timestamp(buffer.get()));
     CHECK(shut.timestamp - open.timestamp == 2'500'000);
-    bench.camera.notify(transports::gige::CameraEvent::trigger_missed, {}, 7); // not enabled: silence
+    bench.camera.notify(transports::CameraEvent::trigger_missed, {}, 7); // not enabled: silence
     client.set("EventSelector", "FrameTriggerMissed");
     client.set("EventNotification", "On");
-    bench.camera.notify(transports::gige::CameraEvent::trigger_missed, {1000}, 7);
+    bench.camera.notify(transports::CameraEvent::trigger_missed, {1000}, 7);
     const Message missed = receive(true);
     CHECK(missed.id == 0x9004);
     CHECK(missed.timestamp == 1007);

@@ -11,6 +11,7 @@
 #include "transports/gige/stream_port.hpp"
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -58,6 +59,8 @@ public:
 
     /// TAI in ns minus the origin set by a time stamp reset.
     [[nodiscard]] std::uint64_t device_time(Time t) const noexcept;
+    /// Any thread.
+    [[nodiscard]] std::int64_t timestamp_origin_ns() const noexcept { return timestamp_origin_ns_.load(); }
 
 private:
     void add_identity();
@@ -107,7 +110,7 @@ private:
     std::uint32_t controller_ip_ = 0;
     std::uint32_t packet_size_max_;
     bool channel_fresh_ = true; // no acquisition since the stream channel was opened
-    std::int64_t timestamp_origin_ns_ = 0;
+    std::atomic<std::int64_t> timestamp_origin_ns_{0};
     FaultInjector faults_;
     std::uint32_t pending_ack_ms_ = 0;
     static constexpr std::size_t action_queue_size = 16;

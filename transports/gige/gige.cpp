@@ -59,7 +59,8 @@ bool GigeCamera::submit(const FrameRef& frame) noexcept {
 void GigeCamera::notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept {
     if (!parts_) return;
     const Event e = event == CameraEvent::trigger_missed ? Event::frame_trigger_missed : Event::error;
-    parts_->messages.post({e, 0, static_cast<std::uint64_t>(t.ns + tai_offset_ns)});
+    parts_->messages.post(
+        {e, 0, static_cast<std::uint64_t>(t.ns + tai_offset_ns - parts_->device.timestamp_origin_ns())});
 }
 
 TransportCounters GigeCamera::counters() const noexcept {

@@ -29,9 +29,6 @@ struct GigeCounters {
     std::int64_t trigger_to_last_p50_ns = 0, trigger_to_last_p99_ns = 0;   ///< edge to trailer sent
 };
 
-/// What only the producer can know, for notify(). Frame and exposure events the camera makes itself.
-enum class CameraEvent : std::uint8_t { trigger_missed, error };
-
 /// How to use it:
 ///
 ///     MonotonicClock clock;
@@ -65,9 +62,9 @@ public:
     /// Ends the acquisition of a connected client, too.
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
-    /// Tells the controlling application, if it has switched the event's notification on. Any thread; neither
-    /// blocks, locks nor allocates.
-    void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept;
+    /// Tells the controlling application, if it has switched the event's notification on. Frame and exposure
+    /// events, and errors of frames that were given up half way, the camera makes itself.
+    void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
     [[nodiscard]] GigeCounters gige_counters() const noexcept;
     /// The IPv4 address the camera answers on; valid after start().

@@ -209,6 +209,10 @@ void GvspSender::send_frame(FrameRef frame) noexcept {
                 ++block.sent;
                 counters_.trigger_to_last.add(clock_.now() - edge);
                 delivered = true;
+                // What goes out is not what was asked for: cut short or a repetition.
+                if (!block.frame->complete() ||
+                    (block.frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
+                    post(Event::error, block, clock_.now());
                 const auto rows = block.frame->row_times();
                 if (!rows.empty()) {
                     post(Event::exposure_start, block, rows.front().reset);

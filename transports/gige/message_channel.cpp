@@ -112,7 +112,7 @@ void MessageChannel::deliver(const EventMessage& message, const MessageConfig& c
     store_be16(&datagram[4], 16);
     store_be16(&datagram[6], request_id_);
     store_be16(&datagram[10], event_id(message.event));
-    const bool of_a_block = message.event <= Event::exposure_end;
+    const bool of_a_block = message.block_id != 0;
     store_be16(&datagram[12], of_a_block ? 0 : 0xFFFF); // stream channel
     store_be16(&datagram[14], static_cast<std::uint16_t>(message.block_id));
     store_be64(&datagram[16], message.timestamp_ns);

@@ -41,7 +41,7 @@ constexpr std::uint16_t event_id(Event e) noexcept {
 
 struct EventMessage {
     Event event = Event::test;
-    std::uint64_t block_id = 0;
+    std::uint64_t block_id = 0;     ///< 0: of no block
     std::uint64_t timestamp_ns = 0; ///< device time
 };
 

@@ -147,3 +147,20 @@ TEST_CASE("two sources and a controller at once: every edge is accounted for") {
         check_balance(c);
     }
 }
+
+TEST_CASE("a listener hears of every occasion on which edges are missed") {
+    struct Listener final : MissedListener {
+        std::vector<std::int64_t> edges;
+        void on_missed(Time edge) noexcept override { edges.push_back(edge.ns); }
+    } listener;
+    TriggerGate gate(OverTrigger::latch);
+    gate.set_missed_listener(&listener);
+    gate.open();
+    CHECK(gate.offer({1, Time{100}, Time{100}}, 0));
+    CHECK(gate.offer({4, Time{200}, Time{200}}, 0)); // two lost before it; itself latched
+    CHECK_FALSE(gate.offer({5, Time{300}, Time{300}}, 0));
+    gate.started(Time{0});
+    gate.close(false); // the latched one is missed now
+    CHECK(listener.edges == std::vector<std::int64_t>{200, 300, 200});
+    CHECK(gate.counters().missed == 4);
+}

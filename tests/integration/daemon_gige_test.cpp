@@ -1,0 +1,77 @@
+// The whole daemon inside the test, seen by an independent GigE Vision client (libaravis).
+#include "core/clock.hpp"
+#include "emulator/daemon.hpp"
+#include "tests/integration/daemon_bench.hpp"
+#include "tests/integration/event_socket.hpp"
+#include "tests/integration/gige_client.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace obscura;
+using namespace obscura::test;
+
+namespace {
+
+std::uint64_t tai_now() {
+    const MonotonicClock clock;
+    return static_cast<std::uint64_t>(clock.now().ns + clock.tai_offset_ns());
+}
+
+void listen_to(GigeClient& client, const EventSocket& events, const char* event) {
+    client.set("GevMCPHostPort", std::int64_t{events.port()});
+    client.set("EventSelector", event);
+    client.set("EventNotification", "On");
+}
+
+} // namespace
+
+TEST_CASE("a client hears of triggers that were missed") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(11);
+    options.size = 128;
+    options.rate_hz = 2000; // the exposure alone takes 5 ms
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    EventSocket events;
+    listen_to(client, events, "FrameTriggerMissed");
+    client.open_stream(4);
+    const std::uint64_t begin = tai_now();
+    client.execute("AcquisitionStart");
+    std::uint64_t before = begin;
+    for (int i = 0; i < 3; ++i) {
+        const auto missed = events.receive(5000);
+        REQUIRE(missed);
+        CHECK(missed->id == 0x9004);
+        CHECK(missed->block == 0);
+        // Stamped with the edge that was missed, in the order in which they came.
+        CHECK(missed->timestamp > before - (i == 0 ? 1'000'000 : 0));
+        CHECK(missed->timestamp < tai_now());
+        before = missed->timestamp;
+    }
+    client.execute("AcquisitionStop");
+    CHECK(daemon.camera().counters().missed_triggers >= 3);
+}
+
+TEST_CASE("a client hears of frames that could not be made in time") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(12);
+    options.size = 512;
+    options.rate_hz = 20;
+    options.more = "[deadline]\npolicy = \"drop\"\n";
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    EventSocket events;
+    listen_to(client, events, "Error");
+    client.set("ExposureTime", 10.0); // the first row is due sooner than any renderer can be
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    const auto error = events.receive(5000);
+    client.execute("AcquisitionStop");
+    REQUIRE(error);
+    CHECK(error->id == 0x9005);
+    CHECK(error->block == 1);
+    CHECK(daemon.camera().counters().late_dropped >= 1);
+}
