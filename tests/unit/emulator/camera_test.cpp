@@ -141,8 +141,9 @@ TEST_CASE("edges count only while acquiring and from the chosen source") {
     CHECK(bench.camera.counters().frames == 1);
     s.trigger_source = TriggerSource::action1;
     REQUIRE(bench.camera.apply(s));
+    bench.wait_ready();
     CHECK_FALSE(bench.camera.software_trigger(bench.clock.now()));
-    CHECK(bench.camera.action_trigger(bench.clock.now()));
+    REQUIRE(bench.camera.action_trigger(bench.clock.now()));
     bench.wait_ended(2);
     CHECK(bench.camera.counters().frames == 2);
 }
