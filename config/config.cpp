@@ -176,6 +176,7 @@ CameraSettings camera_settings(const Config& config) {
                               : camera.trigger_source == "Action1" ? TriggerSource::action1
                                                                    : TriggerSource::line0;
     settings.frame_rate_hz = camera.frame_rate_hz;
+    settings.black_level_dn = config.sensor.detector.offset_dn;
     return settings;
 }
 

@@ -34,8 +34,50 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
     if (s.trigger_delay_ns < 0 || s.trigger_delay_ns > 10 * ns_per_s)
         return fmt::format("TriggerDelay {} us: allowed 0 to 1e7",
                            static_cast<double>(s.trigger_delay_ns) / 1e3);
+    if (s.trigger_divider < 1) return "TriggerDivider 0: allowed 1 and more";
+    if (!(s.black_level_dn >= limits.black_level_min_dn && s.black_level_dn <= limits.black_level_max_dn))
+        return fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn, limits.black_level_min_dn,
+                           limits.black_level_max_dn);
     if (s.acquisition_frame_count < 1) return "AcquisitionFrameCount 0: allowed 1 and more";
     return {};
+}
+
+ReadoutAnswer CameraControl::readout(const CameraSettings& s) const {
+    ReadoutAnswer answer;
+    answer.window_count = 1;
+    FrameWindow& window = answer.windows[0];
+    window.sensor = s.region;
+    window.exposure_requested_ns = window.exposure_min_ns = window.exposure_max_ns = s.exposure_ns;
+    return answer;
+}
+
+std::string explain_invalid(const Sequence& sequence, const CameraSettings& settings,
+                            const CameraLimits& limits) {
+    if (!sequence.enabled) return {};
+    if (sequence.start >= Sequence::max_steps)
+        return fmt::format("SequencerSetStart {}: allowed 0 to {}", sequence.start, Sequence::max_steps - 1);
+    // Only the sets that can be reached count.
+    std::array<bool, Sequence::max_steps> seen{};
+    for (std::uint32_t step = sequence.start; !seen[step]; step = sequence.steps[step].next) {
+        seen[step] = true;
+        if (const std::string complaint = explain_invalid(with_step(settings, sequence, step), limits);
+            !complaint.empty())
+            return fmt::format("sequencer set {}: {}", step, complaint);
+        if (const std::uint32_t next = sequence.steps[step].next; next >= Sequence::max_steps)
+            return fmt::format("SequencerSetNext {} of set {}: allowed 0 to {}", next, step,
+                               Sequence::max_steps - 1);
+    }
+    return {};
+}
+
+CameraSettings with_step(CameraSettings settings, const Sequence& sequence, std::uint32_t step) noexcept {
+    const SequenceStep& s = sequence.steps[step % Sequence::max_steps];
+    if ((sequence.features & sequenced_exposure) != 0) settings.exposure_ns = s.exposure_ns;
+    if ((sequence.features & sequenced_gain) != 0) settings.gain_db = s.gain_db;
+    if ((sequence.features & sequenced_black_level) != 0) settings.black_level_dn = s.black_level_dn;
+    if ((sequence.features & sequenced_offset_x) != 0) settings.region.x = s.offset_x;
+    if ((sequence.features & sequenced_offset_y) != 0) settings.region.y = s.offset_y;
+    return settings;
 }
 
 } // namespace obscura

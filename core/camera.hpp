@@ -2,9 +2,11 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/image_pattern.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -29,7 +31,11 @@ struct CameraSettings {
     bool trigger_enabled = true;               ///< SFNC TriggerMode; off: free run at frame_rate_hz
     TriggerSource trigger_source = TriggerSource::line0;
     std::int64_t trigger_delay_ns = 0;
-    double frame_rate_hz = 10; ///< SFNC AcquisitionFrameRate: free run
+    std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts
+    bool frame_rate_enabled = true;    ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
+    double black_level_dn = 0;         ///< SFNC BlackLevel
+    ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern
+    double frame_rate_hz = 10;                     ///< SFNC AcquisitionFrameRate: free run
 
     constexpr bool operator==(const CameraSettings&) const = default;
 };
@@ -43,10 +49,72 @@ struct CameraLimits {
     std::int64_t exposure_min_ns = 1000, exposure_max_ns = 10 * ns_per_s;
     double gain_min_db = 0, gain_max_db = 24;
     double frame_rate_min_hz = 0.01, frame_rate_max_hz = 1000;
+    double black_level_min_dn = 0, black_level_max_dn = 0; ///< equal: fixed
+    double temperature_c = 20;                             ///< of the sensor
+    bool overlapped = false; ///< a frame may be exposed while the one before is read out
+    bool global_shutter = false;
+    std::string sensor_name = "generic";
 };
 
 /// Why `settings` cannot be had within `limits`: the SFNC feature and what is allowed; empty when they can.
 [[nodiscard]] std::string explain_invalid(const CameraSettings& settings, const CameraLimits& limits);
+
+/// What the chip makes of CameraSettings.
+struct ReadoutAnswer {
+    std::string refusal; ///< why it cannot be done; then the rest is empty
+    std::uint32_t window_count = 0;
+    std::array<FrameWindow, max_windows> windows{}; ///< with the exposures obtained and the readout's flags
+    std::int64_t frame_period_ns = 0;               ///< shortest time between triggers
+    std::int64_t readout_ns = 0;                    ///< first to last row slot
+};
+
+/// Settings that the sequencer may change from frame to frame.
+enum SequencedFeature : std::uint32_t {
+    sequenced_exposure = 1u << 0,
+    sequenced_gain = 1u << 1,
+    sequenced_black_level = 1u << 2,
+    sequenced_offset_x = 1u << 3,
+    sequenced_offset_y = 1u << 4,
+};
+/// One set of the sequencer: what a frame is taken with, and which set is for the frame after it.
+struct SequenceStep {
+    std::int64_t exposure_ns = 10 * ns_per_ms;
+    double gain_db = 0;
+    double black_level_dn = 0;
+    std::int32_t offset_x = 0, offset_y = 0;
+    std::uint32_t next = 0;
+    constexpr bool operator==(const SequenceStep&) const = default;
+};
+/// SFNC SequencerControl: from frame to frame along `next`, anew from `start` at each acquisition start.
+struct Sequence {
+    static constexpr std::size_t max_steps = 8;
+    bool enabled = false;
+    std::uint32_t features = 0; ///< SequencedFeature bits; the other settings stay as they are
+    std::uint32_t start = 0;
+    std::array<SequenceStep, max_steps> steps{};
+    constexpr bool operator==(const Sequence&) const = default;
+};
+/// `settings` with what step `step` of `sequence` puts in their place.
+[[nodiscard]] CameraSettings with_step(CameraSettings settings, const Sequence& sequence,
+                                       std::uint32_t step) noexcept;
+
+/// Why `sequence` cannot run on top of `settings`; empty when it can.
+[[nodiscard]] std::string explain_invalid(const Sequence& sequence, const CameraSettings& settings,
+                                          const CameraLimits& limits);
+
+/// What has happened and how often since the camera was made; scheduling clock. Instants of the frame in work
+/// may lie ahead.
+struct CameraActivity {
+    std::uint64_t line0_edges = 0;     ///< of Line0, listened to or not
+    std::uint64_t frame_triggers = 0;  ///< edges that became work
+    std::uint64_t missed_triggers = 0; ///< edges that came too soon
+    std::uint64_t frames = 0;          ///< frames begun
+    Time line0_edge;                   ///< the last one
+    Time frame_start, frame_end;       ///< of the last frame: trigger edge, last row out of the chip
+    Time exposure_start, exposure_end; ///< of the last frame: first reset, last read
+    bool trigger_ready = false;        ///< an edge would be taken now
+    std::uint32_t sequence_step = 0;   ///< that the last frame was taken with
+};
 
 /// The camera as its control port sees it. Implemented by the emulator; called on a transport's control
 /// thread (one at a time). None of the calls blocks for longer than it takes to finish the band of rows in
@@ -71,6 +139,13 @@ public:
     virtual bool software_trigger(Time edge) = 0;
     /// SFNC Action1 at `edge`; the same rules. A camera without it never accepts.
     virtual bool action_trigger(Time /*edge*/) { return false; }
+
+    /// What the chip would make of `settings`; by default exactly what they ask for, in no time.
+    [[nodiscard]] virtual ReadoutAnswer readout(const CameraSettings& settings) const;
+    /// Takes effect at the next acquisition start. False when a step is outside the limits, while acquiring,
+    /// and for a camera without a sequencer.
+    virtual bool set_sequence(const Sequence& sequence) { return !sequence.enabled; }
+    [[nodiscard]] virtual CameraActivity activity() const { return {}; }
 };
 
 } // namespace obscura

@@ -84,6 +84,9 @@ struct GroundTruth {
     std::uint64_t seed = 0;
 };
 
+/// The camera's lines, as bits of a status word: an input, the trigger, and an output.
+enum LineStatusBit : std::uint32_t { line_status_line0 = 1u << 0, line_status_line1 = 1u << 1 };
+
 /// Everything about a frame but its pixels. Written by the producer before the frame is submitted, except
 /// `flags`.
 struct FrameInfo {
@@ -95,7 +98,9 @@ struct FrameInfo {
     int bits_per_pixel = 16;            ///< ADC depth: digital numbers are < 2^bits
     PixelFormat pixel_format = PixelFormat::mono16; ///< what the client asked for
     double gain_db = 0;
-    std::int64_t exposure_ns = 0; ///< requested, first window
+    std::int64_t exposure_ns = 0;    ///< requested, first window
+    std::uint32_t line_status = 0;   ///< LineStatusBit of every line at the trigger's edge
+    std::uint32_t sequence_step = 0; ///< set of the sequencer; 0 without one
     std::uint32_t window_count = 1;
     std::array<FrameWindow, max_windows> windows{};
     GroundTruth truth;

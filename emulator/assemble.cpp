@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <system_error>
@@ -22,6 +23,12 @@ CameraLimits camera_limits(const SensorDescription& sensor) {
     limits.sensor_width = sensor.readout.width;
     limits.sensor_height = sensor.readout.height;
     limits.adc_bits = sensor.detector.adc_bits;
+    limits.black_level_max_dn = std::exp2(sensor.detector.adc_bits - 1);
+    limits.black_level_min_dn = std::min(0.0, sensor.detector.offset_dn);
+    limits.temperature_c = sensor.detector.temperature_c;
+    limits.overlapped = sensor.readout.overlapped;
+    limits.global_shutter = sensor.readout.shutter == Shutter::global;
+    limits.sensor_name = sensor.name;
     return limits;
 }
 

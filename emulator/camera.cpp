@@ -2,6 +2,7 @@
 
 #include "core/realtime.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace obscura::emulator {
@@ -27,6 +28,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       frame_settings_(config.initial) {
     gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
+    divider_ = config.initial.trigger_divider;
     thread_ = std::thread([this] {
         name_this_thread("pipeline");
         if (config_.priority > 0) make_this_thread_realtime(config_.priority);
@@ -67,8 +69,13 @@ bool Camera::apply(const CameraSettings& settings) {
         const std::lock_guard lock(settings_mutex_);
         settings_ = settings;
     }
+    divider_.store(settings.trigger_divider, std::memory_order_relaxed);
+    // Without a rate of its own the free run follows the chip, which depends on windows and exposure.
     const bool paced_differently =
-        route_of(before) != route_of(settings) || before.frame_rate_hz != settings.frame_rate_hz;
+        route_of(before) != route_of(settings) || before.frame_rate_hz != settings.frame_rate_hz ||
+        before.frame_rate_enabled != settings.frame_rate_enabled ||
+        (!settings.frame_rate_enabled &&
+         (before.region != settings.region || before.exposure_ns != settings.exposure_ns));
     if (paced_differently) {
         stop_free_run();
         gate_.select(route_of(settings));
@@ -94,6 +101,10 @@ bool Camera::acquisition_start() {
                                                                           : UINT64_MAX;
     acquisition_begin_ = clock_.now();
     trigger_rate_ = next_trigger_rate_;
+    frame_sequence_ = sequence_;
+    sequence_step_ = sequence_.start;
+    for (auto& first : first_id_)
+        first.store(0, std::memory_order_relaxed);
     gate_.open();
     start_free_run();
     return true;
@@ -124,10 +135,18 @@ bool Camera::trigger_ready() const noexcept {
     return gate_.ready();
 }
 
+double Camera::free_run_rate_hz() const {
+    const CameraSettings s = settings();
+    if (s.frame_rate_enabled) return s.frame_rate_hz;
+    // A part in a million slower than the chip can: an edge that comes a nanosecond too soon would be missed.
+    const double fastest_hz = 1e9 / (static_cast<double>(readout(s).frame_period_ns) * 1.000001 + 1);
+    return std::clamp(fastest_hz, config_.limits.frame_rate_min_hz, config_.limits.frame_rate_max_hz);
+}
+
 void Camera::start_free_run() {
     if (route_of(settings()) != free_run) return;
     sync::TimerSettings timer;
-    timer.rate = sync::rational_rate(settings().frame_rate_hz);
+    timer.rate = sync::rational_rate(free_run_rate_hz());
     timer.priority = config_.priority;
     free_run_ = std::make_unique<sync::TimerTrigger>(timer, std::make_unique<MonotonicClock>());
     free_run_->start(free_run_sink_);
@@ -137,16 +156,78 @@ void Camera::stop_free_run() {
     free_run_.reset();
 }
 
+bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
+    const std::uint32_t divider = divider_.load(std::memory_order_relaxed);
+    if (divider <= 1 || !gate_.is_open()) return gate_.offer(trigger, route);
+    // The first edge of the acquisition counts, then every so many; ids are renumbered, so that the gate does
+    // not take the others for lost. Each route has one thread that calls.
+    std::uint64_t first = first_id_[route].load(std::memory_order_relaxed);
+    if (first == 0) first_id_[route].store(first = trigger.id, std::memory_order_relaxed);
+    const std::uint64_t n = trigger.id - first;
+    return n % divider != 0 || gate_.offer({n / divider + 1, trigger.edge, trigger.seen}, route);
+}
+
 bool Camera::software_trigger(Time edge) {
-    return gate_.offer({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
+    return offer({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
 }
 
 bool Camera::action_trigger(Time edge) {
-    return gate_.offer({action_edges_.fetch_add(1) + 1, edge, clock_.now()}, action);
+    return offer({action_edges_.fetch_add(1) + 1, edge, clock_.now()}, action);
 }
 
 void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
-    gate_.offer(trigger, line0);
+    line0_edges_.fetch_add(1, std::memory_order_relaxed);
+    line0_edge_ns_.store(trigger.edge.ns, std::memory_order_relaxed);
+    offer(trigger, line0);
+}
+
+ReadoutAnswer Camera::readout(const CameraSettings& settings) const {
+    return maker_.answer(settings);
+}
+
+bool Camera::set_sequence(const Sequence& sequence) {
+    const std::lock_guard control(control_mutex_);
+    if (acquiring() || !explain_invalid(sequence, settings(), config_.limits).empty()) return false;
+    sequence_ = sequence;
+    return true;
+}
+
+CameraActivity Camera::activity() const {
+    const sync::GateCounters gate = gate_.counters();
+    const auto instant = [](const std::atomic<std::int64_t>& ns) {
+        return Time{ns.load(std::memory_order_relaxed)};
+    };
+    CameraActivity a;
+    a.line0_edges = line0_edges_.load(std::memory_order_relaxed);
+    a.line0_edge = instant(line0_edge_ns_);
+    a.frame_triggers = gate.taken;
+    a.missed_triggers = gate.missed;
+    a.frames = moments_.frames.load(std::memory_order_acquire);
+    a.frame_start = instant(moments_.frame_start_ns);
+    a.frame_end = instant(moments_.frame_end_ns);
+    a.exposure_start = instant(moments_.exposure_start_ns);
+    a.exposure_end = instant(moments_.exposure_end_ns);
+    a.trigger_ready = gate_.ready();
+    a.sequence_step = moments_.sequence_step.load(std::memory_order_relaxed);
+    return a;
+}
+
+void Camera::note_moments(const FrameOrder& order) noexcept {
+    const sensors::ReadoutPlan& plan = maker_.plan();
+    const std::int64_t shift_ns = maker_.scene_to_clock_ns();
+    Time first = plan.rows.front().reset, last = plan.rows.front().read;
+    for (const RowTime& row : plan.rows) {
+        first = std::min(first, row.reset);
+        last = std::max(last, row.read);
+    }
+    const auto note = [](std::atomic<std::int64_t>& to, Time t) {
+        to.store(t.ns, std::memory_order_relaxed);
+    };
+    note(moments_.frame_start_ns, order.trigger_edge);
+    note(moments_.frame_end_ns, plan.release.back() + shift_ns);
+    note(moments_.exposure_start_ns, first + shift_ns);
+    note(moments_.exposure_end_ns, last + shift_ns);
+    moments_.frames.fetch_add(1, std::memory_order_release);
 }
 
 void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
@@ -200,7 +281,11 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     order.trigger_edge = trigger.edge;
     order.seen = trigger.seen;
     order.tai_offset_ns = clock_.tai_offset_ns();
-    order.settings = frame_settings_;
+    const std::uint32_t step = sequence_step_;
+    order.settings =
+        frame_sequence_.enabled ? with_step(frame_settings_, frame_sequence_, step) : frame_settings_;
+    if (frame_sequence_.enabled) sequence_step_ = frame_sequence_.steps[step].next;
+    moments_.sequence_step.store(step, std::memory_order_relaxed);
     // A latched trigger takes effect when the chip is free again.
     order.settings.trigger_delay_ns += gate_.held_ns();
     order.scene_time = config_.scene_time == SceneTime::nominal
@@ -225,6 +310,9 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
                    {static_cast<std::int64_t>(order.frame_id)}});
         return false;
     }
+    frame->info.sequence_step = frame_sequence_.enabled ? step : 0;
+    if (route_of(frame_settings_) == line0) frame->info.line_status = line_status_line0;
+    note_moments(order);
     bool taken = false;
     for (transports::Transport* transport : transports_)
         taken = transport->submit(frame) || taken;

@@ -13,6 +13,7 @@
 #include "sync/trigger_gate.hpp"
 #include "transports/transport.hpp"
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -86,6 +87,9 @@ public:
     [[nodiscard]] bool acquiring() const override;
     bool software_trigger(Time edge) override;
     bool action_trigger(Time edge) override;
+    [[nodiscard]] ReadoutAnswer readout(const CameraSettings& settings) const override;
+    bool set_sequence(const Sequence& sequence) override;
+    [[nodiscard]] CameraActivity activity() const override;
 
     void on_trigger(const sync::Trigger& trigger) noexcept override;
 
@@ -110,10 +114,21 @@ private:
     void on_missed(Time edge) noexcept override;
     void notify(transports::CameraEvent event, Time t) noexcept;
 
+    /// What the control side wants to know of the frame begun last; read while it is written.
+    struct Moments {
+        std::atomic<std::int64_t> frame_start_ns{0}, frame_end_ns{0};
+        std::atomic<std::int64_t> exposure_start_ns{0}, exposure_end_ns{0};
+        std::atomic<std::uint64_t> frames{0};
+        std::atomic<std::uint32_t> sequence_step{0};
+    };
+
+    bool offer(const sync::Trigger& trigger, Route route) noexcept;
+    void note_moments(const FrameOrder& order) noexcept;
     static Route route_of(const CameraSettings& settings) noexcept;
     void run() noexcept;
     void make_frame() noexcept;
     bool start_frame(FrameRef& frame) noexcept;
+    [[nodiscard]] double free_run_rate_hz() const;
     void start_free_run();
     void stop_free_run();
 
@@ -129,6 +144,7 @@ private:
     // pipeline thread only ever tries to take.
     mutable std::mutex control_mutex_, settings_mutex_;
     CameraSettings settings_;
+    Sequence sequence_;
     sync::RationalRate next_trigger_rate_; ///< under control_mutex_
     FreeRunSink free_run_sink_{*this};
     std::unique_ptr<sync::TimerTrigger> free_run_;
@@ -137,6 +153,7 @@ private:
     std::atomic<bool> cancel_{false};
 
     // Written by acquisition_start() while not acquiring, then by the pipeline thread.
+    std::uint32_t sequence_step_ = 0;
     std::uint64_t next_frame_id_ = 1;
     std::uint64_t frames_left_ = 0;
     Time acquisition_begin_;
@@ -144,9 +161,15 @@ private:
 
     std::atomic<std::uint64_t> software_edges_{0};
     std::atomic<std::uint64_t> action_edges_{0};
+    std::atomic<std::uint64_t> line0_edges_{0};
+    std::atomic<std::int64_t> line0_edge_ns_{0};
+    std::atomic<std::uint32_t> divider_{1};
+    std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
+    Moments moments_;
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;
+    Sequence frame_sequence_;
     RowSink* sink_ = nullptr;
     bool out_of_frames_ = false;
 

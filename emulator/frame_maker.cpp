@@ -1,6 +1,7 @@
 #include "emulator/frame_maker.hpp"
 
 #include "core/error.hpp"
+#include "core/image_pattern.hpp"
 #include "core/realtime.hpp"
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
       clock_(clock),
       readout_(sensor.readout),
       adc_bits_(sensor.detector.adc_bits),
+      offset_dn_(sensor.detector.offset_dn),
       settings_(settings),
       band_count_(renderer.band_count()) {
     // Planned once in full size, so that later plans find room for every row.
@@ -68,6 +70,8 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     info.pixel_format = s.pixel_format;
     info.gain_db = s.gain_db;
     info.exposure_ns = s.exposure_ns;
+    black_shift_dn_ = s.black_level_dn - offset_dn_;
+    pattern_ = s.test_pattern;
     info.window_count = static_cast<std::uint32_t>(plan_.windows.size());
     std::copy(plan_.windows.begin(), plan_.windows.end(), info.windows.begin());
     const auto clamped = [](const FrameWindow& w) {
@@ -153,13 +157,39 @@ void FrameMaker::expose_band(std::uint32_t number) noexcept {
     const std::size_t pixels = static_cast<std::size_t>(rows) * width;
     const sensors::IrradianceBand light{
         first, rows, plan_.width, {buffers_[number % buffer_count].data(), band_count_ * pixels}};
-    detector_.expose(plan_, light, frame.info.frame_id, frame.info.gain_db,
+    detector_.expose(plan_, light, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
                      frame.pixels().subspan(static_cast<std::size_t>(first) * width, pixels));
+    if (pattern_ != ImagePattern::off) paint_pattern(first, rows);
     if (first + rows == plan_.height) frame.info.detector_end = clock_.now();
     if (sink_ != nullptr)
         sink_->rows_exposed(first + rows);
     else
         frame.publish_rows(first + rows);
+}
+
+void FrameMaker::paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept {
+    Frame& frame = *frame_;
+    std::uint32_t w = 0;
+    for (std::int32_t row = first_row; row < first_row + rows; ++row) {
+        while (w + 1 < frame.info.window_count && frame.info.windows[w + 1].image_y <= row)
+            ++w;
+        const Region& window = frame.info.windows[w].sensor;
+        fill_pattern(pattern_, frame.info.frame_id, window.x, plan_.sensor_row[static_cast<std::size_t>(row)],
+                     adc_bits_, frame.row(row).first(static_cast<std::size_t>(window.width)));
+    }
+}
+
+ReadoutAnswer FrameMaker::answer(const CameraSettings& s) const {
+    ReadoutAnswer answer;
+    const sensors::WindowRequest window{s.region, s.exposure_ns};
+    sensors::ReadoutPlan plan;
+    answer.refusal = plan_readout(readout_, {&window, 1}, Time{}, plan);
+    if (!answer.refusal.empty()) return answer;
+    answer.window_count = static_cast<std::uint32_t>(plan.windows.size());
+    std::copy(plan.windows.begin(), plan.windows.end(), answer.windows.begin());
+    answer.frame_period_ns = plan.frame_period_ns;
+    answer.readout_ns = plan.readout_ns;
+    return answer;
 }
 
 } // namespace obscura::emulator

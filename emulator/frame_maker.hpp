@@ -64,6 +64,9 @@ public:
     /// prepare() and fill() at once and without any waiting: a frame to look at.
     [[nodiscard]] std::string make(const FrameOrder& order, Frame& frame);
 
+    /// What the chip would make of `settings`. Any thread; allocates.
+    [[nodiscard]] ReadoutAnswer answer(const CameraSettings& settings) const;
+
     /// Bands that have gone through the detector so far. Any thread.
     [[nodiscard]] std::uint32_t bands_made() const noexcept { return done_.load(std::memory_order_relaxed); }
     /// Grows while a frame is being made, also within a band that takes long. Any thread.
@@ -80,12 +83,14 @@ private:
 
     void run_detector() noexcept;
     void expose_band(std::uint32_t number) noexcept;
+    void paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept;
 
     const renderer::Renderer& renderer_;
     sensors::Detector& detector_;
     const Clock& clock_;
     const ReadoutSettings readout_;
     const int adc_bits_;
+    const double offset_dn_;
     const FrameMakerSettings settings_;
     std::size_t band_count_;
 
@@ -95,6 +100,8 @@ private:
 
     // The frame in work, for the detector thread: written before the first band of a frame is posted.
     Frame* frame_ = nullptr;
+    double black_shift_dn_ = 0;
+    ImagePattern pattern_ = ImagePattern::off;
     RowSink* sink_ = nullptr;
 
     // Bands of all frames, counted through: posted by the renderer's side, done by the detector thread.

@@ -27,15 +27,15 @@ double ramp_weight(std::int32_t read, std::int32_t reads) {
 } // namespace
 
 BandExposure::BandExposure(DetectorState& detector, const ReadoutPlan& plan, const IrradianceBand& light,
-                           std::uint64_t frame, double gain_db, Scratch& scratch) noexcept
+                           std::uint64_t frame, const AnalogSettings& analog, Scratch& scratch) noexcept
     : d_(detector), plan_(plan), band_(light), frame_(frame), scratch_(scratch) {
     const DetectorSettings& s = d_.settings;
     chain_.full_well_e = static_cast<float>(s.full_well_e);
     chain_.inverse_full_well = static_cast<float>(1 / s.full_well_e);
     for (std::size_t i = 0; i < 4; ++i)
         chain_.nonlinearity[i] = static_cast<float>(s.nonlinearity[i]);
-    chain_.gain_dn_per_e = static_cast<float>(s.gain_dn_per_e * std::pow(10.0, gain_db / 20));
-    chain_.black_dn = static_cast<float>(s.offset_dn);
+    chain_.gain_dn_per_e = static_cast<float>(s.gain_dn_per_e * std::pow(10.0, analog.gain_db / 20));
+    chain_.black_dn = static_cast<float>(s.offset_dn + analog.black_shift_dn);
     chain_.top_dn = static_cast<float>((1 << s.adc_bits) - 1);
     if (!d_.adc.perfect()) {
         chain_.adc = d_.adc.codes();

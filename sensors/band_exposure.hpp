@@ -19,7 +19,7 @@ namespace obscura::sensors {
 class BandExposure {
 public:
     BandExposure(DetectorState& detector, const ReadoutPlan& plan, const IrradianceBand& light,
-                 std::uint64_t frame, double gain_db, Scratch& scratch) noexcept;
+                 std::uint64_t frame, const AnalogSettings& analog, Scratch& scratch) noexcept;
 
     /// Row `row` of the composed image; `dn` has room for a whole row, `truth` points to the row (or is
     /// empty).

@@ -131,7 +131,7 @@ Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
-                      double gain_db, std::span<std::uint16_t> dn,
+                      AnalogSettings analog, std::span<std::uint16_t> dn,
                       const ExposureTruth& truth) const noexcept {
     DetectorState& state = impl_->state;
     const auto width = static_cast<std::size_t>(light.width);
@@ -142,7 +142,7 @@ void Detector::expose(const ReadoutPlan& plan, const IrradianceBand& light, std:
     if (light.rows <= 0) return;
 
     const ScratchPool::Lease scratch(state.scratch);
-    BandExposure band(state, plan, light, frame_id, gain_db, *scratch);
+    BandExposure band(state, plan, light, frame_id, analog, *scratch);
     for (std::int32_t r = 0; r < light.rows; ++r) {
         const std::size_t at = static_cast<std::size_t>(r) * width;
         ExposureTruth row;

@@ -83,6 +83,15 @@ struct IrradianceBand {
 struct ParticleHit;
 struct FixedPattern;
 
+/// What a client can change on the way from charge to number.
+struct AnalogSettings {
+    double gain_db = 0;
+    double black_shift_dn = 0; ///< on top of the description's offset_dn
+    // The gain alone is what most callers have.
+    constexpr AnalogSettings(double gain = 0, double black_shift = 0) // NOLINT(google-explicit-constructor)
+        : gain_db(gain), black_shift_dn(black_shift) {}
+};
+
 /// What really happened in the rows of a band, for tests of the software behind the camera. Empty spans are
 /// left alone.
 struct ExposureTruth {
@@ -106,8 +115,9 @@ public:
 
     /// Exposes the rows of `light` and writes their digital numbers, `light.rows * plan.width` of them, to
     /// `dn`.
-    void expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id, double gain_db,
-                std::span<std::uint16_t> dn, const ExposureTruth& truth = {}) const noexcept;
+    void expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
+                AnalogSettings analog, std::span<std::uint16_t> dn,
+                const ExposureTruth& truth = {}) const noexcept;
 
     /// Rows of light wanted beyond the band, 0 to 2.
     [[nodiscard]] std::int32_t halo_rows() const noexcept;

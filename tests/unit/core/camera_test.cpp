@@ -34,3 +34,33 @@ TEST_CASE("settings outside the limits are named with what is allowed") {
     CHECK(complaint([](auto& s) { s.acquisition_frame_count = 0; }) ==
           "AcquisitionFrameCount 0: allowed 1 and more");
 }
+
+TEST_CASE("a sequence is checked along the sets that it reaches") {
+    CameraLimits limits;
+    limits.sensor_width = limits.sensor_height = 64;
+    CameraSettings settings;
+    settings.region = {0, 0, 32, 32};
+    Sequence sequence;
+    sequence.steps[2].gain_db = 99;
+    sequence.start = 8;
+    CHECK(explain_invalid(sequence, settings, limits).empty()); // not enabled
+    sequence.enabled = true;
+    CHECK(explain_invalid(sequence, settings, limits) == "SequencerSetStart 8: allowed 0 to 7");
+    sequence.start = 0;
+    sequence.steps[0].next = 1;
+    sequence.features = sequenced_gain | sequenced_offset_x;
+    CHECK(explain_invalid(sequence, settings, limits).empty()); // set 2 is out of reach
+    sequence.steps[1].next = 2;
+    CHECK(explain_invalid(sequence, settings, limits) == "sequencer set 2: Gain 99 dB: allowed 0 to 24");
+    sequence.steps[2].gain_db = 3;
+    sequence.steps[2].next = 8;
+    CHECK(explain_invalid(sequence, settings, limits) == "SequencerSetNext 8 of set 2: allowed 0 to 7");
+    sequence.steps[2].next = 0;
+    sequence.steps[2].offset_x = 32;
+    sequence.steps[2].exposure_ns = 1;
+    CHECK(explain_invalid(sequence, settings, limits).empty());
+    const CameraSettings stepped = with_step(settings, sequence, 2);
+    CHECK(stepped.gain_db == 3);
+    CHECK(stepped.region.x == 32);
+    CHECK(stepped.exposure_ns == settings.exposure_ns); // not a sequenced feature
+}

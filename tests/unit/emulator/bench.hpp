@@ -27,6 +27,7 @@ inline CameraSettings whole_sensor(const SensorDescription& sensor) {
     CameraSettings s;
     s.region = {0, 0, sensor.readout.width, sensor.readout.height};
     s.exposure_ns = 100 * ns_per_us;
+    s.black_level_dn = sensor.detector.offset_dn;
     return s;
 }
 
@@ -82,6 +83,7 @@ struct CameraBench : MakerBench {
         if (adjust) adjust(c.initial);
         c.limits.sensor_width = sensor.readout.width;
         c.limits.sensor_height = sensor.readout.height;
+        c.limits.black_level_max_dn = 2048;
         return c;
     }
     void wait_ended(std::uint32_t n) const {

@@ -415,3 +415,88 @@ TEST_CASE("the camera is alive when idle and while bands move, and not when one 
     bench.wait_ready();
     CHECK(bench.camera.alive());
 }
+
+TEST_CASE("a trigger divider lets the first of so many edges through, and the others are not missed") {
+    CameraBench bench(small_sensor(), 8, [](CameraSettings& s) { s.trigger_divider = 3; });
+    REQUIRE(bench.camera.acquisition_start());
+    std::vector<Time> edges;
+    for (std::uint64_t id = 11; id < 18; ++id) {
+        bench.wait_ready();
+        const sync::Trigger t = edge_now(bench, id);
+        edges.push_back(t.edge);
+        bench.camera.on_trigger(t);
+        bench.wait_ended(static_cast<std::uint32_t>((id - 11) / 3 + 1));
+    }
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        CHECK(kept[i]->info.trigger_edge == edges[3 * i]);
+        CHECK(kept[i]->info.line_status == line_status_line0);
+    }
+    CHECK(bench.camera.counters().missed_triggers == 0);
+    const CameraActivity a = bench.camera.activity();
+    CHECK(a.line0_edges == 7);
+    CHECK(a.line0_edge == edges.back());
+    CHECK(a.frames == 3);
+    CHECK(a.frame_start == edges[6]);
+    CHECK(a.exposure_start >= a.frame_start);
+    CHECK(a.exposure_end > a.exposure_start);
+    CHECK(a.frame_end >= a.exposure_end);
+}
+
+TEST_CASE("the sequencer changes settings from frame to frame, and starts anew with each acquisition") {
+    CameraBench bench(small_sensor(), 8, [](CameraSettings& s) {
+        s.region = {0, 0, 20, 10};
+        s.gain_db = 1;
+    });
+    Sequence sequence;
+    sequence.enabled = true;
+    sequence.features = sequenced_exposure | sequenced_offset_x;
+    sequence.start = 4;
+    sequence.steps[4] = {50'000, 9, 0, 3, 0, 5};
+    sequence.steps[5] = {70'000, 9, 0, 7, 0, 5};
+    sequence.steps[5].exposure_ns = 0;
+    CHECK_FALSE(bench.camera.set_sequence(sequence));
+    sequence.steps[5].exposure_ns = 70'000;
+    REQUIRE(bench.camera.set_sequence(sequence));
+    std::uint32_t ended = 0;
+    for (int round = 0; round < 2; ++round) {
+        REQUIRE(bench.camera.acquisition_start());
+        CHECK_FALSE(bench.camera.set_sequence(sequence)); // not while acquiring
+        for (std::uint64_t id = 1; id <= 3; ++id) {
+            bench.wait_ready();
+            bench.camera.on_trigger(edge_now(bench, id));
+            bench.wait_ended(++ended);
+        }
+        bench.camera.acquisition_stop(false);
+    }
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 6);
+    for (std::size_t i = 0; i < 6; ++i) {
+        const bool first = i % 3 == 0;
+        CHECK(kept[i]->info.sequence_step == (first ? 4 : 5));
+        CHECK(kept[i]->info.exposure_ns == (first ? 50'000 : 70'000));
+        CHECK(kept[i]->info.windows[0].sensor.x == (first ? 3 : 7));
+        CHECK(kept[i]->info.gain_db == 1); // not a sequenced feature
+    }
+    CHECK(bench.camera.activity().sequence_step == 5);
+}
+
+TEST_CASE("without a frame rate the free run is as fast as the chip") {
+    CameraBench bench(small_sensor(), 8, [](CameraSettings& s) {
+        s.trigger_enabled = false;
+        s.frame_rate_hz = 0.01;
+        s.frame_rate_enabled = false;
+        s.exposure_ns = 5 * ns_per_ms;
+    });
+    REQUIRE(bench.camera.acquisition_start()); // at 0.01 Hz the second frame would take 100 s
+    bench.wait_ended(2);
+    bench.camera.acquisition_stop(true);
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() >= 2);
+    const std::int64_t period = bench.camera.readout(bench.camera.settings()).frame_period_ns;
+    CHECK(kept[1]->info.trigger_edge - kept[0]->info.trigger_edge >= period);
+}

@@ -3,6 +3,7 @@
 #include "tests/unit/emulator/bench.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <vector>
 
 using namespace obscura;
@@ -118,4 +119,38 @@ TEST_CASE("a cancelled frame ends at a band and leaves the maker ready") {
     const FrameRef next = bench.pool.acquire();
     REQUIRE(bench.maker.make(order_for(bench, 2), *next).empty());
     CHECK(next->complete());
+}
+
+TEST_CASE("the black level lifts every number, and a test pattern replaces them") {
+    MakerBench bench;
+    FrameOrder order = order_for(bench, 1);
+    const FrameRef frame = bench.pool.acquire(), lifted = bench.pool.acquire(), ramp = bench.pool.acquire();
+    REQUIRE(bench.maker.make(order, *frame).empty());
+    order.settings.black_level_dn += 100;
+    REQUIRE(bench.maker.make(order, *lifted).empty());
+    for (std::size_t i = 0; i < frame->pixels().size(); ++i)
+        if (frame->pixels()[i] > 0 && lifted->pixels()[i] < 4095)
+            REQUIRE(std::abs(lifted->pixels()[i] - frame->pixels()[i] - 100) <= 1); // rounding in float
+    order.settings.test_pattern = ImagePattern::horizontal_ramp;
+    order.settings.region = {5, 3, 20, 10};
+    REQUIRE(bench.maker.make(order, *ramp).empty());
+    for (std::int32_t y = 0; y < 10; ++y)
+        for (std::int32_t x = 0; x < 20; ++x)
+            REQUIRE(ramp->row(y)[static_cast<std::size_t>(x)] == 5 + x);
+}
+
+TEST_CASE("the answer to settings is what the next frame gets") {
+    MakerBench bench;
+    FrameOrder order = order_for(bench, 1);
+    order.settings.region = {0, 4, 40, 12};
+    order.settings.exposure_ns = 123'456;
+    const ReadoutAnswer answer = bench.maker.answer(order.settings);
+    const FrameRef frame = bench.pool.acquire();
+    REQUIRE(bench.maker.make(order, *frame).empty());
+    REQUIRE(answer.refusal.empty());
+    REQUIRE(answer.window_count == 1);
+    CHECK(answer.windows[0].sensor == frame->info.windows[0].sensor);
+    CHECK(answer.windows[0].exposure_min_ns == frame->info.windows[0].exposure_min_ns);
+    CHECK(answer.windows[0].exposure_max_ns == frame->row_times()[0].exposure_ns());
+    CHECK(answer.frame_period_ns == bench.maker.plan().frame_period_ns);
 }
