@@ -37,6 +37,39 @@ Position position_of(const Value& root, std::string_view section, std::string_vi
     return member == nullptr ? table->at : member->value.at;
 }
 
+void read_faults(const Member& member, const Where& where, std::vector<FaultSection>& faults) {
+    const std::vector<Value>& tables = expect_tables(member, where);
+    faults.clear();
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+        FaultSection fault;
+        const Where here{where.file, fmt::format("{}[{}]", where.path, i)};
+        const Given given = read_keys(tables[i], here, keys_of(fault));
+        if (given.find("kind") == given.end()) fail(here, tables[i].at, "the key \"kind\" is missing");
+        const auto refuse = [&](std::string_view key, std::string_view what) {
+            const auto at = given.find(key);
+            fail(here.in(key), at != given.end() ? at->second : tables[i].at, what);
+        };
+        if (fault.last != 0 && fault.last < fault.first)
+            refuse("last", fmt::format("{} is before the first, {}", fault.last, fault.first));
+        if (fault.kind == "delay" && !(fault.amount >= 0 && fault.amount <= 1e6))
+            refuse("amount", fmt::format("{} us is no delay, allowed 0 to 1000000", fault.amount));
+        if (fault.kind == "wrong_block_id" &&
+            (fault.amount < 1 || fault.amount > 65535 || fault.amount != std::floor(fault.amount)))
+            refuse("amount", fmt::format("{} is no distance of block ids, allowed 1 to 65535", fault.amount));
+        faults.push_back(fault);
+    }
+}
+
+/// [gige] of `root` with its [[gige.faults]].
+void read_gige(const Value& root, const Where& top, GigeSection& gige) {
+    const Member* member = root.find("gige");
+    if (member == nullptr) return;
+    const Where where = top.in("gige");
+    const Value& table = expect_table(member->value, where);
+    read_keys(table, where, keys_of(gige), {"faults"});
+    if (const Member* faults = table.find("faults")) read_faults(*faults, where.in("faults"), gige.faults);
+}
+
 void check_together(const Config& config, const Value& root, const Where& top) {
     const auto refuse = [&](std::string_view section, std::string_view key, std::string_view what) {
         fail(top.in(section).in(key), position_of(root, section, key), what);
@@ -107,7 +140,7 @@ Config load(const std::filesystem::path& file) {
     read_section(root, top, "trigger", config.trigger);
     read_section(root, top, "deadline", config.deadline);
     read_section(root, top, "camera", config.camera);
-    read_section(root, top, "gige", config.gige);
+    read_gige(root, top, config.gige);
     read_section(root, top, "file", config.file);
     read_section(root, top, "v4l2", config.v4l2);
     read_section(root, top, "stimulator", config.stimulator);
@@ -144,6 +177,8 @@ std::string print(const Config& config) {
     out += heading("deadline") + print_keys(keys_of(c.deadline));
     out += heading("camera") + print_keys(keys_of(c.camera));
     out += heading("gige") + print_keys(keys_of(c.gige));
+    for (FaultSection& fault : c.gige.faults)
+        out += "\n[[gige.faults]]\n" + print_keys(keys_of(fault));
     out += heading("file") + print_keys(keys_of(c.file));
     out += heading("v4l2") + print_keys(keys_of(c.v4l2));
     out += heading("stimulator") + print_keys(keys_of(c.stimulator));

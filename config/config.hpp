@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace obscura::config {
 
@@ -68,6 +69,18 @@ struct CameraSection {
     double frame_rate_hz = 10;
 };
 
+/// [[gige.faults]]: one rule of what goes wrong on purpose. The same rules and seed strike the same packets.
+struct FaultSection {
+    std::string kind = "";
+    double percent = 100;            ///< of the packets or frames that the rest of the rule allows
+    std::uint64_t first = 1;         ///< frame (for mute_control and heartbeat_loss: command)
+    std::uint64_t last = 0;          ///< 0: no end
+    std::uint64_t every = 1;         ///< only every so many of them, beginning with the first
+    std::uint32_t burst_packets = 1; ///< struck together
+    double amount = 1;               ///< what it means depends on the kind
+    std::uint64_t seed = 0;          ///< 0: the daemon's
+};
+
 /// [gige]
 struct GigeSection {
     bool enabled = true;
@@ -84,6 +97,7 @@ struct GigeSection {
     bool off_link = false;                 ///< answer sources behind a router, too
     bool read_only = false;                ///< nobody gets control
     std::string state_file;                ///< where user sets are kept; empty: in memory only
+    std::vector<FaultSection> faults;
 };
 
 /// [file]

@@ -386,6 +386,14 @@ std::string allowed_text(const Key& key) {
     return std::string(key.unit);
 }
 
+const std::vector<Value>& expect_tables(const Member& member, const Where& where) {
+    const bool good = member.value.kind == Value::Kind::array &&
+                      std::all_of(member.value.items.begin(), member.value.items.end(),
+                                  [](const Value& v) { return v.kind == Value::Kind::table; });
+    if (!good) fail(where, member.at, fmt::format("allowed tables [[{}]]", where.path));
+    return member.value.items;
+}
+
 std::string print_keys(const Keys& keys) {
     std::string out;
     for (const Key& key : keys) {

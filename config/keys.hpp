@@ -96,6 +96,9 @@ Given read_keys(const Value& table, const Where& where, const Keys& keys,
 /// The member tables of a table: `value` must be a table.
 const Value& expect_table(const Value& value, const Where& where);
 
+/// The tables of an array of tables [[name]]; `where` is the array's own.
+const std::vector<Value>& expect_tables(const Member& member, const Where& where);
+
 /// The value of a key as TOML.
 [[nodiscard]] std::string value_text(const Key& key);
 /// "integer, 1 to 64, px", "timer | none", ...

@@ -168,15 +168,6 @@ scene::Lamp read_lamp(const Value& table, const Where& where) {
     return lamp;
 }
 
-/// The tables of an array of tables.
-const std::vector<Value>& tables_of(const Member& member, const Where& where) {
-    const bool good = member.value.kind == Value::Kind::array &&
-                      std::all_of(member.value.items.begin(), member.value.items.end(),
-                                  [](const Value& v) { return v.kind == Value::Kind::table; });
-    if (!good) fail(where, member.at, fmt::format("allowed tables [[{}]]", member.key));
-    return member.value.items;
-}
-
 } // namespace
 
 scene::Scene load_scene(const std::filesystem::path& file) {
@@ -198,7 +189,7 @@ scene::Scene load_scene(const std::filesystem::path& file) {
         scene.stars = read_stars(keys.catalogue, keys.limiting_magnitude);
     }
     if (const Member* bodies = root.find("body")) {
-        const std::vector<Value>& tables = tables_of(*bodies, top.in("body"));
+        const std::vector<Value>& tables = expect_tables(*bodies, top.in("body"));
         std::set<std::string> names;
         for (std::size_t i = 0; i < tables.size(); ++i) {
             const Where where = top.in(fmt::format("body[{}]", i));
@@ -211,14 +202,14 @@ scene::Scene load_scene(const std::filesystem::path& file) {
         }
     }
     if (const Member* lamps = root.find("lamp")) {
-        const std::vector<Value>& tables = tables_of(*lamps, top.in("lamp"));
+        const std::vector<Value>& tables = expect_tables(*lamps, top.in("lamp"));
         for (std::size_t i = 0; i < tables.size(); ++i) {
             scene.lamps.push_back(read_lamp(tables[i], top.in(fmt::format("lamp[{}]", i))));
             if (scene.lamps.back().name.empty()) scene.lamps.back().name = fmt::format("lamp{}", i);
         }
     }
     if (const Member* bands = root.find("band")) {
-        const std::vector<Value>& tables = tables_of(*bands, top.in("band"));
+        const std::vector<Value>& tables = expect_tables(*bands, top.in("band"));
         scene.bands.clear();
         for (std::size_t i = 0; i < tables.size(); ++i) {
             const Where where = top.in(fmt::format("band[{}]", i));

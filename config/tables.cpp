@@ -235,6 +235,37 @@ Keys keys_of(GigeSection& s) {
     };
 }
 
+Keys keys_of(FaultSection& s) {
+    return {
+        {"kind",
+         &s.kind,
+         {},
+         {},
+         {"lose", "lose_for_good", "duplicate", "reorder", "delay", "corrupt", "drop_leader", "drop_trailer",
+          "skip_frame", "freeze_frame", "repeat_frame", "wrong_block_id", "wrong_timestamp", "mute_control",
+          "heartbeat_loss"},
+         "What goes wrong: with payload packets, with whole frames, or with the answers to commands"},
+        {"percent", &s.percent, "%", {0, 100}, {}, "How many of those that the other keys let it strike"},
+        {"first",
+         &s.first,
+         {},
+         {1, 9e15},
+         {},
+         "First frame, counted since the client opened its stream; for mute_control and heartbeat_loss first "
+         "command, counted since the start"},
+        {"last", &s.last, {}, {0, 9e15}, {}, "Last frame or command; 0: no end"},
+        {"every", &s.every, {}, {1, 9e15}, {}, "Only every so many frames or commands, from the first on"},
+        {"burst_packets", &s.burst_packets, {}, {1, 65536}, {}, "Neighbouring packets struck together"},
+        {"amount",
+         &s.amount,
+         {},
+         {-1e9, 1e9},
+         {},
+         "delay, wrong_timestamp: by how many microseconds; wrong_block_id: by how much too high"},
+        {"seed", &s.seed, {}, {0, 9e15}, {}, "Of the choice by percent; 0: that of the daemon"},
+    };
+}
+
 Keys keys_of(FileSection& s) {
     return {
         {"enabled", &s.enabled, {}, {}, {}, "Write every frame to a file"},

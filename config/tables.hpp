@@ -12,6 +12,7 @@ namespace obscura::config {
 [[nodiscard]] Keys keys_of(DeadlineSection& section);
 [[nodiscard]] Keys keys_of(CameraSection& section);
 [[nodiscard]] Keys keys_of(GigeSection& section);
+[[nodiscard]] Keys keys_of(FaultSection& section);
 [[nodiscard]] Keys keys_of(FileSection& section);
 [[nodiscard]] Keys keys_of(V4l2Section& section);
 [[nodiscard]] Keys keys_of(StimulatorSection& section);

@@ -109,6 +109,21 @@ namespace {
 
 using TransportPtr = std::unique_ptr<transports::Transport>;
 
+transports::gige::FaultRule fault_rule(const config::Config& config, const config::FaultSection& section) {
+    transports::gige::FaultRule rule;
+    if (!transports::gige::fault_from_name(section.kind, rule.fault))
+        throw ConfigError(
+            fmt::format("{}: gige.faults: no fault \"{}\"", config.source.string(), section.kind));
+    rule.percent = section.percent;
+    rule.first_frame = section.first;
+    rule.last_frame = section.last != 0 ? section.last : ~std::uint64_t{0};
+    rule.every_frames = section.every;
+    rule.burst = section.burst_packets;
+    rule.amount = section.amount;
+    rule.seed = section.seed != 0 ? section.seed : config.daemon.seed;
+    return rule;
+}
+
 TransportPtr make_gige(const config::Config& config, CameraControl& control, const Clock& clock,
                        const Priorities& priorities) {
     if (!config.gige.enabled) return nullptr;
@@ -130,6 +145,8 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.read_only = config.gige.read_only;
     settings.state_file = config.gige.state_file;
     settings.seed = config.daemon.seed;
+    for (const config::FaultSection& section : config.gige.faults)
+        settings.faults.push_back(fault_rule(config, section));
     settings.realtime_priority = priorities.transmit;
     return std::make_unique<transports::gige::GigeCamera>(settings, control, clock);
 }

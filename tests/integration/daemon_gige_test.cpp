@@ -5,6 +5,9 @@
 #include "tests/integration/event_socket.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
+#include "transports/gige/fault_injector.hpp"
+
+#include <fmt/format.h>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -74,4 +77,41 @@ TEST_CASE("a client hears of frames that could not be made in time") {
     CHECK(error->id == 0x9005);
     CHECK(error->block == 1);
     CHECK(daemon.camera().counters().late_dropped >= 1);
+}
+
+TEST_CASE("fault rules of the configuration strike the stream") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(13);
+    options.size = 128;
+    options.rate_hz = 40;
+    options.more = "[[gige.faults]]\nkind = \"skip_frame\"\nfirst = 2\nlast = 6\nevery = 2\n"
+                   "[[gige.faults]]\nkind = \"lose\"\npercent = 20\n";
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.open_stream(12);
+    client.execute("AcquisitionStart");
+    for (const std::uint64_t id : {1U, 3U, 5U, 7U, 8U}) {
+        const auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        CHECK(arv_buffer_get_frame_id(buffer.get()) == id);
+        CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+    }
+    client.execute("AcquisitionStop");
+    CHECK_THAT(daemon.statistics_json(), Catch::Matchers::ContainsSubstring("\"injected_losses\""));
+}
+
+TEST_CASE("the configuration knows every fault by the name that the camera has for it") {
+    using namespace transports::gige;
+    const TempFolder folder;
+    for (std::size_t i = 0; i < fault_count; ++i) {
+        DaemonOptions options;
+        options.address = own_address(14);
+        options.size = 64;
+        options.more = fmt::format("[[gige.faults]]\nkind = \"{}\"\n", fault_name(static_cast<Fault>(i)));
+        const config::Config config = config::load(write_configuration(folder, options));
+        CHECK(config.gige.faults.at(0).kind == fault_name(static_cast<Fault>(i)));
+        CHECK_NOTHROW(emulator::Daemon(config));
+    }
 }

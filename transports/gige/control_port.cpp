@@ -47,9 +47,8 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
         counters_.ignored.fetch_add(1, std::memory_order_relaxed);
         return {};
     }
-    if (device_.control_faults().any() &&
-        device_.control_faults().strikes(Fault::mute_control, 1,
-                                         static_cast<std::uint32_t>(++fault_draws_)) != nullptr) {
+    ++commands_;
+    if (device_.control_faults().strikes(Fault::mute_control, commands_) != nullptr) {
         counters_.muted.fetch_add(1, std::memory_order_relaxed);
         return {};
     }
@@ -64,7 +63,7 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
     }
     const bool answered = request.wants_ack() && request.command != Command::packet_resend;
     if (is_controller(from)) {
-        last_heard_ = now;
+        if (device_.control_faults().strikes(Fault::heartbeat_loss, commands_) == nullptr) last_heard_ = now;
         if (answered && datagram.size() == last_request_bytes_ &&
             std::equal(datagram.begin(), datagram.end(), last_request_.begin())) {
             counters_.retries.fetch_add(1, std::memory_order_relaxed);

@@ -66,7 +66,7 @@ private:
     Device& device_;
     SourcePolicy policy_;
     const bool read_only_;
-    std::uint64_t fault_draws_ = 0;
+    std::uint64_t commands_ = 0; // datagrams from those who may, for fault rules
     RegisterBank& bank_;
     ControlCounters counters_;
     Peer controller_; // ip 0: nobody

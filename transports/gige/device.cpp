@@ -600,6 +600,10 @@ void Device::control_lost() {
     actions_ = {};
     channel_fresh_ = true;
     controller_ip_ = 0;
+    // A client that made the camera deaf cannot take that back.
+    for (const Fault deafness : {Fault::mute_control, Fault::heartbeat_loss})
+        bank_.poke(feature::fault_percent + 4 * static_cast<std::uint32_t>(deafness), 0);
+    publish_faults();
 }
 
 bool Device::action(const ActionRequest& request, Time now, Status& status) {

@@ -10,8 +10,9 @@ namespace obscura::transports::gige {
 namespace {
 
 constexpr std::array<std::string_view, fault_count> names = {
-    "lose",        "lose_for_good", "duplicate",  "reorder",        "delay",           "corrupt",
-    "drop_leader", "drop_trailer",  "skip_frame", "wrong_block_id", "wrong_timestamp", "mute_control"};
+    "lose",         "lose_for_good", "duplicate",     "reorder",        "delay",           "corrupt",
+    "drop_leader",  "drop_trailer",  "skip_frame",    "wrong_block_id", "wrong_timestamp", "mute_control",
+    "freeze_frame", "repeat_frame",  "heartbeat_loss"};
 
 } // namespace
 

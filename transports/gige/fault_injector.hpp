@@ -20,9 +20,12 @@ enum class Fault : std::uint8_t {
     skip_frame,      ///< the frame is not sent; its block id is missing
     wrong_block_id,  ///< the block goes out under an id that is `amount` too high
     wrong_timestamp, ///< the time stamp is `amount` us off
-    mute_control,    ///< commands are not answered (probability per datagram)
+    mute_control,    ///< commands are not answered; the rule's frames are commands, counted from the start
+    freeze_frame,    ///< the picture of the last frame that was not struck, under the new id and time stamp
+    repeat_frame,    ///< the frame goes out once more, whole, under the next block id
+    heartbeat_loss,  ///< the controller's commands do not keep its control alive; counted like mute_control
 };
-constexpr std::size_t fault_count = 12;
+constexpr std::size_t fault_count = 15;
 
 /// "lose", "drop_leader", ...; nothing for an unknown name.
 [[nodiscard]] std::string_view fault_name(Fault f) noexcept;

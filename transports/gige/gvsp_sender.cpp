@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace obscura::transports::gige {
 namespace {
@@ -185,66 +186,77 @@ void GvspSender::install_session() noexcept {
 }
 
 void GvspSender::send_frame(FrameRef frame) noexcept {
-    bool delivered = false;
-    if (session_ != nullptr && !giving_up() && session_->config.destination_port != 0) {
-        Block& block = session_->blocks[session_->frames % session_->blocks.size()];
-        if (prepare(block, std::move(frame))) {
-            const Time edge = block.frame->info.trigger_edge;
-            ++session_->frames; // from here on in the history
-            if (fault(Fault::skip_frame, block) != nullptr) {
-                block.frame = {};
-                counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
-                counters_.dropped.fetch_add(1, std::memory_order_relaxed);
-                return;
-            }
-            post(Event::frame_start, block, edge);
-            if (fault(Fault::drop_leader, block) == nullptr) queue_packet(block, 0, false);
-            socket_.flush();
-            block.sent = 1;
-            counters_.trigger_to_first.add(clock_.now() - edge);
-            if (send_payload(block)) {
-                write_trailer(block);
-                if (fault(Fault::drop_trailer, block) == nullptr) queue_packet(block, block.sent, false);
-                socket_.flush();
-                ++block.sent;
-                counters_.trigger_to_last.add(clock_.now() - edge);
-                delivered = true;
-                // What goes out is not what was asked for: cut short or a repetition.
-                if (!block.frame->complete() ||
-                    (block.frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
-                    post(Event::error, block, clock_.now());
-                const auto rows = block.frame->row_times();
-                if (!rows.empty()) {
-                    post(Event::exposure_start, block, rows.front().reset);
-                    post(Event::exposure_end, block, rows.back().read);
-                }
-            }
-        }
-    }
+    const bool delivered = send_block(frame, false);
     (delivered ? counters_.delivered : counters_.dropped).fetch_add(1, std::memory_order_relaxed);
+    if (delivered && !giving_up() &&
+        session_->config.faults.strikes(Fault::repeat_frame, session_->frames) != nullptr)
+        send_block(frame, true);
 }
 
-bool GvspSender::prepare(Block& block, FrameRef frame) noexcept {
-    const FrameInfo& info = frame->info;
-    block.sent = block.resent = 0;
-    block.count = session_->frames + 1;
-    std::uint64_t shown = block.count;
-    if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
-        shown += static_cast<std::uint64_t>(rule->amount);
-    block.wire_id = wire_block_id(shown, session_->config.extended_ids);
-    if (!block.payload.begin(*frame, info.frame_id, session_->packet_payload)) {
-        block.frame = {};
+bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
+    if (session_ == nullptr || giving_up() || session_->config.destination_port == 0) return false;
+    Block& block = session_->blocks[session_->frames % session_->blocks.size()];
+    if (!prepare(block, frame)) return false;
+    const Time edge = frame->info.trigger_edge;
+    ++session_->frames; // from here on in the history
+    if (fault(Fault::skip_frame, block) != nullptr) {
+        block.frame = block.live = {};
+        counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
-    auto stamp = static_cast<std::uint64_t>(info.trigger_edge.ns + info.tai_offset_ns -
+    post(Event::frame_start, block, edge);
+    if (fault(Fault::drop_leader, block) == nullptr) queue_packet(block, 0, false);
+    socket_.flush();
+    block.sent = 1;
+    if (!again) counters_.trigger_to_first.add(clock_.now() - edge);
+    const bool sent = send_payload(block);
+    block.live = {};
+    if (!sent) return false;
+    write_trailer(block);
+    if (fault(Fault::drop_trailer, block) == nullptr) queue_packet(block, block.sent, false);
+    socket_.flush();
+    ++block.sent;
+    if (session_->config.faults.any() && fault(Fault::freeze_frame, block) == nullptr)
+        session_->shown = block.frame;
+    if (again) return true;
+    counters_.trigger_to_last.add(clock_.now() - edge);
+    // What goes out is not what was asked for: cut short or a repetition.
+    if (!frame->complete() || (frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
+        post(Event::error, block, clock_.now());
+    const auto rows = frame->row_times();
+    if (!rows.empty()) {
+        post(Event::exposure_start, block, rows.front().reset);
+        post(Event::exposure_end, block, rows.back().read);
+    }
+    return true;
+}
+
+bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
+    block.sent = block.resent = 0;
+    block.count = session_->frames + 1;
+    std::uint64_t shown_id = block.count;
+    if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
+        shown_id += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount));
+    block.wire_id = wire_block_id(shown_id, session_->config.extended_ids);
+    block.live = block.frame = frame;
+    const FrameRef& old = session_->shown;
+    if (old && fault(Fault::freeze_frame, block) != nullptr && old->info.width == frame->info.width &&
+        old->info.height == frame->info.height && old->info.pixel_format == frame->info.pixel_format)
+        block.frame = old;
+    // Geometry and chunks are the picture's, the time stamp is the trigger's.
+    const FrameInfo& info = block.frame->info;
+    if (!block.payload.begin(*block.frame, info.frame_id, session_->packet_payload)) {
+        block.frame = block.live = {};
+        return false;
+    }
+    auto stamp = static_cast<std::uint64_t>(frame->info.trigger_edge.ns + frame->info.tai_offset_ns -
                                             session_->config.payload.timestamp_origin_ns);
     if (const FaultRule* rule = fault(Fault::wrong_timestamp, block))
-        stamp += static_cast<std::uint64_t>(rule->amount * 1000);
+        stamp += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount * 1000));
     block.leader_bytes = session_->type == PayloadType::multipart
                              ? write_multipart_leader(block.leader.data(), info, block.payload, stamp)
                              : write_image_leader(block.leader.data(), session_->type, info, stamp);
     block.trailer_bytes = 0;
-    block.frame = std::move(frame);
     return true;
 }
 
@@ -258,13 +270,20 @@ void GvspSender::write_trailer(Block& block) noexcept {
 
 bool GvspSender::send_payload(Block& block) noexcept {
     const std::uint32_t end = block.payload.packets() + 1; // payload has the ids 1 .. end - 1
+    std::uint32_t held = 0;                                // by a reorder fault
     Time due = clock_.now();
     while (block.sent < end) {
         const std::uint32_t seen = wake_.value();
         if (giving_up()) return false;
         serve_resends();
         block.payload.update(*block.frame);
-        const std::uint32_t ready = block.payload.ready_packets();
+        std::uint32_t ready = block.payload.ready_packets();
+        // A frozen picture still leaves at the pace of the readout.
+        const Frame& live = *block.live;
+        if (&live != block.frame.get() && !live.complete() && !live.abandoned())
+            ready = std::min(ready, static_cast<std::uint32_t>(std::uint64_t{block.payload.packets()} *
+                                                               static_cast<std::uint32_t>(live.rows_ready()) /
+                                                               static_cast<std::uint32_t>(live.info.height)));
         const std::uint32_t until = std::min({block.sent + session_->batch, ready + 1, end});
         if (until <= block.sent) {
             wake_.wait(seen);
@@ -272,13 +291,13 @@ bool GvspSender::send_payload(Block& block) noexcept {
         }
         pace(due, until - block.sent);
         for (std::uint32_t id = block.sent; id < until; ++id) {
-            if (id + 1 < until && fault(Fault::reorder, block, id) != nullptr) {
-                send_one(block, id + 1);
-                send_one(block, id);
-                ++id;
-            } else {
-                send_one(block, id);
+            // One that changes places waits for the next, which may be in another batch.
+            if (held == 0 && id + 1 < end && fault(Fault::reorder, block, id) != nullptr) {
+                held = id;
+                continue;
             }
+            send_one(block, id);
+            if (held != 0) send_one(block, std::exchange(held, 0U));
         }
         socket_.flush();
         block.sent = until;
@@ -303,7 +322,9 @@ void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
     due += session_->packet_interval_ns * packets;
 }
 
-void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent) noexcept {
+void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt) noexcept {
+    // The scratch packet is in use until a flush.
+    if (corrupt) socket_.flush();
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
     const bool multipart = block.payload.multipart();
@@ -320,14 +341,25 @@ void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent)
         socket_.add({header, n}, {block.trailer.data(), block.trailer_bytes});
     } else {
         std::size_t offset = 0;
-        const Payload::Pieces pieces = block.payload.packet(id - 1, session_->zeros, offset);
+        Payload::Pieces pieces = block.payload.packet(id - 1, session_->zeros, offset);
         if (multipart) {
             const Payload::Part& part = block.payload.part_of(id - 1);
             n +=
                 write_part_header(header + n, static_cast<std::uint8_t>(&part - block.payload.parts().data()),
                                   offset, id == part.first_packet + part.packets);
         }
+        if (corrupt) {
+            std::size_t bytes = 0;
+            for (const auto& piece : pieces) {
+                std::copy(piece.begin(), piece.end(),
+                          session_->scratch.begin() + static_cast<std::ptrdiff_t>(bytes));
+                bytes += piece.size();
+            }
+            session_->scratch[bytes / 2] ^= 0x10;
+            pieces = {std::span<const std::uint8_t>(session_->scratch).first(bytes)};
+        }
         socket_.add({header, n}, pieces[0], pieces[1], pieces[2]);
+        if (corrupt) socket_.flush();
     }
 }
 
@@ -404,29 +436,8 @@ void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
             wake_.wait(seen, until);
         }
     }
-    if (fault(Fault::corrupt, block, id) != nullptr) {
-        queue_corrupted(block, id);
-    } else {
-        queue_packet(block, id, false);
-        if (fault(Fault::duplicate, block, id) != nullptr) queue_packet(block, id, false);
-    }
-}
-
-void GvspSender::queue_corrupted(const Block& block, std::uint32_t id) noexcept {
-    if (block.payload.multipart())
-        return queue_packet(block, id, false); // bit errors: single-part streams only
-    socket_.flush();                           // the scratch packet is in use until then
-    std::size_t offset = 0, n = 0;
-    for (const auto& piece : block.payload.packet(id - 1, session_->zeros, offset)) {
-        std::copy(piece.begin(), piece.end(), session_->scratch.begin() + static_cast<std::ptrdiff_t>(n));
-        n += piece.size();
-    }
-    session_->scratch[n / 2] ^= 0x10;
-    std::uint8_t* header = headers_[0].data();
-    const std::size_t head = write_gvsp_header(header, session_->config.extended_ids, Status::success,
-                                               block.wire_id, PacketFormat::payload, id, false);
-    socket_.add({header, head}, {session_->scratch.data(), n});
-    socket_.flush();
+    queue_packet(block, id, false, fault(Fault::corrupt, block, id) != nullptr);
+    if (fault(Fault::duplicate, block, id) != nullptr) queue_packet(block, id, false);
 }
 
 void GvspSender::post(Event e, const Block& block, Time t) noexcept {

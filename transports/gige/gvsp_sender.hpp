@@ -56,7 +56,8 @@ public:
 private:
     /// A frame on its way out or kept for resends.
     struct Block {
-        FrameRef frame;
+        FrameRef frame; // whose picture goes out
+        FrameRef live;  // while it is sent: the frame that was to go out; another only under freeze_frame
         std::uint64_t count = 0;   // from 1; 0: unused
         std::uint64_t wire_id = 0; // as the client knows it
         Payload payload;
@@ -76,22 +77,23 @@ private:
         std::vector<Block> blocks; // ring; the newest is blocks[(frames - 1) % size]
         std::vector<std::uint8_t> zeros;
         std::vector<std::uint8_t> scratch; // one packet, for corrupting it
+        FrameRef shown;                    // with fault rules: the last frame that went out unfrozen
         std::uint64_t frames = 0;          // sent so far on this channel; the newest block's count
     };
 
     void loop();
     void install_session() noexcept;
     void send_frame(FrameRef frame) noexcept;
-    bool prepare(Block& block, FrameRef frame) noexcept;
+    bool send_block(const FrameRef& frame, bool again) noexcept;
+    bool prepare(Block& block, const FrameRef& frame) noexcept;
     bool send_payload(Block& block) noexcept;
     void write_trailer(Block& block) noexcept;
     void pace(Time& due, std::uint32_t packets) noexcept;
-    void queue_packet(const Block& block, std::uint32_t id, bool resent) noexcept;
+    void queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt = false) noexcept;
     void queue_error(const ResendRequest& request, Status status) noexcept;
     void serve_resends() noexcept;
     void serve_resend(const ResendRequest& request) noexcept;
     void send_one(Block& block, std::uint32_t id) noexcept;
-    void queue_corrupted(const Block& block, std::uint32_t id) noexcept;
     void post(Event e, const Block& block, Time t) noexcept;
     [[nodiscard]] const FaultRule* fault(Fault f, const Block& block, std::uint32_t id = 0) const noexcept {
         return session_->config.faults.any() ? session_->config.faults.strikes(f, block.count, id) : nullptr;

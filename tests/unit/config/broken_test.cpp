@@ -38,6 +38,50 @@ struct Broken {
 const std::vector<Broken> broken_configs{
     {R"([scene]
 file = "scene.toml"
+[[gige.faults]]
+percent = 3
+)",
+     R"(c.toml:3:1: gige.faults[0]: the key "kind" is missing)"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+faults = 3
+)",
+     "c.toml:4:1: gige.faults: allowed tables [[gige.faults]]"},
+    {R"([scene]
+file = "scene.toml"
+[[gige.faults]]
+kind = "lose"
+[[gige.faults]]
+kind = "loose"
+)",
+     "c.toml:6:8: gige.faults[1].kind: \"loose\" is not known, allowed lose, lose_for_good, duplicate, "
+     "reorder, delay, corrupt, drop_leader, drop_trailer, skip_frame, freeze_frame, repeat_frame, "
+     "wrong_block_id, wrong_timestamp, mute_control, heartbeat_loss"},
+    {R"([scene]
+file = "scene.toml"
+[[gige.faults]]
+kind = "skip_frame"
+first = 20
+last = 10
+)",
+     "c.toml:6:8: gige.faults[0].last: 10 is before the first, 20"},
+    {R"([scene]
+file = "scene.toml"
+[[gige.faults]]
+kind = "delay"
+amount = -5
+)",
+     "c.toml:5:10: gige.faults[0].amount: -5 us is no delay, allowed 0 to 1000000"},
+    {R"([scene]
+file = "scene.toml"
+[[gige.faults]]
+kind = "wrong_block_id"
+amount = 0.5
+)",
+     "c.toml:5:10: gige.faults[0].amount: 0.5 is no distance of block ids, allowed 1 to 65535"},
+    {R"([scene]
+file = "scene.toml"
 [trigger]
 rate = 5
 )",

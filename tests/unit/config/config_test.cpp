@@ -70,6 +70,14 @@ trigger_source = "Software"
 [gige]
 user_name = 'quo"te \ back'
 drop_percent = 1
+[[gige.faults]]
+kind = "lose"
+percent = 0.5
+burst_packets = 50
+[[gige.faults]]
+kind = "wrong_timestamp"
+amount = -12.5
+last = 7
 [file]
 directory = "../out"
 format = "fits"
@@ -105,6 +113,9 @@ adc_bits = 14
     const auto body = [](const std::string& s) { return s.substr(s.find('\n')); };
     CHECK(body(config::print(second)) == body(text));
     CHECK(second.gige.user_name == "quo\"te \\ back");
+    REQUIRE(second.gige.faults.size() == 2);
+    CHECK(second.gige.faults[0].burst_packets == 50);
+    CHECK(second.gige.faults[1].amount == -12.5);
     CHECK(second.sensor.name == "tab\there");
     CHECK(second.sensor.pixel_pitch_m == first.sensor.pixel_pitch_m);
     CHECK(second.sensor.detector.quantum_efficiency.size() == 3);
