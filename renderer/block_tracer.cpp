@@ -1,14 +1,17 @@
 #include "renderer/block_tracer.hpp"
 
+#include "renderer/frames.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace obscura::renderer {
 namespace {
 
-/// The estimate of a pixel's error errs on the safe side by about this factor (see the test of adaptive
-/// sampling, which measures it).
-constexpr double error_margin = 2;
+/// The estimate of a pixel's error errs on the safe side, and most pixels need nothing: the error over all
+/// pixels is this much smaller than that aimed at in each (see the test of adaptive sampling, which measures
+/// it).
+constexpr double error_margin = 2.3;
 
 /// Which of 16 directions lie within `chord2` of `axis`.
 OBSCURA_VECTOR_CLONES
@@ -54,6 +57,13 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
         Lanes near;
         near_axis(centre, body.direction, body.reach_chord2, near);
         if (!near.any()) continue;
+        if (!body.targeted) {
+            RayPacket rays;
+            transform(body.from_camera, centre, {}, rays.direction);
+            set_all(rays.origin, body.camera_m);
+            body.shape->cull(rays, row_.reach_rad, near);
+            if (!near.any()) continue;
+        }
         // Targeted bodies hide what is behind them, but their own light is splatted.
         candidates_.push_back(static_cast<std::int32_t>(b));
         if (body.targeted) continue;
@@ -98,15 +108,15 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
                 const double mean = sums.sum[i] / n;
                 spread = std::sqrt(std::max(0.0, (sums.square[i] - sums.sum[i] * mean) / (n - 1)));
             }
-            const double aim =
-                sampling_.target_error * std::max(reference * solid_angle.v[i], sums.sum[i] / n);
+            const double aim = error_margin * sampling_.target_error *
+                               std::max(reference * solid_angle.v[i], sums.sum[i] / n);
             if (!(spread > aim)) continue;
             // n^0.75 = spread / aim, rounded up to a power of two: Sobol points are best there.
-            const double ratio = spread / aim;
-            double count = 1;
-            while (count < most && std::sqrt(count * std::sqrt(count)) < ratio)
+            const double ratio2 = spread * spread / (aim * aim);
+            std::uint32_t count = 1;
+            while (count < most && static_cast<double>(count) * count * count < ratio2 * ratio2)
                 count *= 2;
-            const auto limited = std::min(static_cast<std::uint32_t>(count), most);
+            const auto limited = std::min(count, most);
             if (limited > n) {
                 wanted[i] = limited;
                 more = true;

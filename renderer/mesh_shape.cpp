@@ -220,7 +220,7 @@ EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
 }
 
 MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits)
-    : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())) {
+    : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())), hull_(mesh_) {
     const std::size_t vertices = mesh_.vertices.size();
     for (const Vec3f& p : mesh_.vertices)
         bounding_radius_m_ = std::max(bounding_radius_m_, length(widen(p)));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/embree_compat.hpp"
+#include "renderer/hull.hpp"
 #include "renderer/shape.hpp"
 #include "renderer/triangle_mesh.hpp"
 
@@ -36,6 +37,9 @@ public:
 
     [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
     [[nodiscard]] bool shadows_itself() const override { return true; }
+    void cull(const RayPacket& rays, double slack_rad, Lanes& near) const override {
+        hull_.cull(rays, slack_rad, near);
+    }
     void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
@@ -55,6 +59,7 @@ private:
     TriangleMesh mesh_;
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
     double bounding_radius_m_ = 0;
+    Hull hull_;
     std::vector<double> area_sums_m2_;
 };
 

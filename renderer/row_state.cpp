@@ -72,6 +72,8 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     // The farthest a displaced sample can lie from its pixel's centre.
     const double margin_rad = (footprint.reach_px() + 1e-6) * std::numbers::sqrt2 * pinhole.pixel_angle_rad();
 
+    row.reach_rad = margin_rad;
+
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const BuiltBody& built = bodies[i];
         BodyState& s = row.bodies[i];

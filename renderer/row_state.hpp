@@ -54,6 +54,7 @@ struct RowState {
     Mat3 inertial_from_camera;
     std::vector<BodyState> bodies;
     std::vector<Pose> lamps;
+    double reach_rad = 0; ///< the farthest that a displaced camera sample is turned from its pixel's centre
 };
 
 /// The rotation from the frame of body `from` to that of body `to`, and where the origin of `from` lies

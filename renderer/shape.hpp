@@ -17,6 +17,10 @@ public:
     /// Whether a point of the surface can lie in the shadow of another point of the same surface's lit side.
     [[nodiscard]] virtual bool shadows_itself() const = 0;
 
+    /// Switches off lanes of `near` whose rays cannot meet the surface, not even when turned by up to
+    /// `slack_rad` about their origin, which is the same for all. May leave any on.
+    virtual void cull(const RayPacket& /*rays*/, double /*slack_rad*/, Lanes& /*near*/) const {}
+
     /// Nearest hits of the active rays, 0 < t < hits.t. Writes t, primitive, u, v and `body` where nearer.
     virtual void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const = 0;
     /// Switches off the active lanes that meet the surface at 0 < t < t_max.

@@ -1,4 +1,5 @@
-// Speed of the renderer on fixed scenes, as JSON on standard output. Options: --threads N, --size PIXELS.
+// Speed of the renderer on fixed scenes, as JSON on standard output. Options: --threads N, --size PIXELS,
+// --only WORD (the scenes with it in their name).
 // Rates are per second of processor time as well as of wall time: the first hold on a busy machine.
 #include "core/solar_spectrum.hpp"
 #include "renderer/renderer.hpp"
@@ -13,6 +14,8 @@
 #include <ctime>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -21,6 +24,13 @@ using namespace obscura;
 struct Options {
     unsigned threads = 2;
     std::int32_t size = 1024;
+    std::string only;
+};
+
+struct Case {
+    std::string name;
+    scene::Scene scene;
+    renderer::RenderSettings settings;
 };
 
 double cpu_seconds() {
@@ -52,7 +62,8 @@ scene::Scene scene_with(scene::Shape shape, scene::Material material, std::int32
 }
 
 /// Renders some frames and prints one JSON object; the best frame counts.
-void measure(const char* name, const scene::Scene& s, const renderer::RenderSettings& settings, bool last) {
+void measure(const std::string& name, const scene::Scene& s, const renderer::RenderSettings& settings,
+             bool last) {
     const auto start = std::chrono::steady_clock::now();
     const renderer::Renderer r(s, settings);
     const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -98,6 +109,7 @@ int main(int argc, char* argv[]) {
     for (int i = 1; i + 1 < argc; i += 2) {
         if (std::strcmp(argv[i], "--threads") == 0) o.threads = static_cast<unsigned>(std::atoi(argv[i + 1]));
         if (std::strcmp(argv[i], "--size") == 0) o.size = std::atoi(argv[i + 1]);
+        if (std::strcmp(argv[i], "--only") == 0) o.only = argv[i + 1];
     }
     if (o.threads < 1 || o.size < 16 || o.size > 8192) {
         fmt::print(stderr, "render_bench: --threads from 1, --size 16 to 8192\n");
@@ -111,16 +123,19 @@ int main(int argc, char* argv[]) {
     renderer::RenderSettings one_thread{16, 1, 1};
     renderer::RenderSettings real_time{2, o.threads, 1};
     real_time.target_error = 0.01;
+    std::vector<Case> cases{
+        {"asteroid 82k facets, 16 samples", scene_with(small, lambert, o.size), fixed},
+        {"asteroid 328k facets, 16 samples", scene_with(large, lambert, o.size), fixed},
+        {"asteroid 328k facets, 16 samples, 1 thread", scene_with(large, lambert, o.size), one_thread},
+        {"asteroid 82k facets, rough Hapke, 16 samples", scene_with(small, hapke, o.size), fixed},
+        {"ellipsoid, 16 samples", scene_with(scene::Ellipsoid{{500, 450, 400}}, lambert, o.size), fixed},
+        {"asteroid 82k facets, adaptive 1 %", scene_with(small, lambert, o.size), real_time},
+        {"asteroid 328k facets, adaptive 1 %", scene_with(large, lambert, o.size), real_time},
+    };
+    std::erase_if(cases, [&](const Case& c) { return c.name.find(o.only) == std::string::npos; });
     fmt::print("[\n");
-    measure("asteroid 82k facets, 16 samples", scene_with(small, lambert, o.size), fixed, false);
-    measure("asteroid 328k facets, 16 samples", scene_with(large, lambert, o.size), fixed, false);
-    measure("asteroid 328k facets, 16 samples, 1 thread", scene_with(large, lambert, o.size), one_thread,
-            false);
-    measure("asteroid 82k facets, rough Hapke, 16 samples", scene_with(small, hapke, o.size), fixed, false);
-    measure("ellipsoid, 16 samples", scene_with(scene::Ellipsoid{{500, 450, 400}}, lambert, o.size), fixed,
-            false);
-    measure("asteroid 82k facets, adaptive 1 %", scene_with(small, lambert, o.size), real_time, false);
-    measure("asteroid 328k facets, adaptive 1 %", scene_with(large, lambert, o.size), real_time, true);
+    for (const Case& c : cases)
+        measure(c.name, c.scene, c.settings, &c == &cases.back());
     fmt::print("]\n");
     return 0;
 }

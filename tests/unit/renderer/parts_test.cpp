@@ -2,6 +2,7 @@
 #include "core/error.hpp"
 #include "renderer/ellipsoid.hpp"
 #include "renderer/footprint.hpp"
+#include "renderer/hull.hpp"
 #include "renderer/obj_reader.hpp"
 #include "renderer/procedural_body.hpp"
 #include "renderer/sampler.hpp"
@@ -186,6 +187,48 @@ TEST_CASE("Displaced samples and splatted points see the same footprint") {
             sum += footprint.weight(0.37, i);
         CHECK_THAT(sum, WithinAbs(1, 1e-9));
     }
+}
+
+TEST_CASE("The hull of a mesh keeps every ray that may meet it, and drops most that cannot") {
+    const TriangleMesh mesh = make_procedural_body({500, {1, 0.8, 0.6}, 3, 4});
+    const Hull hull(mesh);
+    std::uint32_t state = 7;
+    const auto random = [&] {
+        state = state * 1664525u + 1013904223u;
+        return state / 4294967296.0;
+    };
+    const auto direction = [&] {
+        return normalized(Vec3{random() - 0.5, random() - 0.5, random() - 0.5 + 1e-9});
+    };
+    std::size_t lost = 0;
+    std::size_t kept_outside = 0;
+    std::size_t outside = 0;
+    for (int n = 0; n < 2000; ++n) {
+        const Vec3 camera = std::pow(10, 3 + 8 * random()) * direction();
+        const double slack = 1e-3 * random();
+        RayPacket rays;
+        Lanes near;
+        Lanes empty;
+        RayPacket beside;
+        for (int i = 0; i < packet_size; ++i) {
+            const Vec3f v = mesh.vertices[static_cast<std::size_t>(random() * mesh.vertices.size())];
+            const Vec3 d = normalized(Vec3{v.x, v.y, v.z} - camera);
+            rays.origin.set(i, camera);
+            beside.origin.set(i, camera);
+            rays.direction.set(i, normalized(d + 0.999 * slack * normalized(cross(d, direction()))));
+            // Past the body, by 1.3 to 2 times its largest radius.
+            const Vec3 side = normalized(cross(camera, direction()));
+            beside.direction.set(i, normalized((1.3 + 0.7 * random()) * 700 * side - camera));
+            near.on[i] = empty.on[i] = -1;
+        }
+        hull.cull(rays, slack, near);
+        lost += static_cast<std::size_t>(packet_size - near.count());
+        hull.cull(beside, 0, empty);
+        kept_outside += static_cast<std::size_t>(empty.count());
+        outside += packet_size;
+    }
+    CHECK(lost == 0);
+    CHECK(kept_outside * 10 < outside);
 }
 
 TEST_CASE("Sine and cosine of turns") {
