@@ -64,6 +64,7 @@ CameraSettings Camera::settings() const {
 bool Camera::apply(const CameraSettings& settings) {
     if (!explain_invalid(settings, config_.limits).empty()) return false;
     const std::lock_guard control(control_mutex_);
+    if (!explain_invalid(sequence_, settings, config_.limits).empty()) return false;
     const CameraSettings before = this->settings();
     {
         const std::lock_guard lock(settings_mutex_);

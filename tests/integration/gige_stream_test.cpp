@@ -224,8 +224,9 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
         client.set("ExposureTime", 1500.0);
         client.set("Gain", 3.5);
         client.set_flag("ChunkModeActive", true);
-        for (const char* chunk : {"Timestamp", "ExposureTime", "Gain", "FrameID", "Width", "OffsetX",
-                                  "PixelFormat", "FrameFlags", "Regions", "RowTimes", "GroundTruth"}) {
+        for (const char* chunk :
+             {"Timestamp", "ExposureTime", "Gain", "FrameID", "Width", "OffsetX", "PixelFormat", "FrameFlags",
+              "Regions", "RowTimes", "GroundTruth", "LineStatusAll", "SequencerSetActive"}) {
             client.set("ChunkSelector", chunk);
             client.set_flag("ChunkEnable", true);
         }
@@ -257,7 +258,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
                     at -= 8 + word(at - 4);
                 }
                 CHECK(at == 0);
-                CHECK(ids.size() == 12); // eleven chunks and the image
+                CHECK(ids.size() == 14); // thirteen chunks and the image
                 CHECK(ids.back() == 0x4F420000);
                 client.give_back(std::move(buffer));
                 continue;
@@ -287,6 +288,10 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(integer("ChunkRegionCount") == 1);
             CHECK(integer("ChunkRegionWidth") == 60);
             CHECK(integer("ChunkRegionExposureTime") == 1'500'000);
+            CHECK(integer("ChunkRegionExposureTimeMin") == 1'400'000);
+            CHECK(integer("ChunkRegionExposureTimeMax") == 1'600'000);
+            CHECK(integer("ChunkLineStatusAll") == 1); // the pattern camera's trigger source is Line0
+            CHECK(integer("ChunkSequencerSetActive") == 0);
             CHECK(integer("ChunkRowCount") == 48);
             CHECK(integer("ChunkRowRead") - integer("ChunkRowReset") == 1'500'000);
             CHECK(integer("ChunkRowReset") == integer("ChunkTimestamp"));
@@ -808,6 +813,51 @@ TEST_CASE("Features read back what was written, and refuse what cannot be") {
     client.execute("TimestampReset");
     client.execute("TimestampLatch");
     CHECK(client.integer("TimestampLatchValue") < 1'000'000'000);
+}
+
+TEST_CASE("A sequence set up through SFNC features runs frame by frame") {
+    Bench bench(limits(64, 48));
+    GigeClient client(address);
+    client.set("SequencerConfigurationMode", "On");
+    client.set("SequencerFeatureSelector", "ExposureTime");
+    client.set_flag("SequencerFeatureEnable", true);
+    for (const std::int64_t set : {0, 1, 2}) {
+        client.set("ExposureTime", 1000.0 * static_cast<double>(set + 1));
+        client.set("SequencerSetSelector", set);
+        client.set("SequencerSetNext", (set + 1) % 3);
+        client.execute("SequencerSetSave");
+    }
+    client.set("SequencerConfigurationMode", "Off");
+    client.set("SequencerMode", "On");
+    CHECK_THROWS(client.set("SequencerConfigurationMode", "On"));
+    client.set("CounterSelector", "Counter1");
+    client.set("CounterEventSource", "FrameStart");
+    client.set("ChunkSelector", "SequencerSetActive");
+    client.set_flag("ChunkEnable", true);
+    client.set("ChunkSelector", "ExposureTime");
+    client.set_flag("ChunkEnable", true);
+    client.set_flag("ChunkModeActive", true);
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
+    for (std::int64_t i = 0; i < 7; ++i) {
+        auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        GError* error = nullptr;
+        CHECK(arv_chunk_parser_get_integer_value(parser.get(), buffer.get(), "ChunkSequencerSetActive",
+                                                 &error) == i % 3);
+        check(error, "set");
+        CHECK(arv_chunk_parser_get_float_value(parser.get(), buffer.get(), "ChunkExposureTime", &error) ==
+              1000.0 * static_cast<double>(i % 3 + 1));
+        check(error, "exposure");
+        client.give_back(std::move(buffer));
+    }
+    client.execute("AcquisitionStop");
+    CHECK(client.integer("CounterValue") >= 7);
+    client.set("CounterSelector", "Counter0");
+    CHECK(client.integer("CounterValue") == 0);
+    client.set("SequencerMode", "Off");
 }
 
 TEST_CASE("Locked features cannot be changed while streaming, the others can") {

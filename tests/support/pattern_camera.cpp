@@ -46,6 +46,7 @@ bool PatternCamera::acquisition_start() {
     abort_ = false;
     frame_id_ = 0;
     pending_ = 0;
+    sequence_step_ = sequence_.start;
     next_ = clock_.now();
     starts_.fetch_add(1);
     changed_.notify_all();
@@ -65,10 +66,29 @@ bool PatternCamera::acquiring() const {
     return acquiring_;
 }
 
+bool PatternCamera::set_sequence(const Sequence& sequence) {
+    const std::lock_guard lock(mutex_);
+    if (acquiring_ || !explain_invalid(sequence, settings_, limits_).empty()) return false;
+    sequence_ = sequence;
+    return true;
+}
+
+CameraActivity PatternCamera::activity() const {
+    const std::lock_guard lock(mutex_);
+    CameraActivity a = activity_;
+    a.trigger_ready = acquiring_ && !making_;
+    return a;
+}
+
 bool PatternCamera::trigger(TriggerSource source, Time edge) {
     const std::lock_guard lock(mutex_);
+    if (source == TriggerSource::line0) {
+        ++activity_.line0_edges;
+        activity_.line0_edge = edge;
+    }
     if (!acquiring_ || !settings_.trigger_enabled || settings_.trigger_source != source) return false;
     triggers_.fetch_add(1);
+    ++activity_.frame_triggers;
     ++pending_;
     pending_edge_ = edge;
     changed_.notify_all();
@@ -104,14 +124,23 @@ void PatternCamera::loop() {
             next_ += static_cast<std::int64_t>(1e9 / settings_.frame_rate_hz);
             edge = clock_.now();
         }
-        const CameraSettings settings = settings_;
+        CameraSettings settings = settings_;
+        activity_.sequence_step = sequence_.enabled ? sequence_step_ : 0;
+        if (sequence_.enabled) {
+            settings = with_step(settings, sequence_, sequence_step_);
+            sequence_step_ = sequence_.steps[sequence_step_].next;
+        }
+        ++activity_.frames;
+        activity_.frame_start = activity_.exposure_start = edge;
+        activity_.frame_end = activity_.exposure_end = edge + settings.exposure_ns;
         const std::uint64_t id = ++frame_id_;
         const bool last = settings.acquisition_mode == AcquisitionMode::single_frame ||
                           (settings.acquisition_mode == AcquisitionMode::multi_frame &&
                            id >= settings.acquisition_frame_count);
         making_ = true;
+        const std::uint32_t step = activity_.sequence_step;
         lock.unlock();
-        make_frame(settings, id, edge);
+        make_frame(settings, id, edge, step);
         lock.lock();
         making_ = false;
         if (last) acquiring_ = false;
@@ -119,7 +148,8 @@ void PatternCamera::loop() {
     }
 }
 
-void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id, Time edge) {
+void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id, Time edge,
+                               std::uint32_t step) {
     const FrameRef frame = pool_.acquire();
     if (!frame) return;
     const std::vector<Region> windows = windows_.empty() ? std::vector<Region>{settings.region} : windows_;
@@ -131,10 +161,15 @@ void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id,
     frame->info.pixel_format = settings.pixel_format;
     frame->info.exposure_ns = settings.exposure_ns;
     frame->info.gain_db = settings.gain_db;
+    frame->info.line_status = settings.trigger_source == TriggerSource::line0 ? line_status_line0 : 0U;
+    frame->info.sequence_step = step;
     frame->info.window_count = static_cast<std::uint32_t>(windows.size());
     std::int32_t width = 0, height = 0;
     for (std::size_t w = 0; w < windows.size(); ++w) {
         frame->info.windows[w] = {windows[w], height, settings.exposure_ns, 0};
+        // As if the chip's grid had taken its toll.
+        frame->info.windows[w].exposure_min_ns = settings.exposure_ns - 100'000;
+        frame->info.windows[w].exposure_max_ns = settings.exposure_ns + 100'000;
         width = std::max(width, windows[w].width);
         height += windows[w].height;
     }

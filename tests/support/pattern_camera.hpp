@@ -50,6 +50,8 @@ public:
     [[nodiscard]] bool acquiring() const override;
     bool software_trigger(Time edge) override;
     bool action_trigger(Time edge) override;
+    bool set_sequence(const Sequence& sequence) override;
+    [[nodiscard]] CameraActivity activity() const override;
     /// An edge on Line0.
     bool line_trigger(Time edge);
 
@@ -60,7 +62,7 @@ public:
 
 private:
     void loop();
-    void make_frame(const CameraSettings& settings, std::uint64_t id, Time edge);
+    void make_frame(const CameraSettings& settings, std::uint64_t id, Time edge, std::uint32_t step);
     bool trigger(TriggerSource source, Time edge);
 
     const CameraLimits limits_;
@@ -75,6 +77,9 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     CameraSettings settings_;
+    Sequence sequence_;
+    std::uint32_t sequence_step_ = 0;
+    CameraActivity activity_;
     bool acquiring_ = false, making_ = false, quit_ = false;
     std::atomic<bool> abort_{false};
     std::uint64_t frame_id_ = 0;

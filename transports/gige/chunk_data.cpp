@@ -9,7 +9,7 @@
 namespace obscura::transports::gige {
 namespace {
 
-constexpr std::size_t region_bytes = 32;
+constexpr std::size_t region_bytes = 48;
 constexpr std::size_t truth_head_bytes = 104;
 constexpr std::size_t truth_body_bytes = 88;
 
@@ -21,6 +21,8 @@ std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
     case Chunk::offset_y:
     case Chunk::pixel_format:
     case Chunk::frame_flags:
+    case Chunk::line_status_all:
+    case Chunk::sequencer_set_active:
         return 4;
     case Chunk::regions:
         return 8 + max_windows * region_bytes;
@@ -144,7 +146,9 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                 pen.i32(window.sensor.height);
                 pen.i32(window.image_y);
                 pen.u32(window.flags);
-                pen.u64(static_cast<std::uint64_t>(window.exposure_requested_ns));
+                for (const std::int64_t ns :
+                     {window.exposure_requested_ns, window.exposure_min_ns, window.exposure_max_ns})
+                    pen.u64(static_cast<std::uint64_t>(ns));
             }
             break;
         case Chunk::row_times:
@@ -154,6 +158,12 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                 pen.u64(device_time(row.reset));
                 pen.u64(device_time(row.read));
             }
+            break;
+        case Chunk::line_status_all:
+            pen.u32(info.line_status);
+            break;
+        case Chunk::sequencer_set_active:
+            pen.u32(info.sequence_step);
             break;
         case Chunk::ground_truth: {
             const GroundTruth& truth = info.truth;

@@ -25,14 +25,18 @@ enum class Chunk : std::uint8_t {
     pixel_format,  ///< u32, PFNC
     trigger_id,    ///< u64
     frame_flags,   ///< u32: core's FrameFlag
-    regions,   ///< u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags, u64 exposure in ns}
+    /// u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags; u64 exposure in ns: requested,
+    /// least and most obtained over its rows}
+    regions,
     row_times, ///< u32 count, u32 0, then per row {u64 reset, u64 read}
     /// u64 mid-exposure; f64[3] camera position, f64[4] attitude (scalar first, camera to inertial), f64[3]
     /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 0; then 16 x {char name[32], f64[3]
     /// position, f64[4] attitude}
     ground_truth,
+    line_status_all,      ///< u32: the lines at the trigger's edge, inputs only
+    sequencer_set_active, ///< u32
 };
-constexpr std::size_t chunk_count = 14;
+constexpr std::size_t chunk_count = 16;
 constexpr std::uint32_t chunk_id_base = 0x4F420000;
 constexpr std::size_t chunk_tag_bytes = 8;
 

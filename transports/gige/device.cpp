@@ -2,6 +2,7 @@
 
 #include "transports/gige/bytes.hpp"
 #include "transports/gige/camera_xml.hpp"
+#include "transports/gige/device_words.hpp"
 #include "transports/gige/features.hpp"
 
 #include <fmt/format.h>
@@ -31,17 +32,6 @@ constexpr bool is_multicast(std::uint32_t ip) {
     return ip >> 28 == 0xE;
 }
 
-std::uint32_t time_units(std::int64_t ns) {
-    return static_cast<std::uint32_t>(
-        std::clamp<std::int64_t>(ns / feature::time_unit_ns, 0, std::int64_t{0xFFFFFFFF}));
-}
-std::uint32_t milli(double value) {
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(value * 1000)));
-}
-double from_milli(std::uint32_t word) {
-    return static_cast<double>(static_cast<std::int32_t>(word)) / 1000;
-}
-
 } // namespace
 
 Device::Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
@@ -62,7 +52,12 @@ Device::Device(const GigeSettings& settings, const NetworkInterface& network, Ca
     add_stream();
     add_actions();
     add_image_format();
+    add_image_extras();
     add_acquisition();
+    add_digital_io();
+    add_counters();
+    add_timers();
+    add_sequencer();
     add_statistics();
     add_chunks();
     add_messages();
@@ -93,6 +88,19 @@ void Device::setting(std::string_view name, std::uint32_t address, bool locked,
                            return Status::invalid_parameter;
                        return control_.apply(wanted) ? Status::success : Status::invalid_parameter;
                    }});
+}
+
+void Device::word(std::string_view name, std::uint32_t address, std::uint32_t maximum,
+                  std::function<std::uint32_t()> get, std::function<void(std::uint32_t)> set) {
+    Register r{.name = name, .address = address, .maximum = maximum, .read = std::move(get)};
+    if (set) {
+        r.access = Access::read_write;
+        r.write = [set = std::move(set)](std::uint32_t value) {
+            set(value);
+            return Status::success;
+        };
+    }
+    bank_.add(std::move(r));
 }
 
 void Device::command(std::string_view name, std::uint32_t address, std::function<Status()> run) {
@@ -312,6 +320,31 @@ void Device::add_image_format() {
                }});
 }
 
+void Device::add_image_extras() {
+    setting(
+        "TestPattern", feature::test_pattern, false,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.test_pattern); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.test_pattern = static_cast<ImagePattern>(value);
+            return value < image_pattern_count;
+        });
+    // None of the sensors adds up pixels.
+    constant("BinningHorizontal", feature::binning_horizontal, 1);
+    constant("BinningVertical", feature::binning_vertical, 1);
+    constant("SensorShutterMode", feature::shutter_mode, limits_.global_shutter ? 0 : 1);
+    bank_.add_string("SensorType", feature::sensor_name, 32, Access::read_only, limits_.sensor_name);
+}
+
+const ReadoutAnswer& Device::readout_answer() {
+    const CameraSettings s = control_.settings();
+    if (!answered_ || s != answered_settings_) {
+        answer_ = control_.readout(s);
+        answered_settings_ = s;
+        answered_ = true;
+    }
+    return answer_;
+}
+
 void Device::add_acquisition() {
     setting(
         "AcquisitionMode", feature::acquisition_mode, true,
@@ -341,6 +374,19 @@ void Device::add_acquisition() {
             s.frame_rate_hz = from_milli(value);
             return true;
         });
+    setting(
+        "AcquisitionFrameRateEnable", feature::frame_rate_enable, false,
+        [](const CameraSettings& s) { return std::uint32_t{s.frame_rate_enabled}; },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.frame_rate_enabled = value == 1;
+            return value <= 1;
+        });
+    word("ResultingFrameRate", feature::resulting_frame_rate, 0, [this] {
+        const std::int64_t period_ns = readout_answer().frame_period_ns;
+        return period_ns > 0 ? milli(std::min(1e9 / static_cast<double>(period_ns), 2e6)) : 0U;
+    });
+    word("SensorReadoutTime", feature::readout_time, 0,
+         [this] { return time_units(readout_answer().readout_ns); });
     constant("AcquisitionFrameRateMin", feature::frame_rate_min, milli(limits_.frame_rate_min_hz));
     constant("AcquisitionFrameRateMax", feature::frame_rate_max, milli(limits_.frame_rate_max_hz));
     bank_.add({.name = "Acquiring", .address = feature::acquiring, .read = [this] {
@@ -374,6 +420,14 @@ void Device::add_acquisition() {
             return true;
         });
     setting(
+        "TriggerDivider", feature::trigger_divider, false,
+        [](const CameraSettings& s) { return s.trigger_divider; },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.trigger_divider = value;
+            return value <= 1'000'000;
+        });
+    constant("TriggerOverlap", feature::trigger_overlap, std::uint32_t{limits_.overlapped});
+    setting(
         "ExposureTime", feature::exposure_time, false,
         [](const CameraSettings& s) { return time_units(s.exposure_ns); },
         [](CameraSettings& s, std::uint32_t value) {
@@ -391,6 +445,16 @@ void Device::add_acquisition() {
         });
     constant("GainMin", feature::gain_min, milli(limits_.gain_min_db));
     constant("GainMax", feature::gain_max, milli(limits_.gain_max_db));
+    setting(
+        "BlackLevel", feature::black_level, false,
+        [](const CameraSettings& s) { return milli(s.black_level_dn); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.black_level_dn = from_milli(value);
+            return true;
+        });
+    constant("BlackLevelMin", feature::black_level_min, milli(limits_.black_level_min_dn));
+    constant("BlackLevelMax", feature::black_level_max, milli(limits_.black_level_max_dn));
+    constant("DeviceTemperature", feature::temperature, milli(limits_.temperature_c));
 }
 
 void Device::add_statistics() {
@@ -579,7 +643,10 @@ Status Device::acquisition_start() {
     config.continue_blocks = !channel_fresh_;
     if (!stream_.begin(config)) return Status::busy;
     channel_fresh_ = false;
-    if (control_.acquisition_start()) return Status::success;
+    if (control_.acquisition_start()) {
+        begin_acquisition_counters();
+        return Status::success;
+    }
     stream_.abort();
     return Status::busy;
 }

@@ -4,6 +4,8 @@
 #include "core/camera.hpp"
 #include "core/clock.hpp"
 #include "transports/gige/fault_injector.hpp"
+#include "transports/gige/features.hpp"
+#include "transports/gige/io_state.hpp"
 #include "transports/gige/message_channel.hpp"
 #include "transports/gige/network_interface.hpp"
 #include "transports/gige/register_bank.hpp"
@@ -76,13 +78,28 @@ private:
     void add_messages();
     void add_user_sets();
     void add_faults();
+    void add_image_extras();
+    void add_digital_io();
+    void add_counters();
+    void add_timers();
+    void add_sequencer();
     void add_xml();
 
     void constant(std::string_view name, std::uint32_t address, std::uint32_t value);
     void setting(std::string_view name, std::uint32_t address, bool locked,
                  std::function<std::uint32_t(const CameraSettings&)> get,
                  std::function<bool(CameraSettings&, std::uint32_t)> set);
+    /// Words without a store of their own, and without side effects beyond `set`.
+    void word(std::string_view name, std::uint32_t address, std::uint32_t maximum,
+              std::function<std::uint32_t()> get, std::function<void(std::uint32_t)> set = {});
     void command(std::string_view name, std::uint32_t address, std::function<Status()> run);
+
+    [[nodiscard]] IoInputs io_inputs() const;
+    [[nodiscard]] bool line1_level(const IoInputs& in) const;
+    [[nodiscard]] std::uint32_t line_status_all() const;
+    [[nodiscard]] const ReadoutAnswer& readout_answer();
+    void begin_acquisition_counters();
+    Status publish_sequence(const Sequence& wanted);
 
     [[nodiscard]] std::uint32_t chunk_selection() const;
     [[nodiscard]] StreamConfig stream_config() const;
@@ -117,6 +134,17 @@ private:
     std::array<Time, action_queue_size> actions_{}; // scheduled, in no order; 0: free
     std::string default_set_, user_set_1_;          // features as text, see saved_features()
     std::uint64_t timestamp_latched_ = 0;
+
+    std::array<EventCounter, feature::counter_count> counters_;
+    std::array<PulseTimer, feature::timer_count> timers_;
+    std::uint64_t acquisitions_ = 0;
+    Time acquisition_start_;
+    bool sequencer_configuring_ = false;
+    Sequence sequence_;
+    // What the chip makes of the settings it was last asked about.
+    CameraSettings answered_settings_;
+    ReadoutAnswer answer_;
+    bool answered_ = false;
 };
 
 } // namespace obscura::transports::gige

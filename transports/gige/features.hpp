@@ -22,6 +22,11 @@ constexpr std::uint32_t offset_x = 0xA028;
 constexpr std::uint32_t offset_y = 0xA02C;
 constexpr std::uint32_t pixel_format = 0xA030;
 constexpr std::uint32_t payload_size = 0xA034;
+constexpr std::uint32_t test_pattern = 0xA038; // ImagePattern
+constexpr std::uint32_t binning_horizontal = 0xA03C;
+constexpr std::uint32_t binning_vertical = 0xA040;
+constexpr std::uint32_t shutter_mode = 0xA044;
+constexpr std::uint32_t sensor_name = 0xA060; // 32 bytes
 
 constexpr std::uint32_t acquisition_mode = 0xA100;
 constexpr std::uint32_t acquisition_start = 0xA104;
@@ -32,16 +37,25 @@ constexpr std::uint32_t frame_rate = 0xA114;
 constexpr std::uint32_t frame_rate_min = 0xA118;
 constexpr std::uint32_t frame_rate_max = 0xA11C;
 constexpr std::uint32_t acquiring = 0xA120;
+constexpr std::uint32_t frame_rate_enable = 0xA124;
+constexpr std::uint32_t resulting_frame_rate = 0xA128; // mHz
+constexpr std::uint32_t readout_time = 0xA12C;
 constexpr std::uint32_t trigger_mode = 0xA130;
 constexpr std::uint32_t trigger_source = 0xA134;
 constexpr std::uint32_t trigger_software = 0xA138;
 constexpr std::uint32_t trigger_delay = 0xA13C;
+constexpr std::uint32_t trigger_divider = 0xA140;
+constexpr std::uint32_t trigger_overlap = 0xA144;
 constexpr std::uint32_t exposure_time = 0xA150;
 constexpr std::uint32_t exposure_min = 0xA154;
 constexpr std::uint32_t exposure_max = 0xA158;
 constexpr std::uint32_t gain = 0xA160;
 constexpr std::uint32_t gain_min = 0xA164;
 constexpr std::uint32_t gain_max = 0xA168;
+constexpr std::uint32_t black_level = 0xA170; // in 1/1000 DN
+constexpr std::uint32_t black_level_min = 0xA174;
+constexpr std::uint32_t black_level_max = 0xA178;
+constexpr std::uint32_t temperature = 0xA180; // in 1/1000 degrees Celsius, two's complement
 
 constexpr std::uint32_t packet_size_max = 0xA200;
 constexpr std::uint32_t throughput_limit = 0xA204; // bytes per second
@@ -64,6 +78,46 @@ constexpr std::uint32_t user_set_save = 0xA468;
 constexpr std::uint32_t user_set_default = 0xA46C;
 constexpr std::uint32_t fault_percent = 0xA500; // one word per Fault, in 1/1000 %
 constexpr std::uint32_t fault_amount = 0xA540;  // one word per Fault
+
+constexpr std::uint32_t line_inverter = 0xA600; // one word per line
+constexpr std::uint32_t line_source = 0xA608;   // of Line1, LineSource
+constexpr std::uint32_t line_status_all = 0xA60C;
+constexpr std::uint32_t user_output_value = 0xA610; // one bit per output
+
+constexpr std::uint32_t counters = 0xA700; // counter_count times counter_stride bytes
+constexpr std::uint32_t counter_count = 2;
+constexpr std::uint32_t counter_stride = 0x20;
+namespace counter {
+constexpr std::uint32_t event_source = 0x00; // IoEvent
+constexpr std::uint32_t reset_source = 0x04;
+constexpr std::uint32_t reset = 0x08;
+constexpr std::uint32_t value = 0x0C;
+constexpr std::uint32_t value_at_reset = 0x10;
+constexpr std::uint32_t duration = 0x14;
+constexpr std::uint32_t status = 0x18;
+} // namespace counter
+constexpr std::uint32_t timers = 0xA780; // timer_count times timer_stride bytes
+constexpr std::uint32_t timer_count = 2;
+constexpr std::uint32_t timer_stride = 0x20;
+namespace timer {
+constexpr std::uint32_t trigger_source = 0x00; // IoEvent
+constexpr std::uint32_t delay = 0x04;
+constexpr std::uint32_t duration = 0x08;
+constexpr std::uint32_t reset = 0x0C;
+constexpr std::uint32_t value = 0x10;
+constexpr std::uint32_t status = 0x14;
+} // namespace timer
+
+constexpr std::uint32_t sequencer_mode = 0xA800;
+constexpr std::uint32_t sequencer_configuration = 0xA804;
+constexpr std::uint32_t sequencer_set_start = 0xA808;
+constexpr std::uint32_t sequencer_set_active = 0xA80C;
+constexpr std::uint32_t sequencer_set_selector = 0xA810;
+constexpr std::uint32_t sequencer_set_save = 0xA814;
+constexpr std::uint32_t sequencer_set_load = 0xA818;
+constexpr std::uint32_t sequencer_feature_enable = 0xA820; // one word per SequencedFeature
+constexpr std::uint32_t sequencer_set_next = 0xA840;       // one word per set
+constexpr std::uint32_t sequencer_end = 0xA860;
 
 /// The zipped camera.xml.
 constexpr std::uint32_t xml_file = 0x0010'0000;

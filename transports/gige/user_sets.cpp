@@ -19,6 +19,8 @@ bool belongs_to_user_set(const Register& r) {
     if (r.access != Access::read_write || r.bytes != 4) return false;
     if (r.address == reg::stream_packet_delay || r.address == reg::heartbeat_timeout) return true;
     if (r.address < feature::sensor_width || r.address >= feature::xml_file) return false;
+    // The sequencer's sets are written in its own mode only; loading a user set switches it off.
+    if (r.address >= feature::sequencer_mode && r.address < feature::sequencer_end) return false;
     return r.address != feature::user_set_selector && r.address != feature::user_set_default &&
            r.address != feature::test_pending_ack;
 }
@@ -39,6 +41,8 @@ std::string Device::saved_features() const {
 
 Status Device::load_features(const std::string& text) {
     if (control_.acquiring()) return Status::write_protect;
+    publish_sequence({});
+    sequencer_configuring_ = false;
     // The offsets first go to 0, so that any width and height fit; what does not fit the sensor is left
     // alone.
     bank_.write_word(feature::offset_x, 0);
