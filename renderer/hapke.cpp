@@ -41,10 +41,12 @@ void Hapke::reflectance(const ScatterPacket& s, Doubles& r) const {
 OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) const {
     constexpr double inv_pi = std::numbers::inv_pi;
     const double w = d_.single_scattering_albedo;
-    const double k = porosity_factor_;
+    const double inv_k = 1 / porosity_factor_;
+    // Divisions cost most here: numerators and denominators are kept apart, and one division ends it all.
     Doubles mu0e;
     Doubles mue;
-    Doubles shadowing;
+    Doubles over; // mu0e / (mu0e + mue) times the shadowing function, as a quotient
+    Doubles under;
 
     if (rough_) {
         const double tan_t = tan_roughness_;
@@ -53,6 +55,8 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
         // Several short loops: each vectorises, and none runs out of registers.
         Doubles ci;
         Doubles ce;
+        Doubles si_tan;
+        Doubles se_tan;
         Doubles cot_i;
         Doubles cot_e;
         Doubles cos_psi;
@@ -64,36 +68,34 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
             ce[i] = clamp(s.cos_out[i], 1e-5, 1);
             const double si = root(1 - ci[i] * ci[i]);
             const double se = root(1 - ce[i] * ce[i]);
-            cot_i[i] = ci[i] / clamp(si, 1e-12, 1);
-            cot_e[i] = ce[i] / clamp(se, 1e-12, 1);
+            si_tan[i] = si * tan_t;
+            se_tan[i] = se * tan_t;
             // Azimuth between the planes of incidence and emission, from the phase angle. With the Sun or the
-            // viewer in the zenith there is none: the added tiny number makes it 0.
-            const double sines = si * se;
-            cos_psi[i] = clamp((s.cos_phase[i] - ci[i] * ce[i] + 1e-12) / (sines + 1e-12), -1, 1);
+            // viewer in the zenith there is none: the added tiny number makes it 0, and keeps the cotangents
+            // as large as they need to be.
+            const double inverse = 1 / (si * se + 1e-12);
+            cot_i[i] = clamp(ci[i] * se * inverse, si > 1e-5 ? 0 : 1e5, 1e12);
+            cot_e[i] = clamp(ce[i] * si * inverse, se > 1e-5 ? 0 : 1e5, 1e12);
+            cos_psi[i] = clamp((s.cos_phase[i] - ci[i] * ce[i] + 1e-12) * inverse, -1, 1);
         }
         for (int i = 0; i < packet_size; ++i)
-            psi_over_pi[i] = vector_acos(cos_psi[i]) * inv_pi;
+            psi_over_pi[i] = quick_acos(cos_psi[i]) * inv_pi;
         for (int i = 0; i < packet_size; ++i)
-            f[i] = vector_exp(-2 * root((1 - cos_psi[i]) / (1 + cos_psi[i] + 1e-300)));
+            f[i] = quick_exp(-2 * root((1 - cos_psi[i]) / (1 + cos_psi[i] + 1e-300)));
         Doubles e1_i;
         Doubles e1_e;
         Doubles e2_i;
         Doubles e2_e;
         for (int i = 0; i < packet_size; ++i)
-            e1_i[i] = vector_exp(e1_scale * cot_i[i]);
+            e1_i[i] = quick_exp(e1_scale * cot_i[i]);
         for (int i = 0; i < packet_size; ++i)
-            e1_e[i] = vector_exp(e1_scale * cot_e[i]);
+            e1_e[i] = quick_exp(e1_scale * cot_e[i]);
         for (int i = 0; i < packet_size; ++i)
-            e2_i[i] = vector_exp(e2_scale * cot_i[i] * cot_i[i]);
+            e2_i[i] = quick_exp(e2_scale * cot_i[i] * cot_i[i]);
         for (int i = 0; i < packet_size; ++i)
-            e2_e[i] = vector_exp(e2_scale * cot_e[i] * cot_e[i]);
+            e2_e[i] = quick_exp(e2_scale * cot_e[i] * cot_e[i]);
         for (int i = 0; i < packet_size; ++i) {
-            const double si_tan = root(1 - ci[i] * ci[i]) * tan_t;
-            const double se_tan = root(1 - ce[i] * ce[i]) * tan_t;
-            const double eta_i = chi_ * (ci[i] + si_tan * e2_i[i] / (2 - e1_i[i]));
-            const double eta_e = chi_ * (ce[i] + se_tan * e2_e[i] / (2 - e1_e[i]));
             const double sin2_half = 0.5 * (1 - cos_psi[i]);
-
             // The two cases i <= e and e <= i are one formula with the roles exchanged: "low" is the larger
             // angle.
             const bool i_first = ci[i] >= ce[i];
@@ -101,50 +103,81 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
             const double e2_low = i_first ? e2_e[i] : e2_i[i];
             const double e1_high = i_first ? e1_i[i] : e1_e[i];
             const double e2_high = i_first ? e2_i[i] : e2_e[i];
-            const double inv = 1 / (2 - e1_low - psi_over_pi[i] * e1_high);
-            const double near = (cos_psi[i] * e2_low + sin2_half * e2_high) * inv;
-            const double far = (e2_low - sin2_half * e2_high) * inv;
-            const double in_share = i_first ? near : far;
-            const double out_share = i_first ? far : near;
-            const double lit_i = ci[i] / eta_i;
-            const double lit_e = ce[i] / eta_e;
-            const double lit_high = i_first ? lit_i : lit_e;
-            mu0e[i] = chi_ * (ci[i] + si_tan * in_share);
-            mue[i] = chi_ * (ce[i] + se_tan * out_share);
-            shadowing[i] = mue[i] / eta_e * lit_i * chi_ / (1 - f[i] + f[i] * chi_ * lit_high);
+            const double n = 2 - e1_low - psi_over_pi[i] * e1_high;
+            const double near = cos_psi[i] * e2_low + sin2_half * e2_high;
+            const double far = e2_low - sin2_half * e2_high;
+            // Effective cosines times n / chi.
+            const double m_i = ci[i] * n + si_tan[i] * (i_first ? near : far);
+            const double m_e = ce[i] * n + se_tan[i] * (i_first ? far : near);
+            // cos / eta is a / (chi b).
+            const double a_i = ci[i] * (2 - e1_i[i]);
+            const double a_e = ce[i] * (2 - e1_e[i]);
+            const double b_i = a_i + si_tan[i] * e2_i[i];
+            const double b_e = a_e + se_tan[i] * e2_e[i];
+            const double a_high = i_first ? a_i : a_e;
+            const double b_high = i_first ? b_i : b_e;
+            const double b_low = i_first ? b_e : b_i;
+            const double scale = chi_ / n;
+            mu0e[i] = m_i * scale;
+            mue[i] = m_e * scale;
+            over[i] = m_i * m_e * (2 - e1_e[i]) * a_i;
+            under[i] = (m_i + m_e) * n * b_low * (b_high - f[i] * (b_high - a_high));
         }
     } else {
         for (int i = 0; i < packet_size; ++i) {
             mu0e[i] = s.cos_in[i] > 1e-12 ? s.cos_in[i] : 1e-12;
             mue[i] = s.cos_out[i] > 1e-12 ? s.cos_out[i] : 1e-12;
-            shadowing[i] = 1;
+            over[i] = mu0e[i];
+            under[i] = mu0e[i] + mue[i];
         }
     }
 
     const double b = d_.phase_b;
     const double back = 0.5 * (1 + d_.phase_c) * (1 - b * b);
     const double forward = 0.5 * (1 - d_.phase_c) * (1 - b * b);
-    const double scale = k * w * inv_pi / 4;
+    const double scale = porosity_factor_ * w * inv_pi / 4;
+    const double hiding_h = d_.shadow_hiding_h;
+    const double hiding_sum = hiding_h * (1 + d_.shadow_hiding_b0);
+    const double inv_back_h = 1 / d_.backscatter_h;
+    const double back_b0 = d_.backscatter_b0;
+    Doubles tan_half_g;
+    Doubles exp_z;
     for (int i = 0; i < packet_size; ++i) {
-        double cos_g = s.cos_phase[i];
-        cos_g = cos_g < -1 ? -1.0 : cos_g;
-        cos_g = cos_g > 1 ? 1.0 : cos_g;
-        const double tan_half_g = root((1 - cos_g) / (1 + cos_g + 1e-300));
+        const double cos_g = clamp(s.cos_phase[i], -1, 1);
+        // Beyond 1e6 the surges are over, and products would leave the range of numbers.
+        tan_half_g[i] = clamp(root((1 - cos_g) / (1 + cos_g + 1e-300)), 0, 1e6);
+    }
+    for (int i = 0; i < packet_size; ++i)
+        exp_z[i] = quick_exp(-tan_half_g[i] * inv_back_h);
+    Doubles d0;
+    Doubles d;
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = mu0e[i] * inv_k;
+        d0[i] = 1 - w * x * (r0_ + 0.5 * (1 - 2 * r0_ * x) * quick_log_1_plus_inverse(x));
+    }
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = mue[i] * inv_k;
+        d[i] = 1 - w * x * (r0_ + 0.5 * (1 - 2 * r0_ * x) * quick_log_1_plus_inverse(x));
+    }
+    for (int i = 0; i < packet_size; ++i) {
+        const double cos_g = clamp(s.cos_phase[i], -1, 1);
         const double q_back = 1 - 2 * b * cos_g + b * b;
         const double q_forward = 1 + 2 * b * cos_g + b * b;
-        const double p = back / (q_back * root(q_back)) + forward / (q_forward * root(q_forward));
-        const double surge = 1 + d_.shadow_hiding_b0 / (1 + tan_half_g / d_.shadow_hiding_h);
-        const double z = tan_half_g / d_.backscatter_h;
-        // (1 - e^-z) / z by its series where the quotient would cancel.
-        const double quotient = z > 1e-4 ? (1 - vector_exp(-z)) / (z > 1e-4 ? z : 1.0) : 1 - z / 2;
-        const double coherent = 1 + d_.backscatter_b0 * (1 + quotient) / (2 * (1 + z) * (1 + z));
-
-        const double x0 = mu0e[i] / k;
-        const double x = mue[i] / k;
-        const double h0 = 1 / (1 - w * x0 * (r0_ + 0.5 * (1 - 2 * r0_ * x0) * vector_log((1 + x0) / x0)));
-        const double h = 1 / (1 - w * x * (r0_ + 0.5 * (1 - 2 * r0_ * x) * vector_log((1 + x) / x)));
+        const double back3 = q_back * root(q_back);
+        const double forward3 = q_forward * root(q_forward);
+        // Phase function with the shadow-hiding surge: (1 + B0 h / (h + tan)) p.
+        const double p_over = (back * forward3 + forward * back3) * (hiding_sum + tan_half_g[i]);
+        const double p_under = back3 * forward3 * (hiding_h + tan_half_g[i]);
+        // Coherent backscatter 1 + B0 [1 + (1 - e^-z)/z] / 2 (1 + z)^2; the series of (1 - e^-z)/z where the
+        // quotient would cancel.
+        const double z = tan_half_g[i] * inv_back_h;
+        const bool small = z < 1e-3;
+        const double c_over = back_b0 * (small ? 2 - z / 2 + z * z / 6 : z + 1 - exp_z[i]);
+        const double c_under = 2 * (1 + z) * (1 + z) * (small ? 1 : z);
+        const double h_under = d0[i] * d[i];
+        const double multiple = p_over * h_under + p_under * (1 - h_under); // p S + H H - 1, over p_under h
         const double value =
-            scale * mu0e[i] / (mu0e[i] + mue[i]) * (p * surge + h0 * h - 1) * coherent * shadowing[i];
+            scale * over[i] * multiple * (c_under + c_over) / (under[i] * p_under * h_under * c_under);
         r[i] = s.cos_in[i] > 0 ? value : 0.0;
     }
 }

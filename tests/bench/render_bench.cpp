@@ -1,7 +1,9 @@
 // Speed of the renderer on fixed scenes, as JSON on standard output. Options: --threads N, --size PIXELS,
 // --only WORD (the scenes with it in their name).
 // Rates are per second of processor time as well as of wall time: the first hold on a busy machine.
+#include "core/philox.hpp"
 #include "core/solar_spectrum.hpp"
+#include "renderer/material.hpp"
 #include "renderer/renderer.hpp"
 
 #include <fmt/format.h>
@@ -102,6 +104,36 @@ void measure(const std::string& name, const scene::Scene& s, const renderer::Ren
         n / cpu_s, static_cast<double>(rays) / cpu_s, last ? "" : ",");
 }
 
+/// Nanoseconds of processor time per evaluation of a scattering law, in packets of random angles.
+double law_ns(const scene::Material& description) {
+    const auto material = renderer::make_material(description, "bench");
+    std::vector<renderer::ScatterPacket> packets(64);
+    std::uint32_t n = 0;
+    for (renderer::ScatterPacket& p : packets)
+        for (int i = 0; i < renderer::packet_size; ++i) {
+            const auto random = philox4x32({n++, 0, 0, 0}, {1, 2});
+            p.cos_in[i] = uniform_double(random[0]);
+            p.cos_out[i] = uniform_double(random[1]);
+            const double sines =
+                std::sqrt((1 - p.cos_in[i] * p.cos_in[i]) * (1 - p.cos_out[i] * p.cos_out[i]));
+            p.cos_phase[i] = p.cos_in[i] * p.cos_out[i] +
+                             sines * std::cos(2 * std::numbers::pi * uniform_double(random[2]));
+        }
+    double best_s = std::numeric_limits<double>::max();
+    double sum = 0; // used, so that nothing is left out
+    for (int round = 0; round < 50; ++round) {
+        const double before = cpu_seconds();
+        for (int k = 0; k < 16; ++k)
+            for (const renderer::ScatterPacket& p : packets) {
+                renderer::Doubles r;
+                material->reflectance(p, r);
+                sum += r[0];
+            }
+        best_s = std::min(best_s, cpu_seconds() - before);
+    }
+    return sum > 0 ? best_s * 1e9 / static_cast<double>(16 * packets.size() * renderer::packet_size) : 0;
+}
+
 } // namespace
 
 int main(int argc, char* argv[]) {
@@ -134,6 +166,8 @@ int main(int argc, char* argv[]) {
     };
     std::erase_if(cases, [&](const Case& c) { return c.name.find(o.only) == std::string::npos; });
     fmt::print("[\n");
+    if (o.only.empty() || o.only == "Hapke")
+        fmt::print("  {{\"law\": \"rough Hapke\", \"ns_per_evaluation\": {:.1f}}},\n", law_ns(hapke));
     for (const Case& c : cases)
         measure(c.name, c.scene, c.settings, &c == &cases.back());
     fmt::print("]\n");

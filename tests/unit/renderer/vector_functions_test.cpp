@@ -51,3 +51,23 @@ TEST_CASE("vector_acos agrees with the library over the whole range, and clamps"
     CHECK(vector_acos(1.5) == 0);
     CHECK(vector_acos(-1.5) == std::acos(-1.0));
 }
+
+TEST_CASE("the quick functions keep their promises") {
+    double worst_exp = 0;
+    double worst_log = 0;
+    double worst_acos = 0;
+    for (std::uint32_t n = 0; n < 200'000; ++n) {
+        const double x = -690 + 700 * uniform(n + 4'000'000);
+        const double e = std::exp(x);
+        worst_exp = std::fmax(worst_exp, std::fabs(quick_exp(x) / e - 1));
+        const double y = std::exp(-600 + 602 * uniform(n + 5'000'000));
+        worst_log = std::fmax(worst_log, std::fabs(quick_log_1_plus_inverse(y) / std::log1p(1 / y) - 1));
+        const double c = -1 + 2 * uniform(n + 6'000'000);
+        worst_acos = std::fmax(worst_acos, std::fabs(quick_acos(c) - std::acos(c)));
+    }
+    CHECK(worst_exp < 5e-10);
+    CHECK(worst_log < 2e-11);
+    CHECK(worst_acos < 8e-11);
+    CHECK(quick_acos(1) == 0);
+    CHECK(quick_exp(-1e9) < 1e-300);
+}
