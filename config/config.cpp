@@ -1,5 +1,6 @@
 #include "config/config.hpp"
 
+#include "config/scene_keys.hpp"
 #include "config/sensor_file.hpp"
 #include "config/tables.hpp"
 #include "core/error.hpp"
@@ -7,7 +8,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
 
 namespace obscura::config {
 namespace {
@@ -70,9 +74,32 @@ void read_gige(const Value& root, const Where& top, GigeSection& gige) {
     if (const Member* faults = table.find("faults")) read_faults(*faults, where.in("faults"), gige.faults);
 }
 
-void check_together(const Config& config, const Value& root, const Where& top) {
+/// What a configuration is read from: a file, or a [[camera]] of it laid over the rest of the file.
+struct Tables {
+    Value root;
+    Where top;    ///< of all tables but
+    Where camera; ///< the keys of the camera itself
+
+    [[nodiscard]] Where where(std::string_view section) const {
+        return section == "camera" ? camera : top.in(section);
+    }
+    [[noreturn]] void refuse(std::string_view section, std::string_view key, std::string_view what) const {
+        fail(where(section).in(key), position_of(root, section, key), what);
+    }
+};
+
+bool is_mac(const std::string& text) {
+    if (text.size() != 17) return false;
+    for (std::size_t i = 0; i < text.size(); ++i)
+        if (i % 3 == 2 ? text[i] != ':' : std::isxdigit(static_cast<unsigned char>(text[i])) == 0)
+            return false;
+    // The lowest bit of the first byte is for groups.
+    return std::strtol(text.substr(0, 2).c_str(), nullptr, 16) % 2 == 0 && text != "00:00:00:00:00:00";
+}
+
+void check_together(const Config& config, const Tables& tables) {
     const auto refuse = [&](std::string_view section, std::string_view key, std::string_view what) {
-        fail(top.in(section).in(key), position_of(root, section, key), what);
+        tables.refuse(section, key, what);
     };
     const CameraSection& camera = config.camera;
     const ReadoutSettings& readout = config.sensor.readout;
@@ -99,6 +126,10 @@ void check_together(const Config& config, const Value& root, const Where& top) {
     check_text("model", gige.model, 31);
     check_text("serial", gige.serial, 15);
     check_text("user_name", gige.user_name, 15);
+    if (!gige.mac.empty() && !is_mac(gige.mac))
+        refuse("gige", "mac",
+               fmt::format("\"{}\" is no hardware address, allowed six bytes like 02:4f:00:00:00:01",
+                           printable(gige.mac)));
     if (gige.packet_size % 4 != 0)
         refuse("gige", "packet_size", fmt::format("{} is not a multiple of 4", gige.packet_size));
     if (gige.enabled && gige.interface.empty())
@@ -120,26 +151,57 @@ void check_together(const Config& config, const Value& root, const Where& top) {
                fmt::format("{} is no file that can be read", stimulator.calibration));
 }
 
-std::string heading(std::string_view name) {
-    return fmt::format("\n[{}]\n", name);
+/// The tables that a [[camera]] may have of its own; they are laid over those of the file.
+const std::vector<std::string_view> own_tables{"view", "trigger", "deadline",   "gige",
+                                               "file", "v4l2",    "stimulator", "sensor"};
+
+Value laid_over(const Value& under, const Value& over) {
+    Value result = under;
+    result.at = over.at;
+    for (const Member& member : over.members) {
+        const auto same = std::find_if(result.members.begin(), result.members.end(),
+                                       [&](const Member& m) { return m.key == member.key; });
+        if (same == result.members.end())
+            result.members.push_back(member);
+        else if (same->value.kind == Value::Kind::table && member.value.kind == Value::Kind::table)
+            same->value = laid_over(same->value, member.value);
+        else
+            *same = member;
+    }
+    return result;
 }
 
-} // namespace
+/// `element` of [[camera]] as if it alone were in the file.
+Tables tables_of_camera(const Value& root, const Where& top, const Value& element, const Where& where) {
+    CameraSection unused;
+    read_keys(element, where, keys_of(unused), own_tables);
+    Value own, camera;
+    own.at = camera.at = element.at;
+    for (const Member& member : element.members) {
+        const bool table = std::find(own_tables.begin(), own_tables.end(), member.key) != own_tables.end();
+        if (table) expect_table(member.value, where.in(member.key));
+        (table ? own : camera).members.push_back(member);
+    }
+    own.members.push_back({"camera", element.at, camera});
+    Value rest = root;
+    rest.members.erase(std::remove_if(rest.members.begin(), rest.members.end(),
+                                      [](const Member& m) { return m.key == "camera"; }),
+                       rest.members.end());
+    return {laid_over(rest, own), {top.file, where.path}, where};
+}
 
-Config load(const std::filesystem::path& file) {
-    const Value root = parse_file(file);
-    const Where top{file, ""};
-    read_keys(root, top, {},
-              {"daemon", "render", "trigger", "deadline", "camera", "gige", "file", "v4l2", "stimulator",
-               "scene", "sensor"});
-
+/// Everything but the scene.
+Config read_config(const Tables& tables) {
+    const Value& root = tables.root;
+    const Where& top = tables.top;
     Config config;
-    config.source = std::filesystem::absolute(file).lexically_normal();
+    config.source = std::filesystem::absolute(top.file).lexically_normal();
     read_section(root, top, "daemon", config.daemon);
     read_section(root, top, "render", config.render);
     read_section(root, top, "trigger", config.trigger);
     read_section(root, top, "deadline", config.deadline);
-    read_section(root, top, "camera", config.camera);
+    if (const Member* camera = root.find("camera"))
+        read_keys(expect_table(camera->value, tables.camera), tables.camera, keys_of(config.camera));
     read_gige(root, top, config.gige);
     read_section(root, top, "file", config.file);
     read_section(root, top, "v4l2", config.v4l2);
@@ -156,13 +218,127 @@ Config load(const std::filesystem::path& file) {
     if (given.find("file") == given.end())
         fail(top.in("scene"), position_of(root, "scene", "file"),
              "the key \"file\" is missing, a scene file is wanted");
-    check_together(config, root, top);
+    check_together(config, tables);
     config.scene_file = std::filesystem::absolute(scene.file).lexically_normal();
-    config.scene = load_scene(scene.file);
+    return config;
+}
+
+void put_into_scene(Config& config, const scene::Scene& scene, const Tables& tables) {
+    config.scene = scene;
+    if (const Member* view = tables.root.find("view"))
+        config.view = read_view(view->value, tables.top.in("view"), config.scene.camera);
     // The chip decides how many pixels there are and how large; the scene file's figures serve `render`.
     config.scene.camera.width = config.sensor.readout.width;
     config.scene.camera.height = config.sensor.readout.height;
     config.scene.camera.pixel_pitch_m = config.sensor.pixel_pitch_m;
+}
+
+/// Cameras that would get in each other's way.
+void check_apart(const Config& a, const Config& b, const Where& where_a, const Tables& tables_b) {
+    const auto refuse = [&](std::string_view section, std::string_view key, const std::string& value,
+                            std::string_view what) {
+        tables_b.refuse(section, key,
+                        fmt::format("\"{}\" is the {} of {}, too; each camera needs its own",
+                                    printable(value), what, where_a.path));
+    };
+    if (a.gige.enabled && b.gige.enabled) {
+        if (a.gige.interface == b.gige.interface && a.gige.port == b.gige.port)
+            refuse("gige", "interface", b.gige.interface, "address");
+        if (a.gige.serial == b.gige.serial) refuse("gige", "serial", b.gige.serial, "serial number");
+        if (!b.gige.mac.empty() && a.gige.mac == b.gige.mac)
+            refuse("gige", "mac", b.gige.mac, "hardware address");
+        if (!b.gige.state_file.empty() && a.gige.state_file == b.gige.state_file)
+            refuse("gige", "state_file", b.gige.state_file, "file for user sets");
+    }
+    if (a.file.enabled && b.file.enabled && a.file.directory == b.file.directory)
+        refuse("file", "directory", b.file.directory, "folder");
+    if (a.v4l2.enabled && b.v4l2.enabled && a.v4l2.device == b.v4l2.device)
+        refuse("v4l2", "device", b.v4l2.device, "video node");
+    if (a.stimulator.enabled && b.stimulator.enabled && a.stimulator.serial == b.stimulator.serial)
+        refuse("stimulator", "serial", b.stimulator.serial, "stimulator");
+}
+
+constexpr std::size_t max_cameras = 16;
+
+/// [[camera]]: the first of them, with the others in it.
+Config load_several(const Value& root, const Where& top, const Member& list) {
+    const std::vector<Value>& elements = expect_tables(list, top.in("camera"));
+    if (elements.empty() || elements.size() > max_cameras)
+        fail(top.in("camera"), list.at,
+             fmt::format("{} cameras, allowed 1 to {}", elements.size(), max_cameras));
+    // The tables they share have to be right by themselves, and are complained of under their own names.
+    Tables shared{root, top, top.in("camera")};
+    shared.root.members.erase(std::remove_if(shared.root.members.begin(), shared.root.members.end(),
+                                             [](const Member& m) { return m.key == "camera"; }),
+                              shared.root.members.end());
+    const Config common = read_config(shared);
+
+    std::vector<Tables> tables;
+    std::vector<Config> cameras;
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+        tables.push_back(tables_of_camera(root, top, elements[i], top.in(fmt::format("camera[{}]", i))));
+        cameras.push_back(read_config(tables[i]));
+        cameras[i].several = true;
+        cameras[i].own_trigger = elements[i].find("trigger") != nullptr;
+        for (std::size_t before = 0; before < i; ++before)
+            check_apart(cameras[before], cameras[i], tables[before].camera, tables[i]);
+    }
+    const scene::Scene scene = load_scene(common.scene_file);
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        put_into_scene(cameras[i], scene, tables[i]);
+    Config first = std::move(cameras[0]);
+    first.others.assign(std::make_move_iterator(cameras.begin() + 1), std::make_move_iterator(cameras.end()));
+    return first;
+}
+
+std::string heading(std::string_view prefix, std::string_view name) {
+    return fmt::format("\n[{}{}]\n", prefix, name);
+}
+
+/// All that a [[camera]] may have of its own but its own keys, view and trigger.
+std::string print_own_tables(Config& c, std::string_view prefix) {
+    using config::keys_of;
+    std::string out = heading(prefix, "gige") + print_keys(keys_of(c.gige));
+    for (FaultSection& fault : c.gige.faults)
+        out += fmt::format("\n[[{}gige.faults]]\n", prefix) + print_keys(keys_of(fault));
+    out += heading(prefix, "file") + print_keys(keys_of(c.file));
+    out += heading(prefix, "v4l2") + print_keys(keys_of(c.v4l2));
+    out += heading(prefix, "stimulator") + print_keys(keys_of(c.stimulator));
+    out += heading(prefix, "sensor") + print_keys(keys_of(c.sensor));
+    out += heading(prefix, "sensor.readout") + print_keys(keys_of(c.sensor.readout));
+    out += heading(prefix, "sensor.detector") + print_keys(keys_of(c.sensor.detector));
+    return out;
+}
+
+std::string print_camera(Config& c) {
+    std::string out = "\n[[camera]]\n" + print_keys(keys_of(c.camera));
+    if (!c.view.empty()) out += heading("camera.", "view") + c.view;
+    if (c.own_trigger) out += heading("camera.", "trigger") + print_keys(keys_of(c.trigger));
+    out += heading("camera.", "deadline") + print_keys(keys_of(c.deadline));
+    return out + print_own_tables(c, "camera.");
+}
+
+} // namespace
+
+std::vector<const Config*> Config::cameras() const {
+    std::vector<const Config*> all{this};
+    for (const Config& other : others)
+        all.push_back(&other);
+    return all;
+}
+
+Config load(const std::filesystem::path& file) {
+    const Value root = parse_file(file);
+    const Where top{file, ""};
+    read_keys(root, top, {},
+              {"daemon", "render", "trigger", "deadline", "camera", "gige", "file", "v4l2", "stimulator",
+               "scene", "sensor"});
+    if (const Member* camera = root.find("camera");
+        camera != nullptr && camera->value.kind == Value::Kind::array)
+        return load_several(root, top, *camera);
+    const Tables tables{root, top, top.in("camera")};
+    Config config = read_config(tables);
+    put_into_scene(config, load_scene(config.scene_file), tables);
     return config;
 }
 
@@ -170,22 +346,24 @@ std::string print(const Config& config) {
     Config c = config; // the tables bind to what can be written
     SceneSection scene{c.scene_file.string()};
     std::string out = fmt::format("# Effective configuration of {}\n", printable(c.source.string(), 1000));
-    out += heading("scene") + print_keys(keys_of(scene));
-    out += heading("daemon") + print_keys(keys_of(c.daemon));
-    out += heading("render") + print_keys(keys_of(c.render));
-    out += heading("trigger") + print_keys(keys_of(c.trigger));
-    out += heading("deadline") + print_keys(keys_of(c.deadline));
-    out += heading("camera") + print_keys(keys_of(c.camera));
-    out += heading("gige") + print_keys(keys_of(c.gige));
-    for (FaultSection& fault : c.gige.faults)
-        out += "\n[[gige.faults]]\n" + print_keys(keys_of(fault));
-    out += heading("file") + print_keys(keys_of(c.file));
-    out += heading("v4l2") + print_keys(keys_of(c.v4l2));
-    out += heading("stimulator") + print_keys(keys_of(c.stimulator));
-    out += heading("sensor") + print_keys(keys_of(c.sensor));
-    out += heading("sensor.readout") + print_keys(keys_of(c.sensor.readout));
-    out += heading("sensor.detector") + print_keys(keys_of(c.sensor.detector));
-    return out;
+    out += heading("", "scene") + print_keys(keys_of(scene));
+    out += heading("", "daemon") + print_keys(keys_of(c.daemon));
+    out += heading("", "render") + print_keys(keys_of(c.render));
+    if (c.several) {
+        std::vector<Config*> cameras{&c};
+        for (Config& other : c.others)
+            cameras.push_back(&other);
+        const auto shares = [](const Config* camera) { return !camera->own_trigger; };
+        if (const auto one = std::find_if(cameras.begin(), cameras.end(), shares); one != cameras.end())
+            out += heading("", "trigger") + print_keys(keys_of((*one)->trigger));
+        for (Config* camera : cameras)
+            out += print_camera(*camera);
+        return out;
+    }
+    out += heading("", "trigger") + print_keys(keys_of(c.trigger));
+    out += heading("", "deadline") + print_keys(keys_of(c.deadline));
+    out += heading("", "camera") + print_keys(keys_of(c.camera));
+    return out + print_own_tables(c, "");
 }
 
 CameraSettings camera_settings(const Config& config) {

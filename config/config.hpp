@@ -87,6 +87,7 @@ struct GigeSection {
     std::string interface = "lo"; ///< interface name or one of its IPv4 addresses
     std::int32_t port = 3956;
     std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name = "";
+    std::string mac = "";            ///< hardware address to show; empty: the interface's own
     std::int32_t packet_size = 1500; ///< reset value of GevSCPSPacketSize
     std::int32_t heartbeat_timeout_ms = 3000;
     std::int32_t history_frames = 4;       ///< frames kept for packet resend
@@ -137,7 +138,7 @@ struct StimulatorSection {
     std::string dither = "both";       ///< none, spatial, temporal, both
 };
 
-/// The configuration of one daemon.
+/// The configuration of one daemon and its camera; of the first one when there are several.
 struct Config {
     std::filesystem::path source; ///< the file it was read from; relative paths in it start from its folder
     std::filesystem::path scene_file;
@@ -152,6 +153,16 @@ struct Config {
     StimulatorSection stimulator;
     SensorDescription sensor;
     scene::Scene scene;
+
+    /// [[camera]]: the second and further cameras, each a whole configuration with the same [scene], [daemon]
+    /// and [render]. Empty under a single [camera]; then the following mean nothing.
+    std::vector<Config> others;
+    bool several = false;     ///< written as [[camera]], perhaps with one element
+    bool own_trigger = false; ///< has a [camera.trigger]; else what [trigger] names reaches it
+    std::string view;         ///< the keys of [camera.view] that were given, as TOML
+
+    /// This one and the others.
+    [[nodiscard]] std::vector<const Config*> cameras() const;
 };
 
 /// Reads a daemon configuration with its sensor and scene files. Nothing but files is touched. Throws

@@ -170,6 +170,21 @@ scene::Lamp read_lamp(const Value& table, const Where& where) {
 
 } // namespace
 
+std::string read_view(const Value& table, const Where& where, scene::Camera& camera) {
+    PlaceKeys place;
+    Keys keys = keys_of(camera);
+    const Keys place_keys = camera_place_keys(place);
+    keys.insert(keys.end(), place_keys.begin(), place_keys.end());
+    const Given given = read_keys(table, where, keys);
+    const bool placed = std::any_of(place_keys.begin(), place_keys.end(),
+                                    [&](const Key& key) { return has(given, key.name); });
+    if (placed) camera.motion = motion_of(place, given, table, where);
+    keys.erase(
+        std::remove_if(keys.begin(), keys.end(), [&](const Key& key) { return !has(given, key.name); }),
+        keys.end());
+    return print_keys(keys);
+}
+
 scene::Scene load_scene(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};

@@ -53,6 +53,10 @@ struct LampKeys {
     PlaceKeys place;
 };
 
+/// Reads `table` over `camera`; the place stays when none is given. Returns what was given, as TOML. Throws
+/// ConfigError.
+std::string read_view(const Value& table, const Where& where, scene::Camera& camera);
+
 [[nodiscard]] Keys keys_of(scene::Scene& scene);
 [[nodiscard]] Keys keys_of(SunKeys& sun);
 [[nodiscard]] Keys keys_of(StarKeys& stars);

@@ -185,6 +185,14 @@ Keys keys_of(GigeSection& s) {
         {"model", &s.model, {}, {}, {}, "DeviceModelName, at most 31 characters"},
         {"serial", &s.serial, {}, {}, {}, "DeviceSerialNumber, at most 15 characters"},
         {"user_name", &s.user_name, {}, {}, {}, "DeviceUserID, at most 15 characters"},
+        {"mac",
+         &s.mac,
+         {},
+         {},
+         {},
+         "Hardware address to show, like \"02:4f:00:00:00:01\"; empty: the interface's own, or one made from "
+         "the "
+         "address where several cameras share an interface"},
         {"packet_size",
          &s.packet_size,
          "bytes",

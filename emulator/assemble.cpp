@@ -134,6 +134,8 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.model = config.gige.model;
     settings.serial = config.gige.serial;
     settings.user_name = config.gige.user_name;
+    for (const char c : config.gige.mac)
+        if (c != ':') settings.mac = settings.mac << 4 | std::stoul(std::string(1, c), nullptr, 16);
     settings.packet_size = config.gige.packet_size;
     settings.heartbeat_timeout_ms = config.gige.heartbeat_timeout_ms;
     settings.history_frames = config.gige.history_frames;

@@ -3,13 +3,10 @@
 #include "core/error.hpp"
 #include "core/realtime.hpp"
 #include "emulator/reload.hpp"
-#include "emulator/statistics.hpp"
-#include "transports/gige/gige.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include <cmath>
-#include <ostream>
 #include <utility>
 
 namespace obscura::emulator {
@@ -34,45 +31,32 @@ Priorities choose_priorities(const std::string& wish) {
     return {};
 }
 
-LatePolicy late_policy(const std::string& name) {
-    if (name == "repeat") return LatePolicy::repeat;
-    if (name == "drop") return LatePolicy::drop;
-    if (name == "partial") return LatePolicy::partial;
-    return LatePolicy::late;
-}
-
 } // namespace
 
 Daemon::Daemon(config::Config config) : config_(std::move(config)) {
     priorities_ = choose_priorities(config_.daemon.realtime);
-    auto frames = static_cast<std::size_t>(config_.daemon.pool_frames);
-    if (const std::size_t needed = frames_needed(config_); frames < needed) {
-        log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
-                    needed);
-        frames = needed;
+    const std::vector<const config::Config*> cameras = config_.cameras();
+    for (const config::Config* camera : cameras)
+        units_.push_back(std::make_unique<CameraUnit>(*camera, priorities_, log_));
+    // One line that all share who have none of their own.
+    TriggerLine* shared = nullptr;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        TriggerLine* line = cameras[i]->own_trigger ? nullptr : shared;
+        if (line == nullptr) {
+            line = lines_.emplace_back(std::make_unique<TriggerLine>()).get();
+            line->config = i;
+            line->conditioner =
+                std::make_unique<sync::Conditioner>(conditioner_settings(*cameras[i]), line->cameras);
+            line->source = make_trigger_source(*cameras[i], units_[i]->clock(), priorities_);
+            if (!cameras[i]->own_trigger) shared = line;
+        }
+        line->cameras.add(units_[i]->camera());
+        line->units.push_back(units_[i].get());
     }
-    imaging_ = std::make_unique<Imaging>(config_, frames, priorities_);
-    ReleaserSettings release;
-    release.max_rows = static_cast<std::size_t>(config_.sensor.readout.height);
-    release.priority = priorities_.release;
-    release.policy = late_policy(config_.deadline.policy);
-    release.grace_ns = std::llround(config_.deadline.grace_us * 1e3);
-    // Polling without SCHED_FIFO only takes time from those who have work to do.
-    if (release.priority > 0) release.spin_ns = std::llround(config_.deadline.spin_us * 1e3);
-    releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>(), &timing_);
-    camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
-                                       imaging_->clock, log_);
-    transports_ = make_transports(config_, *camera_, imaging_->clock, priorities_);
-    for (const auto& transport : transports_)
-        camera_->add_transport(*transport);
-    conditioner_ = std::make_unique<sync::Conditioner>(conditioner_settings(config_), *camera_);
-    source_ = make_trigger_source(config_, imaging_->clock, priorities_);
 }
 
 Daemon::~Daemon() {
     stop();
-    // Transports let go of their frames before camera, releaser and pool go.
-    transports_.clear();
 }
 
 void Daemon::start() {
@@ -87,25 +71,24 @@ void Daemon::start() {
     }
     running_ = true;
     try {
-        for (const auto& transport : transports_)
-            transport->start();
-        if (source_) source_->start(*conditioner_);
+        for (const auto& unit : units_)
+            unit->start();
+        for (const auto& line : lines_)
+            if (line->source) line->source->start(*line->conditioner);
     } catch (...) {
         stop();
         throw;
     }
-    for (const auto& transport : transports_)
-        if (const auto* gige = dynamic_cast<const transports::gige::GigeCamera*>(transport.get()))
-            address_ = fmt::format("{}:{}", gige->address(), config_.gige.port);
-    if (config_.daemon.autostart || !config_.gige.enabled) camera_->acquisition_start();
+    for (const auto& unit : units_)
+        unit->begin();
 }
 
 void Daemon::stop() {
     if (!std::exchange(running_, false)) return;
-    if (source_) source_->stop();
-    camera_->acquisition_stop(true);
-    for (auto transport = transports_.rbegin(); transport != transports_.rend(); ++transport)
-        (*transport)->stop();
+    for (const auto& line : lines_)
+        if (line->source) line->source->stop();
+    for (auto unit = units_.rbegin(); unit != units_.rend(); ++unit)
+        (*unit)->stop();
     tick();
 }
 
@@ -117,51 +100,72 @@ std::string Daemon::reload(config::Config next) {
     if (!refused.empty()) return fmt::format("{} cannot change while running; restart for that", refused);
     if (changed.empty()) return {};
 
-    auto conditioner = std::make_unique<sync::Conditioner>(conditioner_settings(next), *camera_);
-    auto source = make_trigger_source(next, imaging_->clock, priorities_);
-    const sync::RationalRate rate = nominal_trigger_rate(next);
-    if (source_) source_->stop();
-    try {
-        // Both may want the same line or socket, so the old one has to let go first.
-        if (source) source->start(*conditioner);
-    } catch (...) {
-        if (source_) source_->start(*conditioner_);
-        throw;
+    for (const auto& line : lines_) {
+        const config::Config& camera = *next.cameras()[line->config];
+        if (camera.own_trigger) continue; // not among the reloadable keys
+        auto conditioner = std::make_unique<sync::Conditioner>(conditioner_settings(camera), line->cameras);
+        auto source = make_trigger_source(camera, units_[line->config]->clock(), priorities_);
+        const sync::RationalRate rate = nominal_trigger_rate(camera);
+        if (line->source) line->source->stop();
+        try {
+            // Both may want the same line or socket, so the old one has to let go first.
+            if (source) source->start(*conditioner);
+        } catch (...) {
+            if (line->source) line->source->start(*line->conditioner);
+            throw;
+        }
+        line->source = std::move(source);
+        line->conditioner = std::move(conditioner);
+        for (CameraUnit* unit : line->units)
+            unit->camera().set_trigger_rate(rate);
     }
-    source_ = std::move(source);
-    conditioner_ = std::move(conditioner);
-    camera_->set_trigger_rate(rate);
     config_ = std::move(next);
     return {};
 }
 
 std::string Daemon::address() const {
-    return address_;
+    std::string all;
+    for (const auto& unit : units_)
+        all += (all.empty() ? "" : " ") + unit->address();
+    return all;
 }
 
 void Daemon::tick() {
     log_.drain();
-    if (timing_out_ != nullptr)
-        timing_.drain(*timing_out_);
-    else
-        timing_.discard();
+    for (const auto& unit : units_)
+        unit->tick();
 }
 
-void Daemon::write_timing_to(std::ostream& out) {
-    out << TimingLog::header();
-    timing_out_ = &out;
+void Daemon::write_timing_to(std::ostream& out, std::size_t camera) {
+    units_.at(camera)->write_timing_to(out);
 }
 
 bool Daemon::alive() {
-    return camera_->alive();
+    bool all = true;
+    for (const auto& unit : units_)
+        all = unit->camera().alive() && all;
+    return all;
 }
 
 std::string Daemon::summary() const {
-    return summary_line(*camera_, transports_);
+    if (units_.size() == 1) return units_.front()->summary();
+    std::string lines;
+    for (std::size_t i = 0; i < units_.size(); ++i)
+        lines += fmt::format("{}camera[{}] {}: {}", i == 0 ? "" : " | ", i, units_[i]->address(),
+                             units_[i]->summary());
+    return lines;
 }
 
 std::string Daemon::statistics_json() const {
-    return statistics_to_json(*camera_, *releaser_, transports_);
+    if (units_.size() == 1) return units_.front()->statistics_json();
+    nlohmann::ordered_json json;
+    json["cameras"] = nlohmann::ordered_json::array();
+    for (const auto& unit : units_) {
+        nlohmann::ordered_json one = nlohmann::ordered_json::parse(unit->statistics_json());
+        one["address"] = unit->address();
+        json["cameras"].push_back(std::move(one));
+    }
+    return json.dump(2) + "\n";
 }
 
 } // namespace obscura::emulator

@@ -4,11 +4,10 @@
 #include "config/config.hpp"
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
-#include "emulator/camera.hpp"
-#include "emulator/releaser.hpp"
-#include "emulator/timing_log.hpp"
+#include "emulator/camera_unit.hpp"
+#include "sync/conditioner.hpp"
+#include "sync/fan_out.hpp"
 #include "sync/sync.hpp"
-#include "transports/transport.hpp"
 
 #include <iosfwd>
 #include <memory>
@@ -31,7 +30,8 @@ public:
     /// The mirror of start(), within 1 s.
     void stop();
 
-    /// Where clients find the camera, "ADDRESS:PORT"; "none" without a control port. Valid after start().
+    /// Where clients find the cameras, "ADDRESS:PORT" of each with blanks between; "none" for one without a
+    /// control port. Valid after start().
     [[nodiscard]] std::string address() const;
     /// To be called several times a second: writes what real-time threads have logged.
     void tick();
@@ -39,32 +39,36 @@ public:
     /// reason is the result. Frames in work are not disturbed. Throws Error when the new trigger source
     /// cannot be had; the old one goes on then.
     [[nodiscard]] std::string reload(config::Config next);
-    /// From now on tick() appends the stamps of every frame to `out`, as CSV. `out` must outlive the daemon.
-    void write_timing_to(std::ostream& out);
+    /// From now on tick() appends the stamps of every frame of that camera to `out`, as CSV. `out` must
+    /// outlive the daemon.
+    void write_timing_to(std::ostream& out, std::size_t camera = 0);
     /// False when a worker thread has made no progress on work in hand since the last call; call every second
     /// or slower.
     [[nodiscard]] bool alive();
 
     /// Counters in one line, for the log.
     [[nodiscard]] std::string summary() const;
-    /// Counters and latencies as JSON.
+    /// Counters and latencies as JSON; of several cameras as a list "cameras" with the address of each.
     [[nodiscard]] std::string statistics_json() const;
 
-    [[nodiscard]] Camera& camera() noexcept { return *camera_; }
+    [[nodiscard]] std::size_t camera_count() const noexcept { return units_.size(); }
+    [[nodiscard]] Camera& camera(std::size_t number = 0) noexcept { return units_.at(number)->camera(); }
 
 private:
+    /// A trigger source and the cameras that it reaches.
+    struct TriggerLine {
+        std::size_t config = 0; ///< camera whose configuration describes it
+        std::vector<CameraUnit*> units;
+        sync::FanOut cameras;
+        std::unique_ptr<sync::Conditioner> conditioner;
+        std::unique_ptr<sync::TriggerSource> source; ///< none: software triggers only
+    };
+
     config::Config config_;
     Priorities priorities_;
     LogRing log_;
-    TimingLog timing_;
-    std::ostream* timing_out_ = nullptr;
-    std::unique_ptr<Imaging> imaging_;
-    std::unique_ptr<Releaser> releaser_;
-    std::unique_ptr<Camera> camera_;
-    std::vector<std::unique_ptr<transports::Transport>> transports_;
-    std::unique_ptr<sync::Conditioner> conditioner_;
-    std::unique_ptr<sync::TriggerSource> source_;
-    std::string address_ = "none";
+    std::vector<std::unique_ptr<CameraUnit>> units_;
+    std::vector<std::unique_ptr<TriggerLine>> lines_; ///< go before the cameras that they reach
     bool running_ = false;
 };
 

@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -114,17 +115,20 @@ int run(const Options& options) {
     }
     set_log_level(level_of(config.daemon.log_level));
     if (options.check) {
-        const emulator::Imaging everything_loads(config, 1);
+        for (const config::Config* camera : config.cameras())
+            const emulator::Imaging everything_loads(*camera, 1);
         fmt::print("{}: good\n", options.config_file);
         return exit_ok;
     }
     log_info("obscurad {} starting with {}", emulator::version, config.source.string());
-    std::ofstream timing;
+    std::vector<std::ofstream> timing; // outlives the daemon
     emulator::Daemon daemon(config);
-    if (!options.timing_file.empty()) {
-        timing.open(options.timing_file);
-        if (!timing) throw OutputError(fmt::format("{}: cannot be written", options.timing_file));
-        daemon.write_timing_to(timing);
+    timing.resize(options.timing_file.empty() ? 0 : daemon.camera_count());
+    for (std::size_t i = 0; i < timing.size(); ++i) {
+        const std::string file = options.timing_file + (i == 0 ? "" : fmt::format(".{}", i));
+        timing[i].open(file);
+        if (!timing[i]) throw OutputError(fmt::format("{}: cannot be written", file));
+        daemon.write_timing_to(timing[i], i);
     }
     daemon.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
@@ -162,8 +166,10 @@ int main(int argc, char* argv[]) {
     app.add_option("--stats", options.statistics_file,
                    "Write counters and latencies to FILE (JSON) at the end")
         ->type_name("FILE");
-    app.add_option("--timing", options.timing_file,
-                   "Write the stamps of every frame to FILE (CSV, for obscura timing)")
+    app.add_option(
+           "--timing", options.timing_file,
+           "Write the stamps of every frame to FILE (CSV, for obscura timing); of camera[1] to FILE.1 "
+           "and so on")
         ->type_name("FILE");
     app.set_version_flag("-V,--version", fmt::format("obscurad {}", emulator::version));
     try {

@@ -1,5 +1,7 @@
 #include "emulator/reload.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <sstream>
@@ -7,19 +9,33 @@
 namespace obscura::emulator {
 namespace {
 
-// "section.key" -> the text behind "=", comments left out.
+// "section.key" -> the text behind "=", comments left out. Elements of arrays of tables are numbered:
+// "camera[1].gige.faults[0].kind".
 std::map<std::string, std::string> printed_values(const config::Config& config) {
     std::map<std::string, std::string> values;
+    std::map<std::string, int> elements; // of each array so far
     std::istringstream in(config::print(config));
     std::string line, section, last;
+    const auto full_name = [&](std::string name) {
+        // The only array with tables inside.
+        const int cameras = elements["camera"];
+        if (cameras > 0 && name.rfind("camera.", 0) == 0)
+            name = fmt::format("camera[{}].{}", cameras - 1, name.substr(7));
+        return name;
+    };
     while (std::getline(in, line)) {
         if (line.empty() || line[0] == '#') continue;
         if (line[0] == ' ') { // a long value goes on
             values[last] += line;
             continue;
         }
+        if (line.rfind("[[", 0) == 0) {
+            const std::string name = full_name(line.substr(2, line.find(']') - 2));
+            section = fmt::format("{}[{}]", name, elements[name]++);
+            continue;
+        }
         if (line[0] == '[') {
-            section = line.substr(1, line.find(']') - 1);
+            section = full_name(line.substr(1, line.find(']') - 1));
             continue;
         }
         const std::size_t equals = line.find('=');

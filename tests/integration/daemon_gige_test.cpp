@@ -8,6 +8,10 @@
 #include "transports/gige/fault_injector.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -114,4 +118,115 @@ TEST_CASE("the configuration knows every fault by the name that the camera has f
         CHECK(config.gige.faults.at(0).kind == fault_name(static_cast<Fault>(i)));
         CHECK_NOTHROW(emulator::Daemon(config));
     }
+}
+
+TEST_CASE("three cameras in one daemon, two of them on one trigger, are received at once") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(15);
+    options.size = 128;
+    options.rate_hz = 20;
+    options.several = true;
+    const std::vector<std::string> addresses{options.address, own_address(16), own_address(17)};
+    options.more = fmt::format(R"(
+[[camera]]
+exposure_us = 2000
+gige = {{ interface = "{}", serial = "LEFT", mac = "02:00:00:00:00:0a" }}
+[[camera]]
+exposure_us = 2000
+gige = {{ interface = "{}", serial = "RIGHT", user_name = "right", mac = "02:00:00:00:00:0b" }}
+view = {{ position_m = [-20000, 0, 0], boresight = [-1, 0, 0], up = [0, 0, 1] }}
+[[camera]]
+exposure_us = 2000
+gige = {{ interface = "{}", serial = "SLOW" }}
+[camera.trigger]
+rate_hz = 9
+[camera.sensor.readout]
+width = 96
+)",
+                               addresses[0], addresses[1], addresses[2]);
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    CHECK(daemon.address() ==
+          fmt::format("{}:3956 {}:3956 {}:3956", addresses[0], addresses[1], addresses[2]));
+
+    std::vector<std::unique_ptr<GigeClient>> clients;
+    for (const std::string& a : addresses)
+        clients.push_back(std::make_unique<GigeClient>(a));
+    CHECK(clients[0]->text("DeviceSerialNumber") == "LEFT");
+    CHECK(clients[1]->text("DeviceSerialNumber") == "RIGHT");
+    CHECK(clients[1]->text("DeviceUserID") == "right");
+    CHECK(clients[2]->text("DeviceSerialNumber") == "SLOW");
+    CHECK(clients[2]->integer("SensorWidth") == 96);
+    std::vector<std::uint32_t> macs;
+    for (const auto& client : clients) {
+        guint32 low = 0;
+        GError* error = nullptr;
+        arv_device_read_register(client->device(), 0x0C, &low, &error);
+        check(error, "MAC");
+        macs.push_back(low);
+    }
+    CHECK(macs[0] == 0x0A);
+    CHECK(macs[1] == 0x0B);
+    CHECK(macs[2] != macs[0]);
+
+    for (const auto& client : clients) {
+        client->open_stream(12);
+        client->execute("AcquisitionStart");
+    }
+    std::vector<std::vector<std::uint64_t>> stamps(3);
+    std::vector<std::string> pictures(3);
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::uint64_t id = 1; id <= 10; ++id) {
+            const auto buffer = clients[c]->next(5000);
+            REQUIRE(buffer != nullptr);
+            REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+            CHECK(arv_buffer_get_frame_id(buffer.get()) == id);
+            stamps[c].push_back(arv_buffer_get_timestamp(buffer.get()));
+            std::size_t bytes = 0;
+            const void* data = arv_buffer_get_data(buffer.get(), &bytes);
+            if (id == 1) pictures[c].assign(static_cast<const char*>(data), bytes);
+        }
+    for (const auto& client : clients)
+        client->execute("AcquisitionStop");
+    // The same edges, stamped alike: the second camera was started later, so it may have missed the first
+    // few.
+    const auto distance = [](std::uint64_t a, std::uint64_t b) { return a > b ? a - b : b - a; };
+    int common = 0;
+    for (const std::uint64_t a : stamps[0])
+        for (const std::uint64_t b : stamps[1])
+            common += distance(a, b) < 10'000;
+    CHECK(common >= 5);
+    for (std::size_t i = 1; i < 10; ++i)
+        CHECK(distance(stamps[2][i] - stamps[2][i - 1], 111'111'111) < 30'000);
+    CHECK((pictures[0] != pictures[1])); // they look in opposite directions
+    CHECK(pictures[2].size() == 96U * 128 * 2);
+
+    const auto statistics = nlohmann::json::parse(daemon.statistics_json());
+    REQUIRE(statistics["cameras"].size() == 3);
+    for (std::size_t c = 0; c < 3; ++c) {
+        CHECK(statistics["cameras"][c]["address"] == addresses[c] + ":3956");
+        CHECK(statistics["cameras"][c]["camera"]["frames"] >= 10);
+    }
+}
+
+TEST_CASE("the configuration of several cameras may be reloaded as far as their common trigger goes") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(18);
+    options.size = 64;
+    options.several = true;
+    options.more = fmt::format("[[camera]]\ngige = {{ interface = \"{}\", serial = \"A\" }}\n"
+                               "[[camera]]\ngige = {{ interface = \"{}\", serial = \"B\" }}\n",
+                               own_address(18), own_address(19));
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    options.rate_hz = 50;
+    CHECK(daemon.reload(config::load(write_configuration(folder, options))).empty());
+    options.more.replace(options.more.find("\"B\""), 3, "\"C\"");
+    CHECK(daemon.reload(config::load(write_configuration(folder, options))) ==
+          "camera[1].gige.serial cannot change while running; restart for that");
+    options.more.erase(options.more.rfind("[[camera]]"));
+    CHECK_THAT(daemon.reload(config::load(write_configuration(folder, options))),
+               Catch::Matchers::ContainsSubstring("camera[1].gige.interface"));
 }

@@ -14,8 +14,14 @@ struct GigeCamera::Parts {
     ControlPort port;
     ControlServer server;
 
+    static NetworkInterface shown_network(const GigeSettings& s) {
+        NetworkInterface network = find_interface(s.interface);
+        if (s.mac != 0) network.mac = s.mac;
+        return network;
+    }
+
     Parts(const GigeSettings& s, CameraControl& control, const Clock& clock)
-        : network(find_interface(s.interface)),
+        : network(shown_network(s)),
           messages(network),
           sender(s, network, messages, clock),
           device(s, network, control, sender, messages, clock),

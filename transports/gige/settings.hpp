@@ -14,6 +14,7 @@ struct GigeSettings {
     std::string interface = "lo"; ///< interface name or one of its IPv4 addresses; any 127.x.y.z on loopback
     std::int32_t port = 3956;     ///< clients know no other
     std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name = "";
+    std::uint64_t mac = 0;           ///< hardware address to show, 48 bits; 0: the interface's own
     std::int32_t packet_size = 1500; ///< reset value of GevSCPSPacketSize; taken down to the interface's MTU
     std::int32_t heartbeat_timeout_ms = 3000;
     std::int32_t history_frames = 4; ///< frames kept for packet resend; each holds a frame of the pool

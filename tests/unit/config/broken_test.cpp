@@ -38,6 +38,88 @@ struct Broken {
 const std::vector<Broken> broken_configs{
     {R"([scene]
 file = "scene.toml"
+[gige]
+mac = "02:4f:0"
+)",
+     "c.toml:4:7: gige.mac: \"02:4f:0\" is no hardware address, allowed six bytes like 02:4f:00:00:00:01"},
+    {R"(camera = []
+[scene]
+file = "scene.toml"
+)",
+     "c.toml:1:1: camera: 0 cameras, allowed 1 to 16"},
+    {R"([scene]
+file = "scene.toml"
+[[camera]]
+[camera.gige]
+interface = "127.0.0.2"
+serial = "A"
+[[camera]]
+[camera.gige]
+serial = "B"
+interface = "127.0.0.2"
+)",
+     "c.toml:10:13: camera[1].gige.interface: \"127.0.0.2\" is the address of camera[0], too; each camera "
+     "needs "
+     "its own"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+serial = "A"
+[[camera]]
+gige = { interface = "127.0.0.2" }
+[[camera]]
+gige = { interface = "127.0.0.3" }
+)",
+     "c.toml:4:10: camera[1].gige.serial: \"A\" is the serial number of camera[0], too; each camera needs "
+     "its "
+     "own"},
+    {R"([scene]
+file = "scene.toml"
+[[camera]]
+[[camera]]
+exposure = 3
+)",
+     R"(c.toml:5:1: camera[1].exposure: unknown key, did you mean "exposure_us"?)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera]]
+gain_db = 50
+)",
+     "c.toml:4:11: camera[0].gain_db: 50 is out of range, allowed 0 to 48 dB"},
+    {R"([scene]
+file = "scene.toml"
+[[camera]]
+[camera.view]
+boresight = [0, 0, 0]
+)",
+     "c.toml:5:13: camera[0].view.boresight: a vector that is not zero is wanted"},
+    {R"([scene]
+file = "scene.toml"
+[[camera]]
+[camera.daemon]
+seed = 3
+)",
+     "c.toml:4:9: camera[0].daemon: unknown key, allowed view, trigger, deadline, gige, file, v4l2, "
+     "stimulator, "
+     "sensor, width, height, offset_x, offset_y, pixel_format, exposure_us, gain_db, trigger_mode, "
+     "trigger_source, frame_rate_hz"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.readout]
+width = 100
+[[camera]]
+offset_x = 101
+)",
+     "c.toml:6:12: camera[0].offset_x: columns 101 to 101 leave the sensor, which is 100 px wide"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+packet_size = 1501
+[[camera]]
+)",
+     "c.toml:4:15: gige.packet_size: 1501 is not a multiple of 4"},
+    {R"([scene]
+file = "scene.toml"
 [[gige.faults]]
 percent = 3
 )",

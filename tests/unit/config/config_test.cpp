@@ -354,3 +354,78 @@ position_m = [1, 2, 3]
     CHECK(scene.lamps[0].beam == scene::Lamp::Beam::gaussian);
     CHECK(scene.lamps[0].motion.samples[0].pose.position_m == Vec3{1, 2, 3});
 }
+
+TEST_CASE("several cameras: each has the file's tables with its own laid over them") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", "[camera]\nfocal_length_mm = 70\nposition_m = [1, 2, 3]\n");
+    const auto first = config::load(folder.write("c.toml", R"([scene]
+file = "scene.toml"
+[daemon]
+seed = 5
+[trigger]
+rate_hz = 7
+[gige]
+packet_size = 8000
+[[gige.faults]]
+kind = "lose"
+[sensor.readout]
+width = 320
+height = 240
+[[camera]]
+gain_db = 3
+gige = { interface = "127.0.0.2", serial = "A", mac = "02:00:00:00:00:0a" }
+[[camera]]
+[camera.view]
+focal_length_mm = 35
+[camera.gige]
+interface = "127.0.0.3"
+serial = "B"
+faults = []
+[camera.sensor.readout]
+width = 640
+[[camera]]
+[camera.view]
+position_m = [9, 9, 9]
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[camera.trigger]
+rate_hz = 3
+[camera.gige]
+enabled = false
+)"));
+    const auto look = [](const config::Config& config) {
+        const auto cameras = config.cameras();
+        REQUIRE(cameras.size() == 3);
+        const config::Config &a = *cameras[0], &b = *cameras[1], &c = *cameras[2];
+        CHECK(a.several);
+        CHECK(a.camera.gain_db == 3);
+        CHECK(b.camera.gain_db == 0);
+        CHECK(a.gige.serial == "A");
+        CHECK(a.gige.mac == "02:00:00:00:00:0a");
+        CHECK(b.gige.packet_size == 8000);
+        CHECK(a.gige.faults.size() == 1);
+        CHECK(b.gige.faults.empty());
+        CHECK(c.gige.faults.size() == 1);
+        CHECK_FALSE(c.gige.enabled);
+        CHECK(a.sensor.readout.width == 320);
+        CHECK(b.sensor.readout.width == 640);
+        CHECK(b.sensor.readout.height == 240);
+        CHECK(b.scene.camera.width == 640);
+        CHECK(a.scene.camera.focal_length_m == 0.07);
+        CHECK(b.scene.camera.focal_length_m == 0.035);
+        CHECK(b.scene.camera.motion.samples.at(0).pose.position_m.x == 1);
+        CHECK(c.scene.camera.motion.samples.at(0).pose.position_m.x == 9);
+        CHECK(c.scene.camera.focal_length_m == 0.07);
+        CHECK_FALSE(a.own_trigger);
+        CHECK(a.trigger.rate_hz == 7);
+        CHECK(c.own_trigger);
+        CHECK(c.trigger.rate_hz == 3);
+        CHECK(c.daemon.seed == 5);
+    };
+    look(first);
+    const std::string text = config::print(first);
+    const auto second = config::load(folder.write("elsewhere/printed.toml", text));
+    look(second);
+    const auto body = [](const std::string& s) { return s.substr(s.find('\n')); };
+    CHECK(body(config::print(second)) == body(text));
+}

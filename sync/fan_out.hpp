@@ -1,0 +1,23 @@
+// One source, several cameras: hands every edge to each of a list of sinks.
+#pragma once
+
+#include "sync/sync.hpp"
+
+#include <vector>
+
+namespace obscura::sync {
+
+/// The sinks must outlive the source that delivers here. add() only before the source starts.
+class FanOut final : public TriggerSink {
+public:
+    void add(TriggerSink& sink) { sinks_.push_back(&sink); }
+    void on_trigger(const Trigger& trigger) noexcept override {
+        for (TriggerSink* sink : sinks_)
+            sink->on_trigger(trigger);
+    }
+
+private:
+    std::vector<TriggerSink*> sinks_;
+};
+
+} // namespace obscura::sync
