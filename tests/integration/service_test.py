@@ -2,7 +2,7 @@
 """The daemon as a service manager sees it: when it says READY, when it feeds the watchdog, what SIGHUP does, how fast it
 is back after SIGKILL. No systemd is needed: this program listens on the notification socket itself.
 
-Usage: service_test.py OBSCURAD SOURCE-DIRECTORY [--kills N] [TEST...]
+Usage: service_test.py OBSCURAD SOURCE-DIRECTORY [--kills N] [--slowdown N] [TEST...]
 Prints a line a check. Exit status 1 if one failed. Checks that the machine does not permit say so.
 """
 import argparse
@@ -24,6 +24,7 @@ parser = argparse.ArgumentParser()
 parser.add_argument("obscurad")
 parser.add_argument("source", type=pathlib.Path)
 parser.add_argument("--kills", type=int, default=8)
+parser.add_argument("--slowdown", type=int, default=1, help="how much slower a sanitizer makes the daemon, about")
 parser.add_argument("tests", nargs="*")
 options = parser.parse_args()
 failures = []
@@ -176,7 +177,7 @@ def test_long_rendering():
     """A frame that takes far longer than the watchdog is work, not a hung worker."""
     watchdog_s = 2
     with Bench() as bench:
-        bench.write(samples=65536)
+        bench.write(samples=65536 // options.slowdown)
         bench.start(watchdog_s=watchdog_s)
         check("READY=1 is said", bench.wait_for("READY=1"), bench.log_text())
         fed = [t for t, text in bench.messages(4 * watchdog_s) if "WATCHDOG=1" in text]
