@@ -97,6 +97,8 @@ struct GigeSection {
     std::string allow;                     ///< addresses and ranges, comma separated; empty: the whole link
     bool off_link = false;                 ///< answer sources behind a router, too
     bool read_only = false;                ///< nobody gets control
+    std::string xml;                       ///< GenICam file shown in place of our own; empty: our own
+    std::string xml_values;                ///< with `xml`: "Feature=value, ..." after reset
     std::string state_file;                ///< where user sets are kept; empty: in memory only
     std::vector<FaultSection> faults;
 };

@@ -146,6 +146,8 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.off_link = config.gige.off_link;
     settings.read_only = config.gige.read_only;
     settings.state_file = config.gige.state_file;
+    settings.xml = config.gige.xml;
+    settings.xml_values = config.gige.xml_values;
     settings.seed = config.daemon.seed;
     for (const config::FaultSection& section : config.gige.faults)
         settings.faults.push_back(fault_rule(config, section));

@@ -124,7 +124,7 @@ std::span<const std::uint8_t> ControlPort::acknowledge(const Request& request, S
 Status ControlPort::read_registers(const Request& request, std::size_t& bytes) {
     for (bytes = 0; bytes < request.payload.size(); bytes += 4) {
         std::uint32_t value = 0;
-        const Status status = bank_.read_word(load_be32(request.payload.data() + bytes), value);
+        const Status status = device_.read_word(load_be32(request.payload.data() + bytes), value);
         if (status != Status::success) return status;
         store_be32(payload() + bytes, value);
     }
@@ -134,7 +134,7 @@ Status ControlPort::read_registers(const Request& request, std::size_t& bytes) {
 Status ControlPort::write_registers(const Request& request, std::size_t& entries) {
     for (entries = 0; entries < request.count; ++entries) {
         const std::uint8_t* entry = request.payload.data() + 8 * entries;
-        const Status status = bank_.write_word(load_be32(entry), load_be32(entry + 4));
+        const Status status = device_.write_word(load_be32(entry), load_be32(entry + 4));
         if (status != Status::success) return status;
     }
     return Status::success;
@@ -166,7 +166,7 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
     case Command::read_memory: {
         if (locked_out) return deny();
         store_be32(payload(), request.address);
-        const Status status = bank_.read(request.address, {payload() + 4, request.count});
+        const Status status = device_.read(request.address, {payload() + 4, request.count});
         return acknowledge(request, status, status == Status::success ? 4U + request.count : 0U);
     }
     case Command::write_register: {
@@ -181,7 +181,7 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
         if (!may_write(request.address)) return deny();
         if (!is_controller(from) && request.payload.size() > 8) return deny();
         std::size_t done = 0;
-        const Status status = bank_.write(request.address, request.payload.subspan(4), done);
+        const Status status = device_.write(request.address, request.payload.subspan(4), done);
         store_be32(payload(), static_cast<std::uint32_t>(done));
         return acknowledge(request, status, 4);
     }

@@ -591,10 +591,41 @@ std::uint32_t Device::chunk_selection() const {
 
 void Device::add_xml() {
     const std::span<const std::uint8_t> zip = zipped_camera_xml();
-    const std::string url = fmt::format("Local:obscura_camera.zip;{:X};{:X}", feature::xml_file, zip.size());
+    std::string url = fmt::format("Local:obscura_camera.zip;{:X};{:X}", feature::xml_file, zip.size());
+    if (!settings_.xml.empty()) {
+        user_xml_ = std::make_unique<UserXml>(settings_.xml, read_xml_file(settings_.xml),
+                                              settings_.xml_values, bank_);
+        url = user_xml_->url();
+    }
     bank_.add_string("XMLFirstURL", reg::xml_url_first, 512, Access::read_only, url);
     bank_.add_string("XMLSecondURL", reg::xml_url_second, 512, Access::read_only, "");
-    bank_.add_block("XMLFile", feature::xml_file, zip);
+    if (!user_xml_) bank_.add_block("XMLFile", feature::xml_file, zip);
+}
+
+Status Device::read(std::uint32_t address, std::span<std::uint8_t> out) {
+    return user_xml_ ? user_xml_->read(address, out) : bank_.read(address, out);
+}
+
+Status Device::write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done) {
+    return user_xml_ ? user_xml_->write(address, bytes, done) : bank_.write(address, bytes, done);
+}
+
+Status Device::read_word(std::uint32_t address, std::uint32_t& value) {
+    std::uint8_t bytes[4] = {};
+    const Status status = read(address, bytes);
+    value = load_be32(bytes);
+    return status;
+}
+
+Status Device::write_word(std::uint32_t address, std::uint32_t value) {
+    std::uint8_t bytes[4];
+    store_be32(bytes, value);
+    std::size_t done = 0;
+    return write(address, bytes, done);
+}
+
+std::string Device::xml_report() const {
+    return user_xml_ ? user_xml_->report() : std::string();
 }
 
 std::uint64_t Device::device_time(Time t) const noexcept {

@@ -11,11 +11,14 @@
 #include "transports/gige/register_bank.hpp"
 #include "transports/gige/settings.hpp"
 #include "transports/gige/stream_port.hpp"
+#include "transports/gige/user_xml.hpp"
 
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +39,14 @@ public:
 
     [[nodiscard]] RegisterBank& registers() noexcept { return bank_; }
     [[nodiscard]] const RegisterBank& registers() const noexcept { return bank_; }
+
+    /// What clients read and write: the registers, or what a user's own XML makes of them.
+    Status read(std::uint32_t address, std::span<std::uint8_t> out);
+    Status write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done);
+    Status read_word(std::uint32_t address, std::uint32_t& value);
+    Status write_word(std::uint32_t address, std::uint32_t value);
+    /// What a user's own XML has turned out to hold, in one line; empty without one.
+    [[nodiscard]] std::string xml_report() const;
 
     /// The controlling application's address, 0 without one; streams may go there even when off link.
     void set_controller(std::uint32_t ip) noexcept { controller_ip_ = ip; }
@@ -141,6 +152,7 @@ private:
     Time acquisition_start_;
     bool sequencer_configuring_ = false;
     Sequence sequence_;
+    std::unique_ptr<UserXml> user_xml_;
     // What the chip makes of the settings it was last asked about.
     CameraSettings answered_settings_;
     ReadoutAnswer answer_;

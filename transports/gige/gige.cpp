@@ -1,5 +1,6 @@
 #include "transports/gige/gige.hpp"
 
+#include "core/log.hpp"
 #include "transports/gige/control_server.hpp"
 #include "transports/gige/gvsp_sender.hpp"
 
@@ -46,6 +47,8 @@ GigeCamera::~GigeCamera() {
 
 void GigeCamera::start() {
     parts_ = std::make_unique<Parts>(settings_, control_, clock_);
+    if (const std::string report = parts_->device.xml_report(); !report.empty())
+        log_info("gige.xml: {}", report);
     parts_->messages.start();
     parts_->sender.start();
     parts_->server.start();

@@ -33,6 +33,8 @@ struct GigeSettings {
         allow;              ///< addresses and ranges that may talk to the camera; empty: all on the link
     bool off_link = false;  ///< also answer sources behind a router
     bool read_only = false; ///< nobody gets control
+    std::string xml;        ///< GenICam file of a real camera to be shown in place of our own
+    std::string xml_values; ///< with `xml`: "Feature=value, ..." after reset
     std::string state_file; ///< where user sets are kept; empty: in memory only
 };
 
