@@ -8,6 +8,26 @@ namespace {
 constexpr double nano = 1e-9, micro = 1e-6, milli = 1e-3;
 /// 1e15 m is far beyond any planet and still a comfortable double.
 constexpr Range anywhere{-1e15, 1e15};
+constexpr double degree = 3.141592653589793 / 180;
+
+/// A key whose words stand for values.
+template<typename T>
+Key word_key(std::string_view name, T* value, const std::vector<std::pair<std::string_view, T>>& words,
+             std::string_view help) {
+    std::vector<std::string_view> choices;
+    for (const auto& [word, meaning] : words)
+        choices.push_back(word);
+    const auto set = [value, words](std::string_view text) {
+        for (const auto& [word, meaning] : words)
+            if (word == text) *value = meaning;
+    };
+    const auto get = [value, words] {
+        for (const auto& [word, meaning] : words)
+            if (meaning == *value) return std::string(word);
+        return std::string();
+    };
+    return {name, Word{set, get}, {}, {}, std::move(choices), help};
+}
 
 } // namespace
 
@@ -53,6 +73,7 @@ Keys keys_of(StarKeys& s) {
 }
 
 Keys keys_of(scene::Camera& s) {
+    using Model = scene::Distortion::Model;
     return {
         {"width", &s.width, "px", {1, 65536}, {}, "Columns; in a daemon the sensor's"},
         {"height", &s.height, "px", {1, 65536}, {}, "Rows; in a daemon the sensor's"},
@@ -75,6 +96,57 @@ Keys keys_of(scene::Camera& s) {
          {0, 20},
          {},
          "Standard deviation of the Gaussian point spread function; 0: each star in one pixel"},
+        word_key("projection", &s.projection,
+                 {{"pinhole", scene::Projection::pinhole},
+                  {"equidistant", scene::Projection::equidistant},
+                  {"equisolid", scene::Projection::equisolid},
+                  {"stereographic", scene::Projection::stereographic},
+                  {"orthographic", scene::Projection::orthographic}},
+                 "Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, "
+                 "2 f tan t/2, f sin t"),
+        word_key("distortion", &s.distortion.model,
+                 {{"none", Model::none},
+                  {"brown-conrady", Model::brown_conrady},
+                  {"opencv", Model::opencv},
+                  {"radial", Model::radial},
+                  {"table", Model::table}},
+                 "Departure from the projection; each has its own coefficients or table"),
+        {"distortion_coefficients",
+         &s.distortion.coefficients,
+         {},
+         {-1e6, 1e6},
+         {},
+         "brown-conrady (real to ideal): k1 k2 k3 p1 p2; opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4; "
+         "radial: "
+         "k1 k2 k3 k4"},
+        {"distortion_ideal_mm",
+         &s.distortion.ideal_mm,
+         "mm",
+         {0, 1e6},
+         {},
+         "Table: distances from the centre that the projection gives, from 0 up"},
+        {"distortion_real_mm",
+         &s.distortion.real_mm,
+         "mm",
+         {0, 1e6},
+         {},
+         "Table: where the lens really forms them"},
+        {"principal_offset_px",
+         Numbers{s.principal_offset_px.data(), s.principal_offset_px.size()},
+         "px",
+         {-65536, 65536},
+         {},
+         "Where the optical axis meets the sensor, from its centre: right, down"},
+        {"sensor_rotation_deg",
+         Scaled{&s.sensor_rotation_rad, degree},
+         "deg",
+         {-360, 360},
+         {},
+         "Rotation of the sensor about the optical axis, right towards down"},
+        word_key(
+            "vignetting", &s.pupil_cosine, {{"none", false}, {"cos4", true}},
+            "cos4: light weakened by the cosine of its angle to the boresight, with the solid angle of a "
+            "pinhole's pixels the cos^4 law"),
     };
 }
 

@@ -142,6 +142,35 @@ struct SpectralBand {
     double from_m = 400e-9, to_m = 900e-9;
 };
 
+/// How far from the centre, over the focal length, a direction at the angle t to the boresight is seen.
+enum class Projection : std::uint8_t {
+    pinhole,       ///< tan t
+    equidistant,   ///< t
+    equisolid,     ///< 2 sin(t/2)
+    stereographic, ///< 2 tan(t/2)
+    orthographic,  ///< sin t: a hemisphere seen from far outside
+};
+
+/// How the real image departs from the ideal projection. All lengths are over the focal length, r is the
+/// distance from the centre, x to the right, y down.
+struct Distortion {
+    enum class Model : std::uint8_t {
+        none,
+        /// From real to ideal: x + x (k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 x^2) + 2 p2 x y, and likewise
+        /// y. Coefficients k1, k2, k3, p1, p2; Brown, Close-range camera calibration (1971).
+        brown_conrady,
+        /// From ideal to real, as OpenCV's calib3d: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4.
+        opencv,
+        /// From ideal to real: r (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8); OpenCV's fisheye model, together
+        /// with the equidistant projection.
+        radial,
+        table, ///< distances from the centre, monotone between the entries
+    };
+    Model model = Model::none;
+    std::vector<double> coefficients; ///< those not given are 0
+    std::vector<double> ideal_mm, real_mm;
+};
+
 struct Camera {
     std::int32_t width = 1024, height = 1024; ///< the whole sensor
     double pixel_pitch_m = 18e-6;
@@ -149,6 +178,14 @@ struct Camera {
     double aperture_m = 0.025; ///< entrance pupil diameter
     double psf_sigma_px = 0.5; ///< Gaussian; 0 puts every star into one pixel
     Motion motion;
+    Projection projection = Projection::pinhole;
+    Distortion distortion{};
+    /// Where the optical axis meets the sensor, from its centre.
+    std::array<double, 2> principal_offset_px{0, 0};
+    double sensor_rotation_rad = 0; ///< of the sensor about the optical axis, x towards y
+    /// Light is weakened by the cosine of its angle to the boresight, as a flat pupil does. Together with the
+    /// solid angle of a pinhole's pixels, which falls with the cube, this is the cos^4 law.
+    bool pupil_cosine = false;
 };
 
 /// What the pixels of a frame hold.

@@ -26,9 +26,9 @@ void near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
 
 } // namespace
 
-BlockTracer::BlockTracer(const Pinhole& pinhole, const Footprint& footprint, const Sampling& sampling,
+BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprint, const Sampling& sampling,
                          const RowState& row, Tracer& tracer, std::vector<std::int32_t>& candidates)
-    : pinhole_(pinhole),
+    : projection_(projection),
       footprint_(footprint),
       sampling_(sampling),
       row_(row),
@@ -46,7 +46,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
     }
     Vec3s centre;
     Doubles solid_angle;
-    pinhole_.rays(x, row_y, centre, solid_angle);
+    projection_.rays(x, row_y, centre, solid_angle);
 
     std::uint32_t samples = 0;
     double reference = 0;
@@ -201,7 +201,7 @@ void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& inde
     }
     Vec3s direction;
     Doubles solid_angle;
-    pinhole_.rays(x, y, direction, solid_angle);
+    projection_.rays(x, y, direction, solid_angle);
     HitPacket hits;
     tracer_.intersect(direction, active, candidates_, hits);
     tracer_.count_samples(active);

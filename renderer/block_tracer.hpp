@@ -2,7 +2,7 @@
 #pragma once
 
 #include "renderer/footprint.hpp"
-#include "renderer/pinhole.hpp"
+#include "renderer/projection.hpp"
 #include "renderer/row_state.hpp"
 #include "renderer/sampler.hpp"
 #include "renderer/tracer.hpp"
@@ -40,7 +40,7 @@ struct BlockResult {
 class BlockTracer {
 public:
     /// All arguments must outlive the tracer. `candidates` is scratch space.
-    BlockTracer(const Pinhole& pinhole, const Footprint& footprint, const Sampling& sampling,
+    BlockTracer(const Projection& projection, const Footprint& footprint, const Sampling& sampling,
                 const RowState& row, Tracer& tracer, std::vector<std::int32_t>& candidates);
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near.
@@ -66,7 +66,7 @@ private:
     void trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
                      Channels& value);
 
-    const Pinhole& pinhole_;
+    const Projection& projection_;
     const Footprint& footprint_;
     const Sampling& sampling_;
     const RowState& row_;

@@ -33,7 +33,7 @@ private:
 
 } // namespace
 
-void trace_layers(const Pinhole& pinhole, const RowState& row, std::int32_t x, std::int32_t y,
+void trace_layers(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
                   std::int32_t width, std::vector<std::int32_t>& candidates, float* out, std::size_t plane) {
     const std::int32_t bodies = static_cast<std::int32_t>(row.bodies.size());
     // Blocks start at multiples of 16 of the sensor, so that a window is the crop of the whole.
@@ -48,7 +48,7 @@ void trace_layers(const Pinhole& pinhole, const RowState& row, std::int32_t x, s
         }
         Vec3s direction;
         Doubles solid_angle;
-        pinhole.rays(px, py, direction, solid_angle);
+        projection.rays(px, py, direction, solid_angle);
         candidates.clear();
         for (std::int32_t b = 0; b < bodies; ++b) {
             const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
@@ -63,7 +63,7 @@ void trace_layers(const Pinhole& pinhole, const RowState& row, std::int32_t x, s
         RayPacket rays;
         for (int i = 0; i < packet_size; ++i) {
             rays.t_max[i] = no_hit;
-            rays.active.on[i] = -1;
+            rays.active.on[i] = solid_angle[i] > 0 ? -1 : 0;
         }
         for (const std::int32_t b : candidates) {
             const BodyState& body = row.bodies[static_cast<std::size_t>(b)];

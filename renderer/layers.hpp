@@ -1,7 +1,7 @@
 // What geometry lies behind each pixel: the truth maps that go beside a frame.
 #pragma once
 
-#include "renderer/pinhole.hpp"
+#include "renderer/projection.hpp"
 #include "renderer/row_state.hpp"
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace obscura::renderer {
 
 /// Fills the layers of renderer.hpp's LayerId for the pixels [x, x + width) of row `y`: layer k at
 /// out + k * plane. `candidates` is scratch space. One ray through the centre of each pixel, no point spread.
-void trace_layers(const Pinhole& pinhole, const RowState& row, std::int32_t x, std::int32_t y,
+void trace_layers(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
                   std::int32_t width, std::vector<std::int32_t>& candidates, float* out, std::size_t plane);
 
 } // namespace obscura::renderer

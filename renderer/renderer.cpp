@@ -6,7 +6,7 @@
 #include "renderer/layers.hpp"
 #include "renderer/motion.hpp"
 #include "renderer/path_tracer.hpp"
-#include "renderer/pinhole.hpp"
+#include "renderer/projection.hpp"
 #include "renderer/row_state.hpp"
 #include "renderer/sampler.hpp"
 #include "renderer/spectrum.hpp"
@@ -81,7 +81,7 @@ struct Renderer::Impl {
     scene::Scene scene;
     RenderSettings settings;
     unsigned threads;
-    Pinhole pinhole;
+    std::unique_ptr<const Projection> lens;
     Footprint footprint;
     std::vector<BuiltBody> bodies;
     StarField stars;
@@ -99,7 +99,7 @@ struct Renderer::Impl {
         : scene((validate(s), std::move(s))),
           settings(r),
           threads(r.threads > 0 ? r.threads : std::max(1u, std::thread::hardware_concurrency())),
-          pinhole(scene.camera),
+          lens(make_projection(scene.camera)),
           footprint(scene.camera.psf_sigma_px),
           bodies(build_bodies(scene)),
           stars(scene.stars, scene.bands),
@@ -186,7 +186,7 @@ void Renderer::Impl::find_stars(const RenderRequest& request, StarCandidates& fo
         turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
     }
     stars.inside(rotate(middle, {0, 0, 1}),
-                 pinhole.field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found.stars);
+                 lens->field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found.stars);
 }
 
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer,
@@ -196,7 +196,7 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
         return;
     const Sampling sampling{settings.seed, request.frame_id, settings.samples_per_pixel,
                             settings.max_samples_per_pixel, settings.target_error};
-    BlockTracer blocks(pinhole, footprint, sampling, s.row, tracer, s.candidates);
+    BlockTracer blocks(*lens, footprint, sampling, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
         BlockResult result;
@@ -214,7 +214,7 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
 void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
                                 Tracer& tracer, Scratch& s) const {
     const BodyState& body = s.row.bodies[static_cast<std::size_t>(index)];
-    const auto centre = pinhole.project(body.direction);
+    const auto centre = lens->project(body.direction);
     if (!centre) return;
     const double reach = footprint.splat_reach_px() + 2 * targeted_radius_px;
     if (std::abs(centre->y - y) > reach || centre->x < request.window.x - reach ||
@@ -270,16 +270,17 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
         tracer.radiance(direction, hits, random, radiance);
         for (int i = 0; i < packet_size; ++i) {
             if (hits.body[i] < 0) continue;
-            const auto at = pinhole.project(direction.lane(i));
+            const auto at = lens->project(direction.lane(i));
             if (!at) continue;
             const double row_share = footprint.weight(at->y, y);
             if (row_share == 0) continue;
+            const double dim = weight * lens->transmission(direction.lane(i));
             const double half = footprint.splat_reach_px();
             const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - half)));
             const auto to = std::min(request.window.x + request.window.width - 1,
                                      static_cast<std::int32_t>(std::ceil(at->x + half)));
             for (std::int32_t column = from; column <= to; ++column) {
-                const double share = weight * row_share * footprint.weight(at->x, column);
+                const double share = dim * row_share * footprint.weight(at->x, column);
                 for (std::size_t c = 0; c < tracer.channels(); ++c)
                     s.light[c * static_cast<std::size_t>(request.window.width) +
                             static_cast<std::size_t>(column - request.window.x)] +=
@@ -294,7 +295,7 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y, c
     const double reach = footprint.splat_reach_px();
     for (const std::uint32_t star : in_view.stars) {
         const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
-        const auto at = pinhole.project(direction);
+        const auto at = lens->project(direction);
         if (!at || std::abs(at->y - y) > reach || at->x < request.window.x - reach ||
             at->x > request.window.x + request.window.width - 1 + reach)
             continue;
@@ -312,7 +313,7 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y, c
             tracer.intersect(directions, active, s.candidates, hits);
             if (hits.body[0] >= 0) continue;
         }
-        const double row_share = footprint.weight(at->y, y);
+        const double row_share = footprint.weight(at->y, y) * lens->transmission(direction);
         const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - reach)));
         const auto to = std::min(request.window.x + request.window.width - 1,
                                  static_cast<std::int32_t>(std::ceil(at->x + reach)));
@@ -331,7 +332,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidat
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
     const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-    set_row_state(scene, bodies, pinhole, footprint, settings.samples_per_pixel, time_s, s.row);
+    set_row_state(scene, bodies, *lens, footprint, settings.samples_per_pixel, time_s, s.row);
     s.starlight.assign(width * scene.bands.size(), 0);
     const auto trace = [&](Tracer& tracer) {
         s.light.assign(width * tracer.channels(), 0);
@@ -349,8 +350,10 @@ void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidat
     }
     s.per_pixel.assign(width, 1);
     if (scene.quantity == scene::Quantity::radiance)
-        for (std::size_t x = 0; x < width; ++x)
-            s.per_pixel[x] = 1 / pinhole.solid_angle_sr(request.window.x + static_cast<double>(x), y);
+        for (std::size_t x = 0; x < width; ++x) {
+            const double solid_angle_sr = lens->solid_angle_sr(request.window.x + static_cast<double>(x), y);
+            s.per_pixel[x] = solid_angle_sr > 0 ? 1 / solid_angle_sr : 0;
+        }
     for (std::size_t band = 0; band < scene.bands.size(); ++band) {
         float* out = irradiance.data() +
                      (band * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
@@ -393,9 +396,9 @@ bool Renderer::render_layers(const RenderRequest& request, std::span<float> laye
     assert(layers.size() == layer_count * plane);
     return impl_->for_rows(request, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-        set_row_state(impl_->scene, impl_->bodies, impl_->pinhole, impl_->footprint,
+        set_row_state(impl_->scene, impl_->bodies, *impl_->lens, impl_->footprint,
                       impl_->settings.samples_per_pixel, time_s, s.row);
-        trace_layers(impl_->pinhole, s.row, request.window.x, request.window.y + request.first_row + r,
+        trace_layers(*impl_->lens, s.row, request.window.x, request.window.y + request.first_row + r,
                      request.window.width, s.candidates, layers.data() + static_cast<std::size_t>(r) * width,
                      plane);
     });

@@ -61,16 +61,17 @@ Vec3 relative_origin(const BodyState& from, const BodyState& to) {
     return transposed(to.to_inertial) * (from.position_m - to.position_m);
 }
 
-void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Pinhole& pinhole,
-                   const Footprint& footprint, std::uint32_t samples_per_pixel, double time_s,
-                   RowState& row) {
+void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                   const Projection& projection, const Footprint& footprint, std::uint32_t samples_per_pixel,
+                   double time_s, RowState& row) {
     row.camera = pose_at(scene.camera.motion, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
     row.inertial_from_camera = inertial_from_camera;
     row.camera_from_inertial = transposed(inertial_from_camera);
     row.bodies.resize(bodies.size());
     // The farthest a displaced sample can lie from its pixel's centre.
-    const double margin_rad = (footprint.reach_px() + 1e-6) * std::numbers::sqrt2 * pinhole.pixel_angle_rad();
+    const double margin_rad =
+        (footprint.reach_px() + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
 
     row.reach_rad = margin_rad;
 
@@ -111,7 +112,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         const double angle = std::asin(s.cone_sine);
         const double half = (angle + margin_rad) / 2;
         s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
-        const double radius_px = angle / pinhole.pixel_angle_rad();
+        const double radius_px = angle / projection.local_pixel_angle_rad(s.direction);
         s.targeted = radius_px < targeted_radius_px;
         s.samples = 0;
         if (!s.targeted) {

@@ -5,7 +5,7 @@
 #include "core/scene.hpp"
 #include "renderer/footprint.hpp"
 #include "renderer/material.hpp"
-#include "renderer/pinhole.hpp"
+#include "renderer/projection.hpp"
 #include "renderer/shape.hpp"
 
 #include <cstdint>
@@ -70,7 +70,8 @@ constexpr double samples_per_body = 16384;
 constexpr std::uint32_t samples_per_target = 1024;
 
 /// Fills `row` for `time_s` of scene time. Re-uses its vectors.
-void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Pinhole& pinhole,
-                   const Footprint& footprint, std::uint32_t samples_per_pixel, double time_s, RowState& row);
+void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                   const Projection& projection, const Footprint& footprint, std::uint32_t samples_per_pixel,
+                   double time_s, RowState& row);
 
 } // namespace obscura::renderer

@@ -416,6 +416,11 @@ width = 99999999999999999999
      "c.toml:1:1: not valid TOML: Encountered invalid utf-8 sequence"},
 };
 const std::vector<Broken> broken_scenes{
+    {"[camera]\nprojection = \"fish\"\n",
+     R"(s.toml:2:14: camera.projection: "fish" is not known, allowed pinhole, equidistant, equisolid, )"
+     "stereographic, orthographic"},
+    {"[camera]\nvignetting = \"cos\"\n",
+     R"(s.toml:2:14: camera.vignetting: "cos" is not known, allowed none, cos4)"},
     {R"([[body]]
 shape = "ellipsoid"
 radii_m = [1, 1, 1]

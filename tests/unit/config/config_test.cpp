@@ -305,6 +305,28 @@ TEST_CASE("the Cornell box loads with its measured spectra") {
     CHECK(std::get<scene::Polygons>(light->shape).faces_m[0].size() == 4);
 }
 
+TEST_CASE("a lens of a scene file") {
+    const test::TempFolder folder;
+    const auto scene = config::load_scene(folder.write("lens.toml", R"(
+[camera]
+projection = "stereographic"
+distortion = "table"
+distortion_ideal_mm = [0, 1, 2]
+distortion_real_mm = [0, 0.99, 1.9]
+principal_offset_px = [1.5, -2]
+sensor_rotation_deg = 90
+vignetting = "cos4"
+)"));
+    const scene::Camera& c = scene.camera;
+    CHECK(c.projection == scene::Projection::stereographic);
+    CHECK(c.distortion.model == scene::Distortion::Model::table);
+    CHECK(c.distortion.ideal_mm == std::vector<double>{0, 1, 2});
+    CHECK(c.distortion.real_mm == std::vector<double>{0, 0.99, 1.9});
+    CHECK(c.principal_offset_px == std::array<double, 2>{1.5, -2});
+    CHECK_THAT(c.sensor_rotation_rad, WithinRel(90 * degree, 1e-15));
+    CHECK(c.pupil_cosine);
+}
+
 TEST_CASE("materials and lamps of a scene file") {
     const test::TempFolder folder;
     const auto file = folder.write("s.toml", R"(
