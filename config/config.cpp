@@ -88,6 +88,26 @@ struct Tables {
     }
 };
 
+void read_camera(const Tables& tables, CameraSection& camera) {
+    const Member* section = tables.root.find("camera");
+    if (section == nullptr) return;
+    const Where& where = tables.camera;
+    const Value& table = expect_table(section->value, where);
+    read_keys(table, where, keys_of(camera), {"window"});
+    const Member* windows = table.find("window");
+    if (windows == nullptr) return;
+    for (const Value& value : expect_tables(*windows, where.in("window"))) {
+        const Where place = where.in(fmt::format("window[{}]", camera.windows.size()));
+        WindowSection& window = camera.windows.emplace_back();
+        window.exposure_us = camera.exposure_us;
+        const Given given = read_keys(value, place, keys_of(window));
+        for (const std::string_view key : {"width", "height"})
+            if (given.find(key) == given.end())
+                fail(place, value.at, fmt::format("the key \"{}\" is missing", key));
+    }
+    if (camera.windows.empty()) fail(where.in("window"), windows->at, "empty, at least one window is wanted");
+}
+
 bool is_mac(const std::string& text) {
     if (text.size() != 17) return false;
     for (std::size_t i = 0; i < text.size(); ++i)
@@ -97,10 +117,81 @@ bool is_mac(const std::string& text) {
     return std::strtol(text.substr(0, 2).c_str(), nullptr, 16) % 2 == 0 && text != "00:00:00:00:00:00";
 }
 
+Sampling sampling_of(const WindowSection& window) {
+    return window.sampling == "cds"               ? Sampling::cds
+           : window.sampling == "ramp"            ? Sampling::ramp
+           : window.sampling == "non-destructive" ? Sampling::non_destructive
+                                                  : Sampling::destructive;
+}
+
+/// Why the sensor cannot have the window: the key and the reason; nothing when it can. Windows that share
+/// rows are no reason: the chip reads them, and tells by flags what came of it.
+std::pair<std::string_view, std::string> explain_window(const WindowSection& w,
+                                                        const ReadoutSettings& readout) {
+    const bool lines = readout.shutter == Shutter::push_broom;
+    const bool out_x = w.offset_x >= readout.width || w.width > readout.width - w.offset_x;
+    const bool out_y = w.offset_y >= readout.height || (!lines && w.height > readout.height - w.offset_y);
+    if (readout.strict && out_x)
+        return {"width", fmt::format("columns {} to {} leave the sensor, which is {} px wide", w.offset_x,
+                                     w.offset_x + w.width - 1, readout.width)};
+    if (readout.strict && out_y)
+        return {"height", fmt::format("rows {} to {} leave the sensor, which is {} px high", w.offset_y,
+                                      w.offset_y + w.height - 1, readout.height)};
+    if (w.offset_x >= readout.width || w.offset_y >= readout.height)
+        return {w.offset_x >= readout.width ? "offset_x" : "offset_y",
+                fmt::format("nothing of the window lies on the sensor, which has {} x {} px", readout.width,
+                            readout.height)};
+    for (const auto& [key, offset] : {std::pair{"offset_x", w.offset_x}, {"offset_y", w.offset_y}})
+        if (readout.strict && offset % readout.window_step != 0)
+            return {key, fmt::format("{} is not a multiple of {}, the step of this sensor's windows", offset,
+                                     readout.window_step)};
+    const Sampling sampling = sampling_of(w);
+    if (sampling != Sampling::destructive && readout.shutter != Shutter::rolling)
+        return {"sampling", fmt::format("\"{}\" needs a rolling shutter", w.sampling)};
+    if (sampling == Sampling::destructive && w.reads != 1)
+        return {"reads", fmt::format("{}, a destructive window is read once", w.reads)};
+    if ((sampling == Sampling::cds || sampling == Sampling::ramp) && w.reads < 2)
+        return {"reads", fmt::format("{}, \"{}\" needs 2 and more", w.reads, w.sampling)};
+    return {};
+}
+
+void check_windows(const Config& config, const Tables& tables) {
+    const std::vector<WindowSection>& windows = config.camera.windows;
+    if (windows.empty()) return;
+    const Value& camera = tables.root.find("camera")->value;
+    const Where& where = tables.camera;
+    for (const std::string_view key : {"width", "height", "offset_x", "offset_y"})
+        if (const Member* member = camera.find(key))
+            fail(where.in(key), member->value.at, "not allowed beside [[camera.window]], which says it");
+    const Member& list = *camera.find("window");
+    const std::size_t most =
+        std::min(static_cast<std::size_t>(config.sensor.readout.windows_max), max_windows);
+    if (windows.size() > most)
+        fail(where.in("window"), list.at,
+             fmt::format("{} windows, this sensor has at most {}", windows.size(), most));
+    std::size_t delivered = 0;
+    for (std::size_t i = 0; i < windows.size(); ++i) {
+        const auto [key, reason] = explain_window(windows[i], config.sensor.readout);
+        const Value& table = list.value.items[i];
+        const Member* member = table.find(key);
+        if (!reason.empty())
+            fail(where.in(fmt::format("window[{}]", i)).in(key),
+                 member == nullptr ? table.at : member->value.at, reason);
+        delivered += sampling_of(windows[i]) == Sampling::non_destructive
+                         ? static_cast<std::size_t>(windows[i].reads)
+                         : std::size_t{1};
+    }
+    if (delivered > max_windows)
+        fail(where.in("window"), list.at,
+             fmt::format("{} windows with every non-destructive read counted, allowed are {}", delivered,
+                         max_windows));
+}
+
 void check_together(const Config& config, const Tables& tables) {
     const auto refuse = [&](std::string_view section, std::string_view key, std::string_view what) {
         tables.refuse(section, key, what);
     };
+    check_windows(config, tables);
     const CameraSection& camera = config.camera;
     const ReadoutSettings& readout = config.sensor.readout;
     const std::int32_t width = camera.width == 0 ? readout.width - camera.offset_x : camera.width;
@@ -200,8 +291,7 @@ Config read_config(const Tables& tables) {
     read_section(root, top, "render", config.render);
     read_section(root, top, "trigger", config.trigger);
     read_section(root, top, "deadline", config.deadline);
-    if (const Member* camera = root.find("camera"))
-        read_keys(expect_table(camera->value, tables.camera), tables.camera, keys_of(config.camera));
+    read_camera(tables, config.camera);
     read_gige(root, top, config.gige);
     read_section(root, top, "file", config.file);
     read_section(root, top, "v4l2", config.v4l2);
@@ -310,8 +400,24 @@ std::string print_own_tables(Config& c, std::string_view prefix) {
     return out;
 }
 
+/// The camera's own keys and its windows.
+std::string print_camera_keys(CameraSection& camera) {
+    Keys keys = keys_of(camera);
+    if (!camera.windows.empty()) // which say these
+        keys.erase(std::remove_if(keys.begin(), keys.end(),
+                                  [](const Key& key) {
+                                      return key.name == "width" || key.name == "height" ||
+                                             key.name == "offset_x" || key.name == "offset_y";
+                                  }),
+                   keys.end());
+    std::string out = print_keys(keys);
+    for (WindowSection& window : camera.windows)
+        out += "\n[[camera.window]]\n" + print_keys(keys_of(window));
+    return out;
+}
+
 std::string print_camera(Config& c) {
-    std::string out = "\n[[camera]]\n" + print_keys(keys_of(c.camera));
+    std::string out = "\n[[camera]]\n" + print_camera_keys(c.camera);
     if (!c.view.empty()) out += heading("camera.", "view") + c.view;
     if (c.own_trigger) out += heading("camera.", "trigger") + print_keys(keys_of(c.trigger));
     out += heading("camera.", "deadline") + print_keys(keys_of(c.deadline));
@@ -362,7 +468,7 @@ std::string print(const Config& config) {
     }
     out += heading("", "trigger") + print_keys(keys_of(c.trigger));
     out += heading("", "deadline") + print_keys(keys_of(c.deadline));
-    out += heading("", "camera") + print_keys(keys_of(c.camera));
+    out += heading("", "camera") + print_camera_keys(c.camera);
     return out + print_own_tables(c, "");
 }
 
@@ -382,7 +488,17 @@ CameraSettings camera_settings(const Config& config) {
                                        {"Mono10p", PixelFormat::mono10p},
                                        {"Mono12p", PixelFormat::mono12p}})
         if (camera.pixel_format == name) settings.pixel_format = format;
-    settings.exposure_ns = std::llround(camera.exposure_us * static_cast<double>(ns_per_us));
+    const auto from_us = [](double us) { return std::llround(us * static_cast<double>(ns_per_us)); };
+    settings.exposure_ns = from_us(camera.exposure_us);
+    if (!camera.windows.empty()) {
+        std::vector<CameraWindow> windows;
+        for (const WindowSection& w : camera.windows)
+            windows.push_back({{w.offset_x, w.offset_y, w.width, w.height},
+                               from_us(w.exposure_us),
+                               sampling_of(w),
+                               w.reads});
+        settings.set_windows(windows);
+    }
     settings.gain_db = camera.gain_db;
     settings.trigger_enabled = camera.trigger_mode == "On";
     settings.trigger_source = camera.trigger_source == "Software"  ? TriggerSource::software

@@ -57,6 +57,15 @@ struct DeadlineSection {
     double spin_us = 100;        ///< polling before a frame's first row; only under SCHED_FIFO
 };
 
+/// [[camera.window]]: one of several windows that are read in one frame, in their order.
+struct WindowSection {
+    std::int32_t width = 0, height = 0; ///< must be given
+    std::int32_t offset_x = 0, offset_y = 0;
+    double exposure_us = 0;               ///< not given: that of [camera]
+    std::string sampling = "destructive"; ///< destructive, non-destructive, cds, ramp
+    std::int32_t reads = 1;
+};
+
 /// [camera]: reset values of what a client may change over GigE Vision.
 struct CameraSection {
     std::int32_t width = 0, height = 0; ///< 0: the whole sensor
@@ -67,6 +76,8 @@ struct CameraSection {
     std::string trigger_mode = "On";
     std::string trigger_source = "Line0";
     double frame_rate_hz = 10;
+    std::int32_t rows_max = 0;          ///< of composed images; 0: what sensor and windows need
+    std::vector<WindowSection> windows; ///< empty: one, as the keys above say
 };
 
 /// [[gige.faults]]: one rule of what goes wrong on purpose. The same rules and seed strike the same packets.
@@ -109,6 +120,7 @@ struct FileSection {
     std::string directory = "frames";
     std::string format = "png"; ///< png, fits, raw
     std::int32_t queue_frames = 4;
+    bool truth = false; ///< also the truth about each pixel
 };
 
 /// [v4l2]: a Linux video output node.

@@ -173,6 +173,36 @@ Keys keys_of(CameraSection& s) {
          {0.01, 1000},
          {},
          "AcquisitionFrameRate after reset (free run)"},
+        {"rows_max",
+         &s.rows_max,
+         "px",
+         {0, 1048576},
+         {},
+         "Rows of images composed of several windows that a client may ask for; 0: what sensor and windows "
+         "need"},
+    };
+}
+
+Keys keys_of(WindowSection& s) {
+    return {
+        {"width", &s.width, "px", {1, 65536}, {}, "Width of the window"},
+        {"height", &s.height, "px", {1, 65536}, {}, "Height of the window; push-broom: lines"},
+        {"offset_x", &s.offset_x, "px", {0, 65535}, {}, "Its first column on the sensor"},
+        {"offset_y", &s.offset_y, "px", {0, 65535}, {}, "Its first row on the sensor"},
+        {"exposure_us",
+         &s.exposure_us,
+         "us",
+         {1, 1e7},
+         {},
+         "Its integration time; not given: that of [camera]"},
+        {"sampling",
+         &s.sampling,
+         {},
+         {},
+         {"destructive", "non-destructive", "cds", "ramp"},
+         "How it is read: sample and reset; every one of several reads without a reset; the last less the "
+         "first of them; a line fitted through them"},
+        {"reads", &s.reads, {}, {1, 64}, {}, "Reads of a window that is not read destructively"},
     };
 }
 
@@ -297,6 +327,12 @@ Keys keys_of(FileSection& s) {
          {1, 256},
          {},
          "Frames that may wait for the disk; more are dropped and counted"},
+        {"truth",
+         &s.truth,
+         {},
+         {},
+         {},
+         "Also write truth_NNNNNN.fits: electrons before noise, saturated pixels, row times, particles"},
     };
 }
 

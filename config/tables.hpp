@@ -11,6 +11,7 @@ namespace obscura::config {
 [[nodiscard]] Keys keys_of(TriggerSection& section);
 [[nodiscard]] Keys keys_of(DeadlineSection& section);
 [[nodiscard]] Keys keys_of(CameraSection& section);
+[[nodiscard]] Keys keys_of(WindowSection& section);
 [[nodiscard]] Keys keys_of(GigeSection& section);
 [[nodiscard]] Keys keys_of(FaultSection& section);
 [[nodiscard]] Keys keys_of(FileSection& section);

@@ -2,30 +2,79 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace obscura {
+namespace {
 
-std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits) {
-    const Region& r = s.region;
-    const auto check_extent = [](const char* name, std::int32_t value, std::int32_t minimum,
-                                 std::int32_t maximum, std::int32_t step) -> std::string {
+std::string explain_extents(const Region& r, const CameraLimits& limits) {
+    const auto check = [](const char* name, std::int32_t value, std::int32_t minimum, std::int32_t maximum,
+                          std::int32_t step) -> std::string {
         if (value < minimum || value > maximum || value % step != 0)
             return fmt::format("{} {}: allowed {} to {} in steps of {}", name, value, minimum, maximum, step);
         return {};
     };
+    const std::int32_t x_max = limits.strict ? limits.sensor_width - r.width : limits.sensor_width - 1;
+    const std::int32_t y_max = limits.strict ? limits.sensor_height - r.height : limits.sensor_height - 1;
     const std::string extents[] = {
-        check_extent("Width", r.width, limits.width_min, limits.sensor_width, limits.width_step),
-        check_extent("Height", r.height, limits.height_min, limits.sensor_height, limits.height_step),
-        check_extent("OffsetX", r.x, 0, limits.sensor_width - r.width, limits.width_step),
-        check_extent("OffsetY", r.y, 0, limits.sensor_height - r.height, limits.height_step),
+        check("Width", r.width, limits.width_min, limits.sensor_width, limits.width_step),
+        check("Height", r.height, limits.height_min, limits.sensor_height, limits.height_step),
+        check("OffsetX", r.x, 0, x_max, limits.width_step),
+        check("OffsetY", r.y, 0, y_max, limits.height_step),
     };
     for (const std::string& complaint : extents)
         if (!complaint.empty()) return complaint;
-    if (s.exposure_ns < limits.exposure_min_ns || s.exposure_ns > limits.exposure_max_ns)
-        return fmt::format("ExposureTime {} us: allowed {} to {}", static_cast<double>(s.exposure_ns) / 1e3,
+    return {};
+}
+
+std::string explain_window(const CameraWindow& w, const CameraLimits& limits) {
+    if (std::string complaint = explain_extents(w.region, limits); !complaint.empty()) return complaint;
+    if (w.exposure_ns < limits.exposure_min_ns || w.exposure_ns > limits.exposure_max_ns)
+        return fmt::format("ExposureTime {} us: allowed {} to {}", static_cast<double>(w.exposure_ns) / 1e3,
                            static_cast<double>(limits.exposure_min_ns) / 1e3,
                            static_cast<double>(limits.exposure_max_ns) / 1e3);
+    const bool difference = w.sampling == Sampling::cds || w.sampling == Sampling::ramp;
+    const std::int32_t least = difference ? 2 : 1, most = w.sampling == Sampling::destructive ? 1 : 64;
+    if (w.reads < least || w.reads > most)
+        return fmt::format("reads {}: allowed {} to {}", w.reads, least, most);
+    return {};
+}
+
+} // namespace
+
+void CameraSettings::set_windows(std::span<const CameraWindow> windows) {
+    assert(!windows.empty() && windows.size() <= max_windows);
+    region = windows[0].region;
+    exposure_ns = windows[0].exposure_ns;
+    sampling = windows[0].sampling;
+    reads = windows[0].reads;
+    more_count = static_cast<std::uint32_t>(windows.size() - 1);
+    more_windows = {};
+    std::copy(windows.begin() + 1, windows.end(), more_windows.begin());
+}
+
+ImageSize composed_size(const CameraSettings& settings) {
+    ImageSize size;
+    for (std::size_t i = 0; i < settings.window_count(); ++i) {
+        const CameraWindow w = settings.window(i);
+        size.width = std::max(size.width, w.region.width);
+        size.height += w.region.height * (w.sampling == Sampling::non_destructive ? w.reads : 1);
+    }
+    return size;
+}
+
+std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits) {
+    const std::size_t windows_max = std::min<std::size_t>(limits.windows_max, max_windows);
+    if (s.more_count >= windows_max)
+        return fmt::format("{} windows: allowed 1 to {}", s.window_count(), windows_max);
+    for (std::size_t i = 0; i < s.window_count(); ++i)
+        if (const std::string complaint = explain_window(s.window(i), limits); !complaint.empty())
+            return s.more_count == 0 ? complaint : fmt::format("window {}: {}", i, complaint);
+    const std::int32_t rows_max = limits.rows_max > 0 ? limits.rows_max : limits.sensor_height;
+    if (const std::int32_t rows = composed_size(s).height; rows > rows_max)
+        return fmt::format("the windows have {} rows together: allowed 1 to {}", rows, rows_max);
     if (!(s.gain_db >= limits.gain_min_db && s.gain_db <= limits.gain_max_db))
         return fmt::format("Gain {} dB: allowed {} to {}", s.gain_db, limits.gain_min_db, limits.gain_max_db);
     if (!(s.frame_rate_hz >= limits.frame_rate_min_hz && s.frame_rate_hz <= limits.frame_rate_max_hz))
@@ -44,10 +93,16 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
 
 ReadoutAnswer CameraControl::readout(const CameraSettings& s) const {
     ReadoutAnswer answer;
-    answer.window_count = 1;
-    FrameWindow& window = answer.windows[0];
-    window.sensor = s.region;
-    window.exposure_requested_ns = window.exposure_min_ns = window.exposure_max_ns = s.exposure_ns;
+    answer.window_count = static_cast<std::uint32_t>(s.window_count());
+    for (std::size_t i = 0, y = 0; i < s.window_count(); ++i) {
+        const CameraWindow wanted = s.window(i);
+        FrameWindow& window = answer.windows[i];
+        window.sensor = wanted.region;
+        window.image_y = static_cast<std::int32_t>(y);
+        window.exposure_requested_ns = window.exposure_min_ns = window.exposure_max_ns = wanted.exposure_ns;
+        window.request = static_cast<std::uint32_t>(i);
+        y += static_cast<std::size_t>(wanted.region.height);
+    }
     return answer;
 }
 

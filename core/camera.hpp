@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 
 namespace obscura {
@@ -19,13 +20,30 @@ enum class AcquisitionMode : std::uint8_t { continuous, single_frame, multi_fram
 /// configuration wires to it (timer, GPIO edge, PPS, simulator).
 enum class TriggerSource : std::uint8_t { software, line0, action1 };
 
+/// One window of the sensor, with an integration of its own. SFNC calls it a region.
+struct CameraWindow {
+    Region region;                             ///< in sensor pixels
+    std::int64_t exposure_ns = 10 * ns_per_ms; ///< reset to read; first to last read where there are several
+    Sampling sampling = Sampling::destructive;
+    std::int32_t reads = 1; ///< 1 destructive, at least 1 non_destructive, 2 or more for cds and ramp
+
+    constexpr bool operator==(const CameraWindow&) const = default;
+};
+
 /// The settings a client may change while the camera runs. Plain data; a change applies from the next frame
-/// on.
+/// on: they are the shadow registers of the chip.
 struct CameraSettings {
+    // The first window, and for a camera that has but one the only one.
     Region region; ///< SFNC Width, Height, OffsetX, OffsetY, in sensor pixels
     PixelFormat pixel_format = PixelFormat::mono16;
     std::int64_t exposure_ns = 10 * ns_per_ms; ///< SFNC ExposureTime (there in us)
-    double gain_db = 0;                        ///< SFNC Gain
+    Sampling sampling = Sampling::destructive;
+    std::int32_t reads = 1;
+    // The windows read after it; entries from `more_count` on are as they were constructed.
+    std::uint32_t more_count = 0;
+    std::array<CameraWindow, max_windows - 1> more_windows{};
+
+    double gain_db = 0; ///< SFNC Gain
     AcquisitionMode acquisition_mode = AcquisitionMode::continuous;
     std::uint32_t acquisition_frame_count = 1; ///< MultiFrame only
     bool trigger_enabled = true;               ///< SFNC TriggerMode; off: free run at frame_rate_hz
@@ -38,13 +56,33 @@ struct CameraSettings {
     double frame_rate_hz = 10;                     ///< SFNC AcquisitionFrameRate: free run
 
     constexpr bool operator==(const CameraSettings&) const = default;
+
+    [[nodiscard]] constexpr std::size_t window_count() const { return std::size_t{1} + more_count; }
+    /// Window `i` of window_count(), in the order in which they are read.
+    [[nodiscard]] constexpr CameraWindow window(std::size_t i) const {
+        return i == 0 ? CameraWindow{region, exposure_ns, sampling, reads} : more_windows[i - 1];
+    }
+    /// Replaces all windows, by 1 to max_windows others.
+    void set_windows(std::span<const CameraWindow> windows);
 };
+
+/// Columns and rows of an image.
+struct ImageSize {
+    std::int32_t width = 0, height = 0;
+    constexpr bool operator==(const ImageSize&) const = default;
+};
+/// Of the image composed of all windows, one below the other: as wide as the widest of them. Non-destructive
+/// reads are delivered one by one.
+[[nodiscard]] ImageSize composed_size(const CameraSettings& settings);
 
 /// The limits within which CameraSettings must stay; constant for the life of the camera.
 struct CameraLimits {
     std::int32_t sensor_width = 0, sensor_height = 0;
     std::int32_t width_step = 1, height_step = 1; ///< increments of Width, Height and the offsets
     std::int32_t width_min = 1, height_min = 1;
+    std::uint32_t windows_max = 1;
+    std::int32_t rows_max = 0; ///< of the composed image; 0: as many as the sensor has
+    bool strict = true;        ///< windows must lie on the sensor; otherwise the chip crops them
     int adc_bits = 12;
     std::int64_t exposure_min_ns = 1000, exposure_max_ns = 10 * ns_per_s;
     double gain_min_db = 0, gain_max_db = 24;
@@ -125,7 +163,12 @@ public:
 
     [[nodiscard]] virtual CameraLimits limits() const = 0;
     [[nodiscard]] virtual CameraSettings settings() const = 0;
-    /// Applies all of `settings` from the next frame on, or nothing: false when they are outside the limits.
+    /// Why apply() would refuse `settings`: outside the limits, or the chip cannot read such windows. Empty
+    /// when it would not.
+    [[nodiscard]] virtual std::string explain(const CameraSettings& settings) const {
+        return explain_invalid(settings, limits());
+    }
+    /// Applies all of `settings` from the next frame on, or nothing: false when explain() has a reason.
     virtual bool apply(const CameraSettings& settings) = 0;
 
     /// Frame ids restart at 1. False when already running.

@@ -48,17 +48,25 @@ std::int32_t Frame::wait_rows(std::int32_t rows) const noexcept {
     return static_cast<std::int32_t>(seen & ~abandoned_bit);
 }
 
-FramePool::FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows)
+FramePool::FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, bool pixel_truth)
     : count_(frames),
       max_pixels_(max_pixels),
       max_rows_(max_rows),
       // Value-initialised on purpose: the pages are touched now, not by the first frame.
       pixel_store_(std::make_unique<std::uint16_t[]>(frames * max_pixels)),
       row_store_(std::make_unique<RowTime[]>(frames * max_rows)),
+      truth_store_(pixel_truth ? frames : 0),
       frames_(std::make_unique<Frame[]>(frames)) {
     for (std::size_t i = 0; i < frames; ++i) {
         frames_[i].pixels_ = pixel_store_.get() + i * max_pixels;
         frames_[i].row_times_ = row_store_.get() + i * max_rows;
+        frames_[i].max_pixels_ = max_pixels;
+        frames_[i].max_rows_ = max_rows;
+        if (!pixel_truth) continue;
+        truth_store_[i].mean_e.resize(max_pixels);
+        truth_store_[i].saturated.resize(max_pixels);
+        truth_store_[i].hits.reserve(PixelTruth::hits_kept);
+        frames_[i].pixel_truth_ = &truth_store_[i];
     }
 }
 
@@ -72,6 +80,7 @@ FrameRef FramePool::acquire() noexcept {
             for (std::atomic<Wakeup*>& bell : frame.bells_)
                 bell.store(nullptr, std::memory_order_relaxed);
             frame.flags.store(0, std::memory_order_relaxed);
+            frame.saturated_windows.store(0, std::memory_order_relaxed);
             frame.progress_.store(0, std::memory_order_release);
             return FrameRef(&frame);
         }

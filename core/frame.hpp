@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace obscura {
 
@@ -45,13 +46,17 @@ struct RowTime {
 /// first (correlated double sampling), or a straight line fitted through all reads.
 enum class Sampling : std::uint8_t { destructive, non_destructive, cds, ramp };
 
+/// Flag of a window: a pixel reached full well, and what came later is lost (a non-destructive read does not
+/// reset it). Known only when the rows are there, so it stands in Frame::saturated_windows.
+constexpr std::uint32_t window_saturated = 1u << 7;
+
 /// One sensor window inside the composed image. Windows are composed one below the other in readout order,
 /// left aligned; pixels right of a narrow window are 0.
 struct FrameWindow {
     Region sensor;            ///< where the window lies on the sensor
     std::int32_t image_y = 0; ///< its first row in the composed image
     std::int64_t exposure_requested_ns = 0;
-    std::uint32_t flags = 0; ///< sticky readout flags of the window (sensors/readout)
+    std::uint32_t flags = 0; ///< sticky readout flags of the window (sensors/readout), see window_flags()
     std::int64_t exposure_min_ns = 0, exposure_max_ns = 0; ///< obtained, over the window's rows
     std::uint32_t request = 0;                             ///< which of the requested windows this is
     Sampling sampling = Sampling::destructive;
@@ -87,6 +92,26 @@ struct GroundTruth {
 /// The camera's lines, as bits of a status word: an input, the trigger, and an output.
 enum LineStatusBit : std::uint32_t { line_status_line0 = 1u << 0, line_status_line1 = 1u << 1 };
 
+/// One particle through the sensitive layer. Pixels are counted from the outer corner of pixel (0, 0) of the
+/// array.
+struct ParticleHit {
+    Time time;
+    double x_px = 0, y_px = 0;   ///< where it enters
+    double dx_px = 0, dy_px = 0; ///< across the array on its way through the layer
+    double charge_e = 0;         ///< along the whole track
+};
+
+/// What was really in each pixel, of frames from a pool that keeps it: as large as the largest frame, of
+/// which the first `info.width` x `info.height` entries count, row-major. Rows are as final as those of the
+/// pixels.
+struct PixelTruth {
+    std::vector<float> mean_e;           ///< expected electrons before any noise
+    std::vector<std::uint8_t> saturated; ///< 1 where the charge reached full well
+    std::vector<ParticleHit> hits;       ///< particles while any row integrated; times as in row_times()
+    std::uint64_t hits_left_out = 0;     ///< of those: did not find room in `hits`
+    static constexpr std::size_t hits_kept = 16384;
+};
+
 /// Everything about a frame but its pixels. Written by the producer before the frame is submitted, except
 /// `flags`.
 struct FrameInfo {
@@ -118,6 +143,18 @@ class Frame {
 public:
     FrameInfo info;
     std::atomic<std::uint32_t> flags{0};
+    /// Bit w: a pixel of window w has reached full well in the rows so far.
+    std::atomic<std::uint32_t> saturated_windows{0};
+    /// The readout flags of window `w` with window_saturated, as far as rows are ready.
+    [[nodiscard]] std::uint32_t window_flags(std::size_t w) const noexcept {
+        const bool full = (saturated_windows.load(std::memory_order_relaxed) >> w & 1) != 0;
+        return info.windows[w].flags | (full ? window_saturated : 0);
+    }
+    /// Whether the frame has room for an image of that size.
+    [[nodiscard]] bool fits(std::int32_t width, std::int32_t height) const noexcept {
+        return width >= 0 && height >= 0 && static_cast<std::size_t>(height) <= max_rows_ &&
+               static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= max_pixels_;
+    }
 
     /// Row-major, `info.width` pixels a row without padding.
     [[nodiscard]] std::span<std::uint16_t> pixels() noexcept {
@@ -141,6 +178,10 @@ public:
     [[nodiscard]] std::span<const RowTime> row_times() const noexcept {
         return {row_times_, static_cast<std::size_t>(info.height)};
     }
+
+    /// Null unless the pool keeps it.
+    [[nodiscard]] PixelTruth* pixel_truth() noexcept { return pixel_truth_; }
+    [[nodiscard]] const PixelTruth* pixel_truth() const noexcept { return pixel_truth_; }
 
     /// Producer: rows [0, rows) are final. Monotonic; wakes the waiting transports.
     void publish_rows(std::int32_t rows) noexcept;
@@ -170,6 +211,8 @@ private:
 
     std::uint16_t* pixels_ = nullptr;
     RowTime* row_times_ = nullptr;
+    PixelTruth* pixel_truth_ = nullptr;
+    std::size_t max_pixels_ = 0, max_rows_ = 0;
     std::atomic<std::uint32_t> progress_{0};
     std::atomic<std::uint32_t> references_{0};
     std::array<std::atomic<Wakeup*>, max_bells> bells_{};
@@ -207,8 +250,9 @@ private:
 /// A fixed number of frames, allocated and touched once.
 class FramePool {
 public:
-    /// Frames of at most `max_pixels` pixels and `max_rows` rows. Throws std::bad_alloc.
-    FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows);
+    /// Frames of at most `max_pixels` pixels and `max_rows` rows, `pixel_truth`: with the truth about each
+    /// pixel. Throws std::bad_alloc.
+    FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, bool pixel_truth = false);
 
     /// A frame that nobody holds, with `info` reset and no rows ready; empty when all are in use. Does not
     /// allocate or block. Any thread.
@@ -224,6 +268,7 @@ private:
     std::size_t max_rows_;
     std::unique_ptr<std::uint16_t[]> pixel_store_;
     std::unique_ptr<RowTime[]> row_store_;
+    std::vector<PixelTruth> truth_store_;
     std::unique_ptr<Frame[]> frames_;
     std::atomic<std::size_t> next_{0};
 };

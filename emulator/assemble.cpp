@@ -18,10 +18,13 @@
 
 namespace obscura::emulator {
 
-CameraLimits camera_limits(const SensorDescription& sensor) {
+CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max) {
     CameraLimits limits;
     limits.sensor_width = sensor.readout.width;
     limits.sensor_height = sensor.readout.height;
+    limits.windows_max = static_cast<std::uint32_t>(sensor.readout.windows_max);
+    limits.rows_max = std::max(rows_max, sensor.readout.height);
+    limits.strict = sensor.readout.strict;
     limits.adc_bits = sensor.detector.adc_bits;
     limits.black_level_max_dn = std::exp2(sensor.detector.adc_bits - 1);
     limits.black_level_min_dn = std::min(0.0, sensor.detector.offset_dn);
@@ -40,9 +43,11 @@ sync::RationalRate nominal_trigger_rate(const config::Config& config) {
     return sync::rational_rate(rate_hz);
 }
 
-Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities) {
+Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities,
+                 bool pixel_truth) {
     camera.initial = config::camera_settings(config);
-    camera.limits = camera_limits(config.sensor);
+    camera.limits =
+        camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
     camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
     camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch
@@ -59,12 +64,22 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Pr
                                  static_cast<std::uint32_t>(config.render.max_samples_per_pixel)});
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
-    maker = std::make_unique<FrameMaker>(
-        *renderer, *detector, config.sensor, clock,
-        FrameMakerSettings{config.render.band_rows, config.daemon.seed, priorities.detector});
-    const auto rows = static_cast<std::size_t>(config.sensor.readout.height);
-    pool = std::make_unique<FramePool>(pool_frames,
-                                       rows * static_cast<std::size_t>(config.sensor.readout.width), rows);
+    maker = std::make_unique<FrameMaker>(*renderer, *detector, config.sensor, clock,
+                                         FrameMakerSettings{config.render.band_rows, camera.limits.rows_max,
+                                                            config.daemon.seed, priorities.detector});
+    if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
+        throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
+    const auto rows = static_cast<std::size_t>(camera.limits.rows_max);
+    pool = std::make_unique<FramePool>(
+        pool_frames, rows * static_cast<std::size_t>(config.sensor.readout.width), rows, pixel_truth);
+}
+
+void Imaging::catch_up(std::uint64_t first) {
+    for (std::uint64_t id = 1; id < first; ++id) {
+        maker->skip(nominal_order(id));
+        // A frame that does not begin before the one before has been read knows nothing of it.
+        if (!maker->overlaps(nominal_order(id + 1).scene_time + camera.initial.trigger_delay_ns)) return;
+    }
 }
 
 FrameOrder Imaging::nominal_order(std::uint64_t frame_id) const {
@@ -145,6 +160,7 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.allow = transports::gige::split_list(config.gige.allow);
     settings.off_link = config.gige.off_link;
     settings.read_only = config.gige.read_only;
+    settings.max_rows = control.limits().rows_max;
     settings.state_file = config.gige.state_file;
     settings.xml = config.gige.xml;
     settings.xml_values = config.gige.xml_values;
@@ -166,7 +182,7 @@ TransportPtr make_file(const config::Config& config, CameraControl& /*control*/,
                                       directory.string(), error.message()));
     return std::make_unique<transports::FileSink>(
         transports::FileSinkSettings{directory, transports::frame_format(config.file.format),
-                                     static_cast<std::size_t>(config.file.queue_frames)});
+                                     static_cast<std::size_t>(config.file.queue_frames), config.file.truth});
 }
 
 TransportPtr make_v4l2(const config::Config& config, CameraControl& control, const Clock& /*clock*/,
@@ -177,8 +193,8 @@ TransportPtr make_v4l2(const config::Config& config, CameraControl& control, con
     settings.format = transports::v4l2_format_named(config.v4l2.format);
     settings.io = transports::v4l2_io_named(config.v4l2.io);
     const CameraSettings camera = control.settings();
-    settings.width = camera.region.width;
-    settings.height = camera.region.height;
+    settings.width = composed_size(camera).width;
+    settings.height = composed_size(camera).height;
     settings.bits_per_pixel = config.sensor.detector.adc_bits;
     settings.frame_rate_hz = camera.trigger_enabled ? config.trigger.rate_hz : camera.frame_rate_hz;
     settings.frame_counter = config.v4l2.frame_counter;

@@ -33,12 +33,17 @@ constexpr Priorities realtime_priorities{80, 75, 70, 65};
 ///
 /// gives byte for byte the first frame that obscurad sends with the same configuration.
 struct Imaging {
-    /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor. Throws Error.
-    Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities = {});
+    /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `pixel_truth`: with
+    /// the truth about each pixel. Throws Error.
+    Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities = {},
+            bool pixel_truth = false);
 
     /// The order for frame `frame_id` with the configuration's own camera settings, in nominal scene time.
     /// The scheduling clock is made to agree with the scene's.
     [[nodiscard]] FrameOrder nominal_order(std::uint64_t frame_id) const;
+    /// Before frame `first` as the first one that is made: lets the chip read the frames before it, as far as
+    /// its timing depends on them. What it does not make up for is image lag.
+    void catch_up(std::uint64_t first);
 
     MonotonicClock clock;
     CameraConfig camera;
@@ -48,8 +53,9 @@ struct Imaging {
     std::unique_ptr<FramePool> pool;
 };
 
-/// The limits that a sensor sets to the settings of its camera.
-[[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor);
+/// The limits that a sensor sets to the settings of its camera. `rows_max`: of composed images; 0: as many as
+/// the sensor has.
+[[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max = 0);
 
 /// Rate of Line0 behind the divider. Throws ConfigError when it is too low to be counted in.
 [[nodiscard]] sync::RationalRate nominal_trigger_rate(const config::Config& config);

@@ -61,8 +61,13 @@ CameraSettings Camera::settings() const {
     return settings_;
 }
 
+std::string Camera::explain(const CameraSettings& settings) const {
+    std::string complaint = explain_invalid(settings, config_.limits);
+    return complaint.empty() ? maker_.answer(settings).refusal : complaint;
+}
+
 bool Camera::apply(const CameraSettings& settings) {
-    if (!explain_invalid(settings, config_.limits).empty()) return false;
+    if (!explain(settings).empty()) return false;
     const std::lock_guard control(control_mutex_);
     if (!explain_invalid(sequence_, settings, config_.limits).empty()) return false;
     const CameraSettings before = this->settings();
@@ -260,7 +265,7 @@ void Camera::run() noexcept {
 void Camera::make_frame() noexcept {
     FrameRef frame;
     if (start_frame(frame)) {
-        gate_.started(gate_.current().edge + gate_.held_ns() + maker_.plan().frame_period_ns);
+        gate_.started(gate_.current().edge + gate_.held_ns() + maker_.busy_ns());
         releaser_.end(maker_.fill(*frame, sink_, &releaser_.cancel_flag()));
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -301,6 +306,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
                        LogLevel::warning,
                        "frame {} dropped: every frame of the pool is in use",
                        {static_cast<std::int64_t>(order.frame_id)}});
+        maker_.skip(order);
         return false;
     }
     out_of_frames_ = false;

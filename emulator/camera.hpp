@@ -81,6 +81,7 @@ public:
 
     [[nodiscard]] CameraLimits limits() const override { return config_.limits; }
     [[nodiscard]] CameraSettings settings() const override;
+    [[nodiscard]] std::string explain(const CameraSettings& settings) const override;
     bool apply(const CameraSettings& settings) override;
     bool acquisition_start() override;
     void acquisition_stop(bool abort) override;

@@ -28,9 +28,10 @@ CameraUnit::CameraUnit(const config::Config& config, const Priorities& prioritie
                     needed);
         frames = needed;
     }
-    imaging_ = std::make_unique<Imaging>(config, frames, priorities);
+    imaging_ =
+        std::make_unique<Imaging>(config, frames, priorities, config.file.enabled && config.file.truth);
     ReleaserSettings release;
-    release.max_rows = static_cast<std::size_t>(config.sensor.readout.height);
+    release.max_rows = imaging_->pool->max_rows();
     release.priority = priorities.release;
     release.policy = late_policy(config.deadline.policy);
     release.grace_ns = std::llround(config.deadline.grace_us * 1e3);

@@ -11,6 +11,25 @@
 
 namespace obscura::emulator {
 
+namespace {
+
+sensors::WindowRequest request_of(const CameraWindow& w) {
+    return {w.region, w.exposure_ns, w.sampling, w.reads};
+}
+
+struct Requests {
+    explicit Requests(const CameraSettings& s) : count(s.window_count()) {
+        for (std::size_t i = 0; i < count; ++i)
+            list[i] = request_of(s.window(i));
+    }
+    [[nodiscard]] std::span<const sensors::WindowRequest> all() const { return {list.data(), count}; }
+
+    std::array<sensors::WindowRequest, max_windows> list;
+    std::size_t count;
+};
+
+} // namespace
+
 FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& detector,
                        const SensorDescription& sensor, const Clock& clock, FrameMakerSettings settings)
     : renderer_(renderer),
@@ -25,11 +44,25 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
     const sensors::WindowRequest whole{{0, 0, readout_.width, readout_.height}, 10 * ns_per_ms};
     if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, plan_); !refusal.empty())
         throw ConfigError(fmt::format("sensor: {}", refusal));
+    sequencer_.reserve(readout_);
+    const auto rows = static_cast<std::size_t>(std::max(settings_.max_rows, readout_.height));
     plan_.windows.reserve(max_windows);
-    const std::size_t floats = band_count_ * static_cast<std::size_t>(settings_.band_rows) *
-                               static_cast<std::size_t>(readout_.width);
+    plan_.rows.reserve(rows);
+    plan_.sensor_row.reserve(rows);
+    plan_.release.reserve(rows);
+    bands_.reserve(rows + max_windows);
+
+    const bool lines = readout_.shutter == Shutter::push_broom;
+    buffer_rows_ = lines ? std::min(settings_.band_rows, static_cast<std::int32_t>(rows))
+                   : detector_.needs_whole_columns()
+                       ? readout_.height
+                       : std::min(settings_.band_rows + 2 * detector_.halo_rows(), readout_.height);
+    band_times_.reserve(static_cast<std::size_t>(buffer_rows_));
+    const std::size_t floats =
+        band_count_ * static_cast<std::size_t>(buffer_rows_) * static_cast<std::size_t>(readout_.width);
     for (std::vector<float>& buffer : buffers_)
         buffer.assign(floats, 0.0F);
+    if (lines) line_.assign(band_count_ * static_cast<std::size_t>(readout_.width), 0.0F);
     thread_ = std::thread([this] {
         name_this_thread("detector");
         if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
@@ -45,18 +78,40 @@ FrameMaker::~FrameMaker() {
     thread_.join();
 }
 
+std::string FrameMaker::plan_frame(const FrameOrder& order) {
+    // An acquisition remembers nothing of an earlier one: it is the same every time.
+    if (order.frame_id == 1) {
+        detector_.forget();
+        sequencer_.restart();
+    }
+    const CameraSettings& s = order.settings;
+    const Requests requests(s);
+    asked_start_ = order.scene_time + s.trigger_delay_ns;
+    sensors::TriggerVerdict verdict = sequencer_.next(readout_, requests.all(), asked_start_, plan_);
+    if (verdict == sensors::TriggerVerdict::over_trigger) {
+        // Whoever ordered the frame knows that the chip was free: frames came at another pace than nominal.
+        sequencer_.restart();
+        verdict = sequencer_.next(readout_, requests.all(), asked_start_, plan_);
+    }
+    return verdict == sensors::TriggerVerdict::accepted ? std::string() : sequencer_.reason();
+}
+
+void FrameMaker::skip(const FrameOrder& order) {
+    static_cast<void>(plan_frame(order));
+}
+
+bool FrameMaker::overlaps(Time scene_time) const noexcept {
+    return scene_time < plan_.release.back();
+}
+
 std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     const CameraSettings& s = order.settings;
-    const sensors::WindowRequest window{s.region, s.exposure_ns};
-    if (std::string refusal =
-            plan_readout(readout_, {&window, 1}, order.scene_time + s.trigger_delay_ns, plan_);
-        !refusal.empty())
-        return refusal;
+    if (std::string refusal = plan_frame(order); !refusal.empty()) return refusal;
+    if (!frame.fits(plan_.width, plan_.height) || plan_.width > readout_.width)
+        return fmt::format("the windows make an image of {} x {} pixels, for which there is no room",
+                           plan_.width, plan_.height);
+    list_bands();
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
-
-    // The first frame of an acquisition remembers nothing of an earlier one (image lag): it is the same every
-    // time.
-    if (order.frame_id == 1) detector_.forget();
 
     FrameInfo& info = frame.info;
     info.frame_id = order.frame_id;
@@ -84,6 +139,16 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     std::transform(plan_.rows.begin(), plan_.rows.end(), frame.row_times().begin(), [this](RowTime row) {
         return RowTime{row.reset + scene_to_clock_ns_, row.read + scene_to_clock_ns_};
     });
+    if (PixelTruth* truth = frame.pixel_truth()) {
+        truth->hits_left_out = detector_.list_hits(plan_, order.frame_id, truth->hits);
+        truth->hits_left_out -= truth->hits.size();
+        for (ParticleHit& hit : truth->hits)
+            hit.time += scene_to_clock_ns_;
+        const std::size_t pixels =
+            static_cast<std::size_t>(plan_.width) * static_cast<std::size_t>(plan_.height);
+        std::fill_n(truth->mean_e.begin(), pixels, 0.0F);
+        std::fill_n(truth->saturated.begin(), pixels, std::uint8_t{0});
+    }
     const Time mid = midpoint(plan_.rows.front().reset, plan_.rows.back().read);
     renderer_.fill_truth(mid, info.truth);
     info.truth.mid_exposure = mid + scene_to_clock_ns_;
@@ -98,38 +163,96 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     frame_start_ = posted_.load(std::memory_order_relaxed);
     frame.info.render_begin = clock_.now();
 
-    const FrameInfo& info = frame.info;
-    assert(info.window_count == 1 && "one window so far");
-    const Region window = info.windows[0].sensor;
     std::uint32_t number = frame_start_;
     bool complete = true;
-    for (std::int32_t row = 0; row < info.height; row += settings_.band_rows, ++number) {
+    for (const Band& band : bands_) {
         // A buffer is free again when the band that used it last has gone through the detector.
         for (std::uint32_t done = done_.load(std::memory_order_acquire); number - done >= buffer_count;
              done = done_.load(std::memory_order_acquire))
             done_.wait(done, std::memory_order_acquire);
 
-        const std::int32_t rows = std::min(settings_.band_rows, info.height - row);
-        renderer::RenderRequest request;
-        request.window = window;
-        request.first_row = row;
-        request.rows = rows;
-        request.row_times = {plan_.rows.data() + row, static_cast<std::size_t>(rows)};
-        request.frame_id = info.frame_id;
-        const std::size_t floats =
-            band_count_ * static_cast<std::size_t>(rows) * static_cast<std::size_t>(info.width);
-        if (!renderer_.render(request, {buffers_[number % buffer_count].data(), floats}, cancel)) {
+        if (!render_band(band, buffers_[number % buffer_count], cancel)) {
             complete = false;
             break;
         }
-        if (row + rows == info.height) frame.info.render_end = clock_.now();
-        posted_.store(number + 1); // sequentially consistent, see Frame::publish_rows()
+        ++number;
+        if (band.first_row + band.rows == plan_.height) frame.info.render_end = clock_.now();
+        posted_.store(number); // sequentially consistent, see Frame::publish_rows()
         posted_.notify_one();
     }
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
          done = done_.load(std::memory_order_acquire))
         done_.wait(done, std::memory_order_acquire);
     return complete;
+}
+
+void FrameMaker::list_bands() {
+    bands_.clear();
+    const bool lines = readout_.shutter == Shutter::push_broom;
+    const bool columns = detector_.needs_whole_columns();
+    const std::int32_t halo = detector_.halo_rows();
+    for (std::size_t w = 0; w < plan_.windows.size(); ++w) {
+        const FrameWindow& window = plan_.windows[w];
+        const Region& r = window.sensor;
+        for (std::int32_t row = 0; row < r.height;) {
+            Band band{w, window.image_y + row, 0, 0, 0, 0, 0};
+            if (lines) {
+                band.rows = std::min(buffer_rows_, r.height - row);
+            } else if (columns) {
+                band.rows = r.height;
+                band.halo_above = r.y;
+                band.halo_below = readout_.height - r.y - r.height;
+            } else {
+                band.rows = std::min({settings_.band_rows, buffer_rows_, r.height - row});
+                band.halo_above = std::min(halo, r.y + row);
+                band.halo_below = std::min(halo, readout_.height - r.y - row - band.rows);
+            }
+            band.halo_left = std::min(halo, r.x);
+            band.halo_right = std::min(halo, readout_.width - r.x - r.width);
+            bands_.push_back(band);
+            row += band.rows;
+        }
+    }
+}
+
+bool FrameMaker::render_band(const Band& band, std::span<float> light, const std::atomic<bool>* cancel) {
+    const FrameWindow& window = plan_.windows[band.window];
+    const std::int32_t rows = band.halo_above + band.rows + band.halo_below;
+    const std::int32_t first = band.first_row - band.halo_above; // of the composed image
+    const std::int32_t last_row = window.image_y + window.sensor.height - 1;
+    band_times_.clear();
+    for (std::int32_t row = first; row < first + rows; ++row)
+        band_times_.push_back(
+            plan_.rows[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
+
+    renderer::RenderRequest request;
+    request.window.x = window.sensor.x - band.halo_left;
+    request.window.width = band.halo_left + window.sensor.width + band.halo_right;
+    request.frame_id = frame_->info.frame_id;
+    if (readout_.shutter == Shutter::push_broom) return render_lines(request, band, light, cancel);
+    const auto line = static_cast<std::size_t>(request.window.width);
+    request.window.y = window.sensor.y + first - window.image_y;
+    request.window.height = request.rows = rows;
+    request.row_times = band_times_;
+    return renderer_.render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
+                            cancel);
+}
+
+/// The same row of the array over and over.
+bool FrameMaker::render_lines(renderer::RenderRequest request, const Band& band, std::span<float> light,
+                              const std::atomic<bool>* cancel) {
+    const auto line = static_cast<std::size_t>(request.window.width);
+    const auto rows = static_cast<std::size_t>(band.rows);
+    request.window.y = plan_.windows[band.window].sensor.y;
+    request.window.height = request.rows = 1;
+    for (std::size_t r = 0; r < rows; ++r) {
+        request.row_times = std::span(band_times_).subspan(r, 1);
+        if (!renderer_.render(request, {line_.data(), band_count_ * line}, cancel)) return false;
+        for (std::size_t b = 0; b < band_count_; ++b)
+            std::copy_n(line_.begin() + static_cast<std::ptrdiff_t>(b * line), line,
+                        light.begin() + static_cast<std::ptrdiff_t>((b * rows + r) * line));
+    }
+    return true;
 }
 
 std::string FrameMaker::make(const FrameOrder& order, Frame& frame) {
@@ -151,20 +274,32 @@ void FrameMaker::run_detector() noexcept {
 
 void FrameMaker::expose_band(std::uint32_t number) noexcept {
     Frame& frame = *frame_;
-    const std::int32_t first = static_cast<std::int32_t>(number - frame_start_) * settings_.band_rows;
-    const std::int32_t rows = std::min(settings_.band_rows, plan_.height - first);
-    const std::size_t width = static_cast<std::size_t>(plan_.width);
-    const std::size_t pixels = static_cast<std::size_t>(rows) * width;
+    const Band& band = bands_[number - frame_start_];
+    const std::int32_t width = band.halo_left + plan_.windows[band.window].sensor.width + band.halo_right;
+    const std::size_t floats = band_count_ * static_cast<std::size_t>(width) *
+                               static_cast<std::size_t>(band.halo_above + band.rows + band.halo_below);
     const sensors::IrradianceBand light{
-        first, rows, plan_.width, {buffers_[number % buffer_count].data(), band_count_ * pixels}};
-    detector_.expose(plan_, light, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
-                     frame.pixels().subspan(static_cast<std::size_t>(first) * width, pixels));
-    if (pattern_ != ImagePattern::off) paint_pattern(first, rows);
-    if (first + rows == plan_.height) frame.info.detector_end = clock_.now();
+        band.first_row,  band.rows,       width,          {buffers_[number % buffer_count].data(), floats},
+        band.halo_above, band.halo_below, band.halo_left, band.halo_right};
+    const std::size_t begin =
+        static_cast<std::size_t>(band.first_row) * static_cast<std::size_t>(plan_.width);
+    const std::size_t pixels = static_cast<std::size_t>(band.rows) * static_cast<std::size_t>(plan_.width);
+    sensors::ExposureTruth truth;
+    if (PixelTruth* whole = frame.pixel_truth()) {
+        truth.mean_e = std::span(whole->mean_e).subspan(begin, pixels);
+        truth.saturated = std::span(whole->saturated).subspan(begin, pixels);
+    }
+    const std::uint32_t saturated =
+        detector_.expose(plan_, light, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
+                         frame.pixels().subspan(begin, pixels), truth);
+    if (saturated != 0) frame.saturated_windows.fetch_or(saturated, std::memory_order_relaxed);
+    if (pattern_ != ImagePattern::off) paint_pattern(band.first_row, band.rows);
+    const std::int32_t ready = band.first_row + band.rows;
+    if (ready == plan_.height) frame.info.detector_end = clock_.now();
     if (sink_ != nullptr)
-        sink_->rows_exposed(first + rows);
+        sink_->rows_exposed(ready);
     else
-        frame.publish_rows(first + rows);
+        frame.publish_rows(ready);
 }
 
 void FrameMaker::paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept {
@@ -181,9 +316,12 @@ void FrameMaker::paint_pattern(std::int32_t first_row, std::int32_t rows) noexce
 
 ReadoutAnswer FrameMaker::answer(const CameraSettings& s) const {
     ReadoutAnswer answer;
-    const sensors::WindowRequest window{s.region, s.exposure_ns};
     sensors::ReadoutPlan plan;
-    answer.refusal = plan_readout(readout_, {&window, 1}, Time{}, plan);
+    answer.refusal = plan_readout(readout_, Requests(s).all(), Time{}, plan);
+    const std::int32_t rows = std::max(settings_.max_rows, readout_.height);
+    if (answer.refusal.empty() && (plan.height > rows || plan.width > readout_.width))
+        answer.refusal = fmt::format("the windows make an image of {} x {} pixels, {} x {} is allowed",
+                                     plan.width, plan.height, readout_.width, rows);
     if (!answer.refusal.empty()) return answer;
     answer.window_count = static_cast<std::uint32_t>(plan.windows.size());
     std::copy(plan.windows.begin(), plan.windows.end(), answer.windows.begin());

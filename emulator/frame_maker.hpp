@@ -6,6 +6,7 @@
 #include "core/frame.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
+#include "sensors/sequencer.hpp"
 
 #include <array>
 #include <atomic>
@@ -17,7 +18,9 @@
 namespace obscura::emulator {
 
 /// What is to be made. The pixels depend on frame_id, scene_time, `settings` and the configuration with its
-/// seed, on nothing else; the other stamps only travel along.
+/// seed, and on those of the frames since the acquisition started: a sensor remembers the charge of the frame
+/// before (image lag), its rows may have been reset under older settings, and a trigger that lands in a
+/// readout waits for the row grid. The other stamps only travel along.
 struct FrameOrder {
     std::uint64_t frame_id = 1;
     std::uint64_t trigger_id = 1;
@@ -39,12 +42,14 @@ public:
 
 struct FrameMakerSettings {
     std::int32_t band_rows = 64;
-    std::uint64_t seed = 1; ///< recorded in the frame's ground truth
-    int priority = 0;       ///< SCHED_FIFO priority of the detector thread; 0: ordinary scheduling
+    std::int32_t max_rows = 0; ///< of a composed image; 0: as many as the sensor has
+    std::uint64_t seed = 1;    ///< recorded in the frame's ground truth
+    int priority = 0;          ///< SCHED_FIFO priority of the detector thread; 0: ordinary scheduling
 };
 
 /// The band pipeline: the calling thread renders band k+1 (over the renderer's own workers) while a thread of
-/// this object takes band k through the detector. One frame at a time, one calling thread at a time; after
+/// this object takes band k through the detector. A band lies within one window and is rendered with the rows
+/// and columns around it that the detector wants. One frame at a time, one calling thread at a time; after
 /// construction nothing here allocates.
 class FrameMaker {
 public:
@@ -55,9 +60,11 @@ public:
     FrameMaker(const FrameMaker&) = delete;
     FrameMaker& operator=(const FrameMaker&) = delete;
 
-    /// Plans the readout and writes `frame.info` and the row times. Empty, or the reason why the chip cannot
-    /// do that; then the frame is untouched but for its size.
+    /// Plans the readout and writes `frame.info` and the row times. Frame 1 starts an acquisition. Empty, or
+    /// the reason why the chip cannot do that or the frame has no room for it; then the frame is untouched.
     [[nodiscard]] std::string prepare(const FrameOrder& order, Frame& frame);
+    /// The chip reads this frame, but nobody takes it: later frames depend on that.
+    void skip(const FrameOrder& order);
     /// Makes the pixels of the frame prepared last. Rows go to `sink`, or are published at once when there is
     /// none. False when `cancel` became true on the way: then the rows told of so far are all there will be.
     bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr);
@@ -75,12 +82,29 @@ public:
     }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
+    /// From the trigger of the frame prepared last, delays included, until the chip can take another.
+    [[nodiscard]] std::int64_t busy_ns() const noexcept {
+        return plan_.trigger - asked_start_ + plan_.frame_period_ns;
+    }
+    /// Whether a frame asked for at `scene_time` begins before the one planned last has been read out.
+    [[nodiscard]] bool overlaps(Time scene_time) const noexcept;
     /// Scheduling clock minus scene time of the frame prepared last.
     [[nodiscard]] std::int64_t scene_to_clock_ns() const noexcept { return scene_to_clock_ns_; }
 
 private:
     static constexpr std::uint32_t buffer_count = 2;
+    /// A piece of a window that goes through renderer and detector at once.
+    struct Band {
+        std::size_t window;
+        std::int32_t first_row, rows; ///< of the composed image
+        std::int32_t halo_above, halo_below, halo_left, halo_right;
+    };
 
+    [[nodiscard]] std::string plan_frame(const FrameOrder& order);
+    void list_bands();
+    [[nodiscard]] bool render_band(const Band& band, std::span<float> light, const std::atomic<bool>* cancel);
+    [[nodiscard]] bool render_lines(renderer::RenderRequest request, const Band& band, std::span<float> light,
+                                    const std::atomic<bool>* cancel);
     void run_detector() noexcept;
     void expose_band(std::uint32_t number) noexcept;
     void paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept;
@@ -93,8 +117,14 @@ private:
     const double offset_dn_;
     const FrameMakerSettings settings_;
     std::size_t band_count_;
+    std::int32_t buffer_rows_; ///< of a buffer, halo included
 
+    sensors::ReadoutSequencer sequencer_;
     sensors::ReadoutPlan plan_;
+    Time asked_start_; ///< of the exposure, scene time
+    std::vector<Band> bands_;
+    std::vector<RowTime> band_times_;
+    std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::array<std::vector<float>, buffer_count> buffers_;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <sstream>
+#include <string>
 
 namespace obscura::emulator {
 namespace {

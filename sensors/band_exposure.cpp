@@ -4,14 +4,24 @@
 #include "sensors/telegraph.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numbers>
 
 namespace obscura::sensors {
 namespace {
 
-constexpr std::int32_t no_row = -1;
+constexpr std::int32_t no_row = std::numeric_limits<std::int32_t>::min();
+
+/// From this variance on, e-^2, one draw stands for shot noise and Gaussian noise (kernels::merged_row()).
+constexpr float merged_variance_e2 = 400;
+
+/// Place of a row, which may be a halo row above the image, in a ring of rows.
+std::size_t slot_of(std::int32_t row) {
+    return static_cast<std::uint32_t>(row) % Scratch::ring;
+}
 
 bool intersect(const Region& a, const Region& b) {
     return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
@@ -56,7 +66,8 @@ BandExposure::BandExposure(DetectorState& detector, const ReadoutPlan& plan, con
     }
     scratch_.hits.clear();
     hits_listed_ = true;
-    d_.rain.each(frame_, frame_begin_, frame_end_, low - 1, high - low + 3, [&](const ParticleHit& hit) {
+    // Charge that blooms may come from the row beyond.
+    d_.rain.each(frame_, frame_begin_, frame_end_, low - 2, high - low + 5, [&](const ParticleHit& hit) {
         if (scratch_.hits.size() < Scratch::hits_kept)
             scratch_.hits.push_back(hit);
         else
@@ -72,7 +83,15 @@ void BandExposure::enter_window(std::int32_t row) noexcept {
     const FrameWindow& w = plan_.windows[window_];
     first_row_ = w.image_y;
     last_row_ = w.image_y + w.sensor.height - 1;
+    const std::int32_t band_last = band_.first_row + band_.rows - 1;
+    lowest_ = band_.first_row < first_row_ ? first_row_ : band_.first_row - band_.halo_above;
+    highest_ = band_last > last_row_ ? last_row_ : band_last + band_.halo_below;
     n_ = static_cast<std::size_t>(w.sensor.width);
+    left_ = static_cast<std::size_t>(band_.halo_left);
+    wide_ = n_ + static_cast<std::size_t>(band_.halo_left + band_.halo_right);
+    wide_x_ = w.sensor.x - band_.halo_left;
+    assert(wide_ <= static_cast<std::size_t>(band_.width) && wide_x_ >= 0 &&
+           wide_x_ + static_cast<std::int32_t>(wide_) <= d_.sensor_width);
     // A pixel that several windows read gets numbers of its own from each of them.
     layer_ = 0;
     for (const FrameWindow& other : plan_.windows)
@@ -82,20 +101,33 @@ void BandExposure::enter_window(std::int32_t row) noexcept {
     smear_known_ = false;
     raw_row_.fill(no_row);
     mean_row_.fill(no_row);
+    full_row_.fill(no_row);
+    noise_row_ = -1;
 }
+
+/// Index in the plan of a row of the window, or of the window's row next to a halo row.
+std::size_t BandExposure::planned(std::int32_t row) const noexcept {
+    return static_cast<std::size_t>(std::clamp(row, first_row_, last_row_));
+}
+
+/// Row on the array of a row of the window or of its halo.
+std::int32_t BandExposure::row_on_array(std::int32_t row) const noexcept {
+    const std::size_t i = planned(row);
+    return plan_.sensor_row[i] + (row - static_cast<std::int32_t>(i));
+}
+
+// Rows of light and of expected charge begin at the first halo column; all that comes after the random draw
+// begins at the window's own first column.
 
 /// Electrons per second from light before crosstalk, with one copy of the edge pixels on either side.
 const float* BandExposure::raw_light(std::int32_t row) noexcept {
-    row = std::clamp(row, std::max(first_row_, band_.first_row - band_.halo_above),
-                     std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1));
-    const auto slot = static_cast<std::size_t>(row) % Scratch::ring;
+    row = std::clamp(row, lowest_, highest_);
+    const std::size_t slot = slot_of(row);
     float* const out = scratch_.raw(slot);
     if (raw_row_[slot] == row) return out;
     raw_row_[slot] = row;
 
-    const Region& window = plan_.windows[window_].sensor;
-    const std::int32_t array_row = plan_.sensor_row[static_cast<std::size_t>(row)];
-    const float* const response = d_.pattern.row_of(d_.pattern.response, array_row, window.x);
+    const float* const response = d_.pattern.row_of(d_.pattern.response, row_on_array(row), wide_x_);
     const auto stride = static_cast<std::size_t>(band_.width);
     const auto stored_rows = static_cast<std::size_t>(band_.halo_above + band_.rows + band_.halo_below);
     const auto line = static_cast<std::size_t>(row - band_.first_row + band_.halo_above);
@@ -103,15 +135,15 @@ const float* BandExposure::raw_light(std::int32_t row) noexcept {
         const std::size_t at = (b * stored_rows + line) * stride;
         const float* values = band_.values.data() + at;
         // Kernels read a little beyond the end of a row; the caller's memory may end there.
-        if (at + n_ + kernels::padding > band_.values.size()) {
-            std::memcpy(scratch_.signal(), values, n_ * sizeof(float));
+        if (at + wide_ + kernels::padding > band_.values.size()) {
+            std::memcpy(scratch_.signal(), values, wide_ * sizeof(float));
             values = scratch_.signal();
         }
-        kernels::light_row(values, response, static_cast<float>(d_.electrons_per_s[b]), b > 0, n_, out);
+        kernels::light_row(values, response, static_cast<float>(d_.electrons_per_s[b]), b > 0, wide_, out);
     }
-    if (d_.electrons_per_s.empty()) std::fill_n(out, n_, 0.0F);
+    if (d_.electrons_per_s.empty()) std::fill_n(out, wide_, 0.0F);
     out[-1] = out[0];
-    out[n_] = out[n_ - 1];
+    out[wide_] = out[wide_ - 1];
     return out;
 }
 
@@ -122,17 +154,16 @@ const float* BandExposure::light(std::int32_t row) noexcept {
     const float* const here = raw_light(row);
     const float* const below = raw_light(row + 1);
     kernels::crosstalk_row(above, here, below, static_cast<float>(s.crosstalk_edge),
-                           static_cast<float>(s.crosstalk_corner), n_, scratch_.mixed());
+                           static_cast<float>(s.crosstalk_corner), wide_, scratch_.mixed());
     return scratch_.mixed();
 }
 
 void BandExposure::add_telegraph(std::int32_t array_row, double seconds, float* out) const noexcept {
     // Time goes on by the frame period per frame, whatever the triggers did: same frames, same bytes.
     const double now_s = static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns);
-    const std::int32_t x0 = plan_.windows[window_].sensor.x;
     for (const TelegraphPixel& p : d_.pattern.telegraph.row(array_row)) {
-        const std::int32_t x = p.x - x0;
-        if (x < 0 || x >= static_cast<std::int32_t>(n_)) continue;
+        const std::int32_t x = p.x - wide_x_;
+        if (x < 0 || x >= static_cast<std::int32_t>(wide_)) continue;
         if (telegraph_up(d_.seed, p.pixel, static_cast<double>(p.time_constant_s), now_s))
             out[x] += static_cast<float>(static_cast<double>(p.current_e_per_s) * d_.dark_ratio * seconds);
     }
@@ -140,10 +171,9 @@ void BandExposure::add_telegraph(std::int32_t array_row, double seconds, float* 
 
 void BandExposure::add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept {
     if (d_.rain.none()) return;
-    const std::int32_t x0 = plan_.windows[window_].sensor.x;
     const auto add = [&](const ParticleHit& hit) {
         if (hit.time >= begin && hit.time < end)
-            deposit(hit, array_row, x0, static_cast<std::int32_t>(n_), out);
+            deposit(hit, array_row, wide_x_, static_cast<std::int32_t>(wide_), out);
     };
     if (hits_listed_)
         for (const ParticleHit& hit : scratch_.hits)
@@ -155,33 +185,43 @@ void BandExposure::add_hits(std::int32_t array_row, Time begin, Time end, float*
 /// Expected electrons of a row between two instants; blooming and smear are not included.
 void BandExposure::mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept {
     const DetectorSettings& s = d_.settings;
-    const auto i = static_cast<std::size_t>(row);
-    const std::int32_t array_row = plan_.sensor_row[i];
-    if (array_row < s.electrical_black_rows) {
-        std::fill_n(out, n_, 0.0F);
+    const std::size_t i = planned(row);
+    const std::int32_t y = row_on_array(row);
+    if (y < s.electrical_black_rows) {
+        std::fill_n(out, wide_, 0.0F);
         return;
     }
     const double seconds = to_seconds(end - begin);
     double lit_s = seconds;
     if (d_.global_shutter) lit_s += s.parasitic_light * to_seconds(plan_.release[i] - plan_.rows[i].read);
-    if (array_row < s.electrical_black_rows + s.optical_black_rows) lit_s = 0;
-    const float* const dark =
-        d_.pattern.row_of(d_.pattern.dark_e_per_s, array_row, plan_.windows[window_].sensor.x);
+    if (y < s.electrical_black_rows + s.optical_black_rows) lit_s = 0;
+    const float* const dark = d_.pattern.row_of(d_.pattern.dark_e_per_s, y, wide_x_);
     const double uniform = dark == nullptr ? s.dark_current_e_per_s : 1;
     kernels::mean_row(light(row), static_cast<float>(lit_s), dark,
-                      static_cast<float>(uniform * d_.dark_ratio * seconds), n_, out);
-    add_telegraph(array_row, seconds, out);
-    add_hits(array_row, begin, end, out);
+                      static_cast<float>(uniform * d_.dark_ratio * seconds), wide_, out);
+    add_telegraph(y, seconds, out);
+    add_hits(y, begin, end, out);
 }
 
 float* BandExposure::mean_of_exposure(std::int32_t row) noexcept {
-    const auto slot = static_cast<std::size_t>(row) % Scratch::ring;
+    const std::size_t slot = slot_of(row);
     float* const out = scratch_.mean(slot);
     if (mean_row_[slot] == row) return out;
     mean_row_[slot] = row;
-    const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
+    const RowTime& t = plan_.rows[planned(row)];
     mean_between(row, t.reset, t.read, out);
     return out;
+}
+
+/// Whether a pixel of the row, which may lie in the halo, is expected to go beyond full well.
+bool BandExposure::has_full(std::int32_t row) noexcept {
+    if (row < lowest_ || row > highest_) return false;
+    const std::size_t slot = slot_of(row);
+    if (full_row_[slot] != row) {
+        full_row_[slot] = row;
+        full_[slot] = kernels::any_above(mean_of_exposure(row), chain_.full_well_e, wide_);
+    }
+    return full_[slot];
 }
 
 /// Adds to `mean` of the row a share of what the four neighbours hold above full well, in `out`. Returns
@@ -189,26 +229,21 @@ float* BandExposure::mean_of_exposure(std::int32_t row) noexcept {
 float* BandExposure::bloom(std::int32_t row, float* mean, float* out) noexcept {
     const float full = chain_.full_well_e;
     const auto share = static_cast<float>(d_.settings.blooming / 4);
-    const std::int32_t lowest = std::max(first_row_, band_.first_row - band_.halo_above);
-    const std::int32_t highest = std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1);
-    const auto full_pixels = [&](std::int32_t r) {
-        return r >= lowest && r <= highest && kernels::any_above(mean_of_exposure(r), full, n_);
-    };
-    const bool here = full_pixels(row), above = full_pixels(row - 1), below = full_pixels(row + 1);
+    const bool here = has_full(row), above = has_full(row - 1), below = has_full(row + 1);
     if (!here && !above && !below) return mean;
 
     const auto excess = [&](float charge) { return charge > full ? share * (charge - full) : 0.0F; };
-    std::memcpy(out, mean, n_ * sizeof(float));
-    for (std::size_t x = 0; here && x < n_; ++x) {
+    std::memcpy(out, mean, wide_ * sizeof(float));
+    for (std::size_t x = 0; here && x < wide_; ++x) {
         const float spill = excess(mean[x]);
         if (spill == 0) continue;
         if (x > 0) out[x - 1] += spill;
-        if (x + 1 < n_) out[x + 1] += spill;
+        if (x + 1 < wide_) out[x + 1] += spill;
     }
     for (const std::int32_t neighbour : {row - 1, row + 1}) {
         if (!(neighbour < row ? above : below)) continue;
         const float* const other = mean_of_exposure(neighbour);
-        for (std::size_t x = 0; x < n_; ++x)
+        for (std::size_t x = 0; x < wide_; ++x)
             out[x] += excess(other[x]);
     }
     return out;
@@ -219,14 +254,13 @@ void BandExposure::add_smear(float* out) noexcept {
     if (!smear_known_) {
         smear_known_ = true;
         float* const column = scratch_.smear();
-        std::fill_n(column, n_ + kernels::padding, 0.0F);
+        std::fill_n(column, wide_ + kernels::padding, 0.0F);
         raw_row_.fill(no_row);
-        for (std::int32_t r = std::max(first_row_, band_.first_row - band_.halo_above);
-             r <= std::min(last_row_, band_.first_row + band_.rows + band_.halo_below - 1); ++r)
-            kernels::accumulate_row(raw_light(r), 1, n_, column);
+        for (std::int32_t r = lowest_; r <= highest_; ++r)
+            kernels::accumulate_row(raw_light(r), 1, wide_, column);
         raw_row_.fill(no_row);
     }
-    kernels::accumulate_row(scratch_.smear(), static_cast<float>(to_seconds(d_.settings.smear_row_ns)), n_,
+    kernels::accumulate_row(scratch_.smear(), static_cast<float>(to_seconds(d_.settings.smear_row_ns)), wide_,
                             out);
 }
 
@@ -249,20 +283,65 @@ void BandExposure::draw(const float* mean, std::int32_t array_row, std::uint32_t
                          counts, scratch_.z0(), scratch_.z1(), scratch_.sampler());
 }
 
-float BandExposure::row_noise(std::int32_t array_row, std::uint32_t read) const noexcept {
-    if (d_.settings.row_noise_e == 0) return 0;
-    std::array<float, 1 + kernels::padding> z0, z1;
-    kernels::normal_row(
-        1, stream_of(Effect::row_noise, d_.seed, frame_, static_cast<std::uint32_t>(array_row), read, layer_),
-        z0.data(), z1.data());
-    return static_cast<float>(d_.settings.row_noise_e) * z0[0];
+/// Shot noise together with that of amplifier and reset, where nothing between the two tells them apart: not
+/// near full well. `chain` is left with the noise that is still to be added.
+void BandExposure::draw_merged(const float* mean, std::int32_t array_row, kernels::Chain& chain,
+                               float* charge) noexcept {
+    const float variance = chain.sigma0_e * chain.sigma0_e + chain.sigma1_e * chain.sigma1_e;
+    const auto pixel = static_cast<std::uint32_t>(array_row) * static_cast<std::uint32_t>(d_.sensor_width) +
+                       static_cast<std::uint32_t>(plan_.windows[window_].sensor.x);
+    kernels::merged_row(mean, variance, n_,
+                        stream_of(Effect::shot_and_gauss, d_.seed, frame_, pixel, 0, layer_), charge,
+                        scratch_.z0());
+    const float full = chain.full_well_e;
+    const float limit = full - 9 * std::sqrt(full + variance);
+    if (!kernels::any_above(mean, limit, n_)) {
+        chain.sigma0_e = chain.sigma1_e = 0;
+        return;
+    }
+    float* const counts = scratch_.frozen();
+    draw(mean, array_row, 0, counts);
+    float* const z0 = scratch_.z0();
+    float* const z1 = scratch_.z1();
+    for (std::size_t x = 0; x < n_; ++x) {
+        if (mean[x] > limit)
+            charge[x] = counts[x];
+        else
+            z0[x] = z1[x] = 0;
+    }
 }
 
-void BandExposure::note(const float* mean, const float* charge, const ExposureTruth& truth) const noexcept {
+float BandExposure::row_noise(std::int32_t array_row, std::uint32_t read) noexcept {
+    if (d_.settings.row_noise_e == 0) return 0;
+    const auto rms = static_cast<float>(d_.settings.row_noise_e);
+    const auto draw_rows = [&](std::int32_t first, std::size_t rows, float* out) {
+        std::array<float, noise_rows + kernels::padding> other;
+        kernels::normal_row(
+            rows,
+            stream_of(Effect::row_noise, d_.seed, frame_, static_cast<std::uint32_t>(first), read, layer_),
+            out, other.data());
+    };
+    if (read != 0) {
+        std::array<float, 1 + kernels::padding> one;
+        draw_rows(array_row, 1, one.data());
+        return rms * one[0];
+    }
+    if (noise_row_ < 0 || array_row < noise_row_ ||
+        array_row >= noise_row_ + static_cast<std::int32_t>(noise_rows)) {
+        noise_row_ = array_row;
+        draw_rows(array_row, noise_rows, row_noise_.data());
+    }
+    return rms * row_noise_[static_cast<std::size_t>(array_row - noise_row_)];
+}
+
+void BandExposure::note(const float* mean, const float* charge, const ExposureTruth& truth) noexcept {
+    const float full = chain_.full_well_e;
+    if (kernels::any_above(charge, std::nextafter(full, 0.0F), n_))
+        saturated_windows_ |= std::uint32_t{1} << window_;
     if (!truth.mean_e.empty()) std::memcpy(truth.mean_e.data(), mean, n_ * sizeof(float));
     if (!truth.saturated.empty())
         for (std::size_t x = 0; x < n_; ++x)
-            truth.saturated[x] = charge[x] >= chain_.full_well_e ? 1 : 0;
+            truth.saturated[x] = charge[x] >= full ? 1 : 0;
 }
 
 /// Destructive, or the difference of two non-destructive reads: one draw for the charge of the whole
@@ -274,16 +353,11 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     float* mean = mean_of_exposure(row);
     if (s.blooming > 0 && !difference) mean = bloom(row, mean, scratch_.sum());
     if (s.smear_row_ns > 0) {
-        if (mean != scratch_.sum()) std::memcpy(scratch_.sum(), mean, n_ * sizeof(float));
+        if (mean != scratch_.sum()) std::memcpy(scratch_.sum(), mean, wide_ * sizeof(float));
         mean = scratch_.sum();
         add_smear(mean);
     }
-    float* const charge = scratch_.counts();
-    draw(mean, array_row, 0, charge);
-    if (s.lag > 0 && !difference) add_lag(array_row, charge);
-    note(mean, charge, truth);
-    kernels::collect_row(chain_, n_, charge);
-
+    mean += left_;
     // A double sample subtracts a second amplifier sample and, where it is destructive, another reset; the
     // difference of two reads after one reset has neither reset noise nor offset.
     const bool two = difference || s.double_sampling;
@@ -293,11 +367,19 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     chain.sigma1_e = difference ? 0 : static_cast<float>(d_.reset_e * doubled);
     chain.offset_scale = difference ? 0 : 1;
     chain.row_e = row_noise(array_row, 0);
+    float* const charge = scratch_.counts();
+    if (chain.sigma0_e * chain.sigma0_e + chain.sigma1_e * chain.sigma1_e >= merged_variance_e2)
+        draw_merged(mean, array_row, chain, charge);
+    else
+        draw(mean, array_row, 0, charge);
+    if (s.lag > 0 && !difference) add_lag(array_row, charge);
+    note(mean, charge, truth);
+    kernels::collect_row(chain_, n_, charge);
     const float* const offset =
         difference ? nullptr
                    : d_.pattern.row_of(d_.pattern.offset_e, array_row, plan_.windows[window_].sensor.x);
-    kernels::convert_row(chain, charge, offset, scratch_.z0(), chain.sigma1_e > 0 ? scratch_.z1() : nullptr,
-                         n_, dn);
+    kernels::convert_row(chain, charge, offset, chain.sigma0_e > 0 ? scratch_.z0() : nullptr,
+                         chain.sigma1_e > 0 ? scratch_.z1() : nullptr, n_, dn);
 }
 
 /// One of several non-destructive reads: charge adds up from read to read, the reset noise stays what it was.
@@ -318,9 +400,9 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
         float* const mean = scratch_.mean(0);
         mean_row_.fill(no_row);
         mean_between(row, from, to, mean);
-        draw(mean, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
+        draw(mean + left_, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
         kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
-        kernels::accumulate_row(mean, 1, n_, total_mean);
+        kernels::accumulate_row(mean + left_, 1, n_, total_mean);
         if (from == plan_.rows[i].reset) std::memcpy(scratch_.frozen(), scratch_.z1(), n_ * sizeof(float));
         from = to;
     }
@@ -353,9 +435,9 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         float* const mean = scratch_.mean(0);
         mean_row_.fill(no_row);
         mean_between(row, from, to, mean);
-        draw(mean, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
+        draw(mean + left_, array_row, static_cast<std::uint32_t>(k), scratch_.counts());
         kernels::accumulate_row(scratch_.counts(), 1, n_, charge);
-        kernels::accumulate_row(mean, 1, n_, total_mean);
+        kernels::accumulate_row(mean + left_, 1, n_, total_mean);
         std::memcpy(scratch_.signal(), charge, n_ * sizeof(float));
         kernels::collect_row(chain_, n_, scratch_.signal());
         const double weight = ramp_weight(k, window.reads);

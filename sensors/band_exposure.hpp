@@ -25,8 +25,13 @@ public:
     /// empty).
     void expose_row(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
 
+    /// Bit w: a pixel of window w has reached full well.
+    [[nodiscard]] std::uint32_t saturated_windows() const noexcept { return saturated_windows_; }
+
 private:
     void enter_window(std::int32_t row) noexcept;
+    [[nodiscard]] std::size_t planned(std::int32_t row) const noexcept;
+    [[nodiscard]] std::int32_t row_on_array(std::int32_t row) const noexcept;
     [[nodiscard]] const float* raw_light(std::int32_t row) noexcept;
     [[nodiscard]] const float* light(std::int32_t row) noexcept;
     void mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept;
@@ -37,13 +42,16 @@ private:
     void add_smear(float* out) noexcept;
     void add_lag(std::int32_t array_row, float* charge) noexcept;
     void draw(const float* mean, std::int32_t array_row, std::uint32_t read, float* counts) noexcept;
-    [[nodiscard]] float row_noise(std::int32_t array_row, std::uint32_t read) const noexcept;
+    void draw_merged(const float* mean, std::int32_t array_row, kernels::Chain& chain,
+                     float* charge) noexcept;
+    [[nodiscard]] float row_noise(std::int32_t array_row, std::uint32_t read) noexcept;
+    [[nodiscard]] bool has_full(std::int32_t row) noexcept;
 
     void sample_once(std::int32_t row, bool difference, std::uint16_t* dn,
                      const ExposureTruth& truth) noexcept;
     void sample_read(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
     void sample_ramp(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
-    void note(const float* mean, const float* charge, const ExposureTruth& truth) const noexcept;
+    void note(const float* mean, const float* charge, const ExposureTruth& truth) noexcept;
     void apply_defects(std::int32_t array_row, std::uint16_t* dn) const noexcept;
 
     DetectorState& d_;
@@ -54,12 +62,21 @@ private:
     kernels::Chain chain_;
     Time frame_begin_, frame_end_;
     bool hits_listed_ = false;
+    std::uint32_t saturated_windows_ = 0;
     // The window of the row in work.
     std::size_t window_ = SIZE_MAX;
     std::int32_t first_row_ = 0, last_row_ = 0; ///< of the composed image
+    std::int32_t lowest_ = 0, highest_ = 0;     ///< rows there is light for, halo included
     std::size_t n_ = 0;                         ///< its columns
+    std::size_t left_ = 0, wide_ = 0;           ///< halo columns on the left; columns with the halo
+    std::int32_t wide_x_ = 0;                   ///< array column of the first of them
     std::uint32_t layer_ = 0;
     bool smear_known_ = false;
+    static constexpr std::size_t noise_rows = 64;
+    std::int32_t noise_row_ = -1; ///< first array row of row_noise_, for reads numbered 0
+    std::array<float, noise_rows + kernels::padding> row_noise_{};
+    std::array<std::int32_t, Scratch::ring> full_row_{}; ///< rows looked at for full pixels
+    std::array<bool, Scratch::ring> full_{};
     std::array<std::int32_t, Scratch::ring> raw_row_{}, mean_row_{}; ///< what the rings hold
 };
 

@@ -130,16 +130,16 @@ Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
-void Detector::expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
-                      AnalogSettings analog, std::span<std::uint16_t> dn,
-                      const ExposureTruth& truth) const noexcept {
+std::uint32_t Detector::expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
+                               AnalogSettings analog, std::span<std::uint16_t> dn,
+                               const ExposureTruth& truth) const noexcept {
     DetectorState& state = impl_->state;
-    const auto width = static_cast<std::size_t>(light.width);
-    assert(light.width == plan.width && light.first_row >= 0 && light.first_row + light.rows <= plan.height);
+    const auto width = static_cast<std::size_t>(plan.width);
+    assert(light.first_row >= 0 && light.first_row + light.rows <= plan.height);
     assert(light.values.size() >= static_cast<std::size_t>(light.halo_above + light.rows + light.halo_below) *
-                                      width * state.electrons_per_s.size());
+                                      static_cast<std::size_t>(light.width) * state.electrons_per_s.size());
     assert(dn.size() >= static_cast<std::size_t>(light.rows) * width);
-    if (light.rows <= 0) return;
+    if (light.rows <= 0) return 0;
 
     const ScratchPool::Lease scratch(state.scratch);
     BandExposure band(state, plan, light, frame_id, analog, *scratch);
@@ -150,6 +150,7 @@ void Detector::expose(const ReadoutPlan& plan, const IrradianceBand& light, std:
         if (!truth.saturated.empty()) row.saturated = truth.saturated.subspan(at, width);
         band.expose_row(light.first_row + r, dn.data() + at, row);
     }
+    return band.saturated_windows();
 }
 
 std::int32_t Detector::halo_rows() const noexcept {
@@ -157,7 +158,7 @@ std::int32_t Detector::halo_rows() const noexcept {
     return (s.crosstalk_edge > 0 || s.crosstalk_corner > 0 ? 1 : 0) + (s.blooming > 0 ? 1 : 0);
 }
 
-bool Detector::needs_whole_windows() const noexcept {
+bool Detector::needs_whole_columns() const noexcept {
     return impl_->state.settings.smear_row_ns > 0;
 }
 
@@ -165,18 +166,36 @@ void Detector::forget() noexcept {
     std::fill(impl_->state.memory.begin(), impl_->state.memory.end(), 0.0F);
 }
 
-std::vector<ParticleHit> Detector::hits(const ReadoutPlan& plan, std::uint64_t frame_id) const {
-    std::vector<ParticleHit> list;
-    const DetectorState& state = impl_->state;
-    if (state.rain.none() || plan.rows.empty()) return list;
+namespace {
+
+template<class Visit>
+void each_hit(const DetectorState& state, const ReadoutPlan& plan, std::uint64_t frame_id, Visit visit) {
+    if (state.rain.none() || plan.rows.empty()) return;
     Time begin = plan.rows.front().reset, end = plan.rows.front().read;
     for (const RowTime& t : plan.rows) {
         begin = std::min(begin, t.reset);
         end = std::max(end, t.read);
     }
-    state.rain.each(frame_id, begin, end, 0, state.sensor_height,
-                    [&](const ParticleHit& hit) { list.push_back(hit); });
+    state.rain.each(frame_id, begin, end, 0, state.sensor_height, visit);
+}
+
+} // namespace
+
+std::vector<ParticleHit> Detector::hits(const ReadoutPlan& plan, std::uint64_t frame_id) const {
+    std::vector<ParticleHit> list;
+    each_hit(impl_->state, plan, frame_id, [&](const ParticleHit& hit) { list.push_back(hit); });
     return list;
+}
+
+std::uint64_t Detector::list_hits(const ReadoutPlan& plan, std::uint64_t frame_id,
+                                  std::vector<ParticleHit>& list) const noexcept {
+    list.clear();
+    std::uint64_t count = 0;
+    each_hit(impl_->state, plan, frame_id, [&](const ParticleHit& hit) {
+        if (list.size() < list.capacity()) list.push_back(hit);
+        ++count;
+    });
+    return count;
 }
 
 const FixedPattern& Detector::fixed_pattern() const noexcept {

@@ -302,6 +302,40 @@ void normal_row(std::size_t n, const Stream& s, float* z0, float* z1) {
     }
 }
 
+/// One standard normal per pixel: four pixels, whose numbers differ in the last two bits, share a counter.
+void quartet_normals(std::size_t n, const Stream& s, float* z) {
+    const F f;
+    const U u32;
+    const Philox philox(s.frame_low, s.effect, s.frame_high << 16, s.key[0], s.key[1]);
+    const std::size_t before = s.first_pixel % 4;
+    const std::uint32_t first_block = s.first_pixel / 4;
+    const std::size_t blocks = (before + n + 3) / 4;
+    float* const begin = z - before;
+    for (std::size_t b = 0; b < blocks; b += hn::Lanes(u32)) {
+        VU w0, w1, w2, w3;
+        philox(hn::Iota(u32, first_block + static_cast<std::uint32_t>(b)), w0, w1, w2, w3);
+        VF n0, n1, n2, n3;
+        box_muller(w0, w1, n0, n1);
+        box_muller(w2, w3, n2, n3);
+        hn::StoreInterleaved4(n0, n1, n2, n3, f, begin + 4 * b);
+    }
+}
+
+void merged_row(const float* mean, float variance, std::size_t n, const Stream& s, float* out, float* z) {
+    const F f;
+    quartet_normals(n, s, z);
+    const VF gauss = hn::Set(f, variance);
+    for (std::size_t i = 0; i < n; i += hn::Lanes(f)) {
+        const VF mu = hn::LoadU(f, mean + i), normal = hn::LoadU(f, z + i);
+        const VF total = hn::Add(mu, gauss);
+        // Third central moment 6 a var = mu; the term's own variance 2 a^2 is taken from the other one.
+        const VF a = hn::Div(hn::Mul(mu, constant(1.0F / 6)), total);
+        const VF sigma = hn::Sqrt(hn::Sub(total, hn::Mul(hn::Mul(constant(2), a), a)));
+        const VF skew = hn::Mul(a, hn::Sub(hn::Mul(normal, normal), constant(1)));
+        hn::StoreU(hn::Add(hn::Add(mu, hn::Mul(sigma, normal)), skew), f, out + i);
+    }
+}
+
 void exp_row(const float* x, std::size_t n, float* out) {
     const F f;
     for (std::size_t i = 0; i < n; i += hn::Lanes(f))
@@ -394,6 +428,7 @@ HWY_EXPORT(crosstalk_row);
 HWY_EXPORT(mean_row);
 HWY_EXPORT(poisson_row);
 HWY_EXPORT(normal_row);
+HWY_EXPORT(merged_row);
 HWY_EXPORT(exp_row);
 HWY_EXPORT(collect_row);
 HWY_EXPORT(any_above);
@@ -420,6 +455,10 @@ void poisson_row(const float* mean, std::size_t n, const Stream& stream, float* 
 }
 void normal_row(std::size_t n, const Stream& stream, float* z0, float* z1) {
     HWY_DYNAMIC_DISPATCH(normal_row)(n, stream, z0, z1);
+}
+void merged_row(const float* mean, float variance, std::size_t n, const Stream& stream, float* out,
+                float* z) {
+    HWY_DYNAMIC_DISPATCH(merged_row)(mean, variance, n, stream, out, z);
 }
 void exp_row(const float* x, std::size_t n, float* out) {
     HWY_DYNAMIC_DISPATCH(exp_row)(x, n, out);

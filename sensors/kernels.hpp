@@ -44,6 +44,13 @@ void poisson_row(const float* mean, std::size_t n, const Stream& stream, float* 
 /// Two standard normals per pixel.
 void normal_row(std::size_t n, const Stream& stream, float* z0, float* z1);
 
+/// Shot noise and Gaussian noise of `variance` in one draw, for variances from 400 (20 e- rms): a
+/// Cornish-Fisher form with the mean, variance and third moment of Poisson(mean[i]) plus the Gaussian. Its
+/// largest distance from their distribution function is below 2e-5 at 20 e- and 1e-6 at 55 e-. Costs a
+/// quarter of poisson_row(). `z` is scratch and, as `out`, writable padding elements before its beginning as
+/// well.
+void merged_row(const float* mean, float variance, std::size_t n, const Stream& stream, float* out, float* z);
+
 /// out[i] = exp(x[i]) for |x| <= 80.
 void exp_row(const float* x, std::size_t n, float* out);
 

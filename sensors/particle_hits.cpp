@@ -29,16 +29,18 @@ ParticleRain::ParticleRain(const SensorDescription& d, std::uint64_t key) noexce
       depth_px_(d.detector.hit_depth_m / d.pixel_pitch_m),
       charge_e_(d.detector.hit_charge_e_per_m * d.detector.hit_depth_m) {}
 
-std::uint32_t ParticleRain::count_in(std::uint64_t frame, std::int64_t span_ns,
-                                     std::int32_t strip) const noexcept {
-    const double rows = std::min(strip_rows, height_ - strip * strip_rows);
-    std::array<float, 1 + kernels::padding> mean{}, count{}, z0{}, z1{};
-    std::array<float, 4 * (1 + kernels::padding)> scratch{};
-    mean[0] = static_cast<float>(flux_per_px_s_ * width_ * rows * to_seconds(span_ns));
-    kernels::poisson_row(mean.data(), 1,
-                         stream_of(Effect::hit_count, key_, frame, static_cast<std::uint32_t>(strip)),
-                         count.data(), z0.data(), z1.data(), scratch.data());
-    return static_cast<std::uint32_t>(count[0]);
+void ParticleRain::count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
+                            std::array<float, counted_strips + kernels::padding>& counts) const noexcept {
+    std::array<float, counted_strips + kernels::padding> mean{}, z0, z1;
+    std::array<float, 4 * (counted_strips + kernels::padding)> scratch;
+    for (std::int32_t i = 0; i < counted_strips; ++i) {
+        const double rows = std::clamp(height_ - (first_strip + i) * strip_rows, 0, strip_rows);
+        mean[static_cast<std::size_t>(i)] =
+            static_cast<float>(flux_per_px_s_ * width_ * rows * to_seconds(span_ns));
+    }
+    kernels::poisson_row(mean.data(), counted_strips,
+                         stream_of(Effect::hit_count, key_, frame, static_cast<std::uint32_t>(first_strip)),
+                         counts.data(), z0.data(), z1.data(), scratch.data());
 }
 
 ParticleHit ParticleRain::hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,

@@ -1,20 +1,15 @@
 // Cosmic rays and protons: where and when they cross the array and what charge they leave along their tracks.
 #pragma once
 
+#include "core/frame.hpp"
 #include "core/sensor_description.hpp"
 #include "core/time.hpp"
+#include "sensors/kernels.hpp"
 
+#include <array>
 #include <cstdint>
 
 namespace obscura::sensors {
-
-/// One particle through the sensitive layer. Pixels are counted from the outer corner of pixel (0, 0).
-struct ParticleHit {
-    Time time;
-    double x_px = 0, y_px = 0;   ///< where it enters
-    double dx_px = 0, dy_px = 0; ///< across the array on its way through the layer
-    double charge_e = 0;         ///< along the whole track
-};
 
 /// Hits of one frame, drawn strip by strip so that any band of rows finds its own without the others.
 ///
@@ -34,9 +29,16 @@ public:
               Visit visit) const noexcept {
         const std::int32_t first = (first_row - reach_px) / strip_rows - 1;
         const std::int32_t last = (first_row + rows + reach_px) / strip_rows;
+        std::array<float, counted_strips + kernels::padding> counts;
+        std::int32_t counted_from = -counted_strips;
         for (std::int32_t strip = first < 0 ? 0 : first; strip <= last && strip * strip_rows < height_;
              ++strip) {
-            const std::uint32_t count = count_in(frame, end - begin, strip);
+            if (strip >= counted_from + counted_strips || strip < counted_from) {
+                counted_from = strip;
+                count_in(frame, end - begin, strip, counts);
+            }
+            const auto count =
+                static_cast<std::uint32_t>(counts[static_cast<std::size_t>(strip - counted_from)]);
             for (std::uint32_t i = 0; i < count; ++i)
                 visit(hit(frame, begin, end - begin, strip, i));
         }
@@ -46,8 +48,9 @@ public:
     static constexpr std::int32_t reach_px = 48; ///< longest track across the array; longer ones are cut
 
 private:
-    [[nodiscard]] std::uint32_t count_in(std::uint64_t frame, std::int64_t span_ns,
-                                         std::int32_t strip) const noexcept;
+    static constexpr std::int32_t counted_strips = 16; ///< at once
+    void count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
+                  std::array<float, counted_strips + kernels::padding>& counts) const noexcept;
     [[nodiscard]] ParticleHit hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,
                                   std::uint32_t index) const noexcept;
 

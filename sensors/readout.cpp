@@ -385,7 +385,8 @@ std::string flag_names(std::uint32_t flags) {
                                                                     {exposure_quantised, "T_QUANTISED"},
                                                                     {window_cropped, "WINDOW_CROPPED"},
                                                                     {trigger_deferred, "TRIGGER_DEFERRED"},
-                                                                    {settings_changed, "SETTINGS_CHANGED"}};
+                                                                    {settings_changed, "SETTINGS_CHANGED"},
+                                                                    {charge_saturated, "SATURATED"}};
     std::string text;
     for (const auto& [bit, name] : names)
         if ((flags & bit) != 0) text += fmt::format("{}{}", text.empty() ? "" : "|", name);

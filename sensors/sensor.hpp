@@ -32,6 +32,7 @@ enum ReadoutFlag : std::uint32_t {
     window_cropped = 1u << 4,     ///< not strict: the window was cut or aligned to fit the array
     trigger_deferred = 1u << 5,   ///< the trigger landed in a readout and waited for its row grid
     settings_changed = 1u << 6,   ///< dirty first frame: rows had been reset under the old settings
+    charge_saturated = window_saturated, ///< SATURATED: told by the detector, not by the plan
 };
 /// Names of the flags that are set, in the order of their bits, separated by '|'.
 [[nodiscard]] std::string flag_names(std::uint32_t flags);
@@ -69,18 +70,19 @@ struct ReadoutPlan {
 /// A band of a composed image in physical units: irradiance at the entrance pupil, W/m2 per pixel (radiance
 /// times the pixel's solid angle), one plane per spectral band, row-major, `width` floats a row.
 ///
-/// Charge spreads between rows: where a window goes on beyond the band, the detector wants
-/// Detector::halo_rows() further rows on either side, as they look at the time of the band's nearest row.
-/// Rows that are not given count as copies of the outermost row, as beyond the window's edge.
+/// Charge spreads between pixels, so a band is only complete with Detector::halo_rows() rows and columns of
+/// the array around it. Halo rows above and below belong to the window of the band's first and last row:
+/// those that lie in the window as they look at their own time, those beyond it at the time of the window's
+/// nearest row. Halo columns need a band within one window. What is not given counts as a copy of the
+/// outermost row or column, as beyond the edge of the array.
 struct IrradianceBand {
     std::int32_t first_row = 0, rows = 0; ///< rows of the composed image to expose
-    std::int32_t width = 0;
-    std::span<const float> values; ///< bands x (halo_above + rows + halo_below) x width
+    std::int32_t width = 0;               ///< at least halo_left + the windows' width + halo_right
+    std::span<const float> values;        ///< bands x (halo_above + rows + halo_below) x width
     std::int32_t halo_above = 0, halo_below = 0;
+    std::int32_t halo_left = 0, halo_right = 0;
 };
 
-/// A particle that crossed the array, see sensors/particle_hits.hpp.
-struct ParticleHit;
 struct FixedPattern;
 
 /// What a client can change on the way from charge to number.
@@ -92,8 +94,8 @@ struct AnalogSettings {
         : gain_db(gain), black_shift_dn(black_shift) {}
 };
 
-/// What really happened in the rows of a band, for tests of the software behind the camera. Empty spans are
-/// left alone.
+/// What really happened in the rows of a band, for tests of the software behind the camera: rows of the
+/// composed image, of which columns beyond a narrow window are left alone, as are empty spans.
 struct ExposureTruth {
     std::span<float> mean_e;           ///< expected electrons before any noise, rows x width
     std::span<std::uint8_t> saturated; ///< 1 where the charge reached full well, rows x width
@@ -114,20 +116,25 @@ public:
     Detector& operator=(Detector&&) noexcept;
 
     /// Exposes the rows of `light` and writes their digital numbers, `light.rows * plan.width` of them, to
-    /// `dn`.
-    void expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
-                AnalogSettings analog, std::span<std::uint16_t> dn,
-                const ExposureTruth& truth = {}) const noexcept;
+    /// `dn`. Bit w of the result is set when a pixel of window w reached full well.
+    std::uint32_t expose(const ReadoutPlan& plan, const IrradianceBand& light, std::uint64_t frame_id,
+                         AnalogSettings analog, std::span<std::uint16_t> dn,
+                         const ExposureTruth& truth = {}) const noexcept;
 
-    /// Rows of light wanted beyond the band, 0 to 2.
+    /// Rows and columns of light wanted around a band, 0 to max_halo.
     [[nodiscard]] std::int32_t halo_rows() const noexcept;
-    /// Whether a band must hold whole windows (frame-transfer smear needs the light of a whole column).
-    [[nodiscard]] bool needs_whole_windows() const noexcept;
+    static constexpr std::int32_t max_halo = 2;
+    /// Whether a band must hold a whole window, with all rows of the array above and below it as its halo
+    /// (frame-transfer smear needs the light of whole columns).
+    [[nodiscard]] bool needs_whole_columns() const noexcept;
     /// Ends the memory of earlier frames.
     void forget() noexcept;
 
-    /// The particles of a frame, in no order; for the record, not for threads with deadlines.
+    /// The particles of a frame, in no order.
     [[nodiscard]] std::vector<ParticleHit> hits(const ReadoutPlan& plan, std::uint64_t frame_id) const;
+    /// The same into `list`, no more than it has room for: does not allocate. Returns how many there are.
+    std::uint64_t list_hits(const ReadoutPlan& plan, std::uint64_t frame_id,
+                            std::vector<ParticleHit>& list) const noexcept;
     [[nodiscard]] const FixedPattern& fixed_pattern() const noexcept;
     /// Electrons per second and W/m2 at the entrance pupil, of a pixel of mean response; one per spectral
     /// band.

@@ -42,6 +42,11 @@ void ReadoutSequencer::keep_old_starts(const ReadoutSettings& settings, ReadoutP
     }
 }
 
+void ReadoutSequencer::reserve(const ReadoutSettings& settings) {
+    windows_.reserve(max_windows);
+    row_reset_.reserve(static_cast<std::size_t>(settings.height));
+}
+
 TriggerVerdict ReadoutSequencer::next(const ReadoutSettings& settings, std::span<const WindowRequest> windows,
                                       Time trigger, ReadoutPlan& plan) {
     if (running_ && trigger < earliest_next_) {

@@ -26,6 +26,10 @@ enum class TriggerVerdict : std::uint8_t {
 /// One thread; does not allocate once `plan` and the sequencer have seen a frame of that size.
 class ReadoutSequencer {
 public:
+    /// Sets memory aside for any frame of such a sensor: from then on next() does not allocate, but for what
+    /// `plan` has no capacity for and for reasons.
+    void reserve(const ReadoutSettings& settings);
+
     TriggerVerdict next(const ReadoutSettings& settings, std::span<const WindowRequest> windows, Time trigger,
                         ReadoutPlan& plan);
 

@@ -25,6 +25,7 @@ enum class Effect : std::uint32_t {
     telegraph_pixels,
     adc,
     hot,
+    shot_and_gauss, ///< shot, amplifier and reset noise in one draw
 };
 
 /// Keep the sensor's numbers apart from those of other users of the same seed.

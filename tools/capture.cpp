@@ -10,6 +10,7 @@
 #include "transports/file/exr.hpp"
 #include "transports/file/frame_writer.hpp"
 #include "transports/file/pending_file.hpp"
+#include "transports/file/truth_file.hpp"
 
 #include <fmt/format.h>
 
@@ -34,6 +35,10 @@ public:
         line.number("--first", &first_, "K", "Number of the first frame", 1, 1e9);
         line.option("-o,--output", &output_, "DIR", "Save the frames there; made if need be").required = true;
         line.option("--format", &format_, "FORMAT", "Kind of file").choices = {"png", "fits", "raw"};
+        line.flag(
+            "--truth", truth_,
+            "Also save the truth about each pixel as truth_NNNNNN.fits: electrons before noise, saturated "
+            "pixels, windows, row times, particles");
         line.flag("--exr", exr_, "Also save the ideal irradiance of each frame (W/m2) as ideal_NNNNNN.exr");
         line.flag("--preview", preview_, "Also save each frame as a stretched 8-bit picture to look at");
         line.flag("--json", json_, "Print one JSON object with the figures of the run");
@@ -47,7 +52,8 @@ public:
         const config::Config config = config::load(config_);
         transports::make_writable(output_);
 
-        emulator::Imaging imaging(config, 1);
+        emulator::Imaging imaging(config, 1, {}, truth_);
+        imaging.catch_up(first_);
         const FrameRef frame = imaging.pool->acquire();
         const transports::FrameFormat format = transports::frame_format(format_);
         const std::filesystem::path folder(output_);
@@ -59,6 +65,7 @@ public:
                 const auto start = std::chrono::steady_clock::now();
                 frame->info = FrameInfo{};
                 frame->flags = 0;
+                frame->saturated_windows = 0;
                 const emulator::FrameOrder order = imaging.nominal_order(id);
                 if (const std::string refusal = imaging.maker->make(order, *frame); !refusal.empty())
                     throw ConfigError(fmt::format("{}: {}", config_, refusal));
@@ -72,6 +79,7 @@ public:
                 if (preview_)
                     write_preview(folder / fmt::format("preview_{:06}.png", id), info.width, info.height,
                                   {frame->pixels().begin(), frame->pixels().end()});
+                if (truth_) transports::write_truth(folder / transports::truth_file_name(id), *frame);
                 if (exr_)
                     save_ideal(imaging, *frame, folder / fmt::format("ideal_{:06}.exr", id),
                                config.scene.bands);
@@ -92,22 +100,35 @@ private:
     static void save_ideal(const emulator::Imaging& imaging, const Frame& frame,
                            const std::filesystem::path& file, const std::vector<scene::SpectralBand>& bands) {
         const sensors::ReadoutPlan& plan = imaging.maker->plan();
-        renderer::RenderRequest request;
-        request.window = frame.info.windows[0].sensor;
-        request.rows = plan.height;
-        request.row_times = plan.rows;
-        request.frame_id = frame.info.frame_id;
-        const std::size_t plane =
-            static_cast<std::size_t>(plan.width) * static_cast<std::size_t>(plan.height);
+        const auto width = static_cast<std::size_t>(plan.width);
+        const std::size_t plane = width * static_cast<std::size_t>(plan.height);
         std::vector<float> image(plane * bands.size());
-        imaging.renderer->render(request, image);
+        std::vector<float> part;
+        for (const FrameWindow& window : plan.windows) {
+            renderer::RenderRequest request;
+            request.window = window.sensor;
+            request.rows = window.sensor.height;
+            request.row_times = std::span(plan.rows).subspan(static_cast<std::size_t>(window.image_y),
+                                                             static_cast<std::size_t>(request.rows));
+            request.frame_id = frame.info.frame_id;
+            const auto columns = static_cast<std::size_t>(window.sensor.width);
+            part.resize(bands.size() * columns * static_cast<std::size_t>(request.rows));
+            imaging.renderer->render(request, part);
+            std::size_t line = 0;
+            for (std::size_t b = 0; b < bands.size(); ++b)
+                for (std::int32_t r = 0; r < request.rows; ++r, ++line)
+                    std::copy_n(part.begin() + static_cast<std::ptrdiff_t>(line * columns), columns,
+                                image.begin() +
+                                    static_cast<std::ptrdiff_t>(
+                                        b * plane + static_cast<std::size_t>(window.image_y + r) * width));
+        }
         transports::write_exr(file, plan.width, plan.height, irradiance_channels(image, bands),
                               transports::frame_cards(frame));
     }
 
     std::string config_, output_, format_ = "png";
     std::uint64_t frames_ = 1, first_ = 1;
-    bool exr_ = false, preview_ = false, json_ = false;
+    bool exr_ = false, truth_ = false, preview_ = false, json_ = false;
 };
 
 } // namespace

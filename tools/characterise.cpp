@@ -6,6 +6,7 @@
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/photometry.hpp"
 #include "sensors/sensor.hpp"
+#include "tools/camera_series.hpp"
 #include "tools/characterise_report.hpp"
 #include "tools/emva_series.hpp"
 #include "tools/sensor_files.hpp"
@@ -285,30 +286,141 @@ Characterisation characterise_series(const std::filesystem::path& folder) {
     return result;
 }
 
+struct CameraOptions {
+    CameraSeriesSettings series;
+    double photons_per_s = 0; ///< per pixel; 0: not known
+    bool dark = false;
+    double gain_dn_per_e = 0; ///< dark: K of an earlier measurement
+};
+
+/// In the dark: nothing but exposure times. What the digital numbers mean in electrons is K's matter.
+Characterisation characterise_dark_camera(const CameraSeries& series, const CameraOptions& options) {
+    Characterisation result;
+    const double k = options.gain_dn_per_e > 0 ? options.gain_dn_per_e : 1;
+    const char* unit = options.gain_dn_per_e > 0 ? "e-" : "DN";
+    result.subject = fmt::format("{}, dark series of {} exposures", series.camera, series.levels.size());
+    std::vector<double> times, means;
+    for (const CameraLevel& level : series.levels) {
+        times.push_back(level.exposure_s);
+        means.push_back(level.pair.mean);
+    }
+    const auto add = [&](std::string name, double measured, std::string of) {
+        result.parameters.push_back({std::move(name), measured, {}, std::move(of), 0});
+    };
+    add("dark_noise", std::sqrt(std::max(0.0, series.levels.front().pair.variance - 1.0 / 12)) / k, unit);
+    add("dsnu", std::sqrt(std::max(0.0, series.low.spatial_variance())) / k, unit);
+    add("dark_current", emva::slope(times, means) / k, fmt::format("{}/s", unit));
+    std::vector<double> values(series.low.pixels());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = (series.low.pixel(i) - series.low.mean()) / k;
+    result.plots.push_back(histogram("Dark image, deviation from its mean", values, unit));
+    return result;
+}
+
+/// Under constant light: the exposure time is what changes. The shortest exposure stands for the dark, so
+/// that the dark current counts as light, with the same statistics.
+Characterisation characterise_lit_camera(const CameraSeries& series, const CameraOptions& options) {
+    Characterisation result;
+    result.subject =
+        fmt::format("{}, {} exposures of {:.0f} to {:.0f} us", series.camera, series.levels.size(),
+                    series.levels.front().exposure_s * 1e6, series.levels.back().exposure_s * 1e6);
+    const double rate = options.photons_per_s > 0 ? options.photons_per_s : 1;
+    const CameraLevel& reference = series.levels.front();
+    std::vector<emva::Level> levels;
+    for (std::size_t i = 1; i < series.levels.size(); ++i)
+        levels.push_back({rate * (series.levels[i].exposure_s - reference.exposure_s), series.levels[i].pair,
+                          reference.pair});
+    emva::LinearModel m;
+    try {
+        m = emva::evaluate(levels);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(fmt::format("obscura characterise: {}", error.what()));
+    }
+    if (!(levels.back().bright.mean > levels.back().dark.mean + 10) || !(m.gain_dn_per_e > 0))
+        throw HardwareError(fmt::format("{}: the image does not grow brighter with ExposureTime; an even, "
+                                        "constant light is wanted, or --dark",
+                                        options.series.receiver.address));
+    add_series_plots(levels, m, result);
+    result.notes.push_back(fmt::format("K was fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
+    result.notes.push_back(
+        "The shortest exposure stands for the dark; dark noise, DSNU and dark current need "
+        "a run with --dark, the light off, and this K as --gain.");
+    const auto add = [&](std::string name, double measured, std::string unit) {
+        result.parameters.push_back({std::move(name), measured, {}, std::move(unit), 0});
+    };
+    add("gain", m.gain_dn_per_e, "DN/e-");
+    if (options.photons_per_s > 0) {
+        add("quantum_efficiency", m.quantum_efficiency, "");
+        add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
+        add("threshold", m.threshold_photons, "photons");
+    }
+    add("saturation", m.saturation_e, "e-");
+    add("snr_max", m.snr_max_db, "dB");
+    add("linearity_error", m.linearity_error_percent, "%");
+    const double response = series.half.mean() - series.low.mean();
+    add("prnu",
+        100 * std::sqrt(std::max(0.0, series.half.spatial_variance() - series.low.spatial_variance())) /
+            response,
+        "%");
+    std::vector<double> values(series.half.pixels());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = 100 * ((series.half.pixel(i) - series.low.pixel(i)) / response - 1);
+    result.plots.push_back(histogram("Response, deviation from its mean", values, "%"));
+    return result;
+}
+
 class Characterise final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "measures a sensor after EMVA 1288: gain, noise, saturation, patterns";
-        line.description = "Takes simulated bright and dark series with a sensor of the list (or a sensor "
-                           "file) and recovers its "
-                           "figures from the digital numbers alone, or evaluates a folder with a series in "
-                           "the layout of the EMVA "
-                           "1288 reference sets. The exit status is 1 when a figure misses what went in by "
-                           "more than its tolerance.";
+        line.description =
+            "Takes simulated bright and dark series with a sensor of the list (or a sensor "
+            "file) and recovers its "
+            "figures from the digital numbers alone, or evaluates a folder with a series in "
+            "the layout of the EMVA "
+            "1288 reference sets, or takes the series from a running GigE Vision camera: an even "
+            "light that stays as it is, and exposure times that rise until the image is full. "
+            "The exit status is 1 when a figure misses what went in by "
+            "more than its tolerance.";
         line.option("--preset", &preset_, "NAME", "A sensor: a name of obscura sensor list, or a .toml file");
         line.option("--series", &series_, "DIR", "A folder with EMVA1288_Data.txt and its images");
+        line.option("--camera", &camera_.series.receiver.address, "HOST",
+                    "A GigE Vision camera before a constant, even light: IPv4 address or host name");
+        line.flag("--dark", camera_.dark, "With --camera: the light is off; dark noise, DSNU, dark current");
+        line.number("--gain", &camera_.gain_dn_per_e, "K",
+                    "With --dark: DN/e- of the lit series (0: results in DN)", 0, 1e6);
+        line.number("--photons-per-s", &camera_.photons_per_s, "P",
+                    "With --camera: photons per pixel and second of the light, for the quantum efficiency "
+                    "(0: not known)",
+                    0, 1e15);
+        line.number("--least-us", &camera_.series.least_us, "US",
+                    "With --camera: shortest exposure (0: the camera's)", 0, 1e7);
+        line.number("--most-us", &camera_.series.most_us, "US",
+                    "With --camera: longest exposure (0: until the image is full)", 0, 1e7);
+        line.number("--levels", &camera_.series.levels, "N", "With --camera: exposure times", 5, 1000);
+        line.number("--packet-size", &camera_.series.receiver.packet_size, "BYTES",
+                    "With --camera: GevSCPSPacketSize (0: negotiated)", 0, 65532);
         line.number("--wavelength-nm", &wavelength_nm_, "NM", "Wavelength of the simulated light", 200, 2000);
         line.option("-o,--output", &output_, "FILE", "Write the report with its plots as one HTML page");
         line.flag("--json", json_, "Print JSON");
         line.examples = {"obscura characterise --preset has2 -o has2.html",
-                         "obscura characterise --series EMVA1288_ReferenceSet_001_CCD_12Bit --json"};
+                         "obscura characterise --series EMVA1288_ReferenceSet_001_CCD_12Bit --json",
+                         "obscura characterise --camera 127.0.0.1 -o lit.html",
+                         "obscura characterise --camera 127.0.0.1 --dark --gain 0.041 --most-us 2000000"};
     }
 
     int run() override {
-        if (preset_.empty() == series_.empty())
-            throw UsageError("obscura characterise: one of --preset and --series is wanted");
+        const std::string& address = camera_.series.receiver.address;
+        if (int{preset_.empty()} + int{series_.empty()} + int{address.empty()} != 2)
+            throw UsageError("obscura characterise: one of --preset, --series and --camera is wanted");
+        if (camera_.dark && !(camera_.series.most_us > 0))
+            throw UsageError("obscura characterise: --dark needs --most-us, the longest exposure");
         Characterisation result;
-        if (series_.empty()) {
+        if (!address.empty()) {
+            const CameraSeries series = take_camera_series(camera_.series);
+            result = camera_.dark ? characterise_dark_camera(series, camera_)
+                                  : characterise_lit_camera(series, camera_);
+        } else if (series_.empty()) {
             const std::filesystem::path file = find_sensor(preset_);
             const SensorDescription sensor = config::load_sensor(file);
             if (!(sensors::quantum_efficiency(sensor.detector.quantum_efficiency, wavelength_nm_ * 1e-9) >
@@ -332,6 +444,7 @@ public:
     }
 
 private:
+    CameraOptions camera_;
     std::string preset_, series_, output_;
     double wavelength_nm_ = 550;
     bool json_ = false;

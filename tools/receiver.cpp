@@ -167,6 +167,14 @@ std::string Receiver::get_text(const char* feature) const {
     return error || text == nullptr ? std::string() : std::string(text);
 }
 
+double Receiver::least(const char* feature) const {
+    ErrorSlot error;
+    double low = 0, high = 0;
+    arv_camera_get_float_bounds(impl_->camera.get(), feature, &low, &high, &error);
+    impl_->check(error, feature);
+    return low;
+}
+
 void Receiver::execute(const char* feature) {
     ErrorSlot error;
     arv_camera_execute_command(impl_->camera.get(), feature, &error);

@@ -56,6 +56,8 @@ public:
     void set(const char* feature, double value);
     void set(const char* feature, std::int64_t value);
     [[nodiscard]] std::string get_text(const char* feature) const;
+    /// The least value of a floating-point feature.
+    [[nodiscard]] double least(const char* feature) const;
     void execute(const char* feature);
 
     /// Opens the stream and starts the acquisition.

@@ -6,11 +6,13 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 
+#include <fitsio.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <vector>
 
@@ -189,6 +191,66 @@ spin_rate_deg_per_s = 2
     CHECK(bright > 2000);
     CHECK(bright < 500'000);
     CHECK((first != text_of(frame_file(folder, "received", stream_frames))));
+}
+
+TEST_CASE("several windows arrive as one composed image and are those made offline") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(8);
+    options.size = 256;
+    // They share rows, and one is delivered read by read: 310 rows, more than the sensor has.
+    options.more = R"(window_mode = "interleaved"
+[[camera.window]]
+width = 64
+height = 40
+offset_x = 100
+offset_y = 90
+exposure_us = 700
+[[camera.window]]
+width = 200
+height = 180
+offset_x = 20
+offset_y = 60
+exposure_us = 3000
+[[camera.window]]
+width = 30
+height = 30
+offset_x = 110
+offset_y = 100
+sampling = "non-destructive"
+reads = 3
+)";
+    stream_and_compare(folder, options, 20);
+    CHECK(text_of(frame_file(folder, "received", 20)).size() == 2 * 200 * (40 + 180 + 3 * 30));
+
+    // The same offline, with the truth about each pixel.
+    ChildProcess capture(folder.path(), "capture",
+                         {obscura_program, "capture", (folder.path() / "obscurad.toml").string(), "--first",
+                          "20", "--format", "raw", "--truth", "--exr", "--output",
+                          (folder.path() / "captured").string()});
+    CHECK(capture.wait(60s) == 0);
+    CHECK((text_of(frame_file(folder, "received", 20)) == text_of(frame_file(folder, "captured", 20))));
+    fitsfile* truth = nullptr;
+    int status = 0;
+    fits_open_diskfile(&truth, (folder.path() / "captured/truth_000020.fits").c_str(), READONLY, &status);
+    REQUIRE(status == 0);
+    std::array<long, 2> extent{};
+    fits_get_img_size(truth, 2, extent.data(), &status);
+    CHECK(extent == std::array<long, 2>{200, 310});
+    long windows = 0, rows = 0;
+    fits_movnam_hdu(truth, BINARY_TBL, const_cast<char*>("WINDOWS"), 0, &status);
+    fits_get_num_rows(truth, &windows, &status);
+    std::array<int, 5> reads{}, ys{};
+    fits_read_col(truth, TINT, 8, 1, 1, 5, nullptr, reads.data(), nullptr, &status);
+    fits_read_col(truth, TINT, 2, 1, 1, 5, nullptr, ys.data(), nullptr, &status);
+    fits_movnam_hdu(truth, BINARY_TBL, const_cast<char*>("ROWS"), 0, &status);
+    fits_get_num_rows(truth, &rows, &status);
+    fits_close_file(truth, &status);
+    CHECK(status == 0);
+    CHECK(windows == 5);
+    CHECK(std::count(reads.begin(), reads.end(), 3) == 3);
+    CHECK(std::count(ys.begin(), ys.end(), 60) == 1);
+    CHECK(rows == 310);
 }
 
 TEST_CASE("with one packet in a hundred left out, resending makes every frame whole") {

@@ -20,6 +20,32 @@ void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, std::stri
     add("_QZ", pose.orientation.z, "own axes to inertial,");
 }
 
+/// Cards W<window>_<what>: the windows of a composed image, one below the other.
+void add_windows(Cards& cards, const Frame& frame) {
+    const FrameInfo& info = frame.info;
+    const auto count = std::min<std::size_t>(info.window_count, max_windows);
+    cards.push_back({"WINDOWS", static_cast<std::int64_t>(count), "in the image, one below the other"});
+    for (std::size_t i = 0; i < count; ++i) {
+        const FrameWindow& w = info.windows[i];
+        const auto add = [&](std::string_view suffix, std::int64_t value, std::string_view text) {
+            cards.push_back({fmt::format("W{:02}_{}", i, suffix), value, std::string(text)});
+        };
+        add("X", w.sensor.x, "[px] first sensor column of the window");
+        add("Y", w.sensor.y, "[px] first sensor row");
+        add("NX", w.sensor.width, "[px] columns");
+        add("NY", w.sensor.height, "[px] rows");
+        add("ROW", w.image_y, "[px] its first row in the image");
+        add("TASK", w.exposure_requested_ns, "[ns] integration time asked for");
+        add("TMIN", w.exposure_min_ns, "[ns] obtained, least of its rows");
+        add("TMAX", w.exposure_max_ns, "[ns] obtained, most of its rows");
+        add("FLAG", frame.window_flags(i), "readout flags, bits");
+        if (w.sampling != Sampling::destructive) {
+            add("NRD", w.reads, "non-destructive reads");
+            add("RD", w.read_index, "this is read number");
+        }
+    }
+}
+
 } // namespace
 
 Cards frame_cards(const Frame& frame) {
@@ -41,6 +67,7 @@ Cards frame_cards(const Frame& frame) {
     if (info.window_count > 0) {
         cards.push_back({"OFFSETX", whole(info.windows[0].sensor.x), "[px] first sensor column"});
         cards.push_back({"OFFSETY", whole(info.windows[0].sensor.y), "[px] first sensor row"});
+        add_windows(cards, frame);
     }
     cards.push_back({"SUN_X", info.truth.sun_position_m.x, "[m] position of the Sun"});
     cards.push_back({"SUN_Y", info.truth.sun_position_m.y, "[m] position of the Sun"});

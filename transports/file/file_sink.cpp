@@ -4,6 +4,7 @@
 #include "core/log.hpp"
 #include "core/realtime.hpp"
 #include "transports/file/pending_file.hpp"
+#include "transports/file/truth_file.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -85,10 +86,12 @@ void FileSink::write(const Frame& frame) {
         partial_.resize(frame.pixels().size(), 0);
         picture.pixels = partial_;
     }
-    std::string file_name = frame_file_name(info.frame_id, settings_.format);
-    if (run_ > 1) file_name = fmt::format("run{}_{}", run_, file_name);
+    const std::string run = run_ > 1 ? fmt::format("run{}_", run_) : std::string();
+    const std::string file_name = run + frame_file_name(info.frame_id, settings_.format);
     try {
         write_picture(settings_.directory / file_name, settings_.format, picture, frame_cards(frame));
+        if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
+            write_truth(settings_.directory / (run + truth_file_name(info.frame_id)), frame);
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);
         failing_ = false;

@@ -19,6 +19,7 @@ struct FileSinkSettings {
     std::filesystem::path directory; ///< must exist
     FrameFormat format = FrameFormat::png;
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
+    bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
 };
 
 /// Writes `frame_<frame id>.<format>` into a folder; the second and later acquisitions of one start() write

@@ -145,7 +145,7 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                 pen.i32(window.sensor.width);
                 pen.i32(window.sensor.height);
                 pen.i32(window.image_y);
-                pen.u32(window.flags);
+                pen.u32(w < info.window_count ? frame.window_flags(w) : 0);
                 for (const std::int64_t ns :
                      {window.exposure_requested_ns, window.exposure_min_ns, window.exposure_max_ns})
                     pen.u64(static_cast<std::uint64_t>(ns));

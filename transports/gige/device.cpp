@@ -84,9 +84,8 @@ void Device::setting(std::string_view name, std::uint32_t address, bool locked,
                .write =
                    [this, set = std::move(set)](std::uint32_t value) {
                        CameraSettings wanted = control_.settings();
-                       if (!set(wanted, value) || !explain_invalid(wanted, limits_).empty())
-                           return Status::invalid_parameter;
-                       return control_.apply(wanted) ? Status::success : Status::invalid_parameter;
+                       const bool good = set(wanted, value) && control_.apply(wanted);
+                       return good ? Status::success : Status::invalid_parameter;
                    }});
 }
 
@@ -314,9 +313,11 @@ void Device::add_image_format() {
         });
     bank_.add({.name = "PayloadSize", .address = feature::payload_size, .read = [this] {
                    const CameraSettings s = control_.settings();
+                   const ImageSize size = composed_size(s);
                    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
-                   return static_cast<std::uint32_t>(payload_size(
-                       s.pixel_format, s.region.area(), s.region.height, multipart, chunk_selection()));
+                   return static_cast<std::uint32_t>(payload_size(s.pixel_format,
+                                                                  std::int64_t{size.width} * size.height,
+                                                                  size.height, multipart, chunk_selection()));
                }});
 }
 

@@ -118,6 +118,156 @@ packet_size = 1501
 [[camera]]
 )",
      "c.toml:4:15: gige.packet_size: 1501 is not a multiple of 4"},
+[[camera.window]]
+width = 10
+)",
+     R"(c.toml:3:1: camera.window[0]: the key "height" is missing)"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+window = 3
+)",
+     R"(c.toml:4:1: camera.window: allowed tables [[camera.window]])"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+window = []
+)",
+     R"(c.toml:4:1: camera.window: empty, at least one window is wanted)"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+width = 10
+[[camera.window]]
+width = 10
+height = 10
+)",
+     R"(c.toml:4:9: camera.width: not allowed beside [[camera.window]], which says it)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+[[camera.window]]
+width = 25
+height = 10
+offset_x = 1000
+)",
+     R"(c.toml:7:9: camera.window[1].width: columns 1000 to 1024 leave the sensor, which is 1024 px wide)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 2000
+)",
+     R"(c.toml:5:10: camera.window[0].height: rows 0 to 1999 leave the sensor, which is 1024 px high)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 0
+height = 10
+)",
+     R"(c.toml:4:9: camera.window[0].width: 0 is out of range, allowed 1 to 65536 px)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+offset_y = -2
+)",
+     R"(c.toml:6:12: camera.window[0].offset_y: -2 is out of range, allowed 0 to 65535 px)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+exposure_us = 0
+)",
+     R"(c.toml:6:15: camera.window[0].exposure_us: 0 is out of range, allowed 1 to 1e7 us)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+exposure_us = -5.0
+)",
+     R"(c.toml:6:15: camera.window[0].exposure_us: -5 is out of range, allowed 1 to 1e7 us)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+exposure_us = nan
+)",
+     R"(c.toml:6:15: camera.window[0].exposure_us: nan is not a finite number)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+offset_x = 3
+[sensor.readout]
+window_step = 2
+)",
+     R"(c.toml:6:12: camera.window[0].offset_x: 3 is not a multiple of 2, the step of this sensor's windows)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+sampling = "cds"
+reads = 2
+[sensor.readout]
+shutter = "global"
+)",
+     R"(c.toml:6:12: camera.window[0].sampling: "cds" needs a rolling shutter)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+reads = 2
+)",
+     R"(c.toml:6:9: camera.window[0].reads: 2, a destructive window is read once)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+sampling = "ramp"
+)",
+     R"(c.toml:3:1: camera.window[0].reads: 1, "ramp" needs 2 and more)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+sampling = "non-destructive"
+reads = 33
+)",
+     R"(c.toml:3:10: camera.window: 33 windows with every non-destructive read counted, allowed are 32)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+[[camera.window]]
+width = 10
+height = 10
+[sensor.readout]
+windows_max = 1
+)",
+     R"(c.toml:3:10: camera.window: 2 windows, this sensor has at most 1)"},
+    {R"([scene]
+file = "scene.toml"
+[[camera.window]]
+width = 10
+height = 10
+offset_x = 2000
+[sensor.readout]
+strict = false
+)",
+     R"(c.toml:6:12: camera.window[0].offset_x: nothing of the window lies on the sensor, which has 1024 x 1024 px)"},
     {R"([scene]
 file = "scene.toml"
 [[gige.faults]]

@@ -134,6 +134,39 @@ adc_bits = 14
     CHECK(config::camera_settings(second) == config::camera_settings(first));
 }
 
+TEST_CASE("several windows are read in their order and printed again") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", small_scene);
+    const auto config = config::load(folder.write("c.toml", R"(
+[scene]
+file = "scene.toml"
+[camera]
+exposure_us = 2500
+rows_max = 2048
+[[camera.window]]
+width = 20
+height = 30
+offset_x = 100
+offset_y = 200
+exposure_us = 100
+[[camera.window]]
+width = 64
+height = 64
+sampling = "non-destructive"
+reads = 4
+)"));
+    const CameraSettings camera = config::camera_settings(config);
+    REQUIRE(camera.window_count() == 2);
+    CHECK(camera.window(0) == CameraWindow{{100, 200, 20, 30}, 100'000});
+    CHECK(camera.window(1) == CameraWindow{{0, 0, 64, 64}, 2'500'000, Sampling::non_destructive, 4});
+    CHECK(composed_size(camera) == ImageSize{64, 30 + 4 * 64});
+    const std::string printed = config::print(config);
+    const auto again = config::load(folder.write("again.toml", printed));
+    CHECK(config::camera_settings(again) == camera);
+    CHECK(again.camera.rows_max == 2048);
+    CHECK(config::print(again).substr(config::print(again).find('\n')) == printed.substr(printed.find('\n')));
+}
+
 TEST_CASE("a sensor file is read first, keys beside it override it, values may tell where they come from") {
     const test::TempFolder folder;
     folder.write("scene.toml", small_scene);

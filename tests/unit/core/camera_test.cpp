@@ -1,7 +1,9 @@
 #include "core/camera.hpp"
 #include "tests/support/catch.hpp"
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 using namespace obscura;
 
@@ -63,4 +65,44 @@ TEST_CASE("a sequence is checked along the sets that it reaches") {
     CHECK(stepped.gain_db == 3);
     CHECK(stepped.region.x == 32);
     CHECK(stepped.exposure_ns == settings.exposure_ns); // not a sequenced feature
+}
+
+TEST_CASE("several windows are checked one by one and together") {
+    CameraLimits limits;
+    limits.sensor_width = 64;
+    limits.sensor_height = 48;
+    limits.windows_max = 4;
+    CameraSettings s;
+    const auto complaint = [&](std::vector<CameraWindow> windows) {
+        s.set_windows(windows);
+        return explain_invalid(s, limits);
+    };
+    const CameraWindow good{{4, 6, 20, 10}, 2'000'000};
+    CHECK(complaint({good, good, {{0, 0, 64, 4}, 5'000'000, Sampling::cds, 3}}).empty());
+    CHECK(s.window_count() == 3);
+    CHECK(s.window(0) == good);
+    CHECK(s.region == good.region);
+    CHECK(s.window(2).reads == 3);
+    CHECK(composed_size(s) == ImageSize{64, 24});
+    CHECK(complaint({good, {{60, 0, 5, 5}}}) == "window 1: OffsetX 60: allowed 0 to 59 in steps of 1");
+    CHECK(complaint({good, {{0, 0, 5, 0}}}) == "window 1: Height 0: allowed 1 to 48 in steps of 1");
+    CHECK(complaint({good, {{0, 0, 5, 5}, -1}}) == "window 1: ExposureTime -0.001 us: allowed 1 to 10000000");
+    CHECK(complaint({{{0, 0, 5, 5}, 1'000'000, Sampling::destructive, 2}}) == "reads 2: allowed 1 to 1");
+    CHECK(complaint({good, {{0, 0, 5, 5}, 1'000'000, Sampling::ramp, 1}}) ==
+          "window 1: reads 1: allowed 2 to 64");
+    CHECK(complaint({good, good, good, good, good}) == "5 windows: allowed 1 to 4");
+    CHECK(complaint({good, {{0, 0, 5, 20}, 1'000'000, Sampling::non_destructive, 2}}) ==
+          "the windows have 50 rows together: allowed 1 to 48");
+    limits.rows_max = 50;
+    CHECK(explain_invalid(s, limits).empty());
+    // A chip that crops takes windows that reach over the edge.
+    CHECK_FALSE(complaint({{{60, 40, 10, 10}, 1'000'000}}).empty());
+    limits.strict = false;
+    CHECK(explain_invalid(s, limits).empty());
+    // Fewer windows leave nothing behind that would count in a comparison.
+    CameraSettings one;
+    one.set_windows(std::array{good});
+    s.set_windows(std::array{good, good});
+    s.set_windows(std::array{good});
+    CHECK(s == one);
 }

@@ -37,7 +37,7 @@ struct MakerBench {
         : sensor(description),
           renderer(scene::Scene{}, {}),
           detector(sensor, std::array{scene::SpectralBand{}}, 0.025, 7),
-          maker(renderer, detector, sensor, clock, {band_rows, 7, 0}),
+          maker(renderer, detector, sensor, clock, {band_rows, 0, 7, 0}),
           pool(6, static_cast<std::size_t>(sensor.readout.width * sensor.readout.height),
                static_cast<std::size_t>(sensor.readout.height)) {}
 

@@ -494,7 +494,7 @@ TEST_CASE("smear and parasitic light follow the time rows spend in the light") {
     d.readout.shutter = Shutter::global;
     {
         Camera camera(d);
-        CHECK(camera.detector.needs_whole_windows());
+        CHECK(camera.detector.needs_whole_columns());
         std::vector<float> light(camera.pixels());
         light[100 * size + 50] = camera.light_for(10'000); // in 10 ms: 10 e- in 10 us
         const std::vector<float> mean = camera.expected(light);

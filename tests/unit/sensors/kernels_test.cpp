@@ -59,6 +59,72 @@ double chi_squared_z(const std::vector<double>& histogram, double mean, double d
 
 } // namespace
 
+namespace {
+
+std::vector<float> merge(const std::vector<float>& mean, float variance, const kernels::Stream& stream) {
+    const std::size_t n = mean.size(), room = n + 2 * kernels::padding;
+    std::vector<float> padded(mean), out(room), z(room);
+    padded.resize(room);
+    kernels::merged_row(padded.data(), variance, n, stream, out.data() + kernels::padding,
+                        z.data() + kernels::padding);
+    return {out.begin() + kernels::padding, out.begin() + kernels::padding + static_cast<std::ptrdiff_t>(n)};
+}
+
+/// Distribution function of Poisson(mean) plus a Gaussian: the exact sum.
+double exact_cumulated(double x, double mean, double sigma) {
+    double sum = 0;
+    for (int k = 0; k < mean + 12 * std::sqrt(mean) + 20; ++k)
+        sum += std::exp(k * std::log(mean) - mean - std::lgamma(k + 1.0)) * 0.5 *
+               std::erfc((k - x) / (sigma * std::sqrt(2.0)));
+    return sum;
+}
+
+} // namespace
+
+TEST_CASE("one draw for shot and Gaussian noise follows the law of their sum") {
+    const auto [mean, sigma] =
+        GENERATE(std::pair{0.5, 20.0}, std::pair{12.0, 20.0}, std::pair{12.0, 55.0}, std::pair{100.0, 20.0},
+                 std::pair{3000.0, 20.0}, std::pair{3000.0, 55.0});
+    // In closed form: where the transformed normal puts its quantiles.
+    const double total = mean + sigma * sigma, a = mean / 6 / total;
+    double worst = 0;
+    for (double z = -5; z <= 5; z += 0.05) {
+        const double x = mean + std::sqrt(total - 2 * a * a) * z + a * (z * z - 1);
+        worst =
+            std::max(worst, std::abs(exact_cumulated(x, mean, sigma) - 0.5 * std::erfc(-z / std::sqrt(2.0))));
+    }
+    INFO("mean " << mean << ", sigma " << sigma << ": " << worst);
+    CHECK(worst < (sigma > 50 ? 1e-6 : 2e-5));
+
+    // As drawn: mean, variance and third moment of four million numbers.
+    constexpr std::size_t row = 100'000;
+    constexpr int rows = 40;
+    double sum = 0, squares = 0, cubes = 0;
+    for (int r = 0; r < rows; ++r)
+        for (const float e :
+             merge(std::vector<float>(row, static_cast<float>(mean)), static_cast<float>(sigma * sigma),
+                   {static_cast<std::uint32_t>(r * row), 3, 9, 0, {5, 6}})) {
+            const double d = static_cast<double>(e) - mean;
+            sum += d, squares += d * d, cubes += d * d * d;
+        }
+    const double n = double{row} * rows, s = std::sqrt(total);
+    CHECK(std::abs(sum / n) < 4 * s / std::sqrt(n));
+    CHECK(std::abs(squares / n / total - 1) < 4 * std::sqrt(2 / n));
+    CHECK(std::abs(cubes / n - mean) < 4 * std::sqrt(15 / n) * s * s * s);
+}
+
+TEST_CASE("one draw for all noise belongs to the pixel, not to where a row begins") {
+    std::vector<float> mean(500);
+    for (std::size_t i = 0; i < mean.size(); ++i)
+        mean[i] = static_cast<float>(i);
+    const std::vector<float> whole = merge(mean, 900, {1000, 1, 2, 3, {4, 5}});
+    for (const std::uint32_t first : {1U, 2U, 3U, 4U, 77U, 498U}) {
+        const std::vector<float> part =
+            merge({mean.begin() + first, mean.end()}, 900, {1000 + first, 1, 2, 3, {4, 5}});
+        CHECK(std::equal(part.begin(), part.end(), whole.begin() + first));
+    }
+}
+
 TEST_CASE("ten million draws follow the Poisson law") {
     const double mean = GENERATE(0.05, 1.0, 8.0, 12.0, 62.7, 65.0, 100.0, 20000.0);
     constexpr std::size_t row = 100'000;
@@ -185,12 +251,14 @@ TEST_CASE("every instruction set gives the same bytes") {
             x[i] = d.z0[i] * 10;
         kernels::exp_row(x.data(), n, e.data());
         kernels::normal_row(n, stream, x.data(), d.z1.data());
+        const std::vector<float> merged = merge(mean, 3000, stream);
         std::vector<unsigned char> bytes;
         const auto add = [&](const auto& v) {
             const auto* p = reinterpret_cast<const unsigned char*>(v.data());
             bytes.insert(bytes.end(), p, p + n * sizeof(v[0]));
         };
-        add(d.counts), add(d.z0), add(x), add(light), add(total), add(e), add(dn), add(through_adc);
+        add(d.counts), add(d.z0), add(x), add(light), add(total), add(e), add(dn), add(through_adc),
+            add(merged);
         return bytes;
     };
     const auto reference = everything();
