@@ -27,14 +27,12 @@ public:
     explicit Camera(const CameraSeriesSettings& settings)
         : settings_(settings), receiver_(std::make_unique<Receiver>(settings.receiver)) {
         receiver_->set("TriggerMode", "Off");
-        // The deepest format the camera has; it refuses those it has not.
-        for (const char* format : {"Mono16", "Mono14", "Mono12", "Mono10", "Mono8"})
-            try {
-                receiver_->set("PixelFormat", format);
-                break;
-            } catch (const HardwareError&) {
-                if (format == std::string_view("Mono8")) throw;
-            }
+        try {
+            receiver_->set_flag("AcquisitionFrameRateEnable", false);
+        } catch (const HardwareError&) {
+            // Then the camera runs at the rate it is set to.
+        }
+        if (!settings.pixel_format.empty()) receiver_->set("PixelFormat", settings.pixel_format);
     }
 
     [[nodiscard]] std::string name() const {

@@ -12,12 +12,13 @@ namespace obscura::tools {
 
 struct CameraSeriesSettings {
     ReceiverSettings receiver;
-    double least_us = 0;   ///< shortest exposure; 0: the shortest that the camera has
-    double most_us = 0;    ///< longest exposure; 0: found by raising it until the image is saturated
-    int levels = 24;       ///< exposures, evenly spaced
-    int pairs = 4;         ///< of images at each exposure
-    int stack = 16;        ///< images for the fixed patterns
-    double timeout_s = 10; ///< for one frame
+    std::string pixel_format; ///< empty: as the camera has it
+    double least_us = 0;      ///< shortest exposure; 0: the shortest that the camera has
+    double most_us = 0;       ///< longest exposure; 0: found by raising it until the image is saturated
+    int levels = 24;          ///< exposures, evenly spaced
+    int pairs = 4;            ///< of images at each exposure
+    int stack = 16;           ///< images for the fixed patterns
+    double timeout_s = 10;    ///< for one frame
 };
 
 /// One exposure time: what a pair of images tells, averaged over the pairs.
@@ -34,9 +35,8 @@ struct CameraSeries {
     double half_exposure_s = 0;
 };
 
-/// Takes the series: free run, the deepest pixel format that is not packed, one acquisition for each
-/// exposure, whose first frame is thrown away (it may have been begun under old settings). The camera keeps
-/// the last settings. Throws HardwareError.
+/// Takes the series: free run, one acquisition for each exposure, whose first frame is thrown away (it may
+/// have been begun under old settings). The camera keeps the last settings. Throws HardwareError.
 [[nodiscard]] CameraSeries take_camera_series(const CameraSeriesSettings& settings);
 
 } // namespace obscura::tools

@@ -398,6 +398,8 @@ public:
         line.number("--most-us", &camera_.series.most_us, "US",
                     "With --camera: longest exposure (0: until the image is full)", 0, 1e7);
         line.number("--levels", &camera_.series.levels, "N", "With --camera: exposure times", 5, 1000);
+        line.option("--pixel-format", &camera_.series.pixel_format, "FORMAT",
+                    "With --camera: Mono8 to Mono16, Mono10p, Mono12p (not given: as set)");
         line.number("--packet-size", &camera_.series.receiver.packet_size, "BYTES",
                     "With --camera: GevSCPSPacketSize (0: negotiated)", 0, 65532);
         line.number("--wavelength-nm", &wavelength_nm_, "NM", "Wavelength of the simulated light", 200, 2000);

@@ -167,6 +167,12 @@ std::string Receiver::get_text(const char* feature) const {
     return error || text == nullptr ? std::string() : std::string(text);
 }
 
+void Receiver::set_flag(const char* feature, bool value) {
+    ErrorSlot error;
+    arv_camera_set_boolean(impl_->camera.get(), feature, value, &error);
+    impl_->check(error, feature);
+}
+
 double Receiver::least(const char* feature) const {
     ErrorSlot error;
     double low = 0, high = 0;

@@ -56,6 +56,7 @@ public:
     void set(const char* feature, double value);
     void set(const char* feature, std::int64_t value);
     [[nodiscard]] std::string get_text(const char* feature) const;
+    void set_flag(const char* feature, bool value);
     /// The least value of a floating-point feature.
     [[nodiscard]] double least(const char* feature) const;
     void execute(const char* feature);

@@ -4,6 +4,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -103,6 +104,92 @@ TEST_CASE("characterise recovers what each shipped sensor is made of") {
     const std::string text((std::istreambuf_iterator<char>(page)), {});
     CHECK_THAT(text, ContainsSubstring("Photon transfer"));
     CHECK_THAT(text, !ContainsSubstring("src="));
+}
+
+namespace {
+
+/// A camera before a wall that fills its view and shines with `radiance`, W/m2/sr.
+DaemonOptions before_a_wall(const TempFolder& folder, int number, double radiance) {
+    DaemonOptions options;
+    options.address = own_address(number);
+    options.size = 256;
+    options.scene = folder
+                        .write("wall.toml", fmt::format(R"(
+[sun]
+direction = [0, 0, -1]
+distance_au = 100
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+position_m = [0, 0, 0]
+orientation = [1, 0, 0, 0]
+[[body]]
+shape = "polygons"
+faces_m = [[[-9, -9, 50], [-9, 9, 50], [9, 9, 50], [9, -9, 50]]]
+material = "lambert"
+albedo = 0
+emission_w_m2_sr = [{}]
+)",
+                                                        radiance))
+                        .string();
+    options.more = R"(shutter = "global"
+[sensor.detector]
+gain_dn_per_e = 0.08
+full_well_e = 48000
+read_noise_e = 12
+prnu_local = 0.01
+dark_current_e_per_s = 20000
+)";
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("characterise recovers gain, saturation and PRNU of a running camera") {
+    const TempFolder folder;
+    const DaemonOptions options = before_a_wall(folder, 1, 1.5);
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    const std::string html = (folder.path() / "report.html").string();
+    const Json report = Json::parse(run(folder, {"characterise", "--camera", options.address, "--levels",
+                                                 "14", "--packet-size", "8000", "--json", "-o", html})
+                                        .out);
+    INFO(report.dump(1));
+    const auto measured = [&](const char* name) {
+        CHECK(!report["parameters"][name].contains("true"));
+        return report["parameters"][name]["measured"].get<double>();
+    };
+    CHECK_THAT(measured("gain"), WithinRel(0.08, 0.015));
+    CHECK_THAT(measured("saturation"), WithinRel(48'000.0, 0.03));
+    CHECK_THAT(measured("prnu"), WithinRel(1.0, 0.05));
+    CHECK(!report["parameters"].contains("quantum_efficiency"));
+    CHECK(!report["parameters"].contains("dark_noise"));
+    CHECK(std::filesystem::file_size(html) > 10'000);
+    run(folder, {"characterise", "--camera", options.address, "--preset", "has2"}, 64);
+}
+
+TEST_CASE("characterise recovers dark noise and dark current of a running camera with the cap on") {
+    const TempFolder folder;
+    const DaemonOptions options = before_a_wall(folder, 2, 0);
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    const Json report =
+        Json::parse(run(folder, {"characterise", "--camera", options.address, "--dark", "--gain", "0.08",
+                                 "--most-us", "20000", "--levels", "6", "--packet-size", "8000", "--json"})
+                        .out);
+    INFO(report.dump(1));
+    const auto measured = [&](const char* name) {
+        return report["parameters"][name]["measured"].get<double>();
+    };
+    CHECK_THAT(measured("dark_noise"), WithinRel(12.0, 0.02));
+    CHECK_THAT(measured("dark_current"), WithinRel(20'000.0, 0.02));
+    // Without light there is no photon transfer.
+    CHECK_THAT(run(folder,
+                   {"characterise", "--camera", options.address, "--most-us", "2000", "--levels", "6",
+                    "--packet-size", "8000"},
+                   69)
+                   .err,
+               ContainsSubstring("light"));
 }
 
 TEST_CASE("characterise finds gain and responsivity of a real CCD camera") {

@@ -118,6 +118,8 @@ packet_size = 1501
 [[camera]]
 )",
      "c.toml:4:15: gige.packet_size: 1501 is not a multiple of 4"},
+    {R"([scene]
+file = "scene.toml"
 [[camera.window]]
 width = 10
 )",
