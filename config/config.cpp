@@ -265,7 +265,9 @@ Value laid_over(const Value& under, const Value& over) {
 /// `element` of [[camera]] as if it alone were in the file.
 Tables tables_of_camera(const Value& root, const Where& top, const Value& element, const Where& where) {
     CameraSection unused;
-    read_keys(element, where, keys_of(unused), own_tables);
+    std::vector<std::string_view> tables = own_tables;
+    tables.push_back("window");
+    read_keys(element, where, keys_of(unused), tables);
     Value own, camera;
     own.at = camera.at = element.at;
     for (const Member& member : element.members) {

@@ -84,8 +84,9 @@ void Device::setting(std::string_view name, std::uint32_t address, bool locked,
                .write =
                    [this, set = std::move(set)](std::uint32_t value) {
                        CameraSettings wanted = control_.settings();
-                       const bool good = set(wanted, value) && control_.apply(wanted);
-                       return good ? Status::success : Status::invalid_parameter;
+                       if (!set(wanted, value) || !control_.explain(wanted).empty())
+                           return Status::invalid_parameter;
+                       return control_.apply(wanted) ? Status::success : Status::invalid_parameter;
                    }});
 }
 

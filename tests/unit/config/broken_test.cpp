@@ -101,8 +101,20 @@ seed = 3
 )",
      "c.toml:4:9: camera[0].daemon: unknown key, allowed view, trigger, deadline, gige, file, v4l2, "
      "stimulator, "
-     "sensor, width, height, offset_x, offset_y, pixel_format, exposure_us, gain_db, trigger_mode, "
-     "trigger_source, frame_rate_hz"},
+     "sensor, window, width, height, offset_x, offset_y, pixel_format, exposure_us, gain_db, trigger_mode, "
+     "trigger_source, frame_rate_hz, rows_max"},
+    {R"([scene]
+file = "scene.toml"
+[gige]
+enabled = false
+[[camera]]
+[[camera]]
+[[camera.window]]
+width = 5
+height = 5
+offset_y = 1020
+)",
+     "c.toml:9:10: camera[1].window[0].height: rows 1020 to 1024 leave the sensor, which is 1024 px high"},
     {R"([scene]
 file = "scene.toml"
 [sensor.readout]

@@ -164,6 +164,27 @@ reads = 4
     const auto again = config::load(folder.write("again.toml", printed));
     CHECK(config::camera_settings(again) == camera);
     CHECK(again.camera.rows_max == 2048);
+    // Each of several cameras has windows of its own.
+    const auto two = config::load(folder.write("two.toml", R"([scene]
+file = "scene.toml"
+[gige]
+enabled = false
+[[camera]]
+[[camera.window]]
+width = 20
+height = 30
+[[camera]]
+[[camera.window]]
+width = 40
+height = 50
+[[camera.window]]
+width = 60
+height = 70
+)"));
+    CHECK(config::camera_settings(two).window_count() == 1);
+    CHECK(config::camera_settings(two.others.at(0)).window(1).region == Region{0, 0, 60, 70});
+    const auto two_again = config::load(folder.write("two_again.toml", config::print(two)));
+    CHECK(config::camera_settings(two_again.others.at(0)) == config::camera_settings(two.others.at(0)));
     CHECK(config::print(again).substr(config::print(again).find('\n')) == printed.substr(printed.find('\n')));
 }
 
