@@ -139,8 +139,10 @@ void PatternCamera::loop() {
                            id >= settings.acquisition_frame_count);
         making_ = true;
         const std::uint32_t step = activity_.sequence_step;
+        const std::vector<Region> windows =
+            windows_.empty() ? std::vector<Region>{settings.region} : windows_;
         lock.unlock();
-        make_frame(settings, id, edge, step);
+        make_frame(settings, windows, id, edge, step);
         lock.lock();
         making_ = false;
         if (last) acquiring_ = false;
@@ -148,11 +150,10 @@ void PatternCamera::loop() {
     }
 }
 
-void PatternCamera::make_frame(const CameraSettings& settings, std::uint64_t id, Time edge,
-                               std::uint32_t step) {
+void PatternCamera::make_frame(const CameraSettings& settings, const std::vector<Region>& windows,
+                               std::uint64_t id, Time edge, std::uint32_t step) {
     const FrameRef frame = pool_.acquire();
     if (!frame) return;
-    const std::vector<Region> windows = windows_.empty() ? std::vector<Region>{settings.region} : windows_;
     frame->info.frame_id = id;
     frame->info.trigger_id = id;
     frame->info.trigger_edge = edge;

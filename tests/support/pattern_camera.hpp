@@ -36,7 +36,10 @@ public:
         band_ns_ = band_ns;
     }
     /// Makes frames of these windows, one below the other, whatever the client's region is.
-    void set_windows(std::vector<Region> windows) { windows_ = std::move(windows); }
+    void set_windows(std::vector<Region> windows) {
+        const std::lock_guard lock(mutex_);
+        windows_ = std::move(windows);
+    }
     /// Leaves the pixels as they are: for benchmarks, where making the image must not be what is measured.
     void set_blank(bool blank) { blank_ = blank; }
     /// Gives up the frame after this many rows (0: never).
@@ -62,13 +65,13 @@ public:
 
 private:
     void loop();
-    void make_frame(const CameraSettings& settings, std::uint64_t id, Time edge, std::uint32_t step);
+    void make_frame(const CameraSettings& settings, const std::vector<Region>& windows, std::uint64_t id,
+                    Time edge, std::uint32_t step);
     bool trigger(TriggerSource source, Time edge);
 
     const CameraLimits limits_;
     MonotonicClock clock_;
     FramePool pool_;
-    std::vector<Region> windows_;
     transports::Transport* transport_ = nullptr;
     std::atomic<std::int32_t> band_rows_{32}, abandon_after_{0};
     std::atomic<std::int64_t> band_ns_{0};
@@ -77,6 +80,7 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     CameraSettings settings_;
+    std::vector<Region> windows_;
     Sequence sequence_;
     std::uint32_t sequence_step_ = 0;
     CameraActivity activity_;
