@@ -225,6 +225,8 @@ void check_together(const Config& config, const Tables& tables) {
         refuse("gige", "packet_size", fmt::format("{} is not a multiple of 4", gige.packet_size));
     if (gige.enabled && gige.interface.empty())
         refuse("gige", "interface", "empty, the name or an IPv4 address of a network interface is wanted");
+    if (config.ptp.enabled && (config.ptp.socket.find('/') != 0 || config.ptp.socket.size() > 107))
+        refuse("ptp", "socket", "an absolute path of at most 107 characters is wanted, as in /var/run/ptp4l");
     if (config.v4l2.enabled && config.v4l2.device.find('/') != 0)
         refuse("v4l2", "device", "the absolute path of a video node is wanted, as in /dev/video10");
     const StimulatorSection& stimulator = config.stimulator;
@@ -292,6 +294,7 @@ Config read_config(const Tables& tables) {
     read_section(root, top, "daemon", config.daemon);
     read_section(root, top, "render", config.render);
     read_section(root, top, "trigger", config.trigger);
+    read_section(root, top, "ptp", config.ptp);
     read_section(root, top, "deadline", config.deadline);
     read_camera(tables, config.camera);
     read_gige(root, top, config.gige);
@@ -439,8 +442,8 @@ Config load(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
     read_keys(root, top, {},
-              {"daemon", "render", "trigger", "deadline", "camera", "gige", "file", "v4l2", "stimulator",
-               "scene", "sensor"});
+              {"daemon", "render", "trigger", "ptp", "deadline", "camera", "gige", "file", "v4l2",
+               "stimulator", "scene", "sensor"});
     if (const Member* camera = root.find("camera");
         camera != nullptr && camera->value.kind == Value::Kind::array)
         return load_several(root, top, *camera);
@@ -457,6 +460,7 @@ std::string print(const Config& config) {
     out += heading("", "scene") + print_keys(keys_of(scene));
     out += heading("", "daemon") + print_keys(keys_of(c.daemon));
     out += heading("", "render") + print_keys(keys_of(c.render));
+    out += heading("", "ptp") + print_keys(keys_of(c.ptp));
     if (c.several) {
         std::vector<Config*> cameras{&c};
         for (Config& other : c.others)

@@ -50,6 +50,14 @@ struct TriggerSection {
     std::string over_trigger = "count"; ///< edges that come too soon: count, ignore, latch
 };
 
+/// [ptp]: the PTP daemon of this machine, whose state clients see.
+struct PtpSection {
+    bool enabled = false;
+    std::string socket = "/var/run/ptp4l"; ///< ptp4l's uds_address
+    std::int32_t domain = 0;
+    double lock_us = 10; ///< offset from the master below which the clock counts as locked
+};
+
 /// [deadline]: rows that are not ready when the chip would have read them.
 struct DeadlineSection {
     std::string policy = "late"; ///< late, repeat, drop, partial
@@ -159,6 +167,7 @@ struct Config {
     DaemonSection daemon;
     RenderSection render;
     TriggerSection trigger;
+    PtpSection ptp;
     DeadlineSection deadline;
     CameraSection camera;
     GigeSection gige;
@@ -168,8 +177,8 @@ struct Config {
     SensorDescription sensor;
     scene::Scene scene;
 
-    /// [[camera]]: the second and further cameras, each a whole configuration with the same [scene], [daemon]
-    /// and [render]. Empty under a single [camera]; then the following mean nothing.
+    /// [[camera]]: the second and further cameras, each a whole configuration with the same [scene],
+    /// [daemon], [render] and [ptp]. Empty under a single [camera]; then the following mean nothing.
     std::vector<Config> others;
     bool several = false;     ///< written as [[camera]], perhaps with one element
     bool own_trigger = false; ///< has a [camera.trigger]; else what [trigger] names reaches it

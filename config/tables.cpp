@@ -121,6 +121,26 @@ Keys keys_of(TriggerSection& s) {
     };
 }
 
+Keys keys_of(PtpSection& s) {
+    return {
+        {"enabled",
+         &s.enabled,
+         {},
+         {},
+         {},
+         "Ask ptp4l how its clock is doing: shown as Ptp* features, and time stamps are TAI once it is "
+         "locked"},
+        {"socket", &s.socket, {}, {}, {}, "Its management socket (uds_address)"},
+        {"domain", &s.domain, {}, {0, 127}, {}, "Its domain (domainNumber)"},
+        {"lock_us",
+         &s.lock_us,
+         "us",
+         {0.001, 1e6},
+         {},
+         "The clock of a slave counts as locked while its offset from the master is not above this"},
+    };
+}
+
 Keys keys_of(DeadlineSection& s) {
     return {
         {"policy",

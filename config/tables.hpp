@@ -9,6 +9,7 @@ namespace obscura::config {
 [[nodiscard]] Keys keys_of(DaemonSection& section);
 [[nodiscard]] Keys keys_of(RenderSection& section);
 [[nodiscard]] Keys keys_of(TriggerSection& section);
+[[nodiscard]] Keys keys_of(PtpSection& section);
 [[nodiscard]] Keys keys_of(DeadlineSection& section);
 [[nodiscard]] Keys keys_of(CameraSection& section);
 [[nodiscard]] Keys keys_of(WindowSection& section);

@@ -60,7 +60,7 @@ std::int64_t MonotonicClock::tai_offset_ns() const noexcept {
             offset = tai - (before + best_gap / 2);
         }
     }
-    return offset;
+    return offset + tai_correction_ns_.load(std::memory_order_relaxed);
 }
 
 Time FakeClock::now() const noexcept {

@@ -38,9 +38,12 @@ public:
     void interrupt() noexcept override;
     void rearm() noexcept override;
     [[nodiscard]] std::int64_t tai_offset_ns() const noexcept override;
+    /// Added to tai_offset_ns() from now on: what the kernel does not know of TAI. Any thread.
+    void set_tai_correction_ns(std::int64_t ns) noexcept { tai_correction_ns_.store(ns); }
 
 private:
     std::atomic<std::uint32_t> interrupted_{0};
+    std::atomic<std::int64_t> tai_correction_ns_{0};
 };
 
 /// A clock that moves only when told to. In `auto_advance` mode a sleep jumps the clock to its deadline at

@@ -20,7 +20,8 @@ LatePolicy late_policy(const std::string& name) {
 
 } // namespace
 
-CameraUnit::CameraUnit(const config::Config& config, const Priorities& priorities, LogRing& log)
+CameraUnit::CameraUnit(const config::Config& config, const Priorities& priorities, LogRing& log,
+                       const sync::PtpMonitor* ptp)
     : begins_at_once_(config.daemon.autostart || !config.gige.enabled), gige_port_(config.gige.port) {
     auto frames = static_cast<std::size_t>(config.daemon.pool_frames);
     if (const std::size_t needed = frames_needed(config); frames < needed) {
@@ -41,8 +42,12 @@ CameraUnit::CameraUnit(const config::Config& config, const Priorities& prioritie
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
                                        imaging_->clock, log);
     transports_ = make_transports(config, *camera_, imaging_->clock, priorities);
-    for (const auto& transport : transports_)
+    for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
+        if (auto* gige = dynamic_cast<transports::gige::GigeCamera*>(transport.get());
+            gige != nullptr && ptp != nullptr)
+            gige->set_ptp([ptp] { return ptp->status(); });
+    }
 }
 
 CameraUnit::~CameraUnit() {

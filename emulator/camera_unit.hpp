@@ -7,6 +7,7 @@
 #include "emulator/camera.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/timing_log.hpp"
+#include "sync/ptp_monitor.hpp"
 #include "transports/transport.hpp"
 
 #include <iosfwd>
@@ -19,8 +20,9 @@ namespace obscura::emulator {
 /// Triggers come from outside, through camera(). All members are called on the main thread.
 class CameraUnit {
 public:
-    /// Loads and allocates; opens nothing. `log` must outlive the unit. Throws Error.
-    CameraUnit(const config::Config& config, const Priorities& priorities, LogRing& log);
+    /// Loads and allocates; opens nothing. `log` and `ptp`, if any, must outlive the unit. Throws Error.
+    CameraUnit(const config::Config& config, const Priorities& priorities, LogRing& log,
+               const sync::PtpMonitor* ptp);
     ~CameraUnit();
     CameraUnit(const CameraUnit&) = delete;
     CameraUnit& operator=(const CameraUnit&) = delete;
@@ -34,6 +36,8 @@ public:
     /// "ADDRESS:PORT", "none" without a control port. Valid after start().
     [[nodiscard]] const std::string& address() const noexcept { return address_; }
     void tick();
+    /// What the kernel does not know of TAI.
+    void set_tai_correction_ns(std::int64_t ns) noexcept { imaging_->clock.set_tai_correction_ns(ns); }
     void write_timing_to(std::ostream& out);
 
     [[nodiscard]] std::string summary() const;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <utility>
 
 namespace obscura::emulator {
@@ -36,8 +37,15 @@ Priorities choose_priorities(const std::string& wish) {
 Daemon::Daemon(config::Config config) : config_(std::move(config)) {
     priorities_ = choose_priorities(config_.daemon.realtime);
     const std::vector<const config::Config*> cameras = config_.cameras();
+    if (config_.ptp.enabled) {
+        sync::PtpMonitorSettings ptp;
+        ptp.socket = config_.ptp.socket;
+        ptp.domain = static_cast<std::uint8_t>(config_.ptp.domain);
+        ptp.lock_ns = std::llround(config_.ptp.lock_us * 1e3);
+        ptp_ = std::make_unique<sync::PtpMonitor>(ptp);
+    }
     for (const config::Config* camera : cameras)
-        units_.push_back(std::make_unique<CameraUnit>(*camera, priorities_, log_));
+        units_.push_back(std::make_unique<CameraUnit>(*camera, priorities_, log_, ptp_.get()));
     // One line that all share who have none of their own.
     TriggerLine* shared = nullptr;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -132,8 +140,10 @@ std::string Daemon::address() const {
 
 void Daemon::tick() {
     log_.drain();
-    for (const auto& unit : units_)
+    for (const auto& unit : units_) {
+        if (ptp_) unit->set_tai_correction_ns(ptp_->tai_correction_ns());
         unit->tick();
+    }
 }
 
 void Daemon::write_timing_to(std::ostream& out, std::size_t camera) {

@@ -7,6 +7,7 @@
 #include "emulator/camera_unit.hpp"
 #include "sync/conditioner.hpp"
 #include "sync/fan_out.hpp"
+#include "sync/ptp_monitor.hpp"
 #include "sync/sync.hpp"
 
 #include <iosfwd>
@@ -67,6 +68,7 @@ private:
     config::Config config_;
     Priorities priorities_;
     LogRing log_;
+    std::unique_ptr<sync::PtpMonitor> ptp_; ///< outlives the cameras, which ask it
     std::vector<std::unique_ptr<CameraUnit>> units_;
     std::vector<std::unique_ptr<TriggerLine>> lines_; ///< go before the cameras that they reach
     bool running_ = false;

@@ -230,3 +230,20 @@ TEST_CASE("the configuration of several cameras may be reloaded as far as their 
     CHECK_THAT(daemon.reload(config::load(write_configuration(folder, options))),
                Catch::Matchers::ContainsSubstring("camera[1].gige.interface"));
 }
+
+TEST_CASE("without a PTP daemon the Ptp features say so") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(20);
+    options.size = 64;
+    options.more = fmt::format("[ptp]\nenabled = true\nsocket = \"{}\"\n", (folder.path() / "none").string());
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    CHECK(client.text("PtpStatus") == "Disconnected");
+    CHECK(client.text("PtpServoStatus") == "Unknown");
+    client.execute("PtpDataSetLatch");
+    CHECK(client.integer("PtpOffsetFromMaster") == 0);
+    CHECK(client.integer("PtpClockAccuracy") == 0xFE);
+    CHECK_THROWS(client.set("PtpStatus", "Slave"));
+}

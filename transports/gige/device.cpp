@@ -63,6 +63,7 @@ Device::Device(const GigeSettings& settings, const NetworkInterface& network, Ca
     add_messages();
     add_faults();
     add_user_sets();
+    add_ptp();
     add_xml();
     default_set_ = saved_features();
     read_state_file();

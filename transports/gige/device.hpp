@@ -3,6 +3,7 @@
 
 #include "core/camera.hpp"
 #include "core/clock.hpp"
+#include "core/ptp_status.hpp"
 #include "transports/gige/fault_injector.hpp"
 #include "transports/gige/features.hpp"
 #include "transports/gige/io_state.hpp"
@@ -70,6 +71,8 @@ public:
     void resend(const ResendRequest& request) noexcept { stream_.resend(request); }
     void set_statistics(std::function<StreamStatistics()> source) { statistics_ = std::move(source); }
 
+    void set_ptp(std::function<PtpStatus()> source) { ptp_ = std::move(source); }
+
     /// TAI in ns minus the origin set by a time stamp reset.
     [[nodiscard]] std::uint64_t device_time(Time t) const noexcept;
     /// Any thread.
@@ -95,6 +98,7 @@ private:
     void add_timers();
     void add_sequencer();
     void add_xml();
+    void add_ptp();
 
     void constant(std::string_view name, std::uint32_t address, std::uint32_t value);
     void setting(std::string_view name, std::uint32_t address, bool locked,
@@ -135,6 +139,8 @@ private:
     const CameraLimits limits_;
     RegisterBank bank_;
     std::function<StreamStatistics()> statistics_;
+    std::function<PtpStatus()> ptp_;
+    PtpStatus ptp_latched_;
     std::uint32_t controller_ip_ = 0;
     std::uint32_t packet_size_max_;
     bool channel_fresh_ = true; // no acquisition since the stream channel was opened

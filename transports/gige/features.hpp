@@ -119,6 +119,18 @@ constexpr std::uint32_t sequencer_feature_enable = 0xA820; // one word per Seque
 constexpr std::uint32_t sequencer_set_next = 0xA840;       // one word per set
 constexpr std::uint32_t sequencer_end = 0xA860;
 
+constexpr std::uint32_t ptp_enable = 0xA900;
+constexpr std::uint32_t ptp_state = 0xA904;
+constexpr std::uint32_t ptp_servo = 0xA908;
+constexpr std::uint32_t ptp_data_set_latch = 0xA90C;
+constexpr std::uint32_t ptp_accuracy = 0xA910; // latched, as what follows
+constexpr std::uint32_t ptp_utc_offset = 0xA914;
+constexpr std::uint32_t ptp_offset = 0xA918; // two words, as what follows
+constexpr std::uint32_t ptp_path_delay = 0xA920;
+constexpr std::uint32_t ptp_clock_id = 0xA928;
+constexpr std::uint32_t ptp_parent_id = 0xA930;
+constexpr std::uint32_t ptp_grandmaster_id = 0xA938;
+
 /// The zipped camera.xml.
 constexpr std::uint32_t xml_file = 0x0010'0000;
 

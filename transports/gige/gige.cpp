@@ -49,6 +49,7 @@ void GigeCamera::start() {
     parts_ = std::make_unique<Parts>(settings_, control_, clock_);
     if (const std::string report = parts_->device.xml_report(); !report.empty())
         log_info("gige.xml: {}", report);
+    parts_->device.set_ptp(ptp_);
     parts_->messages.start();
     parts_->sender.start();
     parts_->server.start();

@@ -3,12 +3,15 @@
 
 #include "core/camera.hpp"
 #include "core/clock.hpp"
+#include "core/ptp_status.hpp"
 #include "transports/gige/settings.hpp"
 #include "transports/transport.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace obscura::transports::gige {
 
@@ -57,6 +60,9 @@ public:
     GigeCamera(const GigeCamera&) = delete;
     GigeCamera& operator=(const GigeCamera&) = delete;
 
+    /// Where the Ptp* features come from; asked on the control thread. Before start().
+    void set_ptp(std::function<PtpStatus()> source) { ptp_ = std::move(source); }
+
     [[nodiscard]] std::string_view name() const override { return "gige"; }
     void start() override;
     /// Ends the acquisition of a connected client, too.
@@ -75,6 +81,7 @@ private:
     GigeSettings settings_;
     CameraControl& control_;
     const Clock& clock_;
+    std::function<PtpStatus()> ptp_;
     std::unique_ptr<Parts> parts_; // from start() on
 };
 

@@ -372,7 +372,7 @@ rate_hz = 5
 file = "scene.toml"
 [completely_different]
 )",
-     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, deadline, camera, "
+     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, ptp, deadline, camera, "
      "gige, "
      "file, v4l2, stimulator, scene, sensor"},
     {R"([scene]
