@@ -96,6 +96,10 @@ struct DetectorSettings {
     double offset_fpn_e = 0; ///< rms of the pixels' offsets
     double column_fpn_e = 0; ///< rms of the columns' offsets
     double row_noise_e = 0;  ///< temporal, common to a row
+    /// Share of pixels whose amplifier transistor jumps between two levels (a trap in its channel): one of
+    /// two values in a single sample, one of three in the difference of two.
+    double follower_rts_fraction = 0;
+    double follower_rts_e = 0; ///< distance of the levels, exponentially distributed with this mean
 
     // Conversion
     double gain_dn_per_e = 0.08; ///< K at 0 dB

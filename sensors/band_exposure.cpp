@@ -264,6 +264,22 @@ void BandExposure::add_smear(float* out) noexcept {
                             out);
 }
 
+/// Adds what the amplifiers' jumps do to a sample at `sample`, which counts `weight` times.
+void BandExposure::add_follower(std::int32_t array_row, Time sample, double weight,
+                                float* charge) const noexcept {
+    constexpr std::uint64_t follower_key = 0x666f6c6c6f776572; // apart from the jumps of dark current
+    // As for those, time goes on by the frame period per frame.
+    const double now_s =
+        static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns) + to_seconds(sample - plan_.trigger);
+    const std::int32_t x0 = plan_.windows[window_].sensor.x;
+    for (const FollowerPixel& p : d_.pattern.follower.row(array_row)) {
+        const std::int32_t x = p.x - x0;
+        if (x < 0 || x >= static_cast<std::int32_t>(n_)) continue;
+        if (telegraph_up(d_.seed ^ follower_key, p.pixel, static_cast<double>(p.time_constant_s), now_s))
+            charge[x] += static_cast<float>(weight) * p.step_e;
+    }
+}
+
 void BandExposure::add_lag(std::int32_t array_row, float* charge) noexcept {
     float* const before = d_.memory.data() +
                           static_cast<std::size_t>(array_row) * static_cast<std::size_t>(d_.sensor_width) +
@@ -375,6 +391,11 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     if (s.lag > 0 && !difference) add_lag(array_row, charge);
     note(mean, charge, truth);
     kernels::collect_row(chain_, n_, charge);
+    if (!d_.pattern.follower.first.empty()) {
+        const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
+        add_follower(array_row, t.read, 1, charge);
+        if (two) add_follower(array_row, difference ? t.reset : t.read + d_.reset_sample_ns, -1, charge);
+    }
     const float* const offset =
         difference ? nullptr
                    : d_.pattern.row_of(d_.pattern.offset_e, array_row, plan_.windows[window_].sensor.x);
@@ -408,6 +429,7 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
     }
     note(total_mean, charge, truth);
     kernels::collect_row(chain_, n_, charge);
+    if (!d_.pattern.follower.first.empty()) add_follower(array_row, plan_.rows[i].read, 1, charge);
     kernels::Chain chain = chain_;
     chain.sigma0_e = static_cast<float>(s.read_noise_e);
     chain.sigma1_e = static_cast<float>(d_.reset_e);
@@ -429,6 +451,8 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         std::fill_n(row_buffer, n_ + kernels::padding, 0.0F);
     const std::int64_t span = plan_.rows[i].exposure_ns();
     double squares = ramp_weight(0, window.reads) * ramp_weight(0, window.reads);
+    if (!d_.pattern.follower.first.empty())
+        add_follower(array_row, plan_.rows[i].reset, ramp_weight(0, window.reads), fitted);
     for (std::int32_t k = 1; k < window.reads; ++k) {
         const Time from = plan_.rows[i].reset + span * (k - 1) / (window.reads - 1);
         const Time to = plan_.rows[i].reset + span * k / (window.reads - 1);
@@ -442,6 +466,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         kernels::collect_row(chain_, n_, scratch_.signal());
         const double weight = ramp_weight(k, window.reads);
         squares += weight * weight;
+        if (!d_.pattern.follower.first.empty()) add_follower(array_row, to, weight, fitted);
         kernels::accumulate_row(scratch_.signal(), static_cast<float>(weight), n_, fitted);
     }
     note(total_mean, charge, truth);

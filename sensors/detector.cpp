@@ -54,6 +54,8 @@ std::string explain_invalid(const DetectorSettings& s) {
         {"offset_fpn_e", s.offset_fpn_e, 0, 1e5},
         {"column_fpn_e", s.column_fpn_e, 0, 1e5},
         {"row_noise_e", s.row_noise_e, 0, 1e5},
+        {"follower_rts_fraction", s.follower_rts_fraction, 0, 1},
+        {"follower_rts_e", s.follower_rts_e, 0, 1e5},
         {"gain_dn_per_e", s.gain_dn_per_e, 1e-6, 1e6},
         {"offset_dn", s.offset_dn, 0, 65535},
         {"adc_bits", static_cast<double>(s.adc_bits), 8, 16},
@@ -108,6 +110,7 @@ DetectorState::DetectorState(const SensorDescription& d, std::span<const scene::
       rain(d, seed),
       adc(d),
       scratch(static_cast<std::size_t>(d.readout.width)),
+      reset_sample_ns(d.readout.reset_instant_ns - d.readout.sample_instant_ns),
       dark_ratio(dark_current_ratio(settings, settings.temperature_c, settings.dark_reference_c)),
       reset_e(reset_noise_e(settings)) {
     const double pupil_m2 = std::numbers::pi / 4 * aperture_m * aperture_m;

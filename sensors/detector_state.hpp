@@ -26,6 +26,7 @@ struct DetectorState {
     AdcCurve adc;
     ScratchPool scratch;
     std::vector<double> electrons_per_s; ///< per W/m2 at the entrance pupil, one per band
+    std::int64_t reset_sample_ns;        ///< double sampling: from the sample to that of the reset level
     double dark_ratio;                   ///< to the dark current at the reference temperature
     double reset_e;                      ///< kTC noise
     std::vector<float> memory;           ///< charge of the frame before, over the array; empty without lag

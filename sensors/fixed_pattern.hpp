@@ -18,6 +18,14 @@ struct TelegraphPixel {
     std::uint32_t pixel = 0; ///< number on the array
 };
 
+/// A pixel whose amplifier jumps between two levels.
+struct FollowerPixel {
+    std::int32_t x = 0;
+    float step_e = 0; ///< between the levels
+    float time_constant_s = 1;
+    std::uint32_t pixel = 0; ///< number on the array
+};
+
 /// A pixel that always gives the same number.
 struct StuckPixel {
     std::int32_t x = 0;
@@ -45,6 +53,7 @@ struct FixedPattern {
     std::vector<float> dark_e_per_s; ///< at the reference temperature
     std::vector<float> offset_e;
     PerRow<TelegraphPixel> telegraph;
+    PerRow<FollowerPixel> follower;
     PerRow<StuckPixel> stuck;
     std::vector<bool> dead_row, dead_column; ///< empty: none
 

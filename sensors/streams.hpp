@@ -26,6 +26,7 @@ enum class Effect : std::uint32_t {
     adc,
     hot,
     shot_and_gauss, ///< shot, amplifier and reset noise in one draw
+    follower_pixels,
 };
 
 /// Keep the sensor's numbers apart from those of other users of the same seed.

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <functional>
 #include <numeric>
+#include <set>
 
 using namespace obscura;
 using namespace obscura::sensors;
@@ -389,6 +390,50 @@ TEST_CASE("jumping pixels add their current in one of their levels") {
     }
     const double seconds = to_seconds(camera.plan.rows[0].exposure_ns());
     CHECK_THAT(total / 20, WithinRel(0.5 * 0.05 * size * size * 10'000 * seconds, 0.06));
+}
+
+TEST_CASE("an amplifier's jumps have two levels in a sample and three in the difference of two") {
+    SensorDescription d = bare();
+    d.detector.follower_rts_fraction = 0.2;
+    d.detector.follower_rts_e = 60;
+    constexpr std::uint64_t frames = 40;
+    const auto levels_of = [&](Camera& camera) {
+        std::vector<std::set<int>> levels(camera.pixels());
+        for (std::uint64_t frame = 1; frame <= frames; ++frame) {
+            const Image dn = camera.flat(0, frame);
+            for (std::size_t i = 0; i < dn.size(); ++i)
+                levels[i].insert(dn[i] - 1000);
+        }
+        return levels;
+    };
+    Camera one(d), difference(d, 10'000'000, Sampling::cds, 2);
+    const auto& pixels = one.detector.fixed_pattern().follower.items;
+    CHECK_THAT(static_cast<double>(pixels.size()),
+               WithinAbs(0.2 * size * size, 4 * std::sqrt(0.2 * size * size)));
+    double sum = 0;
+    for (const FollowerPixel& p : pixels)
+        sum += double{p.step_e};
+    CHECK_THAT(sum / static_cast<double>(pixels.size()), WithinRel(60.0, 0.04));
+    const auto two = levels_of(one), three = levels_of(difference);
+    int others = 0, symmetric = 0;
+    for (const FollowerPixel& p : pixels) {
+        const int step = static_cast<int>(std::lround(p.step_e));
+        const std::set<int> allowed{-step, 0, step};
+        // Half a number may be rounded either way.
+        const auto one_of = [&](int level, int least) {
+            return level >= least - 1 && std::min(std::abs(level), std::abs(std::abs(level) - step)) <= 1;
+        };
+        for (const int level : two[p.pixel])
+            others += !one_of(level, 0);
+        for (const int level : three[p.pixel])
+            others += !one_of(level, -step);
+        symmetric += three[p.pixel] == allowed;
+    }
+    CHECK(others == 0);
+    // All of them jump faster than frames come, so nearly all show every level.
+    CHECK(symmetric > 0.99 * static_cast<double>(pixels.size()));
+    CHECK(std::count_if(two.begin(), two.end(), [](const auto& l) { return l.size() > 1; }) <=
+          static_cast<std::ptrdiff_t>(pixels.size()));
 }
 
 TEST_CASE("a converter with errors is monotonic and has the widths asked for") {
