@@ -6,6 +6,7 @@
 #include "emulator/daemon.hpp"
 #include "emulator/service_notify.hpp"
 #include "emulator/version.hpp"
+#include "transports/gige/user_xml.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -115,8 +116,10 @@ int run(const Options& options) {
     }
     set_log_level(level_of(config.daemon.log_level));
     if (options.check) {
-        for (const config::Config* camera : config.cameras())
+        for (const config::Config* camera : config.cameras()) {
             const emulator::Imaging everything_loads(*camera, 1);
+            if (!camera->gige.xml.empty()) transports::gige::check_xml_file(camera->gige.xml);
+        }
         fmt::print("{}: good\n", options.config_file);
         return exit_ok;
     }

@@ -7,7 +7,10 @@
 #include "transports/gige/gige.hpp"
 
 #include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -85,6 +88,61 @@ struct Bench {
         return s;
     }
 };
+
+/// Takes a test event and those of one frame that an ACTION triggers, then schedules another action and tells
+/// the camera to stay where it is. The number of events that came; `port` is where to.
+int exchange_events_and_actions(std::uint16_t& port) {
+    GigeClient client(address);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in here{}, camera{};
+    here.sin_family = camera.sin_family = AF_INET;
+    here.sin_addr.s_addr = inet_addr("127.0.0.1");
+    camera.sin_addr.s_addr = inet_addr(address);
+    camera.sin_port = htons(3956);
+    socklen_t bytes = sizeof here;
+    REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&here), sizeof here) == 0);
+    REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&here), &bytes) == 0);
+    port = ntohs(here.sin_port);
+    const timeval patience{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    client.set("GevMCPHostPort", std::int64_t{port});
+    for (const char* event : {"Test", "FrameStart", "ExposureStart", "ExposureEnd"}) {
+        client.set("EventSelector", event);
+        client.set("EventNotification", "On");
+    }
+    client.set("ActionGroupMask", std::int64_t{1});
+    client.set("TriggerMode", "On");
+    client.set("TriggerSource", "Action1");
+    client.set_flag("GevSCCFGMultiPart", false);
+    client.open_stream(2);
+    client.execute("AcquisitionStart");
+    client.execute("TestEventGenerate");
+    std::uint8_t force_ip[8 + 56] = {0x42, 0x01, 0, 0x04, 0, 56, 0, 9};
+    const std::uint8_t action[] = {0x42, 0x01, 1, 0, 0, 12, 0, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+    const std::uint8_t late[] = {0x42, 0x81, 1, 0, 0, 20, 0, 8, 0, 0, 0, 0, 0, 0,
+                                 0,    0,    0, 0, 0, 1,  0, 0, 0, 0, 0, 0, 0, 1};
+    const auto send = [&](const auto& datagram) {
+        sendto(fd, datagram, sizeof datagram, 0, reinterpret_cast<const sockaddr*>(&camera), sizeof camera);
+    };
+    send(action);
+    int events = 0;
+    for (int i = 0; i < 30 && events < 4; ++i) {
+        std::uint8_t d[600] = {};
+        sockaddr_in from{};
+        socklen_t from_bytes = sizeof from;
+        const ssize_t n = recvfrom(fd, d, sizeof d, 0, reinterpret_cast<sockaddr*>(&from), &from_bytes);
+        if (n < 8) break;
+        if (d[3] != 0xC0) continue; // the action's acknowledge
+        ++events;
+        const std::uint8_t acknowledge[8] = {0, 0, 0, 0xC1, 0, 0, d[6], d[7]};
+        sendto(fd, acknowledge, sizeof acknowledge, 0, reinterpret_cast<sockaddr*>(&from), from_bytes);
+    }
+    send(late);
+    send(force_ip);
+    client.execute("AcquisitionStop");
+    close(fd);
+    return events;
+}
 
 const std::vector<Region> two_windows = {{0, 0, 640, 240}, {0, 240, 640, 240}};
 
@@ -173,7 +231,8 @@ TEST_CASE("Wireshark's dissectors find no malformed packet") {
     for (int i = 0; i < 200 && !(std::filesystem::exists(file) && std::filesystem::file_size(file) > 0); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    int received = 0;
+    int received = 0, events = 0;
+    std::uint16_t event_port = 0;
     {
         GigeSettings settings;
         settings.drop_percent = 2;
@@ -198,13 +257,17 @@ TEST_CASE("Wireshark's dissectors find no malformed packet") {
             }
             client.execute("AcquisitionStop");
         }
+        events = exchange_events_and_actions(event_port);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     kill(tshark, SIGINT);
     int status = 0;
     waitpid(tshark, &status, 0);
     CHECK(received == 20);
-    const std::string read = "tshark -r " + file.string() + " --enable-heuristic gvsp_udp 2>/dev/null ";
+    // Events come to a port of the client's choice, which the dissector cannot know.
+    const std::string read = "tshark -r " + file.string() +
+                             " --enable-heuristic gvsp_udp -d udp.port==" + std::to_string(event_port) +
+                             ",gvcp 2>/dev/null ";
     const auto count = [&](const std::string& filter) {
         std::istringstream lines(output_of(read + "-Y '" + filter + "' | wc -l"));
         int n = 0;
@@ -215,6 +278,11 @@ TEST_CASE("Wireshark's dissectors find no malformed packet") {
     CHECK(count("gvsp") > 20 * 400);
     CHECK(count("gvsp.format == 7 || gvsp.format == 0x87") > 5 * 400); // multi-part
     CHECK(count("gvcp.cmd.command == 0x0040") > 50);                   // resend requests
+    CHECK(events == 4);
+    CHECK(count("gvcp.cmd.command == 0x00c0") >= 4); // events and their acknowledges
+    CHECK(count("gvcp.ack == 0x00c1") >= 4);
+    CHECK(count("gvcp.cmd.command == 0x0100") == 2); // actions
+    CHECK(count("gvcp.cmd.command == 0x0004") == 1); // FORCEIP
     CHECK(count("_ws.malformed") == 0);
     std::filesystem::remove(file);
 }

@@ -19,6 +19,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (std::uint32_t a = feature::sensor_width; a < 0xA200; a += 4)
         bank.add(
             {.name = "Feature", .address = a, .access = Access::read_write, .reset = 64, .maximum = 4096});
+    for (std::uint32_t a = feature::regions; a < feature::regions + feature::region_stride; a += 4)
+        bank.add(
+            {.name = "Region", .address = a, .access = Access::read_write, .reset = 64, .maximum = 4096});
     bank.add_string("DeviceVendorName", reg::manufacturer, 32, Access::read_only, "Obscura");
     try {
         UserXml xml("fuzz.xml", {data, end}, "", bank);

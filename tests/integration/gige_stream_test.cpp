@@ -323,6 +323,46 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
     }
 }
 
+TEST_CASE("Regions chosen through SFNC come as parts, and composed without multi-part") {
+    CameraLimits l = limits(128, 96);
+    l.windows_max = 3;
+    Bench bench(l);
+    GigeClient client(address);
+    client.set("RegionSelector", "Region0");
+    client.set("Width", std::int64_t{64});
+    client.set("Height", std::int64_t{40});
+    client.set("RegionSelector", "Region2");
+    CHECK_THROWS(client.set("RegionSelector", "Region3")); // the sensor has no more
+    client.set("Width", std::int64_t{32});
+    client.set("Height", std::int64_t{20});
+    client.set("OffsetX", std::int64_t{96});
+    client.set("OffsetY", std::int64_t{70});
+    client.set("RegionExposureTime", 2500.0);
+    client.set("RegionMode", "On");
+    CHECK(client.integer("PayloadSize") == 64 * 60 * 2);
+    CHECK(bench.source.settings().window(1).exposure_ns == 2'500'000);
+    for (const bool parts : {false, true}) {
+        client.set_flag("GevSCCFGMultiPart", parts);
+        client.open_stream(4);
+        client.execute("AcquisitionStart");
+        auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        if (!parts) {
+            CHECK(arv_buffer_get_image_width(buffer.get()) == 64);
+            CHECK(arv_buffer_get_image_height(buffer.get()) == 60);
+        } else {
+            REQUIRE(arv_buffer_get_n_parts(buffer.get()) == 2);
+            CHECK(arv_buffer_get_part_width(buffer.get(), 1) == 32);
+            CHECK(arv_buffer_get_part_height(buffer.get(), 1) == 20);
+            CHECK(arv_buffer_get_part_x(buffer.get(), 1) == 96);
+            CHECK(arv_buffer_get_part_y(buffer.get(), 1) == 70);
+        }
+        client.execute("AcquisitionStop");
+        client.close_stream();
+    }
+}
+
 TEST_CASE("Multi-part payload carries one part per sensor window") {
     Bench bench(limits(64, 64));
     const std::vector<Region> windows = {{3, 5, 40, 20}, {10, 30, 21, 7}, {0, 0, 64, 9}};
@@ -517,6 +557,95 @@ TEST_CASE(
     client.open_stream(4);
     client.execute("AcquisitionStart");
     receive_in_order(client, 5, {0, 0, 256, 200});
+}
+
+TEST_CASE("Test packets have the size asked for; resends say what is to come and what is gone") {
+    Bench bench(limits());
+    bench.source.set_bands(10, 50 * ns_per_ms); // a second per frame
+    GigeClient client(address);
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in a{}, camera{};
+    a.sin_family = camera.sin_family = AF_INET;
+    a.sin_addr.s_addr = inet_addr("127.0.0.1");
+    camera.sin_addr.s_addr = inet_addr(address.c_str());
+    camera.sin_port = htons(3956);
+    socklen_t bytes = sizeof a;
+    REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+    REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
+    const timeval patience{5, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    struct Packet {
+        ssize_t bytes = 0;
+        unsigned status = 0, block = 0, id = 0;
+    };
+    const auto receive = [&] {
+        std::uint8_t d[2000] = {};
+        Packet p;
+        p.bytes = recv(fd, d, sizeof d, 0);
+        p.status = static_cast<unsigned>(d[0] << 8 | d[1]);
+        p.block = static_cast<unsigned>(d[2] << 8 | d[3]);
+        p.id = static_cast<unsigned>(d[5] << 16 | d[6] << 8 | d[7]);
+        return p;
+    };
+    const auto ask = [&](unsigned block, unsigned packet) {
+        const auto byte = [](unsigned v, int shift) { return static_cast<std::uint8_t>(v >> shift); };
+        const std::uint8_t d[20] = {0x42,
+                                    0,
+                                    0,
+                                    0x40,
+                                    0,
+                                    12,
+                                    0,
+                                    1,
+                                    0,
+                                    0,
+                                    byte(block, 8),
+                                    byte(block, 0),
+                                    0,
+                                    byte(packet, 16),
+                                    byte(packet, 8),
+                                    byte(packet, 0),
+                                    0,
+                                    byte(packet, 16),
+                                    byte(packet, 8),
+                                    byte(packet, 0)};
+        sendto(fd, d, sizeof d, 0, reinterpret_cast<const sockaddr*>(&camera), sizeof camera);
+    };
+    client.set("GevSCPHostPort", std::int64_t{ntohs(a.sin_port)});
+    client.set("GevSCPSPacketSize", std::int64_t{1000});
+    client.set_flag("GevSCPSFireTestPacket", true);
+    const Packet test = receive();
+    CHECK(test.bytes == 1000 - 28);
+    CHECK(test.block == 0);
+    CHECK(test.id == 0);
+
+    client.execute("AcquisitionStart");
+    const Packet leader = receive();
+    CHECK(leader.block == 1);
+    CHECK(leader.id == 0);
+    // The answer comes in between the packets of the block in flight.
+    const auto answer = [&](unsigned block, unsigned packet) {
+        ask(block, packet);
+        for (int i = 0; i < 1000; ++i) {
+            const Packet p = receive();
+            if (p.bytes <= 0) break;
+            if (p.status != 0) return p;
+        }
+        return Packet{};
+    };
+    const Packet ahead = answer(1, 100); // its rows are not made yet
+    CHECK(ahead.status == 0x8010);
+    CHECK(ahead.block == 1);
+    CHECK(ahead.id == 100);
+    CHECK(ahead.bytes == 8);
+    CHECK(answer(2, 0).status == 0x8010);
+    const Packet again = answer(1, 0);
+    CHECK(again.status == 0x0100); // the leader once more
+    CHECK(again.id == 0);
+    CHECK(again.bytes == leader.bytes);
+    CHECK(answer(1, 5000).status == 0x800C); // the block has not so many
+    client.execute("AcquisitionStop");
+    close(fd);
 }
 
 TEST_CASE("Events reach the message channel and are repeated until acknowledged") {

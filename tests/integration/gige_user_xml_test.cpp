@@ -4,6 +4,7 @@
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/pattern_camera.hpp"
+#include "transports/gige/features.hpp"
 #include "transports/gige/gige.hpp"
 #include "transports/gige/user_xml.hpp"
 
@@ -230,10 +231,10 @@ TEST_CASE("The start-up line lists what is driven and what is not there") {
     MonotonicClock clock;
     PatternCamera source(Bench::limits());
     RegisterBank bank;
-    for (const std::uint32_t a : {0xA020U, 0xA024U})
+    for (const std::uint32_t a : {feature::width, feature::height})
         bank.add({.name = "Extent", .address = a, .access = Access::read_write, .reset = 64, .maximum = 128});
     UserXml xml("dir/small file.xml", description(R"(
-        <IntReg Name="Width"><Address>0xB000</Address><Length>4</Length><AccessMode>RW</AccessMode>
+        <IntReg Name="Width"><Address>0xC000</Address><Length>4</Length><AccessMode>RW</AccessMode>
         <pPort>Device</pPort><Endianess>BigEndian</Endianess></IntReg>
         <Float Name="PixelFormat"><Value>1</Value></Float>)"),
                 "", bank);
@@ -242,11 +243,11 @@ TEST_CASE("The start-up line lists what is driven and what is not there") {
     CHECK(xml.report().find("not driven: PixelFormat (of another type)") != std::string::npos);
     CHECK(xml.url().find("Local:smallfile.xml;100000;") == 0);
     std::uint8_t word[4] = {};
-    REQUIRE(xml.read(0xB000, word) == Status::success);
+    REQUIRE(xml.read(0xC000, word) == Status::success);
     CHECK(word[3] == 64);
     std::size_t done = 0;
     const std::uint8_t large[4] = {0, 0, 1, 0};
-    CHECK(xml.write(0xB000, large, done) == Status::invalid_parameter);
-    CHECK(xml.read(0xA020, word) == Status::invalid_address);
-    CHECK(xml.read(0xB002, word) == Status::bad_alignment);
+    CHECK(xml.write(0xC000, large, done) == Status::invalid_parameter);
+    CHECK(xml.read(feature::sensor_width, word) == Status::invalid_address);
+    CHECK(xml.read(0xC002, word) == Status::bad_alignment);
 }

@@ -139,8 +139,10 @@ void PatternCamera::loop() {
                            id >= settings.acquisition_frame_count);
         making_ = true;
         const std::uint32_t step = activity_.sequence_step;
-        const std::vector<Region> windows =
-            windows_.empty() ? std::vector<Region>{settings.region} : windows_;
+        std::vector<Region> windows = windows_;
+        if (windows.empty())
+            for (std::size_t w = 0; w < settings.window_count(); ++w)
+                windows.push_back(settings.window(w).region);
         lock.unlock();
         make_frame(settings, windows, id, edge, step);
         lock.lock();
@@ -167,10 +169,12 @@ void PatternCamera::make_frame(const CameraSettings& settings, const std::vector
     frame->info.window_count = static_cast<std::uint32_t>(windows.size());
     std::int32_t width = 0, height = 0;
     for (std::size_t w = 0; w < windows.size(); ++w) {
-        frame->info.windows[w] = {windows[w], height, settings.exposure_ns, 0};
+        const std::int64_t exposure_ns =
+            w < settings.window_count() ? settings.window(w).exposure_ns : settings.exposure_ns;
+        frame->info.windows[w] = {windows[w], height, exposure_ns, 0};
         // As if the chip's grid had taken its toll.
-        frame->info.windows[w].exposure_min_ns = settings.exposure_ns - 100'000;
-        frame->info.windows[w].exposure_max_ns = settings.exposure_ns + 100'000;
+        frame->info.windows[w].exposure_min_ns = exposure_ns - 100'000;
+        frame->info.windows[w].exposure_max_ns = exposure_ns + 100'000;
         width = std::max(width, windows[w].width);
         height += windows[w].height;
     }

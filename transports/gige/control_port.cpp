@@ -10,6 +10,7 @@ namespace obscura::transports::gige {
 
 ControlPort::ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network)
     : device_(device),
+      network_(network),
       policy_(network, settings.allow, settings.off_link),
       read_only_(settings.read_only),
       bank_(device.registers()) {
@@ -191,10 +192,21 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
     case Command::action:
         if (Status status{}; device_.action(request.action, now, status)) return acknowledge(request, status);
         return {};
+    case Command::force_ip:
+        if (request.force_ip.mac != network_.mac) return {}; // meant for another device
+        return acknowledge(request, force_ip(request.force_ip));
     default:
-        // FORCEIP: the host's address is the host's business.
         return broadcast ? std::span<const std::uint8_t>{} : acknowledge(request, Status::not_implemented);
     }
+}
+
+Status ControlPort::force_ip(const ForceIpRequest& wanted) const {
+    // Nobody moves a camera from under its application.
+    if (controlled()) return Status::access_denied;
+    // The host's address is the host's business: the camera can be told to be where it is, or to configure
+    // itself as ever (address 0), which comes to the same.
+    const bool stays = wanted.ip == 0 || (wanted.ip == network_.address && wanted.mask == network_.mask);
+    return stays ? Status::success : Status::invalid_parameter;
 }
 
 Status ControlPort::write_privilege(std::uint32_t value) {

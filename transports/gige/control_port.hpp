@@ -59,11 +59,13 @@ private:
     Status write_registers(const Request& request, std::size_t& entries);
     [[nodiscard]] bool is_controller(Peer p) const noexcept { return controlled() && p == controller_; }
     Status write_privilege(std::uint32_t value);
+    [[nodiscard]] Status force_ip(const ForceIpRequest& wanted) const;
     [[nodiscard]] Time heartbeat_deadline() const noexcept;
     std::span<const std::uint8_t> postpone(std::span<const std::uint8_t> reply, Peer from, Time now,
                                            std::uint32_t delay_ms);
 
     Device& device_;
+    const NetworkInterface network_;
     SourcePolicy policy_;
     const bool read_only_;
     std::uint64_t commands_ = 0; // datagrams from those who may, for fault rules

@@ -53,6 +53,7 @@ Device::Device(const GigeSettings& settings, const NetworkInterface& network, Ca
     add_actions();
     add_image_format();
     add_image_extras();
+    add_regions();
     add_acquisition();
     add_digital_io();
     add_counters();
@@ -290,21 +291,6 @@ void Device::add_image_format() {
     constant("HeightStep", feature::height_step, static_cast<std::uint32_t>(limits_.height_step));
     constant("AdcBits", feature::adc_bits, static_cast<std::uint32_t>(limits_.adc_bits));
 
-    const auto extent = [this](std::string_view name, std::uint32_t address, bool locked,
-                               std::int32_t Region::*member) {
-        setting(
-            name, address, locked,
-            [member](const CameraSettings& s) { return static_cast<std::uint32_t>(s.region.*member); },
-            [member](CameraSettings& s, std::uint32_t value) {
-                if (value > 0x7FFFFFFF) return false;
-                s.region.*member = static_cast<std::int32_t>(value);
-                return true;
-            });
-    };
-    extent("Width", feature::width, true, &Region::width);
-    extent("Height", feature::height, true, &Region::height);
-    extent("OffsetX", feature::offset_x, false, &Region::x);
-    extent("OffsetY", feature::offset_y, false, &Region::y);
     setting(
         "PixelFormat", feature::pixel_format, true,
         [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.pixel_format); },

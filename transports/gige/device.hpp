@@ -93,6 +93,7 @@ private:
     void add_user_sets();
     void add_faults();
     void add_image_extras();
+    void add_regions();
     void add_digital_io();
     void add_counters();
     void add_timers();
@@ -113,6 +114,12 @@ private:
     [[nodiscard]] bool line1_level(const IoInputs& in) const;
     [[nodiscard]] std::uint32_t line_status_all() const;
     [[nodiscard]] const ReadoutAnswer& readout_answer();
+    [[nodiscard]] std::uint32_t region_count() const noexcept;
+    [[nodiscard]] CameraWindow region_window(std::uint32_t i) const;
+    [[nodiscard]] CameraSettings with_regions(const CameraWindow& first) const;
+    Status write_region(std::uint32_t i, const CameraWindow& window, bool enabled);
+    [[nodiscard]] FrameWindow region_obtained(std::uint32_t i);
+    void reset_regions();
     void begin_acquisition_counters();
     Status publish_sequence(const Sequence& wanted);
 
@@ -152,6 +159,12 @@ private:
     std::string default_set_, user_set_1_;          // features as text, see saved_features()
     std::uint64_t timestamp_latched_ = 0;
 
+    /// Regions from the second on; Region0 is on and as the camera's settings say.
+    struct RegionSlot {
+        bool enabled = false;
+        CameraWindow window;
+    };
+    std::array<RegionSlot, max_windows> regions_;
     std::array<EventCounter, feature::counter_count> counters_;
     std::array<PulseTimer, feature::timer_count> timers_;
     std::uint64_t acquisitions_ = 0;

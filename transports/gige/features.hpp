@@ -16,16 +16,13 @@ constexpr std::uint32_t width_step = 0xA00C;
 constexpr std::uint32_t height_min = 0xA010;
 constexpr std::uint32_t height_step = 0xA014;
 constexpr std::uint32_t adc_bits = 0xA018;
-constexpr std::uint32_t width = 0xA020;
-constexpr std::uint32_t height = 0xA024;
-constexpr std::uint32_t offset_x = 0xA028;
-constexpr std::uint32_t offset_y = 0xA02C;
 constexpr std::uint32_t pixel_format = 0xA030;
 constexpr std::uint32_t payload_size = 0xA034;
 constexpr std::uint32_t test_pattern = 0xA038; // ImagePattern
 constexpr std::uint32_t binning_horizontal = 0xA03C;
 constexpr std::uint32_t binning_vertical = 0xA040;
 constexpr std::uint32_t shutter_mode = 0xA044;
+constexpr std::uint32_t regions_max = 0xA048;
 constexpr std::uint32_t sensor_name = 0xA060; // 32 bytes
 
 constexpr std::uint32_t acquisition_mode = 0xA100;
@@ -130,6 +127,32 @@ constexpr std::uint32_t ptp_path_delay = 0xA920;
 constexpr std::uint32_t ptp_clock_id = 0xA928;
 constexpr std::uint32_t ptp_parent_id = 0xA930;
 constexpr std::uint32_t ptp_grandmaster_id = 0xA938;
+
+constexpr std::uint32_t regions = 0xB000; // windows_max times region_stride bytes
+constexpr std::uint32_t region_stride = 0x40;
+namespace region {
+constexpr std::uint32_t width = 0x00;
+constexpr std::uint32_t height = 0x04;
+constexpr std::uint32_t offset_x = 0x08;
+constexpr std::uint32_t offset_y = 0x0C;
+constexpr std::uint32_t mode = 0x10;
+constexpr std::uint32_t exposure = 0x14;
+constexpr std::uint32_t sampling = 0x18; // Sampling
+constexpr std::uint32_t reads = 0x1C;
+constexpr std::uint32_t exposure_min = 0x20; // from here on what the chip makes of it
+constexpr std::uint32_t exposure_max = 0x24;
+constexpr std::uint32_t flags = 0x28;
+constexpr std::uint32_t obtained_x = 0x2C;
+constexpr std::uint32_t obtained_y = 0x30;
+constexpr std::uint32_t obtained_width = 0x34;
+constexpr std::uint32_t obtained_height = 0x38;
+constexpr std::uint32_t image_y = 0x3C;
+} // namespace region
+// Of Region0, which is always on.
+constexpr std::uint32_t width = regions + region::width;
+constexpr std::uint32_t height = regions + region::height;
+constexpr std::uint32_t offset_x = regions + region::offset_x;
+constexpr std::uint32_t offset_y = regions + region::offset_y;
 
 /// The zipped camera.xml.
 constexpr std::uint32_t xml_file = 0x0010'0000;

@@ -43,10 +43,15 @@ Status Device::load_features(const std::string& text) {
     if (control_.acquiring()) return Status::write_protect;
     publish_sequence({});
     sequencer_configuring_ = false;
-    // The offsets first go to 0, so that any width and height fit; what does not fit the sensor is left
-    // alone.
-    bank_.write_word(feature::offset_x, 0);
-    bank_.write_word(feature::offset_y, 0);
+    // Regions but the first go off and offsets to 0, so that any width and height fit; what does not fit the
+    // sensor is left alone.
+    for (std::uint32_t i = region_count(); i-- > 1;)
+        bank_.write_word(feature::regions + i * feature::region_stride + feature::region::mode, 0);
+    for (std::uint32_t i = 0; i < region_count(); ++i) {
+        const std::uint32_t base = feature::regions + i * feature::region_stride;
+        bank_.write_word(base + feature::region::offset_x, 0);
+        bank_.write_word(base + feature::region::offset_y, 0);
+    }
     std::istringstream lines(text);
     lines >> std::hex;
     for (std::uint32_t address = 0, value = 0; lines >> address >> value;) {

@@ -146,6 +146,20 @@ std::string read_xml_file(const std::string& file) {
     return text;
 }
 
+void check_xml_file(const std::string& file) {
+    struct Nowhere final : GenicamEngine::Memory {
+        bool load(std::uint64_t, std::span<std::uint8_t>) override { return false; }
+        bool store(std::uint64_t, std::span<const std::uint8_t>) override { return false; }
+    } nowhere;
+    const auto quiet = GenicamEngine::hush();
+    const std::string text = read_xml_file(file);
+    try {
+        const GenicamEngine engine(text, nowhere);
+    } catch (const ConfigError& e) {
+        throw ConfigError(fmt::format("gige.xml: {}: {}", file, e.what()));
+    }
+}
+
 UserXml::UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native)
     : name_(std::filesystem::path(file).filename().string()), xml_(std::move(xml)), native_(native) {
     const auto quiet = GenicamEngine::hush();

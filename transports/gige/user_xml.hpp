@@ -18,6 +18,8 @@ namespace obscura::transports::gige {
 
 /// The text of a GenICam file. Throws ConfigError: not readable, or larger than any such file.
 [[nodiscard]] std::string read_xml_file(const std::string& file);
+/// Throws ConfigError when the file is no description that could be bound.
+void check_xml_file(const std::string& file);
 
 /// What clients see of a camera whose GenICam file is somebody else's. Bootstrap registers are those of
 /// `native`; every other register that the file names is memory. When a client has written there, each

@@ -232,6 +232,29 @@ TEST_CASE("DISCOVERY tells who and where the device is, to one or to all") {
     }
 }
 
+TEST_CASE("FORCEIP is for the device with its MAC, and the camera stays where its host is") {
+    const auto force = [](Bench& b, std::uint64_t mac, std::uint32_t ip, std::uint32_t mask,
+                          bool broadcast = true) {
+        Bytes p(56);
+        store_be16(&p[2], static_cast<std::uint16_t>(mac >> 32));
+        store_be32(&p[4], static_cast<std::uint32_t>(mac));
+        store_be32(&p[20], ip);
+        store_be32(&p[36], mask);
+        return Bench::status(b.send(b.datagram(0x04, p), bob, broadcast));
+    };
+    const NetworkInterface n = test_network();
+    Bench b;
+    CHECK(force(b, n.mac + 1, n.address, n.mask) == silence);
+    CHECK(force(b, n.mac, n.address, n.mask) == ok);
+    CHECK(force(b, n.mac, 0, 0) == ok); // configure yourself as ever
+    CHECK(force(b, n.mac, n.address, n.mask, false) == ok);
+    CHECK(force(b, n.mac, n.address + 1, n.mask) == invalid_parameter);
+    CHECK(force(b, n.mac, n.address, 0xFFFF0000) == invalid_parameter);
+    CHECK(Bench::word(b.read(reg::current_ip)) == n.address);
+    b.take_control();
+    CHECK(force(b, n.mac, n.address, n.mask) == access_denied);
+}
+
 TEST_CASE("Only the controller may write") {
     Bench b;
     CHECK(b.write(feature::width, 320) == access_denied); // nobody has control

@@ -1,9 +1,15 @@
 // Lines, counters, timers and sequencer: against a camera whose activity the test makes up.
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"
-#include "transports/gige/device.hpp"
+#include "transports/gige/control_port.hpp"
 
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::transports::gige;
@@ -33,11 +39,13 @@ struct PaperCamera final : CameraControl {
         limits_.sensor_height = 480;
         limits_.black_level_max_dn = 2048;
         limits_.temperature_c = -31.5;
+        limits_.windows_max = 4;
         settings_.region = {0, 0, 320, 240};
     }
     [[nodiscard]] CameraLimits limits() const override { return limits_; }
     [[nodiscard]] CameraSettings settings() const override { return settings_; }
     bool apply(const CameraSettings& s) override {
+        if (!explain_invalid(s, limits_).empty()) return false;
         settings_ = s;
         return true;
     }
@@ -51,6 +59,25 @@ struct PaperCamera final : CameraControl {
         return true;
     }
     [[nodiscard]] CameraActivity activity() const override { return shown; }
+    /// A chip that exposes 5 us longer than asked, and reads non-destructive windows in several.
+    [[nodiscard]] ReadoutAnswer readout(const CameraSettings& s) const override {
+        ReadoutAnswer answer;
+        answer.frame_period_ns = 20 * ns_per_ms;
+        answer.readout_ns = ns_per_ms;
+        for (std::size_t i = 0; i < s.window_count(); ++i) {
+            const CameraWindow w = s.window(i);
+            const int reads = w.sampling == Sampling::non_destructive ? w.reads : 1;
+            for (int k = 0; k < reads; ++k) {
+                FrameWindow& f = answer.windows[answer.window_count++];
+                f.sensor = w.region;
+                f.request = static_cast<std::uint32_t>(i);
+                f.image_y = static_cast<std::int32_t>(100 * i);
+                f.exposure_min_ns = f.exposure_max_ns = w.exposure_ns + 5000 + k * 1000;
+                f.flags = 1U << k;
+            }
+        }
+        return answer;
+    }
 };
 
 struct Bench {
@@ -246,4 +273,172 @@ TEST_CASE("Small features are the camera's, not numbers on their own") {
     b.set(feature::trigger_divider, 4);
     CHECK(b.camera.settings_.trigger_divider == 4);
     CHECK(b.write(feature::trigger_divider, 0) == Status::invalid_parameter);
+}
+
+TEST_CASE("Regions are the windows of the sensor, each with an integration time of its own") {
+    Bench b;
+    const auto at = [](std::uint32_t region, std::uint32_t part) {
+        return feature::regions + region * feature::region_stride + part;
+    };
+    namespace part = feature::region;
+    CHECK(b.read(feature::regions_max) == 4);
+    CHECK(b.read(at(0, part::mode)) == 1);
+    CHECK(b.write(at(0, part::mode), 0) == Status::invalid_parameter); // the first cannot be switched off
+    CHECK(b.read(at(2, part::mode)) == 0);
+    std::uint32_t none = 0;
+    CHECK(b.device.registers().read_word(at(4, part::mode), none) == Status::invalid_address);
+
+    // Set while it is off, then switched on: the camera gets it whole.
+    b.set(at(2, part::width), 64);
+    b.set(at(2, part::height), 32);
+    b.set(at(2, part::offset_x), 10);
+    b.set(at(2, part::offset_y), 300);
+    b.set(at(2, part::exposure), 7000);
+    CHECK(b.write(at(2, part::offset_x), 600) == Status::invalid_parameter); // off the sensor even when off
+    CHECK(b.camera.settings_.window_count() == 1);
+    CHECK(b.read(at(2, part::exposure_min)) == 0);
+    b.set(at(2, part::mode), 1);
+    REQUIRE(b.camera.settings_.window_count() == 2);
+    CHECK(b.camera.settings_.window(1).region == Region{10, 300, 64, 32});
+    CHECK(b.camera.settings_.window(1).exposure_ns == 70'000);
+    CHECK(b.read(at(2, part::exposure_min)) == 7500); // what is obtained
+    CHECK(b.read(at(2, part::image_y)) == 100);
+    CHECK(b.read(at(0, part::exposure_min)) == 1'000'500);
+    CHECK(b.read(feature::payload_size) == 320 * (240 + 32) * 2);
+
+    // One before it: order is by number.
+    b.set(at(1, part::width), 16);
+    b.set(at(1, part::height), 16);
+    b.set(at(1, part::mode), 1);
+    REQUIRE(b.camera.settings_.window_count() == 3);
+    CHECK(b.camera.settings_.window(1).region == Region{0, 0, 16, 16});
+    CHECK(b.camera.settings_.window(2).region == Region{10, 300, 64, 32});
+    CHECK(b.read(at(2, part::image_y)) == 200);
+
+    // Non-destructive reads are delivered one by one; too many rows are refused and change nothing.
+    b.set(at(2, part::sampling), static_cast<std::uint32_t>(Sampling::non_destructive));
+    b.set(at(2, part::reads), 3);
+    CHECK(b.read(at(2, part::exposure_max)) == 7700);
+    CHECK(b.read(at(2, part::flags)) == 7);
+    CHECK(b.write(at(2, part::reads), 60) == Status::invalid_parameter);
+    CHECK(b.read(at(2, part::reads)) == 3);
+    b.set(at(2, part::sampling), static_cast<std::uint32_t>(Sampling::ramp));
+    CHECK(b.camera.settings_.window(2).reads == 3);
+    b.set(at(2, part::sampling), static_cast<std::uint32_t>(Sampling::destructive));
+    CHECK(b.camera.settings_.window(2).reads == 1);
+
+    // While streaming a window can wander and change its integration time, but not its size.
+    b.set(feature::acquisition_start, 1);
+    CHECK(b.write(at(2, part::width), 32) == Status::write_protect);
+    CHECK(b.write(at(2, part::mode), 0) == Status::write_protect);
+    b.set(at(2, part::offset_x), 20);
+    CHECK(b.camera.settings_.window(2).region.x == 20);
+    b.set(feature::acquisition_stop, 1);
+
+    // User sets hold regions, too.
+    b.set(feature::user_set_selector, 1);
+    b.set(feature::user_set_save, 1);
+    const CameraSettings saved = b.camera.settings_;
+    b.set(feature::device_reset, 1);
+    CHECK(b.camera.settings_.window_count() == 1);
+    CHECK(b.read(at(2, part::mode)) == 0);
+    b.set(feature::user_set_selector, 1);
+    b.set(feature::user_set_load, 1);
+    CHECK(b.camera.settings_ == saved);
+}
+
+namespace {
+
+/// A register of camera.xml, for one value of its selector.
+struct XmlRegister {
+    std::string name, access;
+    std::uint32_t address = 0, bytes = 0;
+    bool masked = false;
+};
+
+std::string between(const std::string& text, const std::string& from, const std::string& to) {
+    const std::size_t begin = text.find(from);
+    if (begin == std::string::npos) return {};
+    const std::size_t end = text.find(to, begin + from.size());
+    return text.substr(begin + from.size(), end - begin - from.size());
+}
+
+/// Reads the file as text: it is ours, and laid out as it is.
+std::vector<XmlRegister> xml_registers() {
+    std::ifstream file(OBSCURA_SOURCE_DIR "/transports/gige/camera.xml");
+    const std::string xml(std::istreambuf_iterator<char>(file), {});
+    // The largest value of a selector: of the integer itself, or of the one that shows its register.
+    const auto maximum = [&](const std::string& index) {
+        std::string node = between(xml, "<Integer Name=\"" + index + "\"", "</Integer>");
+        if (node.find("<Max>") == std::string::npos) {
+            const std::size_t use = xml.find("<pValue>" + index + "</pValue>");
+            REQUIRE(use != std::string::npos);
+            node = xml.substr(use, xml.find("</Integer>", use) - use);
+        }
+        REQUIRE(node.find("<Max>") != std::string::npos);
+        return std::atoi(between(node, "<Max>", "<").c_str());
+    };
+    std::vector<XmlRegister> registers;
+    for (const std::string tag : {"IntReg", "MaskedIntReg", "FloatReg", "StringReg"})
+        for (std::size_t at = xml.find("<" + tag + " Name="); at != std::string::npos;
+             at = xml.find("<" + tag + " Name=", at + 1)) {
+            const std::string node = xml.substr(at, xml.find("</" + tag + ">", at) - at);
+            if (between(node, "<pPort>", "<") != "Device") continue;
+            XmlRegister r;
+            r.name = between(node, "Name=\"", "\"");
+            r.access = between(node, "<AccessMode>", "<");
+            r.bytes = static_cast<std::uint32_t>(std::atoi(between(node, "<Length>", "<").c_str()));
+            r.address = static_cast<std::uint32_t>(
+                std::strtoul(between(node, "<Address>", "<").c_str(), nullptr, 16));
+            r.masked = tag == "MaskedIntReg";
+            const std::string index = between(node, "<pIndex", "/pIndex>");
+            const int count = index.empty() ? 1 : maximum(between(index, ">", "<")) + 1;
+            for (int i = 0; i < count; ++i) {
+                registers.push_back(r);
+                r.address += static_cast<std::uint32_t>(std::atoi(between(index, "Offset=\"", "\"").c_str()));
+            }
+        }
+    return registers;
+}
+
+} // namespace
+
+TEST_CASE("The table and camera.xml agree register by register, for every value of the selectors") {
+    FakeClock clock;
+    PaperCamera camera;
+    camera.limits_.windows_max = max_windows; // all regions there can be
+    SilentStream stream;
+    MessageChannel messages{NetworkInterface{}};
+    Device device{GigeSettings{}, NetworkInterface{}, camera, stream, messages, clock};
+    const ControlPort port{device, GigeSettings{}, NetworkInterface{}};
+    const RegisterBank& bank = device.registers();
+
+    std::set<std::uint32_t> named;
+    for (const XmlRegister& r : xml_registers()) {
+        CAPTURE(r.name, r.address);
+        REQUIRE((r.access == "RO" || r.access == "RW" || r.access == "WO"));
+        REQUIRE(r.bytes % 4 == 0);
+        for (std::uint32_t a = r.address; a < r.address + r.bytes; a += 4) {
+            named.insert(a);
+            const Register* entry = bank.find(a);
+            REQUIRE(entry != nullptr);
+            if (r.access == "RW") CHECK(entry->access == Access::read_write);
+            if (r.access == "WO") CHECK(entry->access == Access::write_only);
+            if (r.access == "RO" && !r.masked) CHECK(entry->access == Access::read_only);
+        }
+        const Register* entry = bank.find(r.address);
+        if (entry->bytes > 4) CHECK((entry->address == r.address && entry->bytes == r.bytes));
+    }
+    CHECK(named.size() > 700);
+
+    // And back: nothing of the features' space that clients would not find, nor anything else to be written
+    // but what belongs to the protocol.
+    const std::set<std::uint32_t> protocol{reg::gvcp_configuration, reg::switchover_key};
+    for (const Register& r : bank.table())
+        for (std::uint32_t a = r.address; a < r.address + r.bytes; a += 4) {
+            const bool of_a_feature = a >= feature::sensor_width && a < feature::xml_file;
+            if (!of_a_feature && (r.access == Access::read_only || protocol.count(a) != 0)) continue;
+            CAPTURE(r.name, a);
+            CHECK(named.count(a) == 1);
+        }
 }
