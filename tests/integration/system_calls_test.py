@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""Which system calls the daemon's real-time threads make in steady state: waiting, sending, and nothing else.
+
+Usage: system_calls_test.py OBSCURAD OBSCURA
+Exit status 1 if a thread made another call, 77 where it cannot be seen (no strace, ptrace not permitted).
+"""
+import collections
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import hang_thread  # noqa: E402
+
+obscurad, obscura = sys.argv[1:3]
+PATIENCE_S = 60
+# What each thread may do beside its work: futex is waiting and waking, restart_syscall the kernel's own after a stop.
+WAIT = {"futex", "restart_syscall", "sched_yield"}
+ALLOWED = {
+    "trigger-udp": WAIT | {"ppoll", "recvmsg", "clock_gettime"},
+    "pipeline": WAIT | {"write"},  # an eventfd wakes the video thread
+    "detector": WAIT,
+    "release": WAIT,
+    "gige-stream": WAIT | {"sendmmsg", "sendto", "sendmsg"},
+}
+
+if shutil.which("strace") is None:
+    print("skipped: strace is not installed")
+    sys.exit(77)
+
+
+def free_port(kind):
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+with tempfile.TemporaryDirectory(prefix="obscura-calls-") as temporary:
+    folder = pathlib.Path(temporary)
+    port = free_port(socket.SOCK_DGRAM)
+    address = f"127.{os.getpid() >> 16 & 127 | 64}.{os.getpid() >> 8 & 255}.{os.getpid() & 255 | 1}"
+    client = None
+    (folder / "scene.toml").write_text(
+        """[sun]
+direction = [-1, -1, 0.3]
+distance_au = 2
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+position_m = [-20000, 0, 0]
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[[body]]
+shape = "ellipsoid"
+radii_m = [500, 400, 300]
+albedo = 0.1
+""")
+    (folder / "obscurad.toml").write_text(f"""[scene]
+file = "scene.toml"
+[render]
+samples_per_pixel = 1
+threads = 1
+[trigger]
+source = "udp"
+listen = "127.0.0.1:{port}"
+rate_hz = 50
+[camera]
+exposure_us = 2000
+[gige]
+interface = "{address}"
+[file]
+enabled = true
+format = "raw"
+directory = "{folder}/frames"
+[sensor.readout]
+width = 64
+height = 64
+""")
+    with open(folder / "log", "w+", encoding="utf-8") as log:
+        daemon = subprocess.Popen([obscurad, "--config", folder / "obscurad.toml"], stdout=subprocess.PIPE, stderr=log)
+        try:
+            if not daemon.stdout.readline():
+                sys.exit("the daemon does not start: " + (folder / "log").read_text())
+            sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+            def shoot(count, first):
+                for n in range(first, first + count):
+                    sender.sendto(b"OBTR" + n.to_bytes(4, "big") + bytes(8), ("127.0.0.1", port))
+                    time.sleep(0.02)
+
+            client = subprocess.Popen([obscura, "grab", "--address", address, "--frames", "100000", "--timeout", "60"],
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            first = 1
+            while len(list((folder / "frames").glob("*.raw"))) < 5:  # only while the client wants them
+                if client.poll() is not None or first > 3000:
+                    sys.exit("the client receives nothing: " + (folder / "log").read_text())
+                shoot(5, first)
+                first += 5
+            names = hang_thread.threads(daemon.pid)
+            watched = {thread: name for thread, name in names.items() if name in ALLOWED}
+            if set(watched.values()) != set(ALLOWED):
+                sys.exit(f"threads are missing: {sorted(set(ALLOWED) - set(watched.values()))} of {sorted(names.values())}")
+            trace = folder / "trace"
+            strace = subprocess.Popen(["strace", "-qq", "-f", "-o", trace] + [f"-p{thread}" for thread in watched],
+                                      stderr=subprocess.PIPE, text=True)
+            time.sleep(1)
+            if strace.poll() is not None:
+                text = strace.stderr.read()
+                print(f"skipped: strace: {text.strip().splitlines()[-1] if text.strip() else 'ended'}")
+                sys.exit(77)
+            before = len(list((folder / "frames").glob("*.raw")))
+            shoot(100, first)
+            time.sleep(0.5)
+            strace.send_signal(signal.SIGINT)
+            strace.wait(PATIENCE_S)
+            after = len(list((folder / "frames").glob("*.raw")))
+            if after - before < 10:
+                sys.exit(f"only {after - before} frames of 100 triggers while traced")
+            calls = collections.defaultdict(collections.Counter)
+            for line in trace.read_text(errors="replace").splitlines():
+                found = re.match(r"(\d+) +(?:<\.\.\. )?(\w+)(?:\(| resumed)", line)
+                if found and int(found[1]) in watched and "resumed" not in line:
+                    calls[watched[int(found[1])]][found[2]] += 1
+            failed = False
+            for name in sorted(ALLOWED):
+                others = set(calls[name]) - ALLOWED[name]
+                failed = failed or bool(others)
+                print(f"{'NOT OK' if others else 'ok'} - {name}: " + ", ".join(f"{c} {n}" for c, n in calls[name].most_common()))
+            if not any(calls.values()):
+                sys.exit("nothing was seen at all: " + trace.read_text()[:500])
+            print(f"{after - before} frames")
+            sys.exit(1 if failed else 0)
+        finally:
+            for process in (client, daemon):
+                if process:
+                    process.kill()
+                    process.wait()
