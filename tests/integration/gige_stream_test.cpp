@@ -638,9 +638,11 @@ TEST_CASE("Test packets have the size asked for; resends say what is to come and
     CHECK(ahead.block == 1);
     CHECK(ahead.id == 100);
     CHECK(ahead.bytes == 8);
-    CHECK(answer(2, 0).status == 0x8010);
+    // Nothing about a block that is not there yet: receivers would take it for a jump of the stream.
+    ask(2, 0);
     const Packet again = answer(1, 0);
     CHECK(again.status == 0x0100); // the leader once more
+    CHECK(again.block == 1);
     CHECK(again.id == 0);
     CHECK(again.bytes == leader.bytes);
     CHECK(answer(1, 5000).status == 0x800C); // the block has not so many
