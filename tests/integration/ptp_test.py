@@ -144,7 +144,9 @@ try:
         for command in (["ptp4l", "-4", "-f", f"{base}/{i}.conf", "-i", "ptp0", "-m"],
                         [obscurad, "--config", f"{base}/{i}.toml", "--ready-file", f"{base}/{i}.ready"]):
             log = open(base / f"{i}.{pathlib.Path(command[0]).name}.log", "w")
-            processes.append(subprocess.Popen(["ip", "netns", "exec", name, *command], stdout=log, stderr=log))
+            # Not `ip netns exec`, which mounts, and that is not possible in a changed root.
+            inside = ["nsenter", f"--net=/var/run/netns/{name}", *command]
+            processes.append(subprocess.Popen(inside, stdout=log, stderr=log))
     deadline = time.monotonic() + PATIENCE_S
     while not all((base / f"{i}.ready").exists() for i in range(2)):
         if time.monotonic() > deadline or any(p.poll() is not None for p in processes):
