@@ -35,6 +35,11 @@ def ip(*arguments):
     return subprocess.run(["ip", *arguments], capture_output=True, text=True)
 
 
+def inside(namespace, *command):
+    """The command in another namespace. Not `ip -n` or `ip netns exec`: they mount, which a changed root forbids."""
+    return ["nsenter", f"--net=/var/run/netns/{namespace}", *command]
+
+
 def socket_in(namespace):
     """A UDP socket that lives in another network namespace; this process stays where it is."""
     libc = ctypes.CDLL(None, use_errno=True)
@@ -128,9 +133,11 @@ try:
     if made.returncode != 0:
         skip(f"no virtual cable: {made.stderr.strip()}")
     for name, address in zip(names, addresses):
-        ip("-n", name, "addr", "add", f"{address}/24", "dev", "ptp0")
-        for link in ("lo", "ptp0"):
-            ip("-n", name, "link", "set", link, "up")
+        for what in (["addr", "add", f"{address}/24", "dev", "ptp0"], ["link", "set", "lo", "up"],
+                     ["link", "set", "ptp0", "up"]):
+            made = subprocess.run(inside(name, "ip", *what), capture_output=True, text=True)
+            if made.returncode != 0:
+                skip(f"no addresses in a network namespace: {made.stderr.strip()}")
     (base / "scene.toml").write_text("[camera]\nposition_m = [0, 0, 0]\n")
     for i, (name, address) in enumerate(zip(names, addresses)):
         (base / f"{i}.conf").write_text(
@@ -144,9 +151,7 @@ try:
         for command in (["ptp4l", "-4", "-f", f"{base}/{i}.conf", "-i", "ptp0", "-m"],
                         [obscurad, "--config", f"{base}/{i}.toml", "--ready-file", f"{base}/{i}.ready"]):
             log = open(base / f"{i}.{pathlib.Path(command[0]).name}.log", "w")
-            # Not `ip netns exec`, which mounts, and that is not possible in a changed root.
-            inside = ["nsenter", f"--net=/var/run/netns/{name}", *command]
-            processes.append(subprocess.Popen(inside, stdout=log, stderr=log))
+            processes.append(subprocess.Popen(inside(name, *command), stdout=log, stderr=log))
     deadline = time.monotonic() + PATIENCE_S
     while not all((base / f"{i}.ready").exists() for i in range(2)):
         if time.monotonic() > deadline or any(p.poll() is not None for p in processes):
