@@ -192,6 +192,7 @@ TEST_CASE("single and multi frame acquisitions end by themselves, and numbers re
     s.acquisition_mode = AcquisitionMode::single_frame;
     REQUIRE(bench.camera.apply(s));
     REQUIRE(bench.camera.acquisition_start());
+    bench.wait_ready(); // the pipeline may not be through with the frame before
     bench.camera.on_trigger(edge_now(bench, 9));
     bench.wait_ended(++ended);
     CHECK_FALSE(bench.camera.acquiring());
