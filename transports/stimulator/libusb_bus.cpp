@@ -5,9 +5,13 @@
 #include <fmt/format.h>
 #include <libusb.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <utility>
 
 namespace obscura::transports {
 namespace {
@@ -228,12 +232,32 @@ private:
     std::array<Transfer, slots> transfers_;
 };
 
+/// Whether the kernel shows a device of these numbers; true where it cannot be asked. Far cheaper than a new
+/// context, so that a missing device can be looked for often.
+bool may_be_there(std::uint16_t vendor_id, std::uint16_t product_id) {
+    std::error_code error;
+    const std::filesystem::directory_iterator devices("/sys/bus/usb/devices", error);
+    if (error) return true;
+    const auto number = [](const std::filesystem::path& file) {
+        unsigned value = 0x10000;
+        std::ifstream(file) >> std::hex >> value;
+        return value;
+    };
+    return std::any_of(begin(devices), end(devices), [&](const auto& entry) {
+        return number(entry.path() / "idVendor") == vendor_id &&
+               number(entry.path() / "idProduct") == product_id;
+    });
+}
+
 class LibusbBus final : public UsbBus {
 public:
     std::vector<UsbIdentity> list(std::uint16_t vendor_id, std::uint16_t product_id) override {
-        const Context context = new_context();
         std::vector<UsbIdentity> found;
-        for (libusb_device* device : DeviceList(context.get())) {
+        // A context of an earlier time would not know what came since: without udev nobody tells it.
+        context_.reset();
+        if (!may_be_there(vendor_id, product_id)) return found;
+        context_ = new_context();
+        for (libusb_device* device : DeviceList(context_.get())) {
             libusb_device_descriptor d{};
             if (libusb_get_device_descriptor(device, &d) < 0 || d.idVendor != vendor_id ||
                 d.idProduct != product_id)
@@ -263,7 +287,7 @@ public:
     }
 
     std::unique_ptr<UsbDevice> open(const UsbIdentity& identity) override {
-        const Context context = new_context();
+        const Context context = context_ ? std::exchange(context_, nullptr) : new_context();
         const std::string name = fmt::format("{:04x}:{:04x}{}{} at bus {} address {}", identity.vendor_id,
                                              identity.product_id, identity.serial.empty() ? "" : " serial ",
                                              identity.serial, identity.bus, identity.address);
@@ -293,6 +317,9 @@ public:
         }
         throw HardwareError(fmt::format("stimulator {}: has left the bus", name));
     }
+
+private:
+    Context context_; ///< of the last list(), for the open() that follows
 };
 
 } // namespace

@@ -182,7 +182,7 @@ void StimulatorOutput::work() {
             connected_.store(false, std::memory_order_release);
         }
         drop_queue();
-        const Time again = now() + settings_.reconnect_ns;
+        const Time again = now() + (absent_ ? settings_.look_ns : settings_.reconnect_ns);
         while (!stopping_ && now() < again) {
             (void)wake_.try_acquire_for(std::chrono::nanoseconds(again - now()));
             drop_queue();
@@ -207,7 +207,8 @@ std::unique_ptr<StimulatorOutput::Session> StimulatorOutput::connect() {
     }
     const std::string wanted = fmt::format("{:04x}:{:04x}{}{}", settings_.vendor_id, settings_.product_id,
                                            settings_.serial.empty() ? "" : " serial ", settings_.serial);
-    if (chosen == nullptr)
+    absent_ = chosen == nullptr;
+    if (absent_)
         throw HardwareError(
             others.empty()
                 ? fmt::format("stimulator {}: not plugged in, waiting for it", wanted)

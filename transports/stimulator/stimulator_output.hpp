@@ -34,8 +34,9 @@ struct StimulatorSettings {
     DisplayWish display;
     GreyCoding grey = GreyCoding::equal;
     Compression compression = Compression::automatic;
-    std::size_t queue_frames = 2; ///< frames that may wait; further ones are dropped and counted
-    std::int64_t reconnect_ns = 200 * ns_per_ms; ///< between attempts to find the device
+    std::size_t queue_frames = 2;          ///< frames that may wait; further ones are dropped and counted
+    std::int64_t look_ns = 40 * ns_per_ms; ///< between looks for a device that is not there
+    std::int64_t reconnect_ns = 200 * ns_per_ms; ///< between attempts to set one up that is
     std::filesystem::path calibration;           ///< empty: pixel for pixel, linear
     std::int32_t sensor_width = 0, sensor_height = 0;
     double dn_black = 0;
@@ -121,6 +122,7 @@ private:
     std::atomic<bool> stopping_{false}, connected_{false};
     std::thread thread_;
     std::vector<std::uint16_t> canvas_; ///< what the whole sensor saw last
+    bool absent_ = false;               ///< the last look found no device
     std::string last_complaint_;
     Time last_complaint_at_{};
 
