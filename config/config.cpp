@@ -4,6 +4,7 @@
 #include "config/sensor_file.hpp"
 #include "config/tables.hpp"
 #include "core/error.hpp"
+#include "core/realtime.hpp"
 
 #include <fmt/format.h>
 
@@ -229,6 +230,16 @@ void check_together(const Config& config, const Tables& tables) {
         refuse("ptp", "socket", "an absolute path of at most 107 characters is wanted, as in /var/run/ptp4l");
     if (config.v4l2.enabled && config.v4l2.device.find('/') != 0)
         refuse("v4l2", "device", "the absolute path of a video node is wanted, as in /dev/video10");
+    if (config.trigger.source == "lockstep" && !config.simulator.enabled)
+        refuse("trigger", "source", "\"lockstep\" needs simulator.enabled = true");
+    if (!config.outputs.exposure.empty() && config.outputs.exposure == config.outputs.trigger_ready)
+        refuse("outputs", "exposure", "the same line as trigger_ready");
+    ThreadsSection threads = config.threads; // the table binds to what can be written
+    for (const Key& key : keys_of(threads)) {
+        const auto* cores = std::get_if<std::string*>(&key.target);
+        if (cores != nullptr && !parse_cores(**cores))
+            refuse("threads", key.name, fmt::format("\"{}\" is no list of cores like \"2-3,5\"", **cores));
+    }
     const StimulatorSection& stimulator = config.stimulator;
     if (stimulator.grey != "equal" && stimulator.format != "RGB888" && stimulator.format != "XRGB8888")
         refuse("stimulator", "grey",
@@ -245,8 +256,8 @@ void check_together(const Config& config, const Tables& tables) {
 }
 
 /// The tables that a [[camera]] may have of its own; they are laid over those of the file.
-const std::vector<std::string_view> own_tables{"view", "trigger", "deadline",   "gige",
-                                               "file", "v4l2",    "stimulator", "sensor"};
+const std::vector<std::string_view> own_tables{"view", "trigger", "deadline", "simulator",  "outputs",
+                                               "gige", "file",    "v4l2",     "stimulator", "sensor"};
 
 Value laid_over(const Value& under, const Value& over) {
     Value result = under;
@@ -296,6 +307,9 @@ Config read_config(const Tables& tables) {
     read_section(root, top, "trigger", config.trigger);
     read_section(root, top, "ptp", config.ptp);
     read_section(root, top, "deadline", config.deadline);
+    read_section(root, top, "threads", config.threads);
+    read_section(root, top, "simulator", config.simulator);
+    read_section(root, top, "outputs", config.outputs);
     read_camera(tables, config.camera);
     read_gige(root, top, config.gige);
     read_section(root, top, "file", config.file);
@@ -393,7 +407,9 @@ std::string heading(std::string_view prefix, std::string_view name) {
 /// All that a [[camera]] may have of its own but its own keys, view and trigger.
 std::string print_own_tables(Config& c, std::string_view prefix) {
     using config::keys_of;
-    std::string out = heading(prefix, "gige") + print_keys(keys_of(c.gige));
+    std::string out = heading(prefix, "simulator") + print_keys(keys_of(c.simulator));
+    out += heading(prefix, "outputs") + print_keys(keys_of(c.outputs));
+    out += heading(prefix, "gige") + print_keys(keys_of(c.gige));
     for (FaultSection& fault : c.gige.faults)
         out += fmt::format("\n[[{}gige.faults]]\n", prefix) + print_keys(keys_of(fault));
     out += heading(prefix, "file") + print_keys(keys_of(c.file));
@@ -442,8 +458,8 @@ Config load(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
     read_keys(root, top, {},
-              {"daemon", "render", "trigger", "ptp", "deadline", "camera", "gige", "file", "v4l2",
-               "stimulator", "scene", "sensor"});
+              {"daemon", "render", "trigger", "ptp", "deadline", "threads", "simulator", "outputs", "camera",
+               "gige", "file", "v4l2", "stimulator", "scene", "sensor"});
     if (const Member* camera = root.find("camera");
         camera != nullptr && camera->value.kind == Value::Kind::array)
         return load_several(root, top, *camera);
@@ -461,6 +477,7 @@ std::string print(const Config& config) {
     out += heading("", "daemon") + print_keys(keys_of(c.daemon));
     out += heading("", "render") + print_keys(keys_of(c.render));
     out += heading("", "ptp") + print_keys(keys_of(c.ptp));
+    out += heading("", "threads") + print_keys(keys_of(c.threads));
     if (c.several) {
         std::vector<Config*> cameras{&c};
         for (Config& other : c.others)

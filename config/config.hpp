@@ -36,13 +36,15 @@ struct RenderSection {
 
 /// [trigger]: the clock of the bench, seen by the camera as Line0.
 struct TriggerSection {
-    std::string source = "timer";          ///< timer, gpio, pps, ptp, udp, none (software only)
+    /// timer, ptp_timer, gpio, pps, ptp, udp, lockstep, none (software only)
+    std::string source = "timer";
     double rate_hz = 10;                   ///< timer and pps; for the others the nominal rate
     double phase_ms = 0;                   ///< timer and pps
     std::string line;                      ///< gpio: a line's name or "gpiochipN:OFFSET"
     std::string edge = "rising";           ///< gpio: rising, falling, both
     std::string device;                    ///< pps and ptp: empty means /dev/pps0 or /dev/ptp0
     std::int32_t channel = 0;              ///< ptp: input of the clock
+    std::string start;                     ///< ptp_timer: seconds of that clock; empty: its next full second
     std::string listen = "127.0.0.1:5002"; ///< udp: address and port
     double debounce_us = 0;
     std::int32_t divider = 1; ///< the first of every so many edges counts
@@ -56,6 +58,19 @@ struct PtpSection {
     std::string socket = "/var/run/ptp4l"; ///< ptp4l's uds_address
     std::int32_t domain = 0;
     double lock_us = 10; ///< offset from the master below which the clock counts as locked
+};
+
+/// [simulator]: another program moves the scene, and time itself with trigger.source = "lockstep".
+struct SimulatorSection {
+    bool enabled = false;
+    std::string listen = "127.0.0.1:5003"; ///< TCP for commands, UDP for poses
+    double max_extrapolation_ms = 100;     ///< past the last pose; after that it holds
+};
+
+/// [outputs]: GPIO lines that tell what the camera is doing; empty: none.
+struct OutputsSection {
+    std::string trigger_ready, exposure;
+    bool active_low = false;
 };
 
 /// [deadline]: rows that are not ready when the chip would have read them.
@@ -72,6 +87,16 @@ struct WindowSection {
     double exposure_us = 0;               ///< not given: that of [camera]
     std::string sampling = "destructive"; ///< destructive, non-destructive, cds, ramp
     std::int32_t reads = 1;
+};
+
+/// [threads]: SCHED_FIFO priorities (0: ordinary scheduling) and cores ("2-3,5"; empty: any). Rendering has
+/// no priority: a thread that computes for tens of milliseconds under SCHED_FIFO starves everything else on
+/// its core.
+struct ThreadsSection {
+    std::int32_t trigger_priority = 80, release_priority = 75, transmit_priority = 70, detector_priority = 65;
+    std::int32_t pipeline_priority = 0, display_priority = 0;
+    std::string trigger_cores, release_cores, transmit_cores, detector_cores, pipeline_cores, display_cores;
+    std::string render_cores;
 };
 
 /// [camera]: reset values of what a client may change over GigE Vision.
@@ -169,6 +194,9 @@ struct Config {
     TriggerSection trigger;
     PtpSection ptp;
     DeadlineSection deadline;
+    SimulatorSection simulator;
+    OutputsSection outputs;
+    ThreadsSection threads;
     CameraSection camera;
     GigeSection gige;
     FileSection file;

@@ -87,21 +87,35 @@ Keys keys_of(TriggerSection& s) {
          &s.source,
          {},
          {},
-         {"timer", "gpio", "pps", "ptp", "udp", "none"},
-         "What drives Line0: a timer on an absolute schedule, edges of a GPIO line, instants in step with a "
-         "pulse per "
-         "second, edges on a PTP clock's input, UDP datagrams, or nothing (software triggers only)"},
+         {"timer", "ptp_timer", "gpio", "pps", "ptp", "udp", "lockstep", "none"},
+         "What drives Line0: a timer on an absolute schedule, the same in the time of a PTP clock, edges of "
+         "a "
+         "GPIO line, instants in step with a pulse per second, edges on a PTP clock's input, UDP datagrams, "
+         "steps of a simulator, or nothing (software triggers only)"},
         {"rate_hz",
          &s.rate_hz,
          "Hz",
          {0.001, 10000},
          {},
-         "Rate of timer and pps; for other sources the nominal rate that scene_time counts in"},
-        {"phase_ms", &s.phase_ms, "ms", {0, 1e6}, {}, "timer and pps: shift of the edges"},
+         "Rate of timer, ptp_timer and pps; for other sources the nominal rate that scene_time counts in"},
+        {"phase_ms", &s.phase_ms, "ms", {0, 1e6}, {}, "timer, ptp_timer and pps: shift of the edges"},
         {"line", &s.line, {}, {}, {}, "gpio: name of the line, or \"gpiochipN:OFFSET\""},
         {"edge", &s.edge, {}, {}, {"rising", "falling", "both"}, "gpio: which edges count"},
-        {"device", &s.device, {}, {}, {}, "pps and ptp: device node; empty: /dev/pps0 or /dev/ptp0"},
+        {"device",
+         &s.device,
+         {},
+         {},
+         {},
+         "pps, ptp and ptp_timer: device node; empty: /dev/pps0 or /dev/ptp0"},
         {"channel", &s.channel, {}, {0, 64}, {}, "ptp: input of the clock"},
+        {"start",
+         &s.start,
+         {},
+         {},
+         {},
+         "ptp_timer: the first edge, in seconds of that clock (TAI since 1970), like \"1795244437.5\"; "
+         "empty: "
+         "its next full second"},
         {"listen", &s.listen, {}, {}, {}, "udp: address and port that triggers are sent to"},
         {"debounce_us",
          &s.debounce_us,
@@ -163,6 +177,72 @@ Keys keys_of(DeadlineSection& s) {
          {0, 1000},
          {},
          "Poll the clock for the last so much before a frame's first row; only under SCHED_FIFO"},
+    };
+}
+
+Keys keys_of(SimulatorSection& s) {
+    return {
+        {"enabled", &s.enabled, {}, {}, {}, "Let another program say where things are, and make steps"},
+        {"listen", &s.listen, {}, {}, {}, "Address and port: TCP for commands, UDP for poses"},
+        {"max_extrapolation_ms",
+         &s.max_extrapolation_ms,
+         "ms",
+         {0, 1e6},
+         {},
+         "How long a motion goes on past its last pose; after that it holds"},
+    };
+}
+
+Keys keys_of(OutputsSection& s) {
+    return {
+        {"trigger_ready",
+         &s.trigger_ready,
+         {},
+         {},
+         {},
+         "GPIO line that is active while a trigger would be taken, by name or \"gpiochipN:OFFSET\"; empty: "
+         "none"},
+        {"exposure",
+         &s.exposure,
+         {},
+         {},
+         {},
+         "GPIO line that is active from the first row's reset to the last row's readout; empty: none"},
+        {"active_low", &s.active_low, {}, {}, {}, "Active means a low level"},
+    };
+}
+
+Keys keys_of(ThreadsSection& s) {
+    const Range fifo{0, 98};
+    return {
+        {"trigger_priority",
+         &s.trigger_priority,
+         {},
+         fifo,
+         {},
+         "SCHED_FIFO priority of what waits for edges"},
+        {"release_priority", &s.release_priority, {}, fifo, {}, "Of what lets rows out at their times"},
+        {"transmit_priority",
+         &s.transmit_priority,
+         {},
+         fifo,
+         {},
+         "Of what sends GigE Vision; its control is one above"},
+        {"detector_priority", &s.detector_priority, {}, fifo, {}, "Of the detector"},
+        {"pipeline_priority",
+         &s.pipeline_priority,
+         {},
+         fifo,
+         {},
+         "Of what takes triggers and renders along; 0: ordinary scheduling"},
+        {"display_priority", &s.display_priority, {}, fifo, {}, "Of what feeds V4L2 and the stimulator"},
+        {"trigger_cores", &s.trigger_cores, {}, {}, {}, "Cores of that thread, like \"2-3,5\"; empty: any"},
+        {"release_cores", &s.release_cores, {}, {}, {}, "The same"},
+        {"transmit_cores", &s.transmit_cores, {}, {}, {}, "The same"},
+        {"detector_cores", &s.detector_cores, {}, {}, {}, "The same"},
+        {"pipeline_cores", &s.pipeline_cores, {}, {}, {}, "The same"},
+        {"display_cores", &s.display_cores, {}, {}, {}, "The same"},
+        {"render_cores", &s.render_cores, {}, {}, {}, "The same, of all render threads"},
     };
 }
 

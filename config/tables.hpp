@@ -11,6 +11,9 @@ namespace obscura::config {
 [[nodiscard]] Keys keys_of(TriggerSection& section);
 [[nodiscard]] Keys keys_of(PtpSection& section);
 [[nodiscard]] Keys keys_of(DeadlineSection& section);
+[[nodiscard]] Keys keys_of(ThreadsSection& section);
+[[nodiscard]] Keys keys_of(SimulatorSection& section);
+[[nodiscard]] Keys keys_of(OutputsSection& section);
 [[nodiscard]] Keys keys_of(CameraSection& section);
 [[nodiscard]] Keys keys_of(WindowSection& section);
 [[nodiscard]] Keys keys_of(GigeSection& section);

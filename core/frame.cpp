@@ -1,5 +1,7 @@
 #include "core/frame.hpp"
 
+#include "core/clock.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -11,14 +13,12 @@ static_assert(std::endian::native == std::endian::little, "pixels are packed lit
 
 void Frame::publish_rows(std::int32_t rows) noexcept {
     assert(rows >= rows_ready() && rows <= info.height);
-    // Sequentially consistent: notify_all() looks for waiters first, and with a weaker store that look may
-    // come before the store is seen. A waiter that arrives in between would then sleep for ever.
-    progress_.store(static_cast<std::uint32_t>(rows), std::memory_order_seq_cst);
-    progress_.notify_all();
+    progress_.store(static_cast<std::uint32_t>(rows), std::memory_order_release);
     ring_bells();
 }
 
 void Frame::ring_bells() noexcept {
+    progressed_.ring();
     for (std::atomic<Wakeup*>& bell : bells_)
         if (Wakeup* hung = bell.load(std::memory_order_acquire)) hung->ring();
 }
@@ -35,17 +35,22 @@ void Frame::abandon() noexcept {
     if (complete()) return;
     flags.fetch_or(frame_partial, std::memory_order_relaxed);
     progress_.fetch_or(abandoned_bit, std::memory_order_acq_rel);
-    progress_.notify_all();
     ring_bells();
 }
 
-std::int32_t Frame::wait_rows(std::int32_t rows) const noexcept {
-    std::uint32_t seen = progress_.load(std::memory_order_acquire);
-    while ((seen & abandoned_bit) == 0 && static_cast<std::int32_t>(seen) < rows) {
-        progress_.wait(seen, std::memory_order_acquire);
-        seen = progress_.load(std::memory_order_acquire);
+std::int32_t Frame::wait_rows(std::int32_t rows, Heartbeat* heartbeat) const noexcept {
+    for (;;) {
+        const std::uint32_t rings = progressed_.value();
+        const std::uint32_t seen = progress_.load(std::memory_order_acquire);
+        if ((seen & abandoned_bit) != 0 || static_cast<std::int32_t>(seen) >= rows)
+            return static_cast<std::int32_t>(seen & ~abandoned_bit);
+        if (heartbeat != nullptr) {
+            heartbeat->beat();
+            progressed_.wait(rings, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+        } else {
+            progressed_.wait(rings);
+        }
     }
-    return static_cast<std::int32_t>(seen & ~abandoned_bit);
 }
 
 FramePool::FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, bool pixel_truth)

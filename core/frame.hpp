@@ -1,7 +1,9 @@
 // The frame that travels from the detector to the transports, and the fixed pool it comes from.
 #pragma once
 
+#include "core/clock_state.hpp"
 #include "core/geometry.hpp"
+#include "core/heartbeat.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
 #include "core/wakeup.hpp"
@@ -117,10 +119,11 @@ struct PixelTruth {
 struct FrameInfo {
     std::uint64_t frame_id = 0; ///< counts from 1 at each acquisition start; drives the random numbers
     std::uint64_t trigger_id = 0;
-    Time trigger_edge;                  ///< the edge's own stamp, never "now"
-    std::int64_t tai_offset_ns = 0;     ///< TAI minus the scheduling clock when the trigger was seen
-    std::int32_t width = 0, height = 0; ///< of the composed image
-    int bits_per_pixel = 16;            ///< ADC depth: digital numbers are < 2^bits
+    Time trigger_edge;                         ///< the edge's own stamp, never "now"
+    std::int64_t tai_offset_ns = 0;            ///< TAI minus the scheduling clock when the trigger was seen
+    ClockState clock_state = ClockState::free; ///< of the trigger's source at that edge
+    std::int32_t width = 0, height = 0;        ///< of the composed image
+    int bits_per_pixel = 16;                   ///< ADC depth: digital numbers are < 2^bits
     PixelFormat pixel_format = PixelFormat::mono16; ///< what the client asked for
     double gain_db = 0;
     std::int64_t exposure_ns = 0;    ///< requested, first window
@@ -197,7 +200,8 @@ public:
     [[nodiscard]] bool complete() const noexcept { return rows_ready() >= info.height; }
     /// Consumer: blocks until at least `rows` rows are final or the producer gave up; returns the rows that
     /// are.
-    std::int32_t wait_rows(std::int32_t rows) const noexcept;
+    /// `heartbeat`, if any, is beaten on while waiting.
+    std::int32_t wait_rows(std::int32_t rows, Heartbeat* heartbeat = nullptr) const noexcept;
     /// Consumer that waits for other things too: `bell` is rung at every publish_rows() and abandon() of this
     /// filling. To be called inside Transport::submit(); the bell must outlive the filling. False when
     /// max_bells are hung already.
@@ -215,6 +219,7 @@ private:
     std::size_t max_pixels_ = 0, max_rows_ = 0;
     std::atomic<std::uint32_t> progress_{0};
     std::atomic<std::uint32_t> references_{0};
+    mutable Wakeup progressed_;
     std::array<std::atomic<Wakeup*>, max_bells> bells_{};
     void ring_bells() noexcept;
 };

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 
 namespace obscura {
@@ -15,7 +16,78 @@ namespace {
 
 thread_local bool declared_realtime = false;
 
+cpu_set_t cpu_set_of(const CoreSet& cores) noexcept {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    for (std::size_t core = 0; core < cores.size(); ++core)
+        if (cores[core]) CPU_SET(core, &set);
+    return set;
+}
+
 } // namespace
+
+std::optional<CoreSet> parse_cores(std::string_view text) {
+    static_assert(CPU_SETSIZE == CoreSet().size());
+    CoreSet cores;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    if (text.empty()) return cores;
+    const auto number = [&](std::size_t& value) {
+        const auto [rest, error] = std::from_chars(at, end, value);
+        at = rest;
+        return error == std::errc() && value < cores.size();
+    };
+    for (;;) {
+        std::size_t first = 0;
+        if (!number(first)) return std::nullopt;
+        std::size_t last = first;
+        if (at != end && *at == '-') {
+            ++at;
+            if (!number(last) || last < first) return std::nullopt;
+        }
+        for (std::size_t core = first; core <= last; ++core)
+            cores.set(core);
+        if (at == end) return cores;
+        if (*at++ != ',') return std::nullopt;
+    }
+}
+
+std::string cores_text(const CoreSet& cores) {
+    std::string text;
+    for (std::size_t first = 0; first < cores.size(); ++first) {
+        if (!cores[first]) continue;
+        std::size_t last = first;
+        while (last + 1 < cores.size() && cores[last + 1])
+            ++last;
+        text += fmt::format("{}{}", text.empty() ? "" : ",", first);
+        if (last > first) text += fmt::format("-{}", last);
+        first = last;
+    }
+    return text.empty() ? "any" : text;
+}
+
+CoreSet permitted_cores() noexcept {
+    CoreSet cores;
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) != 0) return cores;
+    for (std::size_t core = 0; core < cores.size(); ++core)
+        if (CPU_ISSET(core, &set)) cores.set(core);
+    return cores;
+}
+
+RealtimeGrant pin_this_thread(const CoreSet& cores) noexcept {
+    if (cores.none()) return {true, {}};
+    const cpu_set_t set = cpu_set_of(cores);
+    const int rc = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
+    if (rc == 0) return {true, {}};
+    return {false, fmt::format("cores {} refused: {}", cores_text(cores), std::strerror(rc))};
+}
+
+void enter_thread(const char* name, const ThreadSettings& settings) noexcept {
+    name_this_thread(name);
+    pin_this_thread(settings.cores);
+    if (settings.priority > 0) make_this_thread_realtime(settings.priority);
+}
 
 void declare_this_thread_realtime() noexcept {
     declared_realtime = true;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -19,12 +20,22 @@ struct TimedPose {
     Pose pose;
 };
 
+/// Poses that come from outside while the program runs.
+class LivePose {
+public:
+    virtual ~LivePose() = default;
+    /// The pose at `time_s`, with a unit quaternion; false when none is known yet. Any thread; neither
+    /// allocates nor locks.
+    [[nodiscard]] virtual bool at(double time_s, Pose& pose) const noexcept = 0;
+};
+
 /// Where something is over time: a fixed pose, a table, or a uniform spin about an axis of the thing's own
 /// frame. Between samples position is linear and attitude slerp; outside the table the end pose holds.
 struct Motion {
     std::vector<TimedPose> samples{{}}; ///< at least one, strictly increasing in time
     Vec3 spin_axis{0, 0, 1};            ///< own frame
     double spin_rate_rad_s = 0;
+    std::shared_ptr<const LivePose> live{}; ///< if any, instead of all that as soon as it knows
 };
 
 struct Ellipsoid {

@@ -43,7 +43,18 @@ sync::RationalRate nominal_trigger_rate(const config::Config& config) {
     return sync::rational_rate(rate_hz);
 }
 
-Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities,
+std::unique_ptr<renderer::Renderer> make_renderer(const config::Config& config, scene::Scene scene,
+                                                  const ThreadPlan& threads) {
+    const PinnedHere pinned(threads.render.cores); // the renderer's own threads take after this one
+    return std::make_unique<renderer::Renderer>(
+        std::move(scene),
+        renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
+                                 static_cast<std::uint32_t>(config.render.threads), config.daemon.seed,
+                                 config.render.target_error,
+                                 static_cast<std::uint32_t>(config.render.max_samples_per_pixel)});
+}
+
+Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const ThreadPlan& threads,
                  bool pixel_truth) {
     camera.initial = config::camera_settings(config);
     camera.limits =
@@ -56,17 +67,18 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Pr
     if (const std::string complaint = explain_invalid(camera.initial, camera.limits); !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
 
-    renderer = std::make_unique<renderer::Renderer>(
-        config.scene,
-        renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
-                                 static_cast<std::uint32_t>(config.render.threads), config.daemon.seed,
-                                 config.render.target_error,
-                                 static_cast<std::uint32_t>(config.render.max_samples_per_pixel)});
+    camera.thread = threads.pipeline;
+    camera.trigger_thread = threads.trigger;
+
+    scene::Scene scene = config.scene;
+    if (config.simulator.enabled)
+        poses = attach_pose_rings(scene, config.simulator.max_extrapolation_ms * 1e-3);
+    renderer = make_renderer(config, std::move(scene), threads);
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
     maker = std::make_unique<FrameMaker>(*renderer, *detector, config.sensor, clock,
                                          FrameMakerSettings{config.render.band_rows, camera.limits.rows_max,
-                                                            config.daemon.seed, priorities.detector});
+                                                            config.daemon.seed, threads.detector});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);
@@ -105,7 +117,7 @@ sync::ConditionerSettings conditioner_settings(const config::Config& config) {
 }
 
 std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config, const Clock& clock,
-                                                         const Priorities& priorities) {
+                                                         const ThreadPlan& threads) {
     sync::SourceSettings settings;
     settings.kind = config.trigger.source;
     settings.rate_hz = config.trigger.rate_hz;
@@ -116,7 +128,8 @@ std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& c
     settings.device = config.trigger.device;
     settings.channel = static_cast<unsigned>(config.trigger.channel);
     settings.listen = config.trigger.listen;
-    settings.priority = priorities.trigger;
+    settings.start = config.trigger.start;
+    settings.thread = threads.trigger;
     return sync::make_source(settings, clock);
 }
 
@@ -140,7 +153,7 @@ transports::gige::FaultRule fault_rule(const config::Config& config, const confi
 }
 
 TransportPtr make_gige(const config::Config& config, CameraControl& control, const Clock& clock,
-                       const Priorities& priorities) {
+                       const ThreadPlan& threads) {
     if (!config.gige.enabled) return nullptr;
     transports::gige::GigeSettings settings;
     settings.interface = config.gige.interface;
@@ -167,12 +180,13 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.seed = config.daemon.seed;
     for (const config::FaultSection& section : config.gige.faults)
         settings.faults.push_back(fault_rule(config, section));
-    settings.realtime_priority = priorities.transmit;
+    settings.realtime_priority = threads.transmit.priority;
+    settings.cores = threads.transmit.cores;
     return std::make_unique<transports::gige::GigeCamera>(settings, control, clock);
 }
 
 TransportPtr make_file(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
-                       const Priorities& /*priorities*/) {
+                       const ThreadPlan& /*threads*/) {
     if (!config.file.enabled) return nullptr;
     const std::filesystem::path directory = config.file.directory;
     std::error_code error;
@@ -186,7 +200,7 @@ TransportPtr make_file(const config::Config& config, CameraControl& /*control*/,
 }
 
 TransportPtr make_v4l2(const config::Config& config, CameraControl& control, const Clock& /*clock*/,
-                       const Priorities& /*priorities*/) {
+                       const ThreadPlan& threads) {
     if (!config.v4l2.enabled) return nullptr;
     transports::V4l2Settings settings;
     settings.device = config.v4l2.device;
@@ -201,11 +215,12 @@ TransportPtr make_v4l2(const config::Config& config, CameraControl& control, con
     settings.required = config.v4l2.required;
     settings.buffers = config.v4l2.buffers;
     settings.queue_frames = static_cast<std::size_t>(config.v4l2.queue_frames);
+    settings.thread = threads.display;
     return std::make_unique<transports::V4l2Output>(settings);
 }
 
 TransportPtr make_stimulator(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
-                             const Priorities& /*priorities*/) {
+                             const ThreadPlan& threads) {
     const config::StimulatorSection& section = config.stimulator;
     if (!section.enabled) return nullptr;
     transports::StimulatorSettings settings;
@@ -227,11 +242,12 @@ TransportPtr make_stimulator(const config::Config& config, CameraControl& /*cont
     settings.dn_white =
         section.white_dn > 0 ? section.white_dn : std::exp2(config.sensor.detector.adc_bits) - 1;
     settings.peak = section.peak;
+    settings.thread = threads.display;
     return std::make_unique<transports::StimulatorOutput>(settings, transports::make_libusb_bus());
 }
 
 // One line for each kind of transport.
-constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const Priorities&) = {
+constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const ThreadPlan&) = {
     make_file,
     make_gige,
     make_v4l2,
@@ -241,17 +257,17 @@ constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const 
 } // namespace
 
 std::vector<TransportPtr> make_transports(const config::Config& config, CameraControl& control,
-                                          const Clock& clock, const Priorities& priorities) {
+                                          const Clock& clock, const ThreadPlan& threads) {
     std::vector<TransportPtr> made;
     for (const auto make : makers)
-        if (TransportPtr transport = make(config, control, clock, priorities))
+        if (TransportPtr transport = make(config, control, clock, threads))
             made.push_back(std::move(transport));
     return made;
 }
 
 std::size_t frames_needed(const config::Config& config) {
     std::size_t frames = Releaser::frames_in_flight + 1;
-    if (config.deadline.policy == "repeat") ++frames;
+    ++frames; // the last one, under deadline.policy "repeat", which may be chosen while running
     if (config.gige.enabled) frames += static_cast<std::size_t>(config.gige.history_frames) + 2;
     if (config.file.enabled) frames += static_cast<std::size_t>(config.file.queue_frames);
     if (config.stimulator.enabled) frames += static_cast<std::size_t>(config.stimulator.queue_frames) + 1;

@@ -5,6 +5,8 @@
 #include "core/clock.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/frame_maker.hpp"
+#include "emulator/simulator_server.hpp"
+#include "emulator/thread_plan.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "sync/conditioner.hpp"
@@ -15,14 +17,6 @@
 #include <vector>
 
 namespace obscura::emulator {
-
-/// SCHED_FIFO priorities of the threads with deadlines; 0: ordinary scheduling. Rendering is never among
-/// them: a thread that computes for tens of milliseconds under SCHED_FIFO starves everything else on its
-/// core.
-struct Priorities {
-    int trigger = 0, release = 0, transmit = 0, detector = 0;
-};
-constexpr Priorities realtime_priorities{80, 75, 70, 65};
 
 /// What makes frames, from light to numbers, without triggers and transports. This is all that an offline
 /// capture needs:
@@ -35,7 +29,7 @@ constexpr Priorities realtime_priorities{80, 75, 70, 65};
 struct Imaging {
     /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `pixel_truth`: with
     /// the truth about each pixel. Throws Error.
-    Imaging(const config::Config& config, std::size_t pool_frames, const Priorities& priorities = {},
+    Imaging(const config::Config& config, std::size_t pool_frames, const ThreadPlan& threads = {},
             bool pixel_truth = false);
 
     /// The order for frame `frame_id` with the configuration's own camera settings, in nominal scene time.
@@ -47,11 +41,16 @@ struct Imaging {
 
     MonotonicClock clock;
     CameraConfig camera;
+    PoseRings poses; ///< of what a simulator may move; empty without one
     std::unique_ptr<renderer::Renderer> renderer;
     std::unique_ptr<sensors::Detector> detector;
     std::unique_ptr<FrameMaker> maker;
     std::unique_ptr<FramePool> pool;
 };
+
+/// The renderer of `scene` with the configuration's settings. Throws Error.
+[[nodiscard]] std::unique_ptr<renderer::Renderer>
+make_renderer(const config::Config& config, scene::Scene scene, const ThreadPlan& threads);
 
 /// The limits that a sensor sets to the settings of its camera. `rows_max`: of composed images; 0: as many as
 /// the sensor has.
@@ -65,12 +64,12 @@ struct Imaging {
 
 /// The source wired to Line0, or null. Throws ConfigError.
 [[nodiscard]] std::unique_ptr<sync::TriggerSource>
-make_trigger_source(const config::Config& config, const Clock& clock, const Priorities& priorities);
+make_trigger_source(const config::Config& config, const Clock& clock, const ThreadPlan& threads);
 
 /// Every transport the configuration enables, none of them started. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>
 make_transports(const config::Config& config, CameraControl& control, const Clock& clock,
-                const Priorities& priorities);
+                const ThreadPlan& threads);
 
 /// Frames of the pool that the enabled transports and the pipeline may hold at one time.
 [[nodiscard]] std::size_t frames_needed(const config::Config& config);

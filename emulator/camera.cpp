@@ -30,8 +30,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
     gate_.select(route_of(config.initial));
     divider_ = config.initial.trigger_divider;
     thread_ = std::thread([this] {
-        name_this_thread("pipeline");
-        if (config_.priority > 0) make_this_thread_realtime(config_.priority);
+        enter_thread("pipeline", config_.thread);
         declare_this_thread_realtime();
         run();
     });
@@ -112,6 +111,7 @@ bool Camera::acquisition_start() {
     for (auto& first : first_id_)
         first.store(0, std::memory_order_relaxed);
     gate_.open();
+    moments_changed_.ring();
     start_free_run();
     return true;
 }
@@ -141,6 +141,24 @@ bool Camera::trigger_ready() const noexcept {
     return gate_.ready();
 }
 
+bool Camera::ready_for_line0(Time edge) const noexcept {
+    return gate_.selected() == line0 && gate_.ready_for(edge);
+}
+
+CameraMoments Camera::moments() const noexcept {
+    const auto instant = [](const std::atomic<std::int64_t>& ns) {
+        return Time{ns.load(std::memory_order_relaxed)};
+    };
+    CameraMoments m;
+    m.frames = moments_.frames.load(std::memory_order_acquire);
+    m.frame_id = moments_.frame_id.load(std::memory_order_relaxed);
+    m.exposure_start = instant(moments_.exposure_start_ns);
+    m.exposure_end = instant(moments_.exposure_end_ns);
+    m.ready = gate_.ready();
+    m.not_before = gate_.not_before();
+    return m;
+}
+
 double Camera::free_run_rate_hz() const {
     const CameraSettings s = settings();
     if (s.frame_rate_enabled) return s.frame_rate_hz;
@@ -153,7 +171,7 @@ void Camera::start_free_run() {
     if (route_of(settings()) != free_run) return;
     sync::TimerSettings timer;
     timer.rate = sync::rational_rate(free_run_rate_hz());
-    timer.priority = config_.priority;
+    timer.thread = config_.trigger_thread;
     free_run_ = std::make_unique<sync::TimerTrigger>(timer, std::make_unique<MonotonicClock>());
     free_run_->start(free_run_sink_);
 }
@@ -170,7 +188,8 @@ bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
     std::uint64_t first = first_id_[route].load(std::memory_order_relaxed);
     if (first == 0) first_id_[route].store(first = trigger.id, std::memory_order_relaxed);
     const std::uint64_t n = trigger.id - first;
-    return n % divider != 0 || gate_.offer({n / divider + 1, trigger.edge, trigger.seen}, route);
+    return n % divider != 0 ||
+           gate_.offer({n / divider + 1, trigger.edge, trigger.seen, trigger.clock, trigger.scene}, route);
 }
 
 bool Camera::software_trigger(Time edge) {
@@ -233,7 +252,9 @@ void Camera::note_moments(const FrameOrder& order) noexcept {
     note(moments_.frame_end_ns, plan.release.back() + shift_ns);
     note(moments_.exposure_start_ns, first + shift_ns);
     note(moments_.exposure_end_ns, last + shift_ns);
+    moments_.frame_id.store(order.frame_id, std::memory_order_relaxed);
     moments_.frames.fetch_add(1, std::memory_order_release);
+    moments_changed_.ring();
 }
 
 void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
@@ -272,6 +293,7 @@ void Camera::make_frame() noexcept {
         notify(transports::CameraEvent::error, gate_.current().edge);
     }
     gate_.finished();
+    moments_changed_.ring();
 }
 
 bool Camera::start_frame(FrameRef& frame) noexcept {
@@ -287,6 +309,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     order.trigger_edge = trigger.edge;
     order.seen = trigger.seen;
     order.tai_offset_ns = clock_.tai_offset_ns();
+    order.clock_state = trigger.clock;
     const std::uint32_t step = sequence_step_;
     order.settings =
         frame_sequence_.enabled ? with_step(frame_settings_, frame_sequence_, step) : frame_settings_;
@@ -294,7 +317,8 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     moments_.sequence_step.store(step, std::memory_order_relaxed);
     // A latched trigger takes effect when the chip is free again.
     order.settings.trigger_delay_ns += gate_.held_ns();
-    order.scene_time = config_.scene_time == SceneTime::nominal
+    order.scene_time = trigger.scene != sync::Trigger::scene_of_camera ? trigger.scene
+                       : config_.scene_time == SceneTime::nominal
                            ? nominal_scene_time(frame_settings_, trigger_rate_, order.frame_id)
                            : Time{trigger.edge - acquisition_begin_};
     if (--frames_left_ == 0) gate_.close_after_this();

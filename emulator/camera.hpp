@@ -5,6 +5,8 @@
 #include "core/clock.hpp"
 #include "core/frame.hpp"
 #include "core/log.hpp"
+#include "core/realtime.hpp"
+#include "core/wakeup.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/releaser.hpp"
 #include "sync/schedule.hpp"
@@ -35,7 +37,8 @@ struct CameraConfig {
     SceneTime scene_time = SceneTime::nominal;
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
-    int priority = 0; ///< SCHED_FIFO priority of the pipeline thread; 0: ordinary
+    ThreadSettings thread{};         ///< the pipeline's
+    ThreadSettings trigger_thread{}; ///< of the timer of free run
 };
 
 /// The scene time at the trigger of frame `frame_id` when the scene follows nominal periods.
@@ -61,6 +64,15 @@ struct CameraCounters {
     std::uint64_t repeated = 0;  ///< late policy: show the frame before
     std::uint64_t late_dropped = 0; ///< late policy: given up
     std::uint64_t partial = 0;      ///< late policy: ended early
+};
+
+/// What the camera is doing, for lines that tell others of it.
+struct CameraMoments {
+    std::uint64_t frames = 0;          ///< frames begun
+    std::uint64_t frame_id = 0;        ///< of the last one
+    Time exposure_start, exposure_end; ///< of the last frame, first row to last, scheduling clock
+    bool ready = false;                ///< a trigger would be taken, if it does not come before `not_before`
+    Time not_before;
 };
 
 /// One camera: at most one frame is being made at any moment. A trigger that comes while the one before is
@@ -97,6 +109,12 @@ public:
     [[nodiscard]] CameraCounters counters() const noexcept;
     /// True while a trigger would be accepted now: what a "trigger ready" lamp shows.
     [[nodiscard]] bool trigger_ready() const noexcept;
+    /// Whether on_trigger() would make a frame of an edge at `edge`.
+    [[nodiscard]] bool ready_for_line0(Time edge) const noexcept;
+    /// What output lines show. Any thread.
+    [[nodiscard]] CameraMoments moments() const noexcept;
+    /// Rung whenever moments() may have changed; for one waiting thread.
+    [[nodiscard]] Wakeup& moments_changed() noexcept { return moments_changed_; }
     /// False when the camera has been busy with one band of rows since the last call: then a thread of it
     /// hangs. One caller, every second or so.
     [[nodiscard]] bool alive() noexcept;
@@ -117,6 +135,7 @@ private:
 
     /// What the control side wants to know of the frame begun last; read while it is written.
     struct Moments {
+        std::atomic<std::uint64_t> frame_id{0};
         std::atomic<std::int64_t> frame_start_ns{0}, frame_end_ns{0};
         std::atomic<std::int64_t> exposure_start_ns{0}, exposure_end_ns{0};
         std::atomic<std::uint64_t> frames{0};
@@ -167,6 +186,7 @@ private:
     std::atomic<std::uint32_t> divider_{1};
     std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
     Moments moments_;
+    Wakeup moments_changed_;
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;

@@ -1,12 +1,17 @@
 #include "emulator/camera_unit.hpp"
 
+#include "emulator/reload.hpp"
 #include "emulator/statistics.hpp"
 #include "transports/gige/gige.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <ostream>
+#include <utility>
 
 namespace obscura::emulator {
 namespace {
@@ -20,34 +25,47 @@ LatePolicy late_policy(const std::string& name) {
 
 } // namespace
 
-CameraUnit::CameraUnit(const config::Config& config, const Priorities& priorities, LogRing& log,
+CameraUnit::CameraUnit(const config::Config& config, const ThreadPlan& threads, LogRing& log,
                        const sync::PtpMonitor* ptp)
-    : begins_at_once_(config.daemon.autostart || !config.gige.enabled), gige_port_(config.gige.port) {
+    : begins_at_once_(config.daemon.autostart || !config.gige.enabled),
+      gige_port_(config.gige.port),
+      threads_(threads) {
     auto frames = static_cast<std::size_t>(config.daemon.pool_frames);
     if (const std::size_t needed = frames_needed(config); frames < needed) {
         log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
                     needed);
         frames = needed;
     }
-    imaging_ =
-        std::make_unique<Imaging>(config, frames, priorities, config.file.enabled && config.file.truth);
+    imaging_ = std::make_unique<Imaging>(config, frames, threads, config.file.enabled && config.file.truth);
+    scene_fingerprint_ = scene_fingerprint(config.scene_file);
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();
-    release.priority = priorities.release;
+    release.thread = threads.release;
     release.policy = late_policy(config.deadline.policy);
     release.grace_ns = std::llround(config.deadline.grace_us * 1e3);
     // Polling without SCHED_FIFO only takes time from those who have work to do.
-    if (release.priority > 0) release.spin_ns = std::llround(config.deadline.spin_us * 1e3);
+    if (release.thread.priority > 0) release.spin_ns = std::llround(config.deadline.spin_us * 1e3);
     releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>(), &timing_);
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
                                        imaging_->clock, log);
-    transports_ = make_transports(config, *camera_, imaging_->clock, priorities);
+    transports_ = make_transports(config, *camera_, imaging_->clock, threads);
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
         if (auto* gige = dynamic_cast<transports::gige::GigeCamera*>(transport.get());
             gige != nullptr && ptp != nullptr)
             gige->set_ptp([ptp] { return ptp->status(); });
     }
+    if (config.simulator.enabled)
+        simulator_ = std::make_unique<SimulatorServer>(config.simulator.listen, imaging_->poses, *camera_,
+                                                       imaging_->clock);
+    const auto line = [low = config.outputs.active_low](const char* key, const std::string& name) {
+        return [=]() -> std::unique_ptr<sync::OutputLine> {
+            return name.empty() ? nullptr : sync::open_gpio_output(key, name, low);
+        };
+    };
+    outputs_ = std::make_unique<OutputLines>(*camera_, imaging_->clock, threads.trigger,
+                                             line("outputs.trigger_ready", config.outputs.trigger_ready),
+                                             line("outputs.exposure", config.outputs.exposure));
 }
 
 CameraUnit::~CameraUnit() {
@@ -61,6 +79,8 @@ void CameraUnit::start() {
     for (const auto& transport : transports_)
         if (const auto* gige = dynamic_cast<const transports::gige::GigeCamera*>(transport.get()))
             address_ = fmt::format("{}:{}", gige->address(), gige_port_);
+    outputs_->start();
+    if (simulator_) simulator_->start();
 }
 
 void CameraUnit::begin() {
@@ -68,12 +88,56 @@ void CameraUnit::begin() {
 }
 
 void CameraUnit::stop() {
+    if (simulator_) simulator_->stop();
     camera_->acquisition_stop(true);
     for (auto transport = transports_.rbegin(); transport != transports_.rend(); ++transport)
         (*transport)->stop();
+    outputs_->stop();
+}
+
+void CameraUnit::step_with(sync::SoftwareTrigger* source) {
+    if (simulator_) simulator_->step_with(source);
+}
+
+std::string CameraUnit::prepare(const config::Config& next, const std::function<void()>& meanwhile) {
+    next_fingerprint_ = scene_fingerprint(next.scene_file);
+    if (next_fingerprint_ == scene_fingerprint_) return {};
+    const scene::Scene &before = imaging_->renderer->scene(), &after = next.scene;
+    const bool same_bands =
+        std::equal(before.bands.begin(), before.bands.end(), after.bands.begin(), after.bands.end(),
+                   [](const auto& a, const auto& b) { return a.from_m == b.from_m && a.to_m == b.to_m; });
+    if (!same_bands || before.camera.aperture_m != after.camera.aperture_m)
+        return "the scene's spectral bands and the camera's aperture cannot change while running; restart "
+               "for "
+               "that";
+    if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
+    auto built = std::async(std::launch::async, [&] { return make_renderer(next, next.scene, threads_); });
+    while (built.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready)
+        if (meanwhile) meanwhile();
+    next_renderer_ = built.get();
+    return {};
+}
+
+void CameraUnit::take_on(const config::Config& next) {
+    releaser_->set_late_policy(late_policy(next.deadline.policy), std::llround(next.deadline.grace_us * 1e3));
+    if (!next_renderer_) return;
+    imaging_->maker->replace_renderer(*next_renderer_);
+    retired_.push_back(std::exchange(imaging_->renderer, std::move(next_renderer_)));
+    scene_fingerprint_ = next_fingerprint_;
+}
+
+Heartbeats CameraUnit::heartbeats() const {
+    Heartbeats all{&releaser_->heartbeat(), &outputs_->heartbeat()};
+    if (simulator_) all.push_back(&simulator_->heartbeat());
+    for (const auto& transport : transports_) {
+        const Heartbeats more = transport->heartbeats();
+        all.insert(all.end(), more.begin(), more.end());
+    }
+    return all;
 }
 
 void CameraUnit::tick() {
+    if (!retired_.empty() && imaging_->maker->uses(*imaging_->renderer)) retired_.clear();
     if (timing_out_ != nullptr)
         timing_.drain(*timing_out_);
     else
@@ -89,8 +153,8 @@ std::string CameraUnit::summary() const {
     return summary_line(*camera_, transports_);
 }
 
-std::string CameraUnit::statistics_json() const {
-    return statistics_to_json(*camera_, *releaser_, transports_);
+std::string CameraUnit::statistics_json(ClockState clock, std::string_view source) const {
+    return statistics_to_json(*camera_, *releaser_, transports_, clock, source);
 }
 
 } // namespace obscura::emulator

@@ -5,14 +5,20 @@
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/camera.hpp"
+#include "emulator/output_lines.hpp"
 #include "emulator/releaser.hpp"
+#include "emulator/simulator_server.hpp"
+#include "emulator/thread_plan.hpp"
 #include "emulator/timing_log.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "transports/transport.hpp"
 
+#include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::emulator {
@@ -21,7 +27,7 @@ namespace obscura::emulator {
 class CameraUnit {
 public:
     /// Loads and allocates; opens nothing. `log` and `ptp`, if any, must outlive the unit. Throws Error.
-    CameraUnit(const config::Config& config, const Priorities& priorities, LogRing& log,
+    CameraUnit(const config::Config& config, const ThreadPlan& threads, LogRing& log,
                const sync::PtpMonitor* ptp);
     ~CameraUnit();
     CameraUnit(const CameraUnit&) = delete;
@@ -33,6 +39,16 @@ public:
     void begin();
     void stop();
 
+    /// Steps of this camera's simulator go to `source` from now on; null: nowhere.
+    void step_with(sync::SoftwareTrigger* source);
+    /// First half of a reload, which may fail: a scene that differs is built, while frames go on and
+    /// `meanwhile` is called several times a second. The reason why that cannot be, or nothing. Throws Error.
+    [[nodiscard]] std::string prepare(const config::Config& next, const std::function<void()>& meanwhile);
+    /// Second half, which cannot: scene and late policy change from the next frame on.
+    void take_on(const config::Config& next);
+    /// Forgets what prepare() built.
+    void dismiss() { next_renderer_.reset(); }
+
     /// "ADDRESS:PORT", "none" without a control port. Valid after start().
     [[nodiscard]] const std::string& address() const noexcept { return address_; }
     void tick();
@@ -41,19 +57,27 @@ public:
     void write_timing_to(std::ostream& out);
 
     [[nodiscard]] std::string summary() const;
-    [[nodiscard]] std::string statistics_json() const;
+    [[nodiscard]] std::string statistics_json(ClockState clock, std::string_view source) const;
+    /// Of all threads but those that rendering is made of.
+    [[nodiscard]] Heartbeats heartbeats() const;
     [[nodiscard]] Camera& camera() noexcept { return *camera_; }
     [[nodiscard]] const Clock& clock() const noexcept { return imaging_->clock; }
 
 private:
     const bool begins_at_once_;
     const int gige_port_;
+    const ThreadPlan threads_;
     TimingLog timing_;
     std::ostream* timing_out_ = nullptr;
     std::unique_ptr<Imaging> imaging_;
+    std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;
+    std::unique_ptr<renderer::Renderer> next_renderer_;        ///< between prepare() and take_on()
+    std::vector<std::unique_ptr<renderer::Renderer>> retired_; ///< until frames are made without them
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;
     std::vector<std::unique_ptr<transports::Transport>> transports_;
+    std::unique_ptr<SimulatorServer> simulator_;
+    std::unique_ptr<OutputLines> outputs_;
     std::string address_ = "none";
 };
 

@@ -3,39 +3,28 @@
 #include "core/error.hpp"
 #include "core/realtime.hpp"
 #include "emulator/reload.hpp"
+#include "sync/software.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace obscura::emulator {
-namespace {
 
-// Which priorities the threads get, with the reason in the log when they get none.
-Priorities choose_priorities(const std::string& wish) {
-    if (wish == "off") {
-        log_info("real time: off, as configured; deadlines are met as well as ordinary scheduling allows");
-        return {};
-    }
-    const RealtimeGrant grant = realtime_permitted(realtime_priorities.trigger);
-    if (grant.granted) return realtime_priorities;
-    if (wish == "required")
-        throw HardwareError(fmt::format(
-            "daemon.realtime: \"required\", but {}; allowed with \"auto\", CAP_SYS_NICE or LimitRTPRIO >= {}",
-            grant.why, realtime_priorities.trigger));
-    log_warning(
-        "real time: not permitted ({}); running with ordinary scheduling, expect late frames on a busy "
-        "machine",
-        grant.why);
-    return {};
+ClockState Daemon::TriggerLine::clock_state() const {
+    return source ? source->clock_state(units.front()->clock().now()) : ClockState::free;
 }
 
-} // namespace
+void Daemon::TriggerLine::let_step(bool with_source) const {
+    for (CameraUnit* unit : units)
+        unit->step_with(with_source ? dynamic_cast<sync::SoftwareTrigger*>(source.get()) : nullptr);
+}
 
 Daemon::Daemon(config::Config config) : config_(std::move(config)) {
-    priorities_ = choose_priorities(config_.daemon.realtime);
+    threads_ = granted_threads(config_);
     const std::vector<const config::Config*> cameras = config_.cameras();
     if (config_.ptp.enabled) {
         sync::PtpMonitorSettings ptp;
@@ -45,7 +34,7 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
         ptp_ = std::make_unique<sync::PtpMonitor>(ptp);
     }
     for (const config::Config* camera : cameras)
-        units_.push_back(std::make_unique<CameraUnit>(*camera, priorities_, log_, ptp_.get()));
+        units_.push_back(std::make_unique<CameraUnit>(*camera, threads_, log_, ptp_.get()));
     // One line that all share who have none of their own.
     TriggerLine* shared = nullptr;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -55,7 +44,7 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
             line->config = i;
             line->conditioner =
                 std::make_unique<sync::Conditioner>(conditioner_settings(*cameras[i]), line->cameras);
-            line->source = make_trigger_source(*cameras[i], units_[i]->clock(), priorities_);
+            line->source = make_trigger_source(*cameras[i], units_[i]->clock(), threads_);
             if (!cameras[i]->own_trigger) shared = line;
         }
         line->cameras.add(units_[i]->camera());
@@ -68,7 +57,7 @@ Daemon::~Daemon() {
 }
 
 void Daemon::start() {
-    if (priorities_.trigger > 0) {
+    if (highest_priority(threads_) > 0) {
         const RealtimeGrant locked = lock_memory();
         if (locked.granted)
             log_info("real time: SCHED_FIFO and locked memory");
@@ -83,6 +72,8 @@ void Daemon::start() {
             unit->start();
         for (const auto& line : lines_)
             if (line->source) line->source->start(*line->conditioner);
+        for (const auto& line : lines_)
+            line->let_step(true);
     } catch (...) {
         stop();
         throw;
@@ -94,41 +85,66 @@ void Daemon::start() {
 void Daemon::stop() {
     if (!std::exchange(running_, false)) return;
     for (const auto& line : lines_)
+        line->let_step(false);
+    for (const auto& line : lines_)
         if (line->source) line->source->stop();
     for (auto unit = units_.rbegin(); unit != units_.rend(); ++unit)
         (*unit)->stop();
     tick();
 }
 
-std::string Daemon::reload(config::Config next) {
+std::string Daemon::reload(config::Config next, const std::function<void()>& meanwhile) {
     std::string refused;
     const std::vector<std::string> changed = changed_keys(config_, next);
     for (const std::string& key : changed)
         if (!is_reloadable(key)) refused += (refused.empty() ? "" : ", ") + key;
     if (!refused.empty()) return fmt::format("{} cannot change while running; restart for that", refused);
-    if (changed.empty()) return {};
+    const std::vector<const config::Config*> cameras = next.cameras();
 
-    for (const auto& line : lines_) {
-        const config::Config& camera = *next.cameras()[line->config];
-        if (camera.own_trigger) continue; // not among the reloadable keys
-        auto conditioner = std::make_unique<sync::Conditioner>(conditioner_settings(camera), line->cameras);
-        auto source = make_trigger_source(camera, units_[line->config]->clock(), priorities_);
-        const sync::RationalRate rate = nominal_trigger_rate(camera);
-        if (line->source) line->source->stop();
-        try {
-            // Both may want the same line or socket, so the old one has to let go first.
-            if (source) source->start(*conditioner);
-        } catch (...) {
-            if (line->source) line->source->start(*line->conditioner);
-            throw;
-        }
-        line->source = std::move(source);
-        line->conditioner = std::move(conditioner);
-        for (CameraUnit* unit : line->units)
-            unit->camera().set_trigger_rate(rate);
+    // What may fail comes first: scenes, then clocks. The rest cannot.
+    try {
+        for (std::size_t i = 0; i < units_.size() && refused.empty(); ++i)
+            refused = units_[i]->prepare(*cameras[i], meanwhile);
+        const bool new_clock = std::any_of(changed.begin(), changed.end(), [](const std::string& key) {
+            return key.rfind("trigger.", 0) == 0;
+        });
+        for (const auto& line : lines_)
+            // A camera's own trigger is not among the reloadable keys.
+            if (refused.empty() && new_clock && !cameras[line->config]->own_trigger)
+                replace_trigger(*line, *cameras[line->config]);
+    } catch (...) {
+        for (const auto& unit : units_)
+            unit->dismiss();
+        throw;
     }
-    config_ = std::move(next);
-    return {};
+    for (std::size_t i = 0; i < units_.size(); ++i)
+        if (refused.empty())
+            units_[i]->take_on(*cameras[i]);
+        else
+            units_[i]->dismiss();
+    if (refused.empty()) config_ = std::move(next);
+    return refused;
+}
+
+void Daemon::replace_trigger(TriggerLine& line, const config::Config& camera) {
+    auto conditioner = std::make_unique<sync::Conditioner>(conditioner_settings(camera), line.cameras);
+    auto source = make_trigger_source(camera, units_[line.config]->clock(), threads_);
+    const sync::RationalRate rate = nominal_trigger_rate(camera);
+    line.let_step(false);
+    if (line.source) line.source->stop();
+    try {
+        // Both may want the same line or socket, so the old one has to let go first.
+        if (source) source->start(*conditioner);
+    } catch (...) {
+        if (line.source) line.source->start(*line.conditioner);
+        line.let_step(true);
+        throw;
+    }
+    line.source = std::move(source);
+    line.conditioner = std::move(conditioner);
+    line.let_step(true);
+    for (CameraUnit* unit : line.units)
+        unit->camera().set_trigger_rate(rate);
 }
 
 std::string Daemon::address() const {
@@ -140,6 +156,7 @@ std::string Daemon::address() const {
 
 void Daemon::tick() {
     log_.drain();
+    publish_clock_states();
     for (const auto& unit : units_) {
         if (ptp_) unit->set_tai_correction_ns(ptp_->tai_correction_ns());
         unit->tick();
@@ -150,11 +167,39 @@ void Daemon::write_timing_to(std::ostream& out, std::size_t camera) {
     units_.at(camera)->write_timing_to(out);
 }
 
+void Daemon::publish_clock_states() {
+    if (!running_) return;
+    for (const auto& line : lines_) {
+        const ClockState state = line->clock_state();
+        if (std::exchange(line->clock, state) == state) continue;
+        if (state == ClockState::locked)
+            log_notice("clock: {} ({})", name_of(state), line->source_name());
+        else
+            log_warning("clock: {} ({})", name_of(state), line->source_name());
+    }
+}
+
 bool Daemon::alive() {
-    bool all = true;
-    for (const auto& unit : units_)
-        all = unit->camera().alive() && all;
-    return all;
+    bool moves = true;
+    Heartbeats workers;
+    const auto add = [&workers](const Heartbeats& more) {
+        workers.insert(workers.end(), more.begin(), more.end());
+    };
+    for (const auto& unit : units_) {
+        moves = unit->camera().alive() && moves;
+        add(unit->heartbeats());
+    }
+    for (const auto& line : lines_)
+        if (line->source) add(line->source->heartbeats());
+    const Time now = units_.front()->clock().now();
+    const bool alive = supervisor_.all_alive(workers, moves, now);
+    if (alive) {
+        last_alive_ = now;
+        silence_reported_ = false;
+    } else if (now - last_alive_ > ns_per_s && !std::exchange(silence_reported_, true)) {
+        log_error("watchdog: no sign of life from {}", supervisor_.missed());
+    }
+    return alive;
 }
 
 std::string Daemon::summary() const {
@@ -166,13 +211,21 @@ std::string Daemon::summary() const {
     return lines;
 }
 
+std::string Daemon::statistics_of(std::size_t unit) const {
+    for (const auto& line : lines_)
+        for (const CameraUnit* one : line->units)
+            if (one == units_[unit].get())
+                return one->statistics_json(line->clock_state(), line->source_name());
+    return units_[unit]->statistics_json(ClockState::free, "none");
+}
+
 std::string Daemon::statistics_json() const {
-    if (units_.size() == 1) return units_.front()->statistics_json();
+    if (units_.size() == 1) return statistics_of(0);
     nlohmann::ordered_json json;
     json["cameras"] = nlohmann::ordered_json::array();
-    for (const auto& unit : units_) {
-        nlohmann::ordered_json one = nlohmann::ordered_json::parse(unit->statistics_json());
-        one["address"] = unit->address();
+    for (std::size_t i = 0; i < units_.size(); ++i) {
+        nlohmann::ordered_json one = nlohmann::ordered_json::parse(statistics_of(i));
+        one["address"] = units_[i]->address();
         json["cameras"].push_back(std::move(one));
     }
     return json.dump(2) + "\n";

@@ -5,14 +5,18 @@
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/camera_unit.hpp"
+#include "emulator/supervisor.hpp"
+#include "emulator/thread_plan.hpp"
 #include "sync/conditioner.hpp"
 #include "sync/fan_out.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "sync/sync.hpp"
 
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::emulator {
@@ -37,14 +41,15 @@ public:
     /// To be called several times a second: writes what real-time threads have logged.
     void tick();
     /// Takes on what `next` changes, if all of that can be changed while running; otherwise nothing, and the
-    /// reason is the result. Frames in work are not disturbed. Throws Error when the new trigger source
-    /// cannot be had; the old one goes on then.
-    [[nodiscard]] std::string reload(config::Config next);
+    /// reason is the result. Frames in work are not disturbed; a scene is built while frames go on, and
+    /// `meanwhile` is called several times a second during that. Throws Error when the new scene or trigger
+    /// source cannot be had; the old one goes on then.
+    [[nodiscard]] std::string reload(config::Config next, const std::function<void()>& meanwhile = {});
     /// From now on tick() appends the stamps of every frame of that camera to `out`, as CSV. `out` must
     /// outlive the daemon.
     void write_timing_to(std::ostream& out, std::size_t camera = 0);
-    /// False when a worker thread has made no progress on work in hand since the last call; call every second
-    /// or slower.
+    /// True when every worker thread has given a sign of life since the last call that returned true; call
+    /// several times a second until it does. A thread that is missed is logged once.
     [[nodiscard]] bool alive();
 
     /// Counters in one line, for the log.
@@ -63,10 +68,23 @@ private:
         sync::FanOut cameras;
         std::unique_ptr<sync::Conditioner> conditioner;
         std::unique_ptr<sync::TriggerSource> source; ///< none: software triggers only
+        ClockState clock = ClockState::free;         ///< as it was logged last
+
+        [[nodiscard]] ClockState clock_state() const;
+        [[nodiscard]] std::string_view source_name() const { return source ? source->name() : "none"; }
+        /// Where simulators of its cameras make steps: with the source, or nowhere.
+        void let_step(bool with_source) const;
     };
 
+    void publish_clock_states();
+    void replace_trigger(TriggerLine& line, const config::Config& camera);
+    [[nodiscard]] std::string statistics_of(std::size_t unit) const;
+
     config::Config config_;
-    Priorities priorities_;
+    ThreadPlan threads_;
+    Supervisor supervisor_;
+    Time last_alive_;
+    bool silence_reported_ = false;
     LogRing log_;
     std::unique_ptr<sync::PtpMonitor> ptp_; ///< outlives the cameras, which ask it
     std::vector<std::unique_ptr<CameraUnit>> units_;

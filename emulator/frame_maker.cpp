@@ -32,7 +32,7 @@ struct Requests {
 
 FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& detector,
                        const SensorDescription& sensor, const Clock& clock, FrameMakerSettings settings)
-    : renderer_(renderer),
+    : renderer_(&renderer),
       detector_(detector),
       clock_(clock),
       readout_(sensor.readout),
@@ -64,8 +64,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
         buffer.assign(floats, 0.0F);
     if (lines) line_.assign(band_count_ * static_cast<std::size_t>(readout_.width), 0.0F);
     thread_ = std::thread([this] {
-        name_this_thread("detector");
-        if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
+        enter_thread("detector", settings_.thread);
         declare_this_thread_realtime();
         run_detector();
     });
@@ -105,6 +104,8 @@ bool FrameMaker::overlaps(Time scene_time) const noexcept {
 }
 
 std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
+    if (const renderer::Renderer* next = next_renderer_.exchange(nullptr))
+        renderer_.store(next, std::memory_order_release);
     const CameraSettings& s = order.settings;
     if (std::string refusal = plan_frame(order); !refusal.empty()) return refusal;
     if (!frame.fits(plan_.width, plan_.height) || plan_.width > readout_.width)
@@ -119,6 +120,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     info.trigger_edge = order.trigger_edge;
     info.seen = order.seen;
     info.tai_offset_ns = order.tai_offset_ns;
+    info.clock_state = order.clock_state;
     info.width = plan_.width;
     info.height = plan_.height;
     info.bits_per_pixel = adc_bits_;
@@ -150,7 +152,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
         std::fill_n(truth->saturated.begin(), pixels, std::uint8_t{0});
     }
     const Time mid = midpoint(plan_.rows.front().reset, plan_.rows.back().read);
-    renderer_.fill_truth(mid, info.truth);
+    current().fill_truth(mid, info.truth);
     info.truth.mid_exposure = mid + scene_to_clock_ns_;
     info.truth.seed = settings_.seed;
     return {};
@@ -177,7 +179,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
         }
         ++number;
         if (band.first_row + band.rows == plan_.height) frame.info.render_end = clock_.now();
-        posted_.store(number); // sequentially consistent, see Frame::publish_rows()
+        posted_.store(number); // sequentially consistent, see Releaser::run()
         posted_.notify_one();
     }
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
@@ -234,7 +236,7 @@ bool FrameMaker::render_band(const Band& band, std::span<float> light, const std
     request.window.y = window.sensor.y + first - window.image_y;
     request.window.height = request.rows = rows;
     request.row_times = band_times_;
-    return renderer_.render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
+    return current().render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
                             cancel);
 }
 
@@ -247,7 +249,7 @@ bool FrameMaker::render_lines(renderer::RenderRequest request, const Band& band,
     request.window.height = request.rows = 1;
     for (std::size_t r = 0; r < rows; ++r) {
         request.row_times = std::span(band_times_).subspan(r, 1);
-        if (!renderer_.render(request, {line_.data(), band_count_ * line}, cancel)) return false;
+        if (!current().render(request, {line_.data(), band_count_ * line}, cancel)) return false;
         for (std::size_t b = 0; b < band_count_; ++b)
             std::copy_n(line_.begin() + static_cast<std::ptrdiff_t>(b * line), line,
                         light.begin() + static_cast<std::ptrdiff_t>((b * rows + r) * line));
@@ -267,7 +269,7 @@ void FrameMaker::run_detector() noexcept {
             posted_.wait(number, std::memory_order_acquire);
         if (stopping_.load(std::memory_order_acquire)) return;
         expose_band(number);
-        done_.store(number + 1); // sequentially consistent, see Frame::publish_rows()
+        done_.store(number + 1); // sequentially consistent, see Releaser::run()
         done_.notify_one();
     }
 }

@@ -4,6 +4,7 @@
 #include "core/camera.hpp"
 #include "core/clock.hpp"
 #include "core/frame.hpp"
+#include "core/realtime.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "sensors/sequencer.hpp"
@@ -28,6 +29,7 @@ struct FrameOrder {
     Time seen;                      ///< scheduling clock
     Time scene_time;                ///< what the scene's clock shows at the trigger's edge
     std::int64_t tai_offset_ns = 0; ///< TAI minus the scheduling clock
+    ClockState clock_state = ClockState::free;
     CameraSettings settings;
 };
 
@@ -44,7 +46,7 @@ struct FrameMakerSettings {
     std::int32_t band_rows = 64;
     std::int32_t max_rows = 0; ///< of a composed image; 0: as many as the sensor has
     std::uint64_t seed = 1;    ///< recorded in the frame's ground truth
-    int priority = 0;          ///< SCHED_FIFO priority of the detector thread; 0: ordinary scheduling
+    ThreadSettings thread{};   ///< the detector's
 };
 
 /// The band pipeline: the calling thread renders band k+1 (over the renderer's own workers) while a thread of
@@ -74,11 +76,19 @@ public:
     /// What the chip would make of `settings`. Any thread; allocates.
     [[nodiscard]] ReadoutAnswer answer(const CameraSettings& settings) const;
 
+    /// From the frame prepared next on, `renderer` is used: the same number of bands, and it must outlive the
+    /// maker or the next replacement that was taken on. Any thread.
+    void replace_renderer(const renderer::Renderer& renderer) noexcept { next_renderer_.store(&renderer); }
+    /// Whether frames are made with `renderer` by now.
+    [[nodiscard]] bool uses(const renderer::Renderer& renderer) const noexcept {
+        return renderer_.load() == &renderer;
+    }
+
     /// Bands that have gone through the detector so far. Any thread.
     [[nodiscard]] std::uint32_t bands_made() const noexcept { return done_.load(std::memory_order_relaxed); }
     /// Grows while a frame is being made, also within a band that takes long. Any thread.
     [[nodiscard]] std::uint64_t progress() const noexcept {
-        return bands_made() + renderer_.rays_traced() + renderer_.samples_taken();
+        return bands_made() + current().rays_traced() + current().samples_taken();
     }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
@@ -109,7 +119,11 @@ private:
     void expose_band(std::uint32_t number) noexcept;
     void paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept;
 
-    const renderer::Renderer& renderer_;
+    [[nodiscard]] const renderer::Renderer& current() const noexcept {
+        return *renderer_.load(std::memory_order_acquire);
+    }
+
+    std::atomic<const renderer::Renderer*> renderer_, next_renderer_{nullptr};
     sensors::Detector& detector_;
     const Clock& clock_;
     const ReadoutSettings readout_;

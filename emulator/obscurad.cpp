@@ -17,6 +17,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -67,12 +68,13 @@ sigset_t block_signals() {
 }
 
 // Reads the configuration again: whole and good, or the old one stays.
-void reload(emulator::Daemon& daemon, const std::string& config_file) {
+void reload(emulator::Daemon& daemon, const std::string& config_file,
+            const std::function<void()>& meanwhile) {
     emulator::notify_service_manager(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
     try {
         const config::Config next = config::load(config_file);
-        const std::string refusal = daemon.reload(next);
+        const std::string refusal = daemon.reload(next, meanwhile);
         if (refusal.empty()) {
             set_log_level(level_of(next.daemon.log_level));
             log_notice("SIGHUP: {} taken on", config_file);
@@ -90,20 +92,23 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string&
     const MonotonicClock clock;
     const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
     Time next_beat = clock.now();
-    for (;;) {
-        const timespec tick{0, 100 * ns_per_ms};
-        const int signal = sigtimedwait(&signals, nullptr, &tick);
+    const auto mind = [&] {
         daemon.tick();
-        if (signal == SIGTERM || signal == SIGINT) {
-            log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
-            return;
-        }
-        if (signal == SIGHUP) reload(daemon, config_file);
         // A third of the time allowed, so that one beat may be lost; withheld when a worker hangs.
         if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
             emulator::notify_service_manager("WATCHDOG=1");
             next_beat = clock.now() + watchdog_ns / 3;
         }
+    };
+    for (;;) {
+        const timespec tick{0, 100 * ns_per_ms};
+        const int signal = sigtimedwait(&signals, nullptr, &tick);
+        mind();
+        if (signal == SIGTERM || signal == SIGINT) {
+            log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+            return;
+        }
+        if (signal == SIGHUP) reload(daemon, config_file, mind);
     }
 }
 

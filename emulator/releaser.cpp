@@ -1,5 +1,6 @@
 #include "emulator/releaser.hpp"
 
+#include "core/frame_flags.hpp"
 #include "core/realtime.hpp"
 
 #include <algorithm>
@@ -9,15 +10,18 @@
 namespace obscura::emulator {
 
 Releaser::Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock, TimingLog* log)
-    : settings_(settings), clock_(std::move(clock)), log_(log) {
+    : settings_(settings),
+      clock_(std::move(clock)),
+      log_(log),
+      policy_(settings.policy),
+      grace_ns_(settings.grace_ns) {
     for (Job& job : jobs_) {
         job.clock = clock_.get();
-        job.wake_clock = settings_.policy != LatePolicy::late;
+        job.news = &news_;
         job.release.reserve(settings_.max_rows);
     }
     thread_ = std::thread([this] {
-        name_this_thread("release");
-        if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
+        enter_thread(heartbeat_.name().c_str(), settings_.thread);
         declare_this_thread_realtime();
         run();
     });
@@ -28,8 +32,13 @@ Releaser::~Releaser() {
     abandon_all();
     // A number that was not begun wakes the thread; it looks at stopping_ first.
     begun_.fetch_add(1);
-    begun_.notify_all();
+    news_.ring();
     thread_.join();
+}
+
+void Releaser::set_late_policy(LatePolicy policy, std::int64_t grace_ns) noexcept {
+    policy_.store(policy, std::memory_order_relaxed);
+    grace_ns_.store(grace_ns, std::memory_order_relaxed);
 }
 
 bool Releaser::has_room() const noexcept {
@@ -43,6 +52,9 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     const std::uint32_t number = begun_.load(std::memory_order_relaxed);
     Job& job = jobs_[number % frames_in_flight];
     job.frame = frame;
+    job.policy = policy_.load(std::memory_order_relaxed);
+    job.grace_ns = grace_ns_.load(std::memory_order_relaxed);
+    job.wake_clock = job.policy != LatePolicy::late;
     job.target = frame.get();
     job.release.resize(release.size());
     std::transform(release.begin(), release.end(), job.release.begin(),
@@ -50,8 +62,8 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     job.late_rows.store(0, std::memory_order_relaxed);
     job.unwanted.store(false, std::memory_order_relaxed);
     job.exposed.store(0, std::memory_order_relaxed);
-    begun_.store(number + 1); // sequentially consistent, see Frame::publish_rows()
-    begun_.notify_all();
+    begun_.store(number + 1);
+    news_.ring();
     return job;
 }
 
@@ -70,19 +82,19 @@ void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
     }
     // Added, not stored: bits may be set meanwhile by another thread and must stay.
     exposed.fetch_add(static_cast<std::uint32_t>(rows - before), std::memory_order_release);
-    exposed.notify_all();
+    news->ring();
     if (wake_clock) clock->interrupt();
 }
 
 void Releaser::Job::tell(std::uint32_t bits) noexcept {
     if ((bits & cancelled) != 0) unwanted.store(true, std::memory_order_relaxed);
     exposed.fetch_or(bits, std::memory_order_release);
-    exposed.notify_all();
+    news->ring();
 }
 
 void Releaser::end(bool complete) noexcept {
     newest().tell(Job::filled | (complete ? 0 : Job::cancelled));
-    if (!complete || settings_.policy != LatePolicy::late) clock_->interrupt();
+    if (!complete || newest().wake_clock) clock_->interrupt();
 }
 
 void Releaser::abandon_all() noexcept {
@@ -99,14 +111,23 @@ void Releaser::wait_idle() const noexcept {
 
 ReleaseCounters Releaser::counters() const noexcept {
     const auto read = [](const std::atomic<std::uint64_t>& n) { return n.load(std::memory_order_relaxed); };
-    return {read(complete_), read(late_),    read(late_rows_), read(abandoned_),
-            read(repeated_), read(dropped_), read(partial_),   read(spins_denied_)};
+    return {complete_.load(std::memory_order_acquire),
+            read(late_),
+            read(late_rows_),
+            read(abandoned_),
+            read(repeated_),
+            read(dropped_),
+            read(partial_),
+            read(spins_denied_)};
 }
 
 void Releaser::run() noexcept {
     for (std::uint32_t number = 0;; ++number) {
-        while (begun_.load(std::memory_order_acquire) == number)
-            begun_.wait(number, std::memory_order_acquire);
+        for (;;) {
+            const std::uint32_t seen = news_.value();
+            if (begun_.load(std::memory_order_acquire) != number) break;
+            wait_for_news(seen);
+        }
         Job& job = jobs_[number % frames_in_flight];
         // Frames begun before the end are still given up properly, so that no transport waits for ever.
         if (!job.frame) return;
@@ -116,16 +137,17 @@ void Releaser::run() noexcept {
         timing.last_due = job.release.back();
         const Outcome outcome = release_frame(job, timing);
         const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
+        late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
         if (outcome == Outcome::complete) {
-            complete_.fetch_add(1, std::memory_order_relaxed);
+            // The count of frames last: whoever sees it sees what there is to say of the frame.
             if (late_rows > 0) late_.fetch_add(1, std::memory_order_relaxed);
-            if (settings_.policy == LatePolicy::repeat) last_complete_ = job.frame;
+            complete_.fetch_add(1, std::memory_order_release);
+            last_complete_ = job.policy == LatePolicy::repeat ? job.frame : FrameRef();
         } else {
             job.unwanted.store(true, std::memory_order_relaxed);
             frame.abandon();
-            abandoned_.fetch_add(1, std::memory_order_relaxed);
+            abandoned_.fetch_add(1, std::memory_order_release);
         }
-        late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
         if (log_ != nullptr) {
             const FrameInfo& info = frame.info;
             timing.frame_id = info.frame_id;
@@ -134,7 +156,7 @@ void Releaser::run() noexcept {
             timing.seen = info.seen;
             timing.rows = static_cast<std::uint32_t>(job.release.size());
             timing.late_rows = late_rows;
-            timing.flags = frame.flags.load(std::memory_order_relaxed);
+            timing.flags = reported_flags(frame);
             // The other stamps are written by threads that may still be at work on a frame given up early.
             if (frame.complete()) {
                 timing.render_begin = info.render_begin;
@@ -144,7 +166,9 @@ void Releaser::run() noexcept {
             log_->push(timing);
         }
         job.frame = FrameRef();
-        finished_.store(number + 1); // sequentially consistent, as above
+        // Sequentially consistent: notify_all() looks for waiters first, and with a weaker store that look
+        // may come before the store is seen. A waiter that arrives in between would then sleep for ever.
+        finished_.store(number + 1);
         finished_.notify_all();
     }
 }
@@ -153,6 +177,8 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
     Frame& frame = *job.frame;
     const auto height = static_cast<std::int32_t>(job.release.size());
     for (std::int32_t released = 0; released < height;) {
+        heartbeat_.beat();
+        const std::uint32_t seen = news_.value();
         const std::uint32_t exposed = job.exposed.load(std::memory_order_acquire);
         if ((exposed & Job::cancelled) != 0 || stopping_.load(std::memory_order_relaxed))
             return Outcome::abandoned;
@@ -160,12 +186,12 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
         const auto next = job.release.begin() + released, end = job.release.begin() + ready;
         const Time now = clock_->now();
         if (ready == released) {
-            if (settings_.policy == LatePolicy::late) {
-                job.exposed.wait(exposed, std::memory_order_acquire);
-            } else if (now > *next + settings_.grace_ns) {
+            if (job.policy == LatePolicy::late) {
+                wait_for_news(seen);
+            } else if (now > *next + job.grace_ns) {
                 return miss(job, released, timing);
             } else {
-                sleep_until(*next + settings_.grace_ns + 1, false);
+                sleep_until(*next + job.grace_ns + 1, false);
             }
             continue;
         }
@@ -197,7 +223,7 @@ Releaser::Outcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& t
                                 static_cast<std::uint32_t>(released),
                             std::memory_order_relaxed);
     frame.flags.fetch_or(frame_late, std::memory_order_relaxed);
-    if (settings_.policy == LatePolicy::repeat && repeat_last(job, released)) {
+    if (job.policy == LatePolicy::repeat && repeat_last(job, released)) {
         const Time now = clock_->now();
         if (released == 0) {
             timing.first = now;
@@ -208,7 +234,7 @@ Releaser::Outcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& t
         repeated_.fetch_add(1, std::memory_order_relaxed);
         return Outcome::complete;
     }
-    if (settings_.policy == LatePolicy::partial) {
+    if (job.policy == LatePolicy::partial) {
         partial_.fetch_add(1, std::memory_order_relaxed);
     } else {
         frame.flags.fetch_or(frame_dropped, std::memory_order_relaxed);
@@ -223,10 +249,11 @@ bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
                       last_complete_->info.height == frame.info.height;
     if (!fits) return false;
     // Renderer and detector let go of the frame at the end of their band.
-    for (std::uint32_t seen = job.exposed.load(std::memory_order_acquire); (seen & Job::filled) == 0;
-         seen = job.exposed.load(std::memory_order_acquire)) {
+    for (;;) {
+        const std::uint32_t seen = news_.value();
+        if ((job.exposed.load(std::memory_order_acquire) & Job::filled) != 0) break;
         if (stopping_.load(std::memory_order_relaxed)) return false;
-        job.exposed.wait(seen, std::memory_order_acquire);
+        wait_for_news(seen);
     }
     const auto offset = static_cast<std::size_t>(from) * static_cast<std::size_t>(frame.info.width);
     const auto source = std::as_const(*last_complete_).pixels().subspan(offset);
@@ -236,7 +263,17 @@ bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
     return true;
 }
 
+void Releaser::wait_for_news(std::uint32_t seen) noexcept {
+    heartbeat_.beat();
+    news_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+}
+
 void Releaser::sleep_until(Time t, bool exactly) noexcept {
+    // In pieces, so that a long exposure is not taken for a hung thread.
+    if (const Time soon = clock_->now() + Heartbeat::longest_wait_ns; t > soon) {
+        t = soon;
+        exactly = false;
+    }
     const bool spin = exactly && settings_.spin_ns > 0 && may_spin(clock_->now());
     if (!clock_->sleep_until(spin ? t - settings_.spin_ns : t)) {
         clock_->rearm();

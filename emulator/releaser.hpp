@@ -3,6 +3,9 @@
 
 #include "core/clock.hpp"
 #include "core/frame.hpp"
+#include "core/heartbeat.hpp"
+#include "core/realtime.hpp"
+#include "core/wakeup.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/latency.hpp"
 #include "emulator/timing_log.hpp"
@@ -26,7 +29,7 @@ enum class LatePolicy : std::uint8_t {
 
 struct ReleaserSettings {
     std::size_t max_rows = 1024;
-    int priority = 0;                        ///< SCHED_FIFO priority; 0: ordinary scheduling
+    ThreadSettings thread{};
     std::int64_t grain_ns = 250 * ns_per_us; ///< rows that fall due within this span leave together
     LatePolicy policy = LatePolicy::late;
     std::int64_t grace_ns = 0; ///< after a row's time, before the policy applies (not under `late`)
@@ -60,6 +63,8 @@ public:
     Releaser(const Releaser&) = delete;
     Releaser& operator=(const Releaser&) = delete;
 
+    /// Of frames begun from now on. Any thread.
+    void set_late_policy(LatePolicy policy, std::int64_t grace_ns) noexcept;
     /// Whether begin() may be called now: fewer than frames_in_flight frames have not left yet.
     [[nodiscard]] bool has_room() const noexcept;
     /// Takes charge of `frame`: `release` (scene clock) shifted by `shift_ns` says when each row may leave.
@@ -78,6 +83,7 @@ public:
     void wait_idle() const noexcept;
 
     [[nodiscard]] ReleaseCounters counters() const noexcept;
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_first_row() const noexcept { return first_row_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_last_row() const noexcept { return last_row_; }
     /// How late the first row left, of frames whose first row was ready in time.
@@ -92,7 +98,10 @@ private:
         static constexpr std::uint32_t filled = 1u << 30; ///< nobody writes to the frame any more
         static constexpr std::uint32_t rows_mask = filled - 1;
         Clock* clock = nullptr;
-        bool wake_clock = false;   ///< the releasing thread may be asleep on the clock, not on `exposed`
+        Wakeup* news = nullptr; ///< rung when `exposed` changes
+        LatePolicy policy = LatePolicy::late;
+        std::int64_t grace_ns = 0;
+        bool wake_clock = false;   ///< the releasing thread may be asleep on the clock, not on `news`
         FrameRef frame;            ///< the releaser's hold; let go when the frame has left
         Frame* target = nullptr;   ///< the same frame for rows_exposed(); held by the one who fills it
         std::vector<Time> release; ///< scheduling clock, in order
@@ -109,6 +118,7 @@ private:
     Outcome miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept;
     bool repeat_last(Job& job, std::int32_t from) noexcept;
     void sleep_until(Time t, bool exactly) noexcept;
+    void wait_for_news(std::uint32_t seen) noexcept;
     [[nodiscard]] bool may_spin(Time now) noexcept;
     Job& newest() noexcept { return jobs_[(begun_.load(std::memory_order_relaxed) - 1) % frames_in_flight]; }
     [[nodiscard]] const Job& newest() const noexcept {
@@ -120,7 +130,11 @@ private:
     TimingLog* log_;
     std::array<Job, frames_in_flight> jobs_;
     std::atomic<std::uint32_t> begun_{0}, finished_{0}; ///< frames, counted through
+    std::atomic<LatePolicy> policy_;
+    std::atomic<std::int64_t> grace_ns_;
     std::atomic<bool> stopping_{false};
+    Wakeup news_; ///< for the releasing thread: a frame begun, rows exposed, the end
+    Heartbeat heartbeat_{"release"};
 
     // Releasing thread only.
     FrameRef last_complete_; ///< kept under LatePolicy::repeat

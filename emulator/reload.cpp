@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -61,8 +63,34 @@ std::vector<std::string> changed_keys(const config::Config& before, const config
     return changed;
 }
 
+std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
+    std::ifstream in(scene_file, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    std::uint64_t print = 0xcbf29ce484222325; // FNV-1a
+    const auto add = [&print](std::string_view bytes) {
+        for (const char c : bytes)
+            print = (print ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    };
+    add(text);
+    // Whatever stands in quotes may be a file.
+    for (std::size_t begin = text.find('"'); begin != std::string::npos; begin = text.find('"', begin)) {
+        const std::size_t end = text.find('"', begin + 1);
+        if (end == std::string::npos) break;
+        const std::filesystem::path file = scene_file.parent_path() / text.substr(begin + 1, end - begin - 1);
+        std::error_code error;
+        if (std::filesystem::is_regular_file(file, error)) {
+            const auto size = std::filesystem::file_size(file, error);
+            const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
+            add(fmt::format("{} {}", size, written));
+        }
+        begin = end + 1;
+    }
+    return text.empty() ? 0 : print;
+}
+
 bool is_reloadable(const std::string& key) {
-    return (key.rfind("trigger.", 0) == 0 && key != "trigger.over_trigger") || key == "daemon.log_level";
+    return (key.rfind("trigger.", 0) == 0 && key != "trigger.over_trigger") || key == "daemon.log_level" ||
+           key == "scene.file" || key == "deadline.policy" || key == "deadline.grace_us";
 }
 
 } // namespace obscura::emulator

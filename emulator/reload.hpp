@@ -3,6 +3,8 @@
 
 #include "config/config.hpp"
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -13,8 +15,12 @@ namespace obscura::emulator {
 [[nodiscard]] std::vector<std::string> changed_keys(const config::Config& before,
                                                     const config::Config& after);
 
-/// Whether a running daemon takes a new value of `key` on: the bench's clock in [trigger], and
-/// daemon.log_level.
+/// Of the scene file and of every file that it names: changes when one of them does. 0 when it cannot be
+/// read.
+[[nodiscard]] std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file);
+
+/// Whether a running daemon takes a new value of `key` on: the bench's clock in [trigger], the
+/// late policy in [deadline], the scene, and daemon.log_level.
 [[nodiscard]] bool is_reloadable(const std::string& key);
 
 } // namespace obscura::emulator

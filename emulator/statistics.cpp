@@ -57,9 +57,10 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
 }
 
 std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                               const TransportList& transports) {
+                               const TransportList& transports, ClockState clock, std::string_view source) {
     const CameraCounters c = camera.counters();
     Json json;
+    json["clock"] = {{"state", name_of(clock)}, {"source", source}};
     json["camera"] = {{"triggers", c.triggers},
                       {"frames", c.frames},
                       {"complete", c.complete},

@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::emulator {
@@ -15,9 +16,11 @@ using TransportList = std::vector<std::unique_ptr<transports::Transport>>;
 
 [[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
 
-/// {"camera": {counters...}, "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max"}, ...},
+/// {"clock": {"state", "source"}, "camera": {counters...}, "latency_us": {"trigger_to_first_row": {"count",
+/// "p50", "p99", "max"}, ...},
 ///  "transports": {"gige": {...}, ...}}
 [[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                                             const TransportList& transports);
+                                             const TransportList& transports, ClockState clock,
+                                             std::string_view source);
 
 } // namespace obscura::emulator

@@ -12,6 +12,7 @@ namespace obscura::renderer {
 Pose pose_at(const scene::Motion& motion, double time_s) {
     const auto& samples = motion.samples;
     Pose pose;
+    if (motion.live && motion.live->at(time_s, pose)) return pose;
     if (samples.size() == 1 || time_s <= samples.front().time_s) {
         pose = samples.front().pose;
     } else if (time_s >= samples.back().time_s) {

@@ -11,6 +11,11 @@ namespace obscura::sync {
 /// device.
 [[nodiscard]] std::int64_t monotonic_minus(clockid_t id) noexcept;
 
+/// clockid of an open character device (/dev/ptpN): FD_TO_CLOCKID of the kernel's documentation.
+[[nodiscard]] constexpr clockid_t clock_of_device(int fd) noexcept {
+    return static_cast<clockid_t>((~static_cast<unsigned>(fd) << 3) | 3u);
+}
+
 /// An edge's stamp in scheduling clock, given its stamp `at_ns` in another clock and the difference of the
 /// two. A stamp that lies more than 1 ms after `seen` or more than 1 s before it cannot be meant (the other
 /// clock was stepped in between): then `seen` itself is the best there is.

@@ -11,7 +11,10 @@
 namespace obscura::sync {
 
 EdgeTrigger::EdgeTrigger(EdgeTriggerSettings settings, Open open, const Clock& clock)
-    : settings_(std::move(settings)), open_(std::move(open)), clock_(clock) {}
+    : settings_(std::move(settings)),
+      open_(std::move(open)),
+      clock_(clock),
+      heartbeat_("trigger-" + settings_.name) {}
 
 EdgeTrigger::~EdgeTrigger() {
     stop();
@@ -22,9 +25,9 @@ void EdgeTrigger::start(TriggerSink& sink) {
     input_ = open_();
     stopping_ = false;
     connected_ = true;
+    last_edge_ns_ = INT64_MIN;
     thread_ = std::thread([this, &sink] {
-        name_this_thread(("trigger-" + settings_.name).c_str());
-        if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
+        enter_thread(heartbeat_.name().c_str(), settings_.thread);
         run(sink);
     });
 }
@@ -33,6 +36,7 @@ void EdgeTrigger::stop() {
     if (!thread_.joinable()) return;
     stopping_ = true;
     thread_.join();
+    heartbeat_.rest();
     input_.reset();
     connected_ = false;
 }
@@ -41,6 +45,7 @@ void EdgeTrigger::run(TriggerSink& sink) {
     std::array<Edge, 16> edges;
     std::uint64_t id = 0, last_sequence = 0;
     while (!stopping_.load(std::memory_order_relaxed)) {
+        heartbeat_.beat();
         if (!input_) {
             reopen();
             last_sequence = 0;
@@ -60,9 +65,23 @@ void EdgeTrigger::run(TriggerSink& sink) {
             const bool known = last_sequence != 0 && edge.sequence > last_sequence;
             id += known ? edge.sequence - last_sequence : 1;
             last_sequence = edge.sequence;
-            sink.on_trigger({id, edge.at, seen});
+            const std::int64_t last_ns = last_edge_ns_.exchange(edge.at.ns, std::memory_order_relaxed);
+            const bool regular = last_ns != INT64_MIN && punctual(edge.at.ns - last_ns);
+            regular_.store(regular, std::memory_order_relaxed);
+            sink.on_trigger({id, edge.at, seen, regular ? ClockState::locked : ClockState::free});
         }
     }
+}
+
+bool EdgeTrigger::punctual(std::int64_t since_ns) const noexcept {
+    return 2 * since_ns <= 3 * settings_.nominal_period_ns;
+}
+
+ClockState EdgeTrigger::clock_state(Time now) const noexcept {
+    const std::int64_t last_ns = last_edge_ns_.load(std::memory_order_relaxed);
+    const bool locked = last_ns != INT64_MIN && connected() && regular_.load(std::memory_order_relaxed) &&
+                        punctual(now.ns - last_ns);
+    return locked ? ClockState::locked : ClockState::free;
 }
 
 void EdgeTrigger::reopen() {

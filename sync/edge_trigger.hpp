@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/realtime.hpp"
 #include "sync/edge_input.hpp"
 #include "sync/sync.hpp"
 
@@ -16,9 +17,11 @@ namespace obscura::sync {
 
 struct EdgeTriggerSettings {
     std::string name = "edge";
-    int priority = 0;                       ///< SCHED_FIFO priority of the thread; 0: ordinary scheduling
+    ThreadSettings thread{};
     std::int64_t poll_ns = 100 * ns_per_ms; ///< longest wait, so that stop() and a vanished input are noticed
     std::int64_t reopen_every_ns = 200 * ns_per_ms;
+    /// How far apart edges are to be; farther than 1.5 of this they are no clock. 0: never one.
+    std::int64_t nominal_period_ns = 0;
 };
 
 /// Ids count the edges from 1 at start(); where the input has sequence numbers, edges that it lost leave a
@@ -36,7 +39,10 @@ public:
     [[nodiscard]] std::string_view name() const override { return settings_.name; }
     void start(TriggerSink& sink) override;
     void stop() override;
+    [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
+    /// Locked while edges come as they should; there is nothing to hold over with.
+    [[nodiscard]] ClockState clock_state(Time now) const noexcept override;
     /// False while the input is gone. Any thread.
     [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t reconnects() const noexcept {
@@ -46,6 +52,7 @@ public:
 private:
     void run(TriggerSink& sink);
     void reopen();
+    [[nodiscard]] bool punctual(std::int64_t since_ns) const noexcept;
 
     const EdgeTriggerSettings settings_;
     const Open open_;
@@ -53,6 +60,9 @@ private:
     std::unique_ptr<EdgeInput> input_;
     std::atomic<bool> stopping_{false}, connected_{false};
     std::atomic<std::uint64_t> reconnects_{0};
+    std::atomic<std::int64_t> last_edge_ns_{INT64_MIN};
+    std::atomic<bool> regular_{false}; ///< the last edge came when it should
+    Heartbeat heartbeat_;
     std::thread thread_;
 };
 

@@ -1,79 +1,41 @@
 #include "sync/gpio_input.hpp"
 
-#include "core/error.hpp"
+#include "sync/gpio_line.hpp"
 
-#include <fmt/format.h>
-#include <gpiod.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
-#include <filesystem>
-#include <optional>
-#include <vector>
+#include <new>
 
 namespace obscura::sync {
 namespace {
 
 constexpr const char* consumer = "obscura";
-
-/// "gpiochip0:3" or "/dev/gpiochip0:3".
-struct ChipAndOffset {
-    std::string device;
-    unsigned offset = 0;
-};
-
-std::optional<ChipAndOffset> parse_offset(const std::string& line) {
-    const std::size_t colon = line.rfind(':');
-    if (colon == std::string::npos) return std::nullopt;
-    ChipAndOffset place;
-    const char* end = line.data() + line.size();
-    const auto [rest, error] = std::from_chars(line.data() + colon + 1, end, place.offset);
-    if (error != std::errc() || rest != end || colon == 0) return std::nullopt;
-    place.device = line.substr(0, colon);
-    if (place.device.front() != '/') place.device = "/dev/" + place.device;
-    return place;
-}
-
-[[noreturn]] void refuse(const std::string& line, const std::string& why) {
-    throw HardwareError(fmt::format(
-        "trigger.line: GPIO line \"{}\": {}; allowed is a line's name or \"gpiochipN:OFFSET\"", line, why));
-}
-
-std::vector<std::string> chip_devices() {
-    std::vector<std::string> devices;
-    std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
-        if (entry.path().filename().string().starts_with("gpiochip"))
-            devices.push_back(entry.path().string());
-    std::sort(devices.begin(), devices.end());
-    return devices;
-}
+constexpr const char* key = "trigger.line";
 
 #ifdef GPIOD_LINE_BULK_MAX_LINES // libgpiod 1.x
 
-struct CloseChip {
-    void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
-};
-
 class GpioInput final : public EdgeInput {
 public:
-    explicit GpioInput(const GpioSettings& settings) : both_(settings.edge == GpioEdge::both) {
-        find(settings.line);
+    explicit GpioInput(const GpioSettings& settings)
+        : place_(find_gpio_line(key, settings.line)),
+          line_(gpiod_chip_get_line(place_.chip.get(), place_.offset)),
+          both_(settings.edge == GpioEdge::both) {
         const auto request = settings.edge == GpioEdge::rising    ? gpiod_line_request_rising_edge_events
                              : settings.edge == GpioEdge::falling ? gpiod_line_request_falling_edge_events
                                                                   : gpiod_line_request_both_edges_events;
-        if (request(line_, consumer) != 0) refuse(settings.line, std::strerror(errno));
+        if (line_ == nullptr || request(line_, consumer) != 0)
+            refuse_gpio_line(key, settings.line, std::strerror(errno));
     }
 
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
         const timespec limit{timeout_ns / ns_per_s, timeout_ns % ns_per_s};
         const int ready = gpiod_line_event_wait(line_, &limit);
         // A chip that is unplugged wakes nobody (Linux 6.1); its node goes.
-        if (ready == 0) return ::access(device_.c_str(), F_OK) == 0 ? 0 : gone;
+        if (ready == 0) return ::access(place_.device.c_str(), F_OK) == 0 ? 0 : gone;
         if (ready < 0) return errno == EINTR ? 0 : gone;
         std::array<gpiod_line_event, 16> events;
         const int count = gpiod_line_event_read_multiple(
@@ -88,25 +50,6 @@ public:
     }
 
 private:
-    void find(const std::string& name) {
-        if (const auto place = parse_offset(name)) {
-            chip_.reset(gpiod_chip_open(place->device.c_str()));
-            if (!chip_) refuse(name, fmt::format("{}: {}", place->device, std::strerror(errno)));
-            line_ = gpiod_chip_get_line(chip_.get(), place->offset);
-            if (line_ == nullptr) refuse(name, fmt::format("{} has no such line", place->device));
-            device_ = place->device;
-            return;
-        }
-        for (const std::string& device : chip_devices()) {
-            chip_.reset(gpiod_chip_open(device.c_str()));
-            if (!chip_) continue;
-            line_ = gpiod_chip_find_line(chip_.get(), name.c_str());
-            device_ = device;
-            if (line_ != nullptr) return;
-        }
-        refuse(name, "no chip that can be opened has it");
-    }
-
     // Two edges of the same kind in a row: the one between them was lost.
     std::uint64_t sequence_of(int kind) noexcept {
         if (!both_) return 0;
@@ -115,9 +58,8 @@ private:
         return sequence_;
     }
 
-    std::unique_ptr<gpiod_chip, CloseChip> chip_; // closes its lines, too
+    GpioLine place_; // its chip closes the line, too
     gpiod_line* line_ = nullptr;
-    std::string device_;
     const bool both_;
     int last_kind_ = 0;
     std::uint64_t sequence_ = 0;
@@ -132,7 +74,6 @@ struct FreeWith {
         Free(object);
     }
 };
-using Chip = std::unique_ptr<gpiod_chip, FreeWith<gpiod_chip_close>>;
 using LineSettings = std::unique_ptr<gpiod_line_settings, FreeWith<gpiod_line_settings_free>>;
 using LineConfig = std::unique_ptr<gpiod_line_config, FreeWith<gpiod_line_config_free>>;
 using RequestConfig = std::unique_ptr<gpiod_request_config, FreeWith<gpiod_request_config_free>>;
@@ -142,8 +83,8 @@ using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, FreeWith<gpiod_edge
 class GpioInput final : public EdgeInput {
 public:
     explicit GpioInput(const GpioSettings& settings) : buffer_(gpiod_edge_event_buffer_new(16)) {
-        unsigned offset = 0;
-        const Chip chip = find(settings.line, offset);
+        const GpioLine place = find_gpio_line(key, settings.line);
+        device_ = place.device;
         const LineSettings line(gpiod_line_settings_new());
         const LineConfig config(gpiod_line_config_new());
         const RequestConfig request(gpiod_request_config_new());
@@ -156,11 +97,11 @@ public:
         gpiod_line_settings_set_event_clock(line.get(), GPIOD_LINE_CLOCK_MONOTONIC);
         gpiod_line_settings_set_debounce_period_us(line.get(),
                                                    static_cast<unsigned long>(settings.debounce_ns / 1000));
-        gpiod_line_config_add_line_settings(config.get(), &offset, 1, line.get());
+        gpiod_line_config_add_line_settings(config.get(), &place.offset, 1, line.get());
         gpiod_request_config_set_consumer(request.get(), consumer);
         gpiod_request_config_set_event_buffer_size(request.get(), 256);
-        request_.reset(gpiod_chip_request_lines(chip.get(), request.get(), config.get()));
-        if (!request_) refuse(settings.line, std::strerror(errno));
+        request_.reset(gpiod_chip_request_lines(place.chip.get(), request.get(), config.get()));
+        if (!request_) refuse_gpio_line(key, settings.line, std::strerror(errno));
     }
 
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
@@ -181,26 +122,6 @@ public:
     }
 
 private:
-    Chip find(const std::string& name, unsigned& offset) {
-        if (const auto place = parse_offset(name)) {
-            Chip chip(gpiod_chip_open(place->device.c_str()));
-            if (!chip) refuse(name, fmt::format("{}: {}", place->device, std::strerror(errno)));
-            device_ = place->device;
-            offset = place->offset;
-            return chip;
-        }
-        for (const std::string& device : chip_devices()) {
-            Chip chip(gpiod_chip_open(device.c_str()));
-            if (!chip) continue;
-            const int found = gpiod_chip_get_line_offset_from_name(chip.get(), name.c_str());
-            if (found < 0) continue;
-            device_ = device;
-            offset = static_cast<unsigned>(found);
-            return chip;
-        }
-        refuse(name, "no chip that can be opened has it");
-    }
-
     EventBuffer buffer_;
     Request request_;
     std::string device_;

@@ -4,18 +4,6 @@
 
 namespace obscura::sync {
 
-const char* name_of(ClockState state) noexcept {
-    switch (state) {
-    case ClockState::locked:
-        return "locked";
-    case ClockState::holdover:
-        return "holdover";
-    case ClockState::free:
-        break;
-    }
-    return "free";
-}
-
 PpsSchedule::PpsSchedule(const PpsSettings& settings)
     : settings_(settings), nominal_(settings.rate, Time{}, 0) {}
 

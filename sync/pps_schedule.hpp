@@ -1,6 +1,7 @@
 // Instants at PPS + k/rate + phase, from the pulses that came so far.
 #pragma once
 
+#include "core/clock_state.hpp"
 #include "core/time.hpp"
 #include "sync/schedule.hpp"
 
@@ -8,14 +9,6 @@
 #include <optional>
 
 namespace obscura::sync {
-
-/// How far a clock can be trusted.
-enum class ClockState : std::uint8_t {
-    free,     ///< nothing to hold on to (yet, or for too long)
-    locked,   ///< the last pulse came when it should
-    holdover, ///< pulses are missing; the last ones are continued
-};
-[[nodiscard]] const char* name_of(ClockState state) noexcept;
 
 struct PpsSettings {
     RationalRate rate{10, 1};

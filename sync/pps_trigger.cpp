@@ -2,17 +2,18 @@
 
 #include "core/realtime.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace obscura::sync {
 
-PpsTrigger::PpsTrigger(const PpsSettings& settings, int priority, EdgeTrigger::Open open,
+PpsTrigger::PpsTrigger(const PpsSettings& settings, const ThreadSettings& thread, EdgeTrigger::Open open,
                        std::unique_ptr<Clock> clock)
     : settings_(settings),
-      priority_(priority),
+      thread_settings_(thread),
       clock_(std::move(clock)),
       pulses_(*clock_),
-      input_({.name = "pps", .priority = priority}, std::move(open), *clock_) {}
+      input_({.name = "pps-in", .thread = thread}, std::move(open), *clock_) {}
 
 PpsTrigger::~PpsTrigger() {
     stop();
@@ -26,8 +27,7 @@ void PpsTrigger::start(TriggerSink& sink) {
     clock_->rearm();
     input_.start(pulses_);
     thread_ = std::thread([this, &sink] {
-        name_this_thread("trigger-pps");
-        if (priority_ > 0) make_this_thread_realtime(priority_);
+        enter_thread(heartbeat_.name().c_str(), thread_settings_);
         declare_this_thread_realtime();
         run(sink);
     });
@@ -39,7 +39,14 @@ void PpsTrigger::stop() {
     stopping_ = true;
     clock_->interrupt();
     thread_.join();
+    heartbeat_.rest();
     state_ = ClockState::free;
+}
+
+Heartbeats PpsTrigger::heartbeats() const {
+    Heartbeats all = input_.heartbeats();
+    all.push_back(&heartbeat_);
+    return all;
 }
 
 void PpsTrigger::Pulses::on_trigger(const Trigger& t) noexcept {
@@ -52,6 +59,7 @@ void PpsTrigger::run(TriggerSink& sink) noexcept {
     std::int64_t latest_ns = INT64_MIN;
     std::uint64_t next = 0;
     while (!stopping_.load(std::memory_order_relaxed)) {
+        heartbeat_.beat();
         if (const std::int64_t pulse_ns = pulses_.latest_ns.load(std::memory_order_acquire);
             pulse_ns != latest_ns) {
             latest_ns = pulse_ns;
@@ -60,20 +68,20 @@ void PpsTrigger::run(TriggerSink& sink) noexcept {
         const Time now = clock_->now();
         state_.store(schedule.state(now), std::memory_order_relaxed);
         if (!schedule.started()) {
-            if (!clock_->sleep_until(now + ns_per_s)) clock_->rearm();
+            if (!clock_->sleep_until(now + Heartbeat::longest_wait_ns)) clock_->rearm();
             continue;
         }
         Time due = schedule.slot(next);
         if (schedule.awaits_pulse(next)) due += pulse_patience_ns;
         if (now < due) {
             // A pulse on the way moves the slot, so look again whenever one comes.
-            if (!clock_->sleep_until(due)) clock_->rearm();
+            if (!clock_->sleep_until(std::min(due, now + Heartbeat::longest_wait_ns))) clock_->rearm();
             continue;
         }
         std::uint64_t latest = schedule.first_slot_from(now + 1) - 1;
         if (latest > next && schedule.awaits_pulse(latest)) --latest;
         missed_.fetch_add(latest - next, std::memory_order_relaxed);
-        sink.on_trigger({latest + 1, schedule.slot(latest), now});
+        sink.on_trigger({latest + 1, schedule.slot(latest), now, schedule.state(now)});
         next = latest + 1;
     }
 }

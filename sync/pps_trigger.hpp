@@ -20,16 +20,19 @@ public:
     static constexpr std::int64_t pulse_patience_ns = 20 * ns_per_ms;
 
     /// `open` opens the pulses' input. `clock` must be this source's own: it interrupts it.
-    PpsTrigger(const PpsSettings& settings, int priority, EdgeTrigger::Open open,
+    PpsTrigger(const PpsSettings& settings, const ThreadSettings& thread, EdgeTrigger::Open open,
                std::unique_ptr<Clock> clock);
     ~PpsTrigger() override;
 
     [[nodiscard]] std::string_view name() const override { return "pps"; }
     void start(TriggerSink& sink) override;
     void stop() override;
+    [[nodiscard]] Heartbeats heartbeats() const override;
 
     /// Any thread.
-    [[nodiscard]] ClockState clock_state() const noexcept { return state_.load(std::memory_order_relaxed); }
+    [[nodiscard]] ClockState clock_state(Time /*now*/) const noexcept override {
+        return state_.load(std::memory_order_relaxed);
+    }
     [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
 private:
@@ -44,13 +47,14 @@ private:
     void run(TriggerSink& sink) noexcept;
 
     const PpsSettings settings_;
-    const int priority_;
+    const ThreadSettings thread_settings_;
     std::unique_ptr<Clock> clock_;
     Pulses pulses_;
     EdgeTrigger input_;
     std::atomic<bool> stopping_{false};
     std::atomic<ClockState> state_{ClockState::free};
     std::atomic<std::uint64_t> missed_{0};
+    Heartbeat heartbeat_{"trigger-pps"};
     std::thread thread_;
 };
 

@@ -18,11 +18,6 @@
 namespace obscura::sync {
 namespace {
 
-// clockid of an open character device: FD_TO_CLOCKID of the kernel's documentation.
-clockid_t clock_of(int fd) noexcept {
-    return static_cast<clockid_t>((~static_cast<unsigned>(fd) << 3) | 3u);
-}
-
 class PtpInput final : public EdgeInput {
 public:
     PtpInput(const std::string& device, unsigned channel)
@@ -60,7 +55,7 @@ public:
         if (bytes < 0) return errno == EINTR || errno == EAGAIN ? 0 : gone;
         timespec now{};
         clock_gettime(CLOCK_MONOTONIC, &now);
-        const std::int64_t difference = monotonic_minus(clock_of(fd_.get()));
+        const std::int64_t difference = monotonic_minus(clock_of_device(fd_.get()));
         int count = 0;
         for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i) {
             if (events[i].index != channel_) continue;

@@ -5,6 +5,8 @@
 #include "sync/pps_input.hpp"
 #include "sync/pps_trigger.hpp"
 #include "sync/ptp_input.hpp"
+#include "sync/ptp_timer.hpp"
+#include "sync/software.hpp"
 #include "sync/timer.hpp"
 #include "sync/udp_input.hpp"
 
@@ -23,11 +25,17 @@ RationalRate rate_of(const SourceSettings& s) {
     }
 }
 
+EdgeTriggerSettings edge_settings(const char* name, const SourceSettings& s) {
+    return {.name = name,
+            .thread = s.thread,
+            .nominal_period_ns = static_cast<std::int64_t>(1e9 / rate_of(s).hz())};
+}
+
 std::unique_ptr<TriggerSource> make_timer(const SourceSettings& s, const Clock& /*clock*/) {
     TimerSettings settings;
     settings.rate = rate_of(s);
     settings.phase_ns = s.phase_ns;
-    settings.priority = s.priority;
+    settings.thread = s.thread;
     return std::make_unique<TimerTrigger>(settings, std::make_unique<MonotonicClock>());
 }
 
@@ -42,28 +50,46 @@ std::unique_ptr<TriggerSource> make_gpio(const SourceSettings& s, const Clock& c
                                     : GpioEdge::rising;
     gpio.debounce_ns = s.debounce_ns;
     return std::make_unique<EdgeTrigger>(
-        EdgeTriggerSettings{.name = "gpio", .priority = s.priority}, [gpio] { return open_gpio(gpio); },
-        clock);
+        edge_settings("gpio", s), [gpio] { return open_gpio(gpio); }, clock);
 }
 
 std::unique_ptr<TriggerSource> make_pps(const SourceSettings& s, const Clock& /*clock*/) {
     const std::string device = s.device.empty() ? "/dev/pps0" : s.device;
     return std::make_unique<PpsTrigger>(
-        PpsSettings{.rate = rate_of(s), .phase_ns = s.phase_ns}, s.priority,
+        PpsSettings{.rate = rate_of(s), .phase_ns = s.phase_ns}, s.thread,
         [device] { return open_pps(device); }, std::make_unique<MonotonicClock>());
 }
 
 std::unique_ptr<TriggerSource> make_ptp(const SourceSettings& s, const Clock& clock) {
     const std::string device = s.device.empty() ? "/dev/ptp0" : s.device;
     return std::make_unique<EdgeTrigger>(
-        EdgeTriggerSettings{.name = "ptp", .priority = s.priority},
-        [device, channel = s.channel] { return open_ptp(device, channel); }, clock);
+        edge_settings("ptp", s), [device, channel = s.channel] { return open_ptp(device, channel); }, clock);
 }
 
 std::unique_ptr<TriggerSource> make_udp(const SourceSettings& s, const Clock& clock) {
     return std::make_unique<EdgeTrigger>(
-        EdgeTriggerSettings{.name = "udp", .priority = s.priority},
-        [listen = s.listen] { return open_udp(listen); }, clock);
+        edge_settings("udp", s), [listen = s.listen] { return open_udp(listen); }, clock);
+}
+
+std::unique_ptr<TriggerSource> make_ptp_timer(const SourceSettings& s, const Clock& /*clock*/) {
+    const std::string device = s.device.empty() ? "/dev/ptp0" : s.device;
+    PtpTimerSettings settings;
+    settings.rate = rate_of(s);
+    settings.phase_ns = s.phase_ns;
+    settings.thread = s.thread;
+    if (!s.start.empty()) {
+        settings.start = parse_start(s.start);
+        if (!settings.start)
+            throw ConfigError(fmt::format(
+                "trigger.start: \"{}\": seconds like \"1795244437.5\" are wanted, with up to nine decimals",
+                s.start));
+    }
+    return std::make_unique<PtpTimer>(
+        settings, [device] { return open_ptp_clock(device); }, std::make_unique<MonotonicClock>());
+}
+
+std::unique_ptr<TriggerSource> make_lockstep(const SourceSettings& /*s*/, const Clock& clock) {
+    return std::make_unique<SoftwareTrigger>(clock);
 }
 
 struct Kind {
@@ -73,7 +99,10 @@ struct Kind {
 
 // One line for each kind of source.
 constexpr Kind kinds[] = {
-    {"timer", make_timer}, {"gpio", make_gpio}, {"pps", make_pps}, {"ptp", make_ptp}, {"udp", make_udp},
+    {"timer", make_timer},       {"ptp_timer", make_ptp_timer},
+    {"gpio", make_gpio},         {"pps", make_pps},
+    {"ptp", make_ptp},           {"udp", make_udp},
+    {"lockstep", make_lockstep},
 };
 
 } // namespace

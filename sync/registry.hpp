@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/realtime.hpp"
 #include "sync/sync.hpp"
 
 #include <cstdint>
@@ -20,7 +21,8 @@ struct SourceSettings {
     std::string device;                ///< pps, ptp; empty: the first
     unsigned channel = 0;              ///< ptp
     std::string listen;                ///< udp
-    int priority = 0;                  ///< SCHED_FIFO priority; 0: ordinary scheduling
+    std::string start;                 ///< ptp_timer
+    ThreadSettings thread{};
 };
 
 /// Null for the kind "none". `clock` must outlive the source. Throws ConfigError for a kind that does not

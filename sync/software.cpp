@@ -13,10 +13,12 @@ void SoftwareTrigger::stop() {
     sink_ = nullptr;
 }
 
-bool SoftwareTrigger::fire(Time edge) {
+bool SoftwareTrigger::fire(Time edge, Time scene) {
     const std::lock_guard lock(mutex_);
     if (sink_ == nullptr) return false;
-    sink_->on_trigger({next_id_++, edge, clock_.now()});
+    const ClockState state = scene == Trigger::scene_of_camera ? ClockState::free : ClockState::locked;
+    state_.store(state, std::memory_order_relaxed);
+    sink_->on_trigger({next_id_++, edge, clock_.now(), state, scene});
     return true;
 }
 

@@ -4,6 +4,7 @@
 #include "core/clock.hpp"
 #include "sync/sync.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 
@@ -19,14 +20,19 @@ public:
     void start(TriggerSink& sink) override;
     void stop() override;
 
-    /// Delivers a trigger whose edge is `edge`; false when the source is not started. Any ordinary thread.
-    bool fire(Time edge);
+    /// Delivers a trigger whose edge is `edge`; false when the source is not started. Any ordinary thread. In
+    /// lockstep `scene` is the scene's time, and the clock is locked, because it is the simulator's own.
+    bool fire(Time edge, Time scene = Trigger::scene_of_camera);
+    [[nodiscard]] ClockState clock_state(Time /*now*/) const noexcept override {
+        return state_.load(std::memory_order_relaxed);
+    }
 
 private:
     const Clock& clock_;
     std::mutex mutex_;
     TriggerSink* sink_ = nullptr;
     std::uint64_t next_id_ = 1;
+    std::atomic<ClockState> state_{ClockState::free};
 };
 
 } // namespace obscura::sync

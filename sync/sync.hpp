@@ -1,6 +1,8 @@
 // Read this first: trigger sources turn an outside clock into Triggers.
 #pragma once
 
+#include "core/clock_state.hpp"
+#include "core/heartbeat.hpp"
 #include "core/time.hpp"
 
 #include <cstdint>
@@ -13,6 +15,11 @@ struct Trigger {
     std::uint64_t id = 0; ///< counts from 1 per source, gaps mean lost edges
     Time edge;            ///< the edge's own stamp (scheduled instant, kernel stamp), never "now"
     Time seen;            ///< when user space learnt of it
+    ClockState clock = ClockState::free; ///< of the source when it saw the edge
+    /// Lockstep: what the scene's clock shows at the edge; otherwise scene_of_camera, and the camera decides.
+    Time scene = scene_of_camera;
+
+    static constexpr Time scene_of_camera{INT64_MIN};
 };
 
 /// Receives triggers. Implemented by the emulator.
@@ -33,6 +40,10 @@ public:
     virtual void start(TriggerSink& sink) = 0;
     /// After the return no further trigger is delivered.
     virtual void stop() = 0;
+    /// How far its clock can be trusted at `now` (scheduling clock). Any thread.
+    [[nodiscard]] virtual ClockState clock_state(Time /*now*/) const noexcept { return ClockState::free; }
+    /// Of its threads. They outlive stop().
+    [[nodiscard]] virtual Heartbeats heartbeats() const { return {}; }
 };
 
 } // namespace obscura::sync

@@ -2,6 +2,8 @@
 
 #include "core/realtime.hpp"
 
+#include <algorithm>
+
 namespace obscura::sync {
 
 TimerTrigger::TimerTrigger(TimerSettings settings, std::unique_ptr<Clock> clock)
@@ -18,8 +20,7 @@ void TimerTrigger::start(TriggerSink& sink) {
     clock_->rearm();
     const Schedule schedule(settings_.rate, settings_.start.value_or(clock_->now()), settings_.phase_ns);
     thread_ = std::thread([this, &sink, schedule] {
-        name_this_thread("trigger-timer");
-        if (settings_.priority > 0) make_this_thread_realtime(settings_.priority);
+        enter_thread(heartbeat_.name().c_str(), settings_.thread);
         declare_this_thread_realtime();
         run(sink, schedule);
     });
@@ -30,14 +31,19 @@ void TimerTrigger::stop() {
     stopping_ = true;
     clock_->interrupt();
     thread_.join();
+    heartbeat_.rest();
 }
 
 void TimerTrigger::run(TriggerSink& sink, const Schedule& schedule) noexcept {
     // A start that lies in the past is an epoch to count from, not a debt of slots to deliver.
     std::uint64_t k = schedule.first_slot_from(clock_->now());
     while (!stopping_.load(std::memory_order_relaxed)) {
-        if (!clock_->sleep_until(schedule.slot(k))) continue;
+        heartbeat_.beat();
+        // In pieces, so that a long wait is not taken for a hung thread.
+        const Time slot = schedule.slot(k);
+        if (!clock_->sleep_until(std::min(slot, clock_->now() + Heartbeat::longest_wait_ns))) continue;
         const Time now = clock_->now();
+        if (now < slot) continue;
         const std::uint64_t next = schedule.first_slot_from(now + 1);
         // Slots k .. next-1 have come; all but the last were slept through.
         if (next > k + 1) missed_.fetch_add(next - 1 - k, std::memory_order_relaxed);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/realtime.hpp"
 #include "sync/schedule.hpp"
 #include "sync/sync.hpp"
 
@@ -17,7 +18,7 @@ struct TimerSettings {
     RationalRate rate{10, 1};
     std::int64_t phase_ns = 0;
     std::optional<Time> start; ///< slot 0 without phase; empty: when start() is called
-    int priority = 0;          ///< SCHED_FIFO priority of the thread; 0: ordinary scheduling
+    ThreadSettings thread{};
 };
 
 /// Slot k of the schedule becomes the trigger with id k+1 and the slot's own instant as its edge. When the
@@ -32,6 +33,7 @@ public:
     [[nodiscard]] std::string_view name() const override { return "timer"; }
     void start(TriggerSink& sink) override;
     void stop() override;
+    [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
     /// Slots that passed without a trigger since start(). Any thread.
     [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
@@ -43,6 +45,7 @@ private:
     std::unique_ptr<Clock> clock_;
     std::atomic<bool> stopping_{false};
     std::atomic<std::uint64_t> missed_{0};
+    Heartbeat heartbeat_{"trigger-timer"};
     std::thread thread_;
 };
 

@@ -37,6 +37,10 @@ bool TriggerGate::ready() const noexcept {
     return state_.load(std::memory_order_acquire) == (phase_ready | open_bit);
 }
 
+bool TriggerGate::ready_for(Time t) const noexcept {
+    return ready() && t >= not_before();
+}
+
 bool TriggerGate::busy() const noexcept {
     return (state_.load(std::memory_order_acquire) & phase_mask) != phase_ready;
 }

@@ -60,6 +60,14 @@ public:
     [[nodiscard]] bool is_open() const noexcept;
     /// Open, and the next edge would be taken if its time is right.
     [[nodiscard]] bool ready() const noexcept;
+    /// Whether a trigger with its edge at `t` would be taken now.
+    [[nodiscard]] bool ready_for(Time t) const noexcept;
+    /// Number of the input that is listened to.
+    [[nodiscard]] std::size_t selected() const noexcept { return selected_.load(std::memory_order_relaxed); }
+    /// Edges before this are too soon; long ago when none is.
+    [[nodiscard]] Time not_before() const noexcept {
+        return Time{not_before_ns_.load(std::memory_order_relaxed)};
+    }
     [[nodiscard]] bool busy() const noexcept;
     [[nodiscard]] GateCounters counters() const noexcept;
 

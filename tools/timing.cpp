@@ -25,7 +25,7 @@ struct Wakeups {
 
 /// Lets one-row frames out through the daemon's own releasing thread, at `rate_hz` for `seconds`.
 void measure(const Wakeups& w, double seconds, std::string& out) {
-    emulator::Releaser releaser({.max_rows = 1, .priority = w.priority, .spin_ns = w.spin_ns},
+    emulator::Releaser releaser({.max_rows = 1, .thread = {w.priority, {}}, .spin_ns = w.spin_ns},
                                 std::make_unique<MonotonicClock>());
     FramePool pool(emulator::Releaser::frames_in_flight + 1, 16, 1);
     const MonotonicClock clock;

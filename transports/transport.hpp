@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/heartbeat.hpp"
 #include "core/time.hpp"
 
 #include <cstdint>
@@ -42,6 +43,8 @@ public:
     /// thread; must not block, lock, allocate or throw.
     virtual void notify(CameraEvent /*event*/, Time /*t*/, std::int64_t /*tai_offset_ns*/) noexcept {}
     [[nodiscard]] virtual TransportCounters counters() const noexcept = 0;
+    /// Of its threads; valid while it is started.
+    [[nodiscard]] virtual Heartbeats heartbeats() const { return {}; }
 };
 
 } // namespace obscura::transports

@@ -62,6 +62,8 @@ Cards frame_cards(const Frame& frame) {
         {"T_MID", whole(info.truth.mid_exposure.ns), "[ns] mid-exposure, scheduling clock"},
         {"TAIOFF", info.tai_offset_ns, "[ns] TAI minus scheduling clock"},
         {"PARTIAL", !frame.complete(), "rows at the bottom are missing"},
+        {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
+         "of what triggered: free, locked, holdover"},
         {"LATE", (frame.flags.load(std::memory_order_relaxed) & frame_late) != 0, "a row was late"},
     };
     if (info.window_count > 0) {

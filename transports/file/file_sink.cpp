@@ -1,5 +1,6 @@
 #include "transports/file/file_sink.hpp"
 
+#include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
@@ -11,6 +12,11 @@
 #include <utility>
 
 namespace obscura::transports {
+namespace {
+
+constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
+
+} // namespace
 
 FileSink::FileSink(FileSinkSettings settings)
     : settings_(std::move(settings)), queue_(settings_.queue_frames) {}
@@ -30,8 +36,9 @@ void FileSink::start() {
 void FileSink::stop() {
     if (!thread_.joinable()) return;
     stopping_ = true;
-    wake_.release();
+    wake_.ring();
     thread_.join();
+    heartbeat_.rest();
 }
 
 bool FileSink::submit(const FrameRef& frame) noexcept {
@@ -40,7 +47,7 @@ bool FileSink::submit(const FrameRef& frame) noexcept {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
-    wake_.release();
+    wake_.ring();
     return true;
 }
 
@@ -48,10 +55,12 @@ void FileSink::work() {
     name_this_thread("file-sink");
     std::chrono::steady_clock::time_point give_up{};
     for (;;) {
+        heartbeat_.beat();
+        const std::uint32_t seen = wake_.value();
         const FrameRef frame = queue_.front();
         if (!frame) {
             if (stopping_) return;
-            wake_.acquire();
+            wake_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
             continue;
         }
         if (stopping_) {
@@ -71,7 +80,7 @@ void FileSink::work() {
 
 void FileSink::write(const Frame& frame) {
     const FrameInfo& info = frame.info;
-    const std::int32_t rows = frame.wait_rows(info.height);
+    const std::int32_t rows = frame.wait_rows(info.height, &heartbeat_);
     if (rows == 0 && info.height > 0) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return;
@@ -88,6 +97,8 @@ void FileSink::write(const Frame& frame) {
     }
     const std::string run = run_ > 1 ? fmt::format("run{}_", run_) : std::string();
     const std::string file_name = run + frame_file_name(info.frame_id, settings_.format);
+    // A disk that is busy or far away is no hung thread.
+    heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
     try {
         write_picture(settings_.directory / file_name, settings_.format, picture, frame_cards(frame));
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)

@@ -1,6 +1,8 @@
 // Read this first: a transport that writes every frame to a file.
 #pragma once
 
+#include "core/realtime.hpp"
+#include "core/wakeup.hpp"
 #include "transports/file/frame_writer.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
@@ -8,7 +10,6 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
-#include <semaphore>
 #include <string>
 #include <thread>
 #include <vector>
@@ -39,6 +40,7 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
 private:
     void work();
@@ -46,7 +48,8 @@ private:
 
     FileSinkSettings settings_;
     FrameQueue queue_; ///< filled by submit(), emptied by work()
-    std::counting_semaphore<> wake_{0};
+    Wakeup wake_;
+    Heartbeat heartbeat_{"file-sink"};
     std::atomic<bool> stopping_{false};
     std::thread thread_;
 

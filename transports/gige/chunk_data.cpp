@@ -1,5 +1,6 @@
 #include "transports/gige/chunk_data.hpp"
 
+#include "core/frame_flags.hpp"
 #include "transports/gige/bytes.hpp"
 
 #include <bit>
@@ -133,7 +134,7 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
             pen.u64(info.trigger_id);
             break;
         case Chunk::frame_flags:
-            pen.u32(frame.flags.load(std::memory_order_relaxed));
+            pen.u32(reported_flags(frame));
             break;
         case Chunk::regions:
             pen.u32(info.window_count);

@@ -24,7 +24,7 @@ enum class Chunk : std::uint8_t {
     offset_y,      ///< u32
     pixel_format,  ///< u32, PFNC
     trigger_id,    ///< u64
-    frame_flags,   ///< u32: core's FrameFlag
+    frame_flags, ///< u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/frame_flags.hpp)
     /// u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags; u64 exposure in ns: requested,
     /// least and most obtained over its rows}
     regions,

@@ -49,12 +49,8 @@ FileDescriptor bind_socket(const NetworkInterface& network, std::uint32_t ip, in
 } // namespace
 
 ControlServer::ControlServer(ControlPort& port, const NetworkInterface& network, const Clock& clock,
-                             int udp_port, int realtime_priority)
-    : port_(port),
-      network_(network),
-      clock_(clock),
-      udp_port_(udp_port),
-      realtime_priority_(realtime_priority) {}
+                             int udp_port, const ThreadSettings& thread)
+    : port_(port), network_(network), clock_(clock), udp_port_(udp_port), thread_settings_(thread) {}
 
 void ControlServer::start() {
     sockets_[0] = bind_socket(network_, network_.address, udp_port_, false);
@@ -85,18 +81,20 @@ void ControlServer::stop() {
     while (write(stop_event_.get(), &one, sizeof one) < 0 && errno == EINTR) {
     }
     thread_.join();
+    heartbeat_.rest();
     port_.release();
     for (FileDescriptor& s : sockets_)
         s = {};
 }
 
 void ControlServer::loop() {
-    name_this_thread("gige-control");
-    // Above the sender: an acknowledge must not wait for a burst to end.
-    if (realtime_priority_ > 0) make_this_thread_realtime(realtime_priority_ + 1);
+    enter_thread(heartbeat_.name().c_str(), thread_settings_);
     for (;;) {
+        heartbeat_.beat();
+        constexpr int longest_wait_ms = Heartbeat::longest_wait_ns / ns_per_ms;
         std::array<epoll_event, 8> events{};
-        const int n = epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), -1);
+        const int n =
+            epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), longest_wait_ms);
         for (int i = 0; i < n; ++i) {
             const int fd = events[static_cast<std::size_t>(i)].data.fd;
             if (fd == stop_event_.get()) return;

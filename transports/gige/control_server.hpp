@@ -2,6 +2,8 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/heartbeat.hpp"
+#include "core/realtime.hpp"
 #include "transports/gige/control_port.hpp"
 #include "transports/gige/file_descriptor.hpp"
 
@@ -15,7 +17,7 @@ namespace obscura::transports::gige {
 class ControlServer {
 public:
     ControlServer(ControlPort& port, const NetworkInterface& network, const Clock& clock, int udp_port,
-                  int realtime_priority);
+                  const ThreadSettings& thread);
     ~ControlServer() { stop(); }
     ControlServer(const ControlServer&) = delete;
     ControlServer& operator=(const ControlServer&) = delete;
@@ -24,6 +26,7 @@ public:
     void start();
     /// Joins the thread; the controller, if any, loses control first.
     void stop();
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
 
 private:
     void loop();
@@ -34,10 +37,11 @@ private:
     const NetworkInterface network_;
     const Clock& clock_;
     const int udp_port_;
-    const int realtime_priority_;
+    const ThreadSettings thread_settings_;
     std::array<FileDescriptor, 3> sockets_; // unicast, limited broadcast, subnet broadcast
     FileDescriptor epoll_, timer_, stop_event_;
     Time armed_{INT64_MAX};
+    Heartbeat heartbeat_{"gige-control"};
     std::thread thread_;
 };
 

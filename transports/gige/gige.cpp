@@ -6,6 +6,15 @@
 
 namespace obscura::transports::gige {
 
+namespace {
+
+/// The control thread stands above the sender: an acknowledge must not wait for a burst to end.
+ThreadSettings control_thread(const GigeSettings& s) {
+    return {s.realtime_priority > 0 ? s.realtime_priority + 1 : 0, s.cores};
+}
+
+} // namespace
+
 /// In order of construction; destroyed in reverse, so the control side goes before the sender.
 struct GigeCamera::Parts {
     NetworkInterface network;
@@ -27,7 +36,7 @@ struct GigeCamera::Parts {
           sender(s, network, messages, clock),
           device(s, network, control, sender, messages, clock),
           port(device, s, network),
-          server(port, network, clock, s.port, s.realtime_priority) {
+          server(port, network, clock, s.port, control_thread(s)) {
         device.set_statistics([this] {
             const SenderCounters& c = sender.counters();
             return StreamStatistics{static_cast<std::uint32_t>(c.submitted.load()),
@@ -101,6 +110,11 @@ GigeCounters GigeCamera::gige_counters() const noexcept {
     out.trigger_to_last_p50_ns = s.trigger_to_last.quantile_ns(0.5);
     out.trigger_to_last_p99_ns = s.trigger_to_last.quantile_ns(0.99);
     return out;
+}
+
+Heartbeats GigeCamera::heartbeats() const {
+    if (!parts_) return {};
+    return {&parts_->messages.heartbeat(), &parts_->sender.heartbeat(), &parts_->server.heartbeat()};
 }
 
 std::string GigeCamera::address() const {

@@ -72,6 +72,7 @@ public:
     /// events, and errors of frames that were given up half way, the camera makes itself.
     void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] Heartbeats heartbeats() const override;
     [[nodiscard]] GigeCounters gige_counters() const noexcept;
     /// The IPv4 address the camera answers on; valid after start().
     [[nodiscard]] std::string address() const;

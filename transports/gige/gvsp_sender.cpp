@@ -36,6 +36,7 @@ void GvspSender::stop() {
     quit_.store(true);
     wake_.ring();
     thread_.join();
+    heartbeat_.rest();
     for (FrameRef left; queue_.pop(left);)
         counters_.dropped.fetch_add(1, std::memory_order_relaxed);
     session_ = nullptr;
@@ -151,9 +152,9 @@ bool GvspSender::send_test_packet(const StreamConfig& config) noexcept {
 }
 
 void GvspSender::loop() {
-    name_this_thread("gige-stream");
-    if (settings_.realtime_priority > 0) make_this_thread_realtime(settings_.realtime_priority);
+    enter_thread(heartbeat_.name().c_str(), {settings_.realtime_priority, settings_.cores});
     while (!quit_.load(std::memory_order_acquire)) {
+        heartbeat_.beat();
         const std::uint32_t seen = wake_.value();
         install_session();
         serve_resends();
@@ -165,7 +166,7 @@ void GvspSender::loop() {
         if (got) {
             rest_.ring();
         } else {
-            wake_.wait(seen);
+            wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
         }
     }
     working_.store(false);
@@ -285,8 +286,9 @@ bool GvspSender::send_payload(Block& block) noexcept {
                                                                static_cast<std::uint32_t>(live.rows_ready()) /
                                                                static_cast<std::uint32_t>(live.info.height)));
         const std::uint32_t until = std::min({block.sent + session_->batch, ready + 1, end});
+        heartbeat_.beat();
         if (until <= block.sent) {
-            wake_.wait(seen);
+            wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
             continue;
         }
         pace(due, until - block.sent);
@@ -317,7 +319,8 @@ void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
             break;
         }
         serve_resends();
-        wake_.wait(seen, due);
+        heartbeat_.beat();
+        wake_.wait(seen, std::min(due, now + Heartbeat::longest_wait_ns));
     }
     due += session_->packet_interval_ns * packets;
 }

@@ -3,6 +3,7 @@
 
 #include "core/clock.hpp"
 #include "core/frame.hpp"
+#include "core/heartbeat.hpp"
 #include "core/wakeup.hpp"
 #include "transports/gige/gvsp.hpp"
 #include "transports/gige/latency_histogram.hpp"
@@ -51,6 +52,7 @@ public:
     [[nodiscard]] std::uint16_t source_port() const noexcept override { return socket_.port(); }
 
     [[nodiscard]] const SenderCounters& counters() const noexcept { return counters_; }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
     [[nodiscard]] const PacketSocket& socket() const noexcept { return socket_; }
 
 private:
@@ -121,6 +123,7 @@ private:
     std::array<std::array<std::uint8_t, gvsp_extended_header_bytes + gvsp_part_header_bytes>,
                PacketSocket::batch_packets>
         headers_{};
+    Heartbeat heartbeat_{"gige-stream"};
     std::thread thread_;
 };
 

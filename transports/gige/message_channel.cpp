@@ -1,5 +1,6 @@
 #include "transports/gige/message_channel.hpp"
 
+#include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/realtime.hpp"
 #include "transports/gige/bytes.hpp"
@@ -40,6 +41,7 @@ void MessageChannel::stop() {
     quit_.store(true);
     wake_.ring();
     thread_.join();
+    heartbeat_.rest();
 }
 
 void MessageChannel::configure(const MessageConfig& config) {
@@ -86,12 +88,13 @@ bool MessageChannel::pop(EventMessage& message) noexcept {
 }
 
 void MessageChannel::loop() {
-    name_this_thread("gige-message");
+    name_this_thread(heartbeat_.name().c_str());
     while (!quit_.load(std::memory_order_acquire)) {
+        heartbeat_.beat();
         const std::uint32_t seen = wake_.value();
         EventMessage message;
         if (!pop(message)) {
-            wake_.wait(seen);
+            wake_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
             continue;
         }
         MessageConfig config;
@@ -131,6 +134,7 @@ void MessageChannel::deliver(const EventMessage& message, const MessageConfig& c
             const auto left =
                 std::chrono::duration_cast<std::chrono::milliseconds>(give_up - Clock::now()).count();
             if (left <= 0) break;
+            heartbeat_.beat();
             pollfd p{socket_.get(), POLLIN, 0};
             // Short naps, so that stop() is not kept waiting.
             if (poll(&p, 1, static_cast<int>(std::min<long>(left, 50))) <= 0) continue;

@@ -1,6 +1,7 @@
 // The message channel: tells the controlling application of events, again and again until it acknowledges.
 #pragma once
 
+#include "core/heartbeat.hpp"
 #include "core/time.hpp"
 #include "core/wakeup.hpp"
 #include "transports/gige/file_descriptor.hpp"
@@ -73,6 +74,7 @@ public:
     [[nodiscard]] std::uint16_t source_port() const noexcept { return port_; }
 
     [[nodiscard]] std::uint64_t acknowledged() const noexcept { return acknowledged_.load(); }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(); }
 
 private:
@@ -100,6 +102,7 @@ private:
     std::atomic<std::uint64_t> acknowledged_{0}, lost_{0};
     std::atomic<bool> quit_{false};
     Wakeup wake_;
+    Heartbeat heartbeat_{"gige-message"};
     std::thread thread_;
 };
 

@@ -1,6 +1,7 @@
 // What a GigE Vision camera is made from.
 #pragma once
 
+#include "core/realtime.hpp"
 #include "transports/gige/fault_injector.hpp"
 
 #include <cstdint>
@@ -27,6 +28,7 @@ struct GigeSettings {
     std::string firmware = "0.1.0";   ///< DeviceVersion
     std::int32_t max_rows = 0;        ///< of a frame composed of several windows; 0: as the sensor
     int realtime_priority = 0;        ///< SCHED_FIFO priority of the sender, control one above; 0: none
+    CoreSet cores;                    ///< of its threads; none: any
     std::string backend = "sendmmsg"; ///< sendmmsg, sendto, gso, auto (gso but on lo, veth, bridge and tap)
     std::vector<FaultRule> faults;    ///< beside drop_percent
     std::vector<std::string>

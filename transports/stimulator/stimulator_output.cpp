@@ -23,6 +23,9 @@ constexpr std::int64_t complaint_interval_ns = 60 * ns_per_s;
 constexpr int stalls_allowed = 3;
 constexpr std::size_t least_to_compress = 256; // bytes; below, the request costs more than the data
 constexpr int stop_patience_ms = 200;
+// Calls that wait for the device are no hung thread: a request, and finding it and computing its tables.
+constexpr std::int64_t longest_request_ns = 10 * ns_per_s;
+constexpr std::int64_t longest_connect_ns = 60 * ns_per_s;
 
 Time now() {
     return MonotonicClock().now();
@@ -134,6 +137,7 @@ void StimulatorOutput::stop() {
     stopping_ = true;
     wake_.release();
     thread_.join();
+    heartbeat_.rest();
 }
 
 bool StimulatorOutput::submit(const FrameRef& frame) noexcept {
@@ -167,10 +171,11 @@ void StimulatorOutput::complain(const std::string& line) {
 }
 
 void StimulatorOutput::work() {
-    name_this_thread("stimulator");
+    enter_thread(heartbeat_.name().c_str(), settings_.thread);
     while (!stopping_) {
         std::unique_ptr<Session> session;
         try {
+            heartbeat_.allow_silence_until(now() + longest_connect_ns);
             session = connect();
         } catch (const std::exception& error) {
             complain(error.what());
@@ -184,6 +189,7 @@ void StimulatorOutput::work() {
         drop_queue();
         const Time again = now() + (absent_ ? settings_.look_ns : settings_.reconnect_ns);
         while (!stopping_ && now() < again) {
+            heartbeat_.beat();
             (void)wake_.try_acquire_for(std::chrono::nanoseconds(again - now()));
             drop_queue();
         }
@@ -259,6 +265,7 @@ std::unique_ptr<StimulatorOutput::Session> StimulatorOutput::connect() {
 
 void StimulatorOutput::serve(Session& s) {
     while (!stopping_ && !s.over) {
+        heartbeat_.beat();
         for (std::size_t slot = 0; slot < s.lanes.size(); ++slot)
             finish(s, slot, 0);
         if (now() - s.checked > (s.idled ? check_interval_ns : 4 * check_interval_ns)) check(s);
@@ -294,6 +301,7 @@ void StimulatorOutput::serve(Session& s) {
 
 void StimulatorOutput::check(Session& s) {
     s.checked = now();
+    heartbeat_.allow_silence_until(s.checked + longest_request_ns);
     if (s.link->has_frame_status()) {
         const Time before = now();
         const auto status = s.link->frame_status();
@@ -366,6 +374,7 @@ void StimulatorOutput::finish_for_sure(Session& s, std::size_t slot) {
     const Time patience = now() + 5 * ns_per_s; // beyond the time-out of the transfer itself
     Time stop_patience{};
     while (!finish(s, slot, 20)) {
+        heartbeat_.beat();
         const Time t = now();
         if (stopping_ && stop_patience == Time{}) stop_patience = t + stop_patience_ms * ns_per_ms;
         if (t > patience || (stopping_ && t > stop_patience)) {
@@ -448,6 +457,7 @@ bool StimulatorOutput::copy_rows(Session& s, const Frame& frame, std::int32_t co
         const std::int32_t ready = frame.rows_ready();
         if (ready <= s.copied_rows) {
             if (frame.abandoned() || stopping_) return false;
+            heartbeat_.beat();
             // Not wait_rows(): a producer that died must not keep stop() from returning.
             std::this_thread::sleep_for(std::chrono::microseconds(200));
             for (std::size_t slot = 0; slot < s.lanes.size(); ++slot)
@@ -567,6 +577,7 @@ void StimulatorOutput::send(Session& s, const Region& rect, bool ends_frame) {
         UsbStatus status = UsbStatus::gone;
         if (!s.over && s.bad_frame != s.frame) {
             lane.sent = now();
+            heartbeat_.allow_silence_until(lane.sent + longest_request_ns);
             status = s.link->send(slot, update);
             if (status == UsbStatus::ok) {
                 lane.busy = true;

@@ -1,6 +1,7 @@
 // Read this first: a transport that shows every frame on a USB display in front of the real camera.
 #pragma once
 
+#include "core/realtime.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/stimulator/display_link.hpp"
 #include "transports/stimulator/grey.hpp"
@@ -43,6 +44,7 @@ struct StimulatorSettings {
     double dn_white = 65535;
     double peak = 0; ///< see OpticalSettings
     Dither dither = Dither::both;
+    ThreadSettings thread{};
 };
 
 /// What it has done besides the counters that all transports have. A frame is late when the device was still
@@ -80,6 +82,7 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
     [[nodiscard]] StimulatorStatus status() const noexcept;
 
 private:
@@ -119,6 +122,7 @@ private:
     std::unique_ptr<OpticalStage> stage_; ///< kept over a reconnection
     FrameQueue queue_;                    ///< filled by submit(), emptied by work()
     std::counting_semaphore<> wake_{0};
+    Heartbeat heartbeat_{"stimulator"};
     std::atomic<bool> stopping_{false}, connected_{false};
     std::thread thread_;
     std::vector<std::uint16_t> canvas_; ///< what the whole sensor saw last

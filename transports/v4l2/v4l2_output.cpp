@@ -1,5 +1,6 @@
 #include "transports/v4l2/v4l2_output.hpp"
 
+#include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
@@ -16,8 +17,9 @@ namespace obscura::transports {
 
 namespace {
 
-constexpr std::int64_t look_after_ns = 250 * ns_per_ms;  // at a node that has nothing to do
-constexpr std::int64_t last_frames_ns = 300 * ns_per_ms; // what stop() gives frames in the queue
+constexpr std::int64_t look_after_ns = Heartbeat::longest_wait_ns; // at a node that has nothing to do
+constexpr std::int64_t longest_open_ns = 10 * ns_per_s;            // what a driver may take to be set up
+constexpr std::int64_t last_frames_ns = 300 * ns_per_ms;           // what stop() gives frames in the queue
 constexpr std::int32_t band_rows = 64;
 constexpr std::size_t most_causes = 16; // remembered; further ones repeat in the log
 
@@ -79,6 +81,7 @@ void V4l2Output::stop() {
     stopping_ = true;
     wake_.up();
     thread_.join();
+    heartbeat_.rest();
     node_.reset();
 }
 
@@ -113,6 +116,7 @@ void V4l2Output::lose(const std::string& problem, Instant now) {
 
 void V4l2Output::open(V4l2Image image) {
     node_.reset();
+    heartbeat_.allow_silence_until(MonotonicClock().now() + longest_open_ns);
     node_ = std::make_unique<V4l2Node>(calls_, settings_, image);
     count(opened_);
     // A node that opens and then fails every time must not fill the log.
@@ -144,9 +148,10 @@ void V4l2Output::delivered() {
 }
 
 void V4l2Output::work() {
-    name_this_thread("v4l2-output");
+    enter_thread(heartbeat_.name().c_str(), settings_.thread);
     Instant give_up{};
     for (;;) {
+        heartbeat_.beat();
         const Instant now = std::chrono::steady_clock::now();
         const FrameRef frame = queue_.front();
         if (!frame) {
@@ -158,7 +163,7 @@ void V4l2Output::work() {
             const std::int64_t pause_ns =
                 node_ ? look_after_ns
                       : std::chrono::duration_cast<std::chrono::nanoseconds>(next_try_ - now).count();
-            wake_.wait(pause_ns);
+            wake_.wait(std::min(pause_ns, look_after_ns));
             if (node_ && std::chrono::steady_clock::now() - now >= std::chrono::nanoseconds(look_after_ns) &&
                 !node_->alive())
                 lose(node_->problem(), now);
@@ -194,7 +199,7 @@ void V4l2Output::send(const Frame& frame) {
     if (result == V4l2Result::ok) {
         for (std::int32_t done = 0; done < info.height;) {
             const std::int32_t wanted = std::min(done + band_rows, info.height);
-            const std::int32_t ready = frame.wait_rows(wanted);
+            const std::int32_t ready = frame.wait_rows(wanted, &heartbeat_);
             if (ready < wanted) return drop(partial_);
             node_->fill(frame, done, ready);
             done = ready;

@@ -49,6 +49,7 @@ public:
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
     [[nodiscard]] V4l2Counters v4l2_counters() const noexcept;
 
 private:
@@ -80,6 +81,7 @@ private:
     V4l2Image announced_; ///< what the node is opened for while no frame says otherwise
     FrameQueue queue_;    ///< filled by submit(), emptied by work()
     Wake wake_;
+    Heartbeat heartbeat_{"v4l2-output"};
     std::atomic<bool> stopping_{false};
     std::thread thread_;
 

@@ -1,6 +1,7 @@
 // What can be set on the V4L2 transport.
 #pragma once
 
+#include "core/realtime.hpp"
 #include "core/time.hpp"
 
 #include <cstddef>
@@ -40,6 +41,7 @@ struct V4l2Settings {
     std::int64_t buffer_wait_ns = 100 * ns_per_ms; ///< for a buffer of a driver that has none free
     /// Between attempts to open a node that is not there: doubles from the first to the last.
     std::int64_t retry_first_ns = 50 * ns_per_ms, retry_last_ns = 500 * ns_per_ms;
+    ThreadSettings thread{};
 };
 
 } // namespace obscura::transports

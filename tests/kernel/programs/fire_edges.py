@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Raises and lowers a simulated GPIO line, one pulse after another, each as soon as the daemon has written the frame of the
-one before: fire_edges.py PULL-FILE FRAMES-FOLDER FIRST COUNT
+one before: fire_edges.py FILE FRAMES-FOLDER FIRST COUNT [ON [OFF]]
+
+ON (default pull-up) is written to FILE for the edge, OFF (pull-down, with another ON nothing) after its frame.
 
 Fails when an edge gives no frame, more than one, or a frame with another time stamp than the edge's.
 """
@@ -12,10 +14,12 @@ import time
 pull = pathlib.Path(sys.argv[1])
 folder = pathlib.Path(sys.argv[2])
 first, count = int(sys.argv[3]), int(sys.argv[4])
+on = sys.argv[5] if len(sys.argv) > 5 else "pull-up"
+off = sys.argv[6] if len(sys.argv) > 6 else "pull-down" if on == "pull-up" else None
 slack_ns = 50_000_000  # the simulated interrupt may come a little after the write has returned
 for number in range(first, first + count):
     before = time.monotonic_ns()
-    pull.write_text("pull-up")
+    pull.write_text(on)
     after = time.monotonic_ns()
     told = folder / f"frame_{number:06}.toml"
     while True:
@@ -26,7 +30,8 @@ for number in range(first, first + count):
         if time.monotonic_ns() - before > 20e9:
             sys.exit(f"edge {number} gave no frame")
         time.sleep(0.002)
-    pull.write_text("pull-down")
+    if off:
+        pull.write_text(off)
     if not before <= int(edge[1]) <= after + slack_ns:
         sys.exit(f"frame {number} says its edge was at {edge[1]} ns, it was between {before} and {after}")
     if (folder / f"frame_{number + 1:06}.toml").exists():

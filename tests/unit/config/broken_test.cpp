@@ -99,7 +99,8 @@ file = "scene.toml"
 [camera.daemon]
 seed = 3
 )",
-     "c.toml:4:9: camera[0].daemon: unknown key, allowed view, trigger, deadline, gige, file, v4l2, "
+     "c.toml:4:9: camera[0].daemon: unknown key, allowed view, trigger, deadline, simulator, "
+     "outputs, gige, file, v4l2, "
      "stimulator, "
      "sensor, window, width, height, offset_x, offset_y, pixel_format, exposure_us, gain_db, trigger_mode, "
      "trigger_source, frame_rate_hz, rows_max"},
@@ -361,7 +362,8 @@ file = "scene.toml"
 [trigger]
 source = "sundial"
 )",
-     R"(c.toml:4:10: trigger.source: "sundial" is not known, allowed timer, gpio, pps, ptp, udp, none)"},
+     R"(c.toml:4:10: trigger.source: "sundial" is not known, allowed timer, ptp_timer, gpio, pps, ptp, udp, )"
+     "lockstep, none"},
     {R"([scene]
 file = "scene.toml"
 [triger]
@@ -372,9 +374,15 @@ rate_hz = 5
 file = "scene.toml"
 [completely_different]
 )",
-     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, ptp, deadline, camera, "
-     "gige, "
+     "c.toml:3:2: completely_different: unknown key, allowed daemon, render, trigger, ptp, deadline, "
+     "threads, simulator, outputs, camera, gige, "
      "file, v4l2, stimulator, scene, sensor"},
+    {R"([scene]
+file = "scene.toml"
+[threads]
+release_cores = "3-1"
+)",
+     R"(c.toml:4:17: threads.release_cores: "3-1" is no list of cores like "2-3,5")"},
     {R"([scene]
 file = "scene.toml"
 [stimulator]

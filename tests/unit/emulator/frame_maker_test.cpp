@@ -277,7 +277,7 @@ TEST_CASE("pixel truth is kept where the pool has room for it") {
           "the windows make an image of 30 x 34 pixels, 40 x 30 is allowed");
     CHECK(bench.maker.prepare(order, *plain) ==
           "the windows make an image of 30 x 34 pixels, for which there is no room");
-    FrameMaker roomy(bench.renderer, bench.detector, sensor, bench.clock, {7, 60, 7, 0});
+    FrameMaker roomy(bench.renderer, bench.detector, sensor, bench.clock, {7, 60, 7, {}});
     REQUIRE(roomy.make(order, *frame).empty());
     const PixelTruth& truth = *frame->pixel_truth();
 

@@ -125,6 +125,26 @@ TEST_CASE("an input that is not there at the start is an error, later it is wait
     source.stop();
 }
 
+TEST_CASE("the clock is locked while edges come as they should, and free otherwise") {
+    Script script;
+    script.steps = {1, 11, 21, 60, 70}; // 39 is more than 1.5 periods of 10
+    FakeClock clock(Time{1000});
+    Collector sink;
+    EdgeTrigger source(
+        {.nominal_period_ns = 10}, [&] { return std::make_unique<ScriptInput>(script); }, clock);
+    CHECK(source.clock_state(clock.now()) == ClockState::free);
+    source.start(sink);
+    sink.wait_for(5);
+    const ClockState expected[] = {ClockState::free, ClockState::locked, ClockState::locked, ClockState::free,
+                                   ClockState::locked};
+    for (std::size_t i = 0; i < 5; ++i)
+        CHECK(sink.triggers[i].clock == expected[i]);
+    CHECK(source.clock_state(Time{1085}) == ClockState::locked);
+    CHECK(source.clock_state(Time{1086}) == ClockState::free);
+    source.stop();
+    CHECK(source.clock_state(Time{1070}) == ClockState::free);
+}
+
 TEST_CASE("a stamp that cannot be meant is replaced by the time it was seen") {
     const Time seen{10 * ns_per_s};
     CHECK(plausible_edge(3 * ns_per_s, 6'999'000'000, seen) == Time{9'999'000'000});

@@ -125,10 +125,11 @@ TEST_CASE("the source triggers on the pulse with the pulse's stamp, between puls
     FakeClock& clock = *owned;
     Collector sink;
     PpsTrigger source(
-        {.rate = {2, 1}}, 0, [&] { return std::make_unique<BoxInput>(box); }, std::move(owned));
+        {.rate = {2, 1}}, ThreadSettings{}, [&] { return std::make_unique<BoxInput>(box); },
+        std::move(owned));
     source.start(sink);
     settle(clock);
-    CHECK(source.clock_state() == ClockState::free);
+    CHECK(source.clock_state(clock.now()) == ClockState::free);
 
     clock.advance_to(Time{10 * ns_per_s + 20});
     box.send(Time{10 * ns_per_s + 5}, 1);
@@ -142,7 +143,7 @@ TEST_CASE("the source triggers on the pulse with the pulse's stamp, between puls
     box.send(Time{11'000'000'060}, 2);
     sink.wait_for(3);
     settle(clock);
-    CHECK(source.clock_state() == ClockState::locked);
+    CHECK(source.clock_state(clock.now()) == ClockState::locked);
     clock.advance_to(Time{11'500'000'060});
     sink.wait_for(4);
     settle(clock);

@@ -1,0 +1,16 @@
+// A frame's flags as they are told to others: FrameFlag, with the state of the trigger's clock above.
+#pragma once
+
+#include "core/frame.hpp"
+
+namespace obscura {
+
+/// Bits 8 and 9 of the flags that are reported hold the ClockState: 0 free, 1 locked, 2 holdover.
+constexpr unsigned reported_clock_shift = 8;
+
+[[nodiscard]] inline std::uint32_t reported_flags(const Frame& frame) noexcept {
+    return frame.flags.load(std::memory_order_relaxed) | static_cast<std::uint32_t>(frame.info.clock_state)
+                                                             << reported_clock_shift;
+}
+
+} // namespace obscura

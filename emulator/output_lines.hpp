@@ -1,0 +1,73 @@
+// GPIO lines that tell the bench what the camera is doing: trigger ready, exposure active.
+#pragma once
+
+#include "core/clock.hpp"
+#include "core/heartbeat.hpp"
+#include "core/realtime.hpp"
+#include "emulator/camera.hpp"
+#include "sync/gpio_output.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace obscura::emulator {
+
+/// One thread of its own sets both lines, at the instants of the readout plan or as soon after as it gets the
+/// processor: the exposure line is active from the first row's reset to the last row's readout (a short
+/// pulse when the thread comes too late for that), the ready line while an edge would be taken. A line that
+/// goes away is opened anew.
+class OutputLines {
+public:
+    /// Opens a line; null where none is wanted. Throws HardwareError.
+    using Open = std::function<std::unique_ptr<sync::OutputLine>()>;
+
+    /// `camera` and `clock` (CLOCK_MONOTONIC) must outlive this.
+    OutputLines(Camera& camera, const Clock& clock, const ThreadSettings& thread, Open ready, Open exposure);
+    ~OutputLines();
+    OutputLines(const OutputLines&) = delete;
+    OutputLines& operator=(const OutputLines&) = delete;
+
+    /// Throws HardwareError.
+    void start();
+    void stop();
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
+    /// Exposures that were shown; times a line was lost.
+    [[nodiscard]] std::uint64_t exposures() const noexcept { return exposures_.load(); }
+    [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(); }
+
+private:
+    struct Line {
+        const char* name;
+        Open open;
+        std::unique_ptr<sync::OutputLine> line{};
+        bool active = false, wanted = false; ///< wanted: there is one in the configuration
+    };
+    struct Exposure {
+        Time start, end;
+        bool shown = true;
+    };
+
+    void run();
+    void show(Line& line, bool active);
+    void reopen(Line& line, Time now);
+    /// Active now? And when that changes next, at most `next`.
+    [[nodiscard]] bool exposing(Time now, Time& next) const noexcept;
+
+    Camera& camera_;
+    const Clock& clock_;
+    const ThreadSettings thread_settings_;
+    Line ready_, exposure_;
+    std::array<Exposure, 4> recent_{}; ///< of the last frames: exposures may overlap
+    Time next_try_{};
+    std::atomic<bool> stopping_{false};
+    std::atomic<std::uint64_t> exposures_{0}, lost_{0};
+    Heartbeat heartbeat_{"output-lines"};
+    std::thread thread_;
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,43 @@
+// Poses with stamps that arrive while the program runs, for whatever moves in the scene.
+#pragma once
+
+#include "core/scene.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::emulator {
+
+/// The last poses of one thing. Between two of them position is linear and attitude slerp, as in a
+/// trajectory; past the newest the last two go on for max_extrapolation_s and then hold; before the oldest
+/// that one holds. One thread pushes, any number read; nobody waits for long (a sequence lock).
+class PoseRing final : public scene::LivePose {
+public:
+    explicit PoseRing(double max_extrapolation_s) : max_extrapolation_s_(max_extrapolation_s) {}
+
+    /// `pose` with a unit quaternion. False, and nothing changes, unless `time_s` is later than all before.
+    bool push(double time_s, const Pose& pose) noexcept;
+    [[nodiscard]] bool at(double time_s, Pose& pose) const noexcept override;
+    /// Stamp of the newest pose; 0 when there is none.
+    [[nodiscard]] double newest_s() const noexcept;
+    [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
+
+    static constexpr std::size_t capacity = 64;
+
+private:
+    struct Cell {
+        std::array<std::atomic<double>, 8> values{}; ///< time, position, scalar-first quaternion
+    };
+    [[nodiscard]] double time_of(std::uint64_t number) const noexcept;
+    [[nodiscard]] Pose pose_of(std::uint64_t number) const noexcept;
+    [[nodiscard]] Pose evaluate(std::uint64_t count, double time_s) const noexcept;
+
+    const double max_extrapolation_s_;
+    std::array<Cell, capacity> cells_{}; ///< pose n in cell n % capacity
+    std::atomic<std::uint64_t> count_{0};
+    std::atomic<std::uint64_t> sequence_{0}; ///< odd while a cell is being written
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,316 @@
+#include "emulator/simulator_server.hpp"
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/realtime.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+
+namespace obscura::emulator {
+namespace {
+
+constexpr std::size_t most_clients = 8;
+constexpr std::size_t most_input = 16 * simulator_line_bytes; // lines that wait for a step to end
+constexpr std::int64_t patience_ns = 60 * ns_per_s;           // for one frame
+constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // for a camera that is still busy with the last
+
+sockaddr_in parse_address(const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    std::uint16_t port = 0;
+    const char* end = text.data() + text.size();
+    const bool good = colon != std::string::npos &&
+                      inet_pton(AF_INET, text.substr(0, colon).c_str(), &address.sin_addr) == 1 &&
+                      std::from_chars(text.data() + colon + 1, end, port).ptr == end &&
+                      colon + 1 < text.size();
+    if (!good)
+        throw ConfigError(fmt::format(
+            "simulator.listen: \"{}\": allowed is an IPv4 address and a port, \"127.0.0.1:5003\"", text));
+    address.sin_port = htons(port);
+    return address;
+}
+
+std::uint64_t settled(const CameraCounters& c) {
+    return c.complete + c.abandoned + c.dropped + c.missed_triggers + c.masked_triggers + c.ignored;
+}
+
+const char* outcome(const CameraCounters& before, const CameraCounters& after) {
+    if (after.complete > before.complete)
+        return after.repeated > before.repeated ? "repeated" : after.late > before.late ? "late" : "complete";
+    if (after.abandoned > before.abandoned)
+        return after.partial > before.partial             ? "partial"
+               : after.late_dropped > before.late_dropped ? "dropped"
+                                                          : "abandoned";
+    return after.dropped > before.dropped ? "dropped" : "missed";
+}
+
+} // namespace
+
+PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s) {
+    PoseRings rings;
+    const auto attach = [&](const std::string& name, scene::Motion& motion) {
+        if (name.empty() || rings.contains(name)) return;
+        auto ring = std::make_shared<PoseRing>(max_extrapolation_s);
+        motion.live = ring;
+        rings.emplace(name, std::move(ring));
+    };
+    attach("camera", scene.camera.motion);
+    for (scene::Body& body : scene.bodies)
+        attach(body.name, body.motion);
+    for (scene::Lamp& lamp : scene.lamps)
+        attach(lamp.name, lamp.motion);
+    return rings;
+}
+
+SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock)
+    : listen_(std::move(listen)), rings_(std::move(rings)), camera_(camera), clock_(clock) {}
+
+SimulatorServer::~SimulatorServer() {
+    stop();
+}
+
+void SimulatorServer::start() {
+    sockaddr_in address = parse_address(listen_);
+    const auto* const name = reinterpret_cast<const sockaddr*>(&address);
+    const auto fail = [this] {
+        throw HardwareError(fmt::format("simulator.listen: {}: {}", listen_, std::strerror(errno)));
+    };
+    tcp_ = sync::FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    const int on = 1;
+    if (!tcp_) fail();
+    ::setsockopt(tcp_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    if (::bind(tcp_.get(), name, sizeof address) != 0 || ::listen(tcp_.get(), 4) != 0) fail();
+    socklen_t size = sizeof address;
+    ::getsockname(tcp_.get(), reinterpret_cast<sockaddr*>(&address), &size);
+    port_ = ntohs(address.sin_port);
+    udp_ = sync::FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    if (!udp_ || ::bind(udp_.get(), name, sizeof address) != 0) fail();
+    wake_ = sync::FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    if (!wake_) fail();
+    stopping_ = false;
+    thread_ = std::thread([this] { work(); });
+}
+
+void SimulatorServer::stop() {
+    if (!thread_.joinable()) return;
+    stopping_ = true;
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = ::write(wake_.get(), &one, sizeof one);
+    thread_.join();
+    heartbeat_.rest();
+    clients_.clear();
+    step_ = {};
+    for (sync::FileDescriptor* fd : {&tcp_, &udp_, &wake_})
+        *fd = sync::FileDescriptor();
+}
+
+void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
+    source_ = source;
+    // Whoever is about to fire the old one has to be through with it.
+    while (stepping_)
+        std::this_thread::yield();
+}
+
+SimulatorCounters SimulatorServer::counters() const noexcept {
+    return {connections_.load(), poses_.load(), steps_.load(), refused_.load()};
+}
+
+void SimulatorServer::work() {
+    name_this_thread(heartbeat_.name().c_str());
+    while (!stopping_) {
+        heartbeat_.beat();
+        std::vector<pollfd> watched{
+            {wake_.get(), POLLIN, 0}, {tcp_.get(), POLLIN, 0}, {udp_.get(), POLLIN, 0}};
+        for (const auto& client : clients_) {
+            // Who has sent more than can be taken now waits.
+            const bool full = client->input.size() >= most_input;
+            watched.push_back({client->fd.get(), static_cast<short>(full ? 0 : POLLIN), 0});
+        }
+        const bool in_step = step_.client != nullptr;
+        const timespec limit{0, in_step ? 500 * ns_per_us : Heartbeat::longest_wait_ns};
+        if (::ppoll(watched.data(), watched.size(), &limit, nullptr) < 0 && errno != EINTR) break;
+        if (watched[2].revents != 0) receive_datagrams();
+        for (std::size_t i = 0; i < clients_.size(); ++i)
+            if (watched[3 + i].revents != 0) receive(*clients_[i]);
+        if (watched[1].revents != 0) accept_client();
+        go_on_with_step();
+        for (const auto& client : clients_)
+            handle_lines(*client);
+        std::erase_if(clients_, [this](const std::unique_ptr<Client>& client) {
+            if (client->gone && step_.client == client.get()) step_ = {};
+            return client->gone;
+        });
+    }
+}
+
+void SimulatorServer::accept_client() {
+    sync::FileDescriptor fd(::accept4(tcp_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!fd) return;
+    if (clients_.size() >= most_clients) {
+        refused_.fetch_add(1);
+        return;
+    }
+    const int on = 1;
+    ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    connections_.fetch_add(1);
+    clients_.push_back(std::make_unique<Client>());
+    clients_.back()->fd = std::move(fd);
+    answer(*clients_.back(), "obscura simulator 1");
+}
+
+void SimulatorServer::receive(Client& client) {
+    std::array<char, 4096> bytes;
+    const ssize_t n = ::recv(client.fd.get(), bytes.data(), bytes.size(), 0);
+    if (n > 0)
+        client.input.append(bytes.data(), static_cast<std::size_t>(n));
+    else if (n == 0 || (errno != EAGAIN && errno != EINTR))
+        client.gone = true;
+}
+
+void SimulatorServer::receive_datagrams() {
+    // A bounded number at a time, so that a flood does not keep the others waiting.
+    for (int i = 0; i < 64; ++i) {
+        std::array<char, 65536> bytes;
+        const ssize_t n = ::recv(udp_.get(), bytes.data(), bytes.size(), 0);
+        if (n < 0) return;
+        std::string_view rest(bytes.data(), static_cast<std::size_t>(n));
+        while (!rest.empty()) {
+            const std::size_t end = std::min(rest.find('\n'), rest.size());
+            const SimulatorLine line = parse_simulator_line(rest.substr(0, end));
+            rest.remove_prefix(std::min(end + 1, rest.size()));
+            const auto* pose = std::get_if<PoseLine>(&line);
+            const auto* bad = std::get_if<BadLine>(&line);
+            const std::string why = pose != nullptr  ? take_pose(*pose)
+                                    : bad != nullptr ? bad->why
+                                                     : "only poses come by UDP";
+            if (why.empty()) continue;
+            refused_.fetch_add(1);
+            if (!std::exchange(bad_datagram_reported_, true))
+                log_warning("simulator: datagram refused: {}; further ones are only counted", why);
+        }
+    }
+}
+
+void SimulatorServer::handle_lines(Client& client) {
+    while (!client.gone && step_.client != &client) {
+        const std::size_t end = client.input.find('\n');
+        if (end == std::string::npos) {
+            if (client.input.size() > simulator_line_bytes) {
+                refuse(client, fmt::format("a line has at most {} bytes", simulator_line_bytes));
+                client.gone = true;
+            }
+            return;
+        }
+        std::string line = client.input.substr(0, end);
+        client.input.erase(0, end + 1);
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (!line.empty()) handle(client, line);
+    }
+}
+
+void SimulatorServer::handle(Client& client, std::string_view text) {
+    const SimulatorLine line = parse_simulator_line(text);
+    if (const auto* pose = std::get_if<PoseLine>(&line)) {
+        if (const std::string why = take_pose(*pose); !why.empty()) refuse(client, why);
+    } else if (const auto* step = std::get_if<StepLine>(&line)) {
+        begin_step(client, step->time);
+    } else if (std::holds_alternative<StateLine>(line)) {
+        answer(client, state_line());
+    } else {
+        refuse(client, std::get<BadLine>(line).why);
+    }
+}
+
+std::string SimulatorServer::take_pose(const PoseLine& line) {
+    const auto ring = rings_.find(line.name);
+    if (ring == rings_.end()) {
+        std::string names;
+        for (const auto& [name, unused] : rings_)
+            names += (names.empty() ? "" : ", ") + name;
+        return fmt::format("pose: nothing in the scene has that name, allowed are {}", names);
+    }
+    if (!ring->second->push(to_seconds(line.time.ns), line.pose))
+        return "pose: TIME: not later than the pose before";
+    poses_.fetch_add(1);
+    return {};
+}
+
+void SimulatorServer::begin_step(Client& client, Time scene) {
+    if (source_.load() == nullptr) return refuse(client, "step: trigger.source is not \"lockstep\"");
+    if (!camera_.acquiring()) return refuse(client, "step: the camera does not acquire");
+    if (step_.client != nullptr) return refuse(client, "step: another client's step is in work");
+    if (scene <= client.last_step) return refuse(client, "step: TIME: not later than the step before");
+    client.last_step = scene;
+    step_ = {&client, scene, clock_.now() + readiness_ns, std::nullopt};
+    go_on_with_step();
+}
+
+void SimulatorServer::go_on_with_step() {
+    if (step_.client == nullptr) return;
+    Client& client = *step_.client;
+    const Time now = clock_.now();
+    const auto end = [this] { step_.client = nullptr; };
+    if (!step_.before) {
+        if (camera_.ready_for_line0(now)) {
+            step_.before = camera_.counters();
+            step_.give_up = now + patience_ns;
+            stepping_ = true;
+            sync::SoftwareTrigger* source = source_.load();
+            const bool fired = source != nullptr && source->fire(now, step_.scene);
+            stepping_ = false;
+            if (fired) return;
+            end();
+            refuse(client, "step: trigger.source is not \"lockstep\" any more");
+        } else if (now > step_.give_up || !camera_.acquiring()) {
+            end();
+            refuse(client, camera_.acquiring() ? "step: the camera is not ready or listens to another source"
+                                               : "step: the camera does not acquire");
+        }
+        return;
+    }
+    const CameraCounters after = camera_.counters();
+    if (settled(after) == settled(*step_.before)) {
+        if (now <= step_.give_up) return;
+        end();
+        return refuse(client, "step: the frame does not come");
+    }
+    steps_.fetch_add(1);
+    const CameraCounters before = *step_.before;
+    end();
+    answer(client, fmt::format("frame {} {} {} {}", camera_.moments().frame_id, seconds_text(step_.scene),
+                               outcome(before, after), after.late_rows - before.late_rows));
+}
+
+std::string SimulatorServer::state_line() const {
+    const CameraCounters c = camera_.counters();
+    return fmt::format("state acquiring={} ready={} lockstep={} frames={} missed={}",
+                       camera_.acquiring() ? 1 : 0, camera_.ready_for_line0(clock_.now()) ? 1 : 0,
+                       source_.load() != nullptr ? 1 : 0, c.frames, c.missed_triggers);
+}
+
+void SimulatorServer::answer(Client& client, const std::string& line) {
+    const std::string text = line + "\n";
+    const ssize_t sent = ::send(client.fd.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent != static_cast<ssize_t>(text.size())) client.gone = true;
+}
+
+void SimulatorServer::refuse(Client& client, const std::string& why) {
+    refused_.fetch_add(1);
+    answer(client, "error " + why);
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,101 @@
+// The port for a simulator: it says where things are, and in lockstep when the next frame is.
+#pragma once
+
+#include "core/heartbeat.hpp"
+#include "core/time.hpp"
+#include "emulator/camera.hpp"
+#include "emulator/pose_ring.hpp"
+#include "emulator/simulator_protocol.hpp"
+#include "sync/file_descriptor.hpp"
+#include "sync/software.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// What moves, by its name in the scene; "camera" is the camera.
+using PoseRings = std::map<std::string, std::shared_ptr<PoseRing>, std::less<>>;
+
+/// Gives everything in `scene` that has a name a ring. Where two things have the same name, the first.
+[[nodiscard]] PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s);
+
+struct SimulatorCounters {
+    std::uint64_t connections = 0, poses = 0, steps = 0;
+    std::uint64_t refused = 0; ///< lines and connections
+};
+
+/// TCP for lines in both directions, UDP on the same port for poses only. One thread of its own; a client
+/// that sends nonsense gets a line that says so, one that does not read its answers is cut off. A step
+/// triggers a frame when the camera is ready for one and is answered when that frame's last row has left, or
+/// is known not to come.
+class SimulatorServer {
+public:
+    /// `camera` and `clock` must outlive the server. `listen` is "ADDRESS:PORT"; port 0: any.
+    SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock);
+    ~SimulatorServer();
+    SimulatorServer(const SimulatorServer&) = delete;
+    SimulatorServer& operator=(const SimulatorServer&) = delete;
+
+    /// Throws HardwareError or ConfigError.
+    void start();
+    void stop();
+    /// Steps go to `source` from now on; null: steps are refused. `source` must outlive the next call.
+    void step_with(sync::SoftwareTrigger* source);
+
+    [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
+    [[nodiscard]] SimulatorCounters counters() const noexcept;
+
+private:
+    struct Client {
+        sync::FileDescriptor fd;
+        std::string input;
+        bool gone = false;
+        Time last_step{-1}; ///< of this connection
+    };
+    /// The step in work.
+    struct Step {
+        Client* client = nullptr;
+        Time scene, give_up;
+        std::optional<CameraCounters> before; ///< set when triggered
+    };
+
+    void work();
+    void accept_client();
+    void receive(Client& client);
+    void receive_datagrams();
+    void handle_lines(Client& client);
+    void handle(Client& client, std::string_view line);
+    /// Empty, or why not.
+    std::string take_pose(const PoseLine& line);
+    void begin_step(Client& client, Time scene);
+    void go_on_with_step();
+    void answer(Client& client, const std::string& line);
+    [[nodiscard]] std::string state_line() const;
+    void refuse(Client& client, const std::string& why);
+
+    const std::string listen_;
+    const PoseRings rings_;
+    Camera& camera_;
+    const Clock& clock_;
+    std::atomic<sync::SoftwareTrigger*> source_{nullptr};
+    std::atomic<bool> stopping_{false}, stepping_{false};
+    sync::FileDescriptor tcp_, udp_, wake_;
+    std::uint16_t port_ = 0;
+    std::vector<std::unique_ptr<Client>> clients_;
+    Step step_;
+    bool bad_datagram_reported_ = false;
+    std::atomic<std::uint64_t> connections_{0}, poses_{0}, steps_{0}, refused_{0};
+    Heartbeat heartbeat_{"simulator"};
+    std::thread thread_;
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,97 @@
+#include "sync/gpio_line.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace obscura::sync {
+namespace {
+
+/// "gpiochip0:3" or "/dev/gpiochip0:3".
+struct ChipAndOffset {
+    std::string device;
+    unsigned offset = 0;
+};
+
+std::optional<ChipAndOffset> parse_offset(const std::string& line) {
+    const std::size_t colon = line.rfind(':');
+    if (colon == std::string::npos) return std::nullopt;
+    ChipAndOffset place;
+    const char* end = line.data() + line.size();
+    const auto [rest, error] = std::from_chars(line.data() + colon + 1, end, place.offset);
+    if (error != std::errc() || rest != end || colon == 0) return std::nullopt;
+    place.device = line.substr(0, colon);
+    if (place.device.front() != '/') place.device = "/dev/" + place.device;
+    return place;
+}
+
+std::vector<std::string> chip_devices() {
+    std::vector<std::string> devices;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
+        if (entry.path().filename().string().starts_with("gpiochip"))
+            devices.push_back(entry.path().string());
+    std::sort(devices.begin(), devices.end());
+    return devices;
+}
+
+#ifdef GPIOD_LINE_BULK_MAX_LINES // libgpiod 1.x
+
+bool has_offset(gpiod_chip* chip, unsigned offset) {
+    return offset < gpiod_chip_num_lines(chip);
+}
+
+std::optional<unsigned> offset_of(gpiod_chip* chip, const std::string& name) {
+    gpiod_line* line = gpiod_chip_find_line(chip, name.c_str());
+    if (line == nullptr) return std::nullopt;
+    return gpiod_line_offset(line);
+}
+
+#else // libgpiod 2.x
+
+bool has_offset(gpiod_chip* chip, unsigned offset) {
+    const std::unique_ptr<gpiod_chip_info, decltype(&gpiod_chip_info_free)> info(gpiod_chip_get_info(chip),
+                                                                                 gpiod_chip_info_free);
+    return info && offset < gpiod_chip_info_get_num_lines(info.get());
+}
+
+std::optional<unsigned> offset_of(gpiod_chip* chip, const std::string& name) {
+    const int offset = gpiod_chip_get_line_offset_from_name(chip, name.c_str());
+    if (offset < 0) return std::nullopt;
+    return static_cast<unsigned>(offset);
+}
+
+#endif
+
+} // namespace
+
+void refuse_gpio_line(const std::string& key, const std::string& line, const std::string& why) {
+    throw HardwareError(fmt::format(
+        "{}: GPIO line \"{}\": {}; allowed is a line's name or \"gpiochipN:OFFSET\"", key, line, why));
+}
+
+GpioLine find_gpio_line(const std::string& key, const std::string& line) {
+    if (const auto place = parse_offset(line)) {
+        GpioChip chip(gpiod_chip_open(place->device.c_str()));
+        if (!chip) refuse_gpio_line(key, line, fmt::format("{}: {}", place->device, std::strerror(errno)));
+        if (!has_offset(chip.get(), place->offset))
+            refuse_gpio_line(key, line, fmt::format("{} has no such line", place->device));
+        return {std::move(chip), place->offset, place->device};
+    }
+    for (const std::string& device : chip_devices()) {
+        GpioChip chip(gpiod_chip_open(device.c_str()));
+        if (!chip) continue;
+        if (const auto offset = offset_of(chip.get(), line)) return {std::move(chip), *offset, device};
+    }
+    refuse_gpio_line(key, line, "no chip that can be opened has it");
+}
+
+} // namespace obscura::sync

@@ -1,0 +1,241 @@
+#!/usr/bin/env python3
+"""Another program moves the scene and makes the steps: frames follow its poses, the same every time, and no bytes of
+its do harm.
+
+Usage: lockstep_test.py OBSCURAD SOURCE-DIRECTORY
+Exit status 1 if a check failed.
+"""
+import math
+import pathlib
+import random
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from simulator_client import Refused, Simulator  # noqa: E402
+
+obscurad = sys.argv[1]
+failures = []
+PATIENCE_S = 60
+SIZE = 64
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def refusal(action):
+    try:
+        action()
+    except Refused as error:
+        return str(error)
+    return ""
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Daemon:
+    def __init__(self, source="lockstep", policy="late"):
+        self.temporary = tempfile.TemporaryDirectory(prefix="obscura-lockstep-")
+        self.folder = pathlib.Path(self.temporary.name)
+        self.port = free_port()
+        (self.folder / "scene.toml").write_text(
+            """[sun]
+direction = [-1, 0, 0.3]
+distance_au = 1
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+psf_sigma_px = 0.5
+position_m = [-20000, 0, 0]
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[[body]]
+name = "rock"
+shape = "ellipsoid"
+radii_m = [100, 60, 40]
+albedo = 0.3
+""")
+        (self.folder / "obscurad.toml").write_text(f"""[scene]
+file = "scene.toml"
+[render]
+samples_per_pixel = 4
+[trigger]
+source = "{source}"
+rate_hz = 20
+[deadline]
+policy = "{policy}"
+[simulator]
+enabled = true
+listen = "127.0.0.1:{self.port}"
+[camera]
+exposure_us = 1000
+[gige]
+enabled = false
+[file]
+enabled = true
+format = "raw"
+directory = "frames"
+queue_frames = 32
+[daemon]
+pool_frames = 48
+[sensor]
+pixel_pitch_um = 18
+[sensor.readout]
+width = {SIZE}
+height = {SIZE}
+""")
+        self.log = open(self.folder / "log", "w+", encoding="utf-8")
+        self.process = subprocess.Popen([obscurad, "--config", self.folder / "obscurad.toml"],
+                                        stdout=subprocess.PIPE, stderr=self.log)
+        self.process.stdout.readline()  # ready
+
+    def log_text(self):
+        return (self.folder / "log").read_text(encoding="utf-8")
+
+    def frame(self, number):
+        """Digital numbers of a frame that has left; the file is written a little later."""
+        file = self.folder / "frames" / f"frame_{number:06}.raw"
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            if file.exists() and file.stat().st_size >= 2 * SIZE * SIZE:
+                return struct.unpack(f"<{SIZE * SIZE}H", file.read_bytes()[:2 * SIZE * SIZE])
+            time.sleep(0.005)
+        raise TimeoutError(file)
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(PATIENCE_S)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.log.close()
+        self.process.stdout.close()
+        self.temporary.cleanup()
+
+
+def centre(pixels):
+    """Of the light, in pixels from the upper left corner."""
+    floor = sorted(pixels)[len(pixels) // 2] + 200
+    weight = x = y = 0
+    for i, dn in enumerate(pixels):
+        if dn > floor:
+            weight, x, y = weight + dn, x + dn * (i % SIZE), y + dn * (i // SIZE)
+    return (x / weight, y / weight) if weight else None
+
+
+def fly_past(steps):
+    """The rock crosses the image; the frames that come of it."""
+    with Daemon() as daemon, Simulator("127.0.0.1", daemon.port) as simulator:
+        frames, answers = [], []
+        for i in range(steps):
+            t = 0.5 * i
+            for dt in (0.0, 0.1):  # on both sides of the exposure
+                simulator.pose("rock", t + dt, (0, 10 * (t + dt), 0), (1, 0, 0, 0))
+            answers.append(simulator.step(t))
+            frames.append(daemon.frame(answers[-1].number))
+        status = daemon.stop()
+        return frames, answers, status, daemon.log_text()
+
+
+frames, answers, status, log = fly_past(12)
+check("each step is a frame, in order", [a.number for a in answers] == list(range(1, 13)), answers)
+check("and is told its time", answers[3].time == "1.500000000", answers[3])
+check("all rows have left", all(a.outcome in ("complete", "late") for a in answers), answers)
+check("the daemon ends well", status == 0, log)
+check("the clock is the simulator's: locked", "clock: locked (software)" in log, log)
+places = [centre(f) for f in frames]
+check("there is something to see in each", all(places), places)
+if all(places):
+    # 5 m a step across at 20 km, 50 mm focal length: 0.69 pixels of 18 um.
+    pitch_m = 18e-6
+    for axis, name in ((0, "x"), (1, "y")):
+        moved = places[-1][axis] - places[0][axis]
+        expected = 11 * 5 * 0.05 / 20000 / pitch_m if axis == 0 else 0
+        check(f"the rock moves by {expected:.2f} pixels in {name}", abs(abs(moved) - expected) < 0.3, moved)
+again, _, _, _ = fly_past(12)
+check("the same poses and steps give the same bytes", again == frames)
+
+with Daemon() as daemon:
+    with Simulator("127.0.0.1", daemon.port) as simulator:
+        check("it greets", simulator.greeting == "obscura simulator 1", simulator.greeting)
+        state = simulator.state()
+        check("state", state["acquiring"] == "1" and state["lockstep"] == "1" and state["frames"] == "0", state)
+        first = daemon.frame(simulator.step(1).number)
+        check("a step back is refused", "not later" in refusal(lambda: simulator.step(0.5)))
+        check("and one to the same time", "not later" in refusal(lambda: simulator.step(1)))
+        simulator.pose("nobody", 1, (0, 0, 0), (1, 0, 0, 0))
+        text = refusal(simulator.state)
+        check("an unknown name is refused with those that are known", "camera" in text and "rock" in text, text)
+        simulator.answer()  # to the state that was asked for behind it
+        simulator.pose_by_udp("rock", 2, (0, 500, 0), (1, 0, 0, 0))
+        for i in range(200):  # datagrams take their own way
+            pixels = daemon.frame(simulator.step(3 + 0.01 * i).number)
+            if centre(pixels) is None:
+                break
+        check("a pose by UDP takes the rock out of sight", centre(pixels) is None, centre(pixels))
+
+        # Several lines at once and half a line: as if they had come one by one.
+        simulator.send(b"step 10\nstep 11\nst")
+        one, two = simulator.answer(), simulator.answer()
+        simulator.send(b"ate\r\n")
+        check("lines may come together or in pieces", "10.0" in one and "11.0" in two and simulator.answer().startswith("state"))
+
+        with Simulator("127.0.0.1", daemon.port) as other:
+            check("a second client is served", other.state()["acquiring"] == "1")
+            check("and may make steps, too", other.step(0.1).outcome in ("complete", "late"))
+
+        random.seed(3)
+        words = [b"pose ", b"step ", b"state", b"\n", b"1", b" 0", b" 1e308", b"\0", b"\xff" * 9, b"rock ", b"\n" * 20]
+        for i in range(60):
+            with socket.create_connection(("127.0.0.1", daemon.port), 10) as raw:
+                junk = b"".join(random.choice(words) for _ in range(random.randrange(400)))
+                try:
+                    raw.sendall(junk if i % 3 else random.randbytes(3000))
+                except (BrokenPipeError, ConnectionResetError):
+                    pass
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+                udp.sendto(random.randbytes(1 + 20 * i) if i % 2 else junk[:1400], ("127.0.0.1", daemon.port))
+        crowd = [socket.create_connection(("127.0.0.1", daemon.port), 10) for _ in range(20)]
+        check("the first client is served among hostile ones", simulator.step(1000).outcome in ("complete", "late"))
+        for one in crowd:
+            one.close()
+        with socket.create_connection(("127.0.0.1", daemon.port), 10) as endless:
+            endless.settimeout(PATIENCE_S)
+            try:
+                endless.sendall(b"x" * 100_000)
+                while endless.recv(4096):
+                    pass
+                ended = True
+            except (BrokenPipeError, ConnectionResetError):
+                ended = True
+            check("a line without end ends the connection", ended)
+        check("and still", simulator.step(2000).number > 0)
+    check("the daemon has lived through it", daemon.process.poll() is None and daemon.stop() == 0, daemon.log_text())
+    refused = [line for line in daemon.log_text().splitlines() if "refused" in line]
+    check("bad datagrams are one line in the log", len(refused) == 1, refused)
+
+with Daemon(source="timer") as daemon, Simulator("127.0.0.1", daemon.port) as simulator:
+    text = refusal(lambda: simulator.step(1))
+    check("no steps where a timer drives the camera", "lockstep" in text, text)
+    simulator.pose("rock", 0, (0, 500, 0), (1, 0, 0, 0))
+    check("but poses", refusal(simulator.state) == "")
+    check("it ends well", daemon.stop() == 0)
+
+sys.exit(1 if failures else 0)

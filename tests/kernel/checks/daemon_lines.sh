@@ -1,0 +1,18 @@
+# The daemon's own lines: trigger ready and exposure active on simulated GPIO, through a chip that goes and comes back
+# time limit: 120 s
+. "$RIG/guest/daemon.sh"
+gpio_up lines 8 3=TRIG_IN 4=READY_OUT 5=EXPOSURE_OUT
+daemon_start 64 48 '[trigger]
+source = "gpio"
+line = "TRIG_IN"
+rate_hz = 1
+[camera]
+exposure_us = 400000
+[outputs]
+trigger_ready = "READY_OUT"
+exposure = "EXPOSURE_OUT"'
+said=$(python3 "$RIG/programs/watch_lines.py" "$GPIO_LINES" 3 4 5 400 10 2>&1) || fail "$said: $(cat daemon.log)"
+figure "$said"
+daemon_stop
+[ "$(cat "$GPIO_LINES/sim_gpio4/value")" = 0 ] || fail "the ready line stays up after the end"
+gpio_down lines

@@ -1,0 +1,131 @@
+// Poses from outside, and the lines they come in.
+#include "core/philox.hpp"
+#include "emulator/pose_ring.hpp"
+#include "emulator/simulator_protocol.hpp"
+#include "tests/support/catch.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <thread>
+
+using namespace obscura;
+using namespace obscura::emulator;
+using Catch::Matchers::ContainsSubstring;
+using Catch::Matchers::WithinAbs;
+
+namespace {
+
+std::string why(std::string_view line) {
+    const SimulatorLine parsed = parse_simulator_line(line);
+    const auto* bad = std::get_if<BadLine>(&parsed);
+    return bad == nullptr ? "" : bad->why;
+}
+
+Pose turned(double x_m, double about_z_rad) {
+    return {{x_m, 0, 0}, axis_angle({0, 0, 1}, about_z_rad)};
+}
+
+} // namespace
+
+TEST_CASE("lines of the simulator") {
+    const SimulatorLine pose = parse_simulator_line("pose lander 12.25 1 -2.5 3e3 1 0 0 0");
+    const auto& p = std::get<PoseLine>(pose);
+    CHECK(p.name == "lander");
+    CHECK(p.time == Time{12'250'000'000});
+    CHECK(p.pose.position_m == Vec3{1, -2.5, 3000});
+    CHECK(p.pose.orientation == Quat{1, 0, 0, 0});
+    CHECK(std::get<StepLine>(parse_simulator_line("step 0.000000001")).time == Time{1});
+    CHECK(std::holds_alternative<StateLine>(parse_simulator_line(" state ")));
+    CHECK(seconds_text(Time{12'250'000'001}) == "12.250000001");
+
+    CHECK_THAT(why("pose"), ContainsSubstring("name"));
+    CHECK_THAT(why("pose a x 0 0 0 1 0 0 0"), ContainsSubstring("TIME"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0"), ContainsSubstring("seven"));
+    CHECK_THAT(why("pose a 1 0 0 nan 1 0 0 0"), ContainsSubstring("seven"));
+    CHECK_THAT(why("pose a 1 0 0 inf 1 0 0 0"), ContainsSubstring("seven"));
+    CHECK_THAT(why("pose a 1 0 0 1e300 1 0 0 0"), ContainsSubstring("position"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 1 0 0"), ContainsSubstring("quaternion"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 9"), ContainsSubstring("more words"));
+    for (const char* time : {"", "-1", "1e3", "0x1", "1000000000", "1.0000000001", "."})
+        CHECK_THAT(why(std::string("step ") + time), ContainsSubstring("TIME"));
+    CHECK_THAT(why("step 1 2"), ContainsSubstring("TIME"));
+    CHECK_THAT(why("jump"), ContainsSubstring("allowed are"));
+    CHECK_THAT(why(std::string(1000, 'a')), ContainsSubstring("512"));
+}
+
+TEST_CASE("no bytes do harm") {
+    const std::string words[] = {"pose", "step",  "state", " ",      "1",   "-",
+                                 ".",    "1e999", "\t",    "camera", "nan", "0.5"};
+    for (std::uint32_t n = 0; n < 20'000; ++n) {
+        std::string line;
+        for (std::uint32_t i = 0; i < 12; ++i) {
+            const auto r = philox4x32({n, i, 0, 0}, {5, 6});
+            if (r[0] % 3 == 0)
+                line += static_cast<char>(r[1]);
+            else
+                line += words[r[1] % std::size(words)];
+            if (r[2] % 2 == 0) line += ' ';
+        }
+        const SimulatorLine parsed = parse_simulator_line(line);
+        if (const auto* pose = std::get_if<PoseLine>(&parsed)) {
+            CHECK(is_finite(pose->pose.position_m));
+            CHECK_THAT(norm(pose->pose.orientation), WithinAbs(1, 1e-9));
+        }
+    }
+}
+
+TEST_CASE("between poses there is interpolation, past the last one a limited extrapolation") {
+    PoseRing ring(0.5);
+    Pose pose;
+    CHECK_FALSE(ring.at(0, pose));
+    REQUIRE(ring.push(1, turned(10, 0)));
+    REQUIRE(ring.at(99, pose));
+    CHECK(pose.position_m.x == 10);
+    REQUIRE(ring.push(2, turned(20, 0.2)));
+    REQUIRE(ring.push(4, turned(30, 0.4)));
+    CHECK_FALSE(ring.push(4, turned(0, 0)));
+    CHECK_FALSE(ring.push(3, turned(0, 0)));
+    CHECK_FALSE(ring.push(std::nan(""), turned(0, 0)));
+    const auto check = [&](double time_s, double x_m, double angle_rad) {
+        REQUIRE(ring.at(time_s, pose));
+        CHECK_THAT(pose.position_m.x, WithinAbs(x_m, 1e-12));
+        CHECK_THAT(2 * std::atan2(pose.orientation.z, pose.orientation.w), WithinAbs(angle_rad, 1e-12));
+    };
+    check(0, 10, 0);
+    check(1, 10, 0);
+    check(1.5, 15, 0.1);
+    check(2, 20, 0.2);
+    check(3, 25, 0.3);
+    check(4, 30, 0.4);
+    check(4.25, 31.25, 0.425); // 5 m/s and 0.1 rad/s go on
+    check(4.5, 32.5, 0.45);
+    check(100, 32.5, 0.45); // and hold
+}
+
+TEST_CASE("the ring keeps the last 64 poses, and readers never see a mixture") {
+    PoseRing ring(0);
+    for (int i = 0; i < 100; ++i)
+        REQUIRE(ring.push(i, turned(i, 0)));
+    Pose pose;
+    REQUIRE(ring.at(0, pose));
+    CHECK(pose.position_m.x == 36);
+    REQUIRE(ring.at(50.5, pose));
+    CHECK(pose.position_m.x == 50.5);
+
+    // All of a pose's numbers tell the same time.
+    std::atomic<bool> enough{false};
+    std::thread writer([&] {
+        for (int i = 100; !enough; ++i)
+            ring.push(i, {{i * 1.0, i * 2.0, i * 3.0}, {1, 0, 0, 0}});
+    });
+    std::uint64_t mixed = 0;
+    for (int look = 0; look < 50'000; ++look) {
+        Pose seen;
+        REQUIRE(ring.at(1e9, seen));
+        const Vec3 p = seen.position_m;
+        if (p.x >= 100 && (p.y != 2 * p.x || p.z != 3 * p.x)) ++mixed;
+    }
+    enough = true;
+    writer.join();
+    CHECK(mixed == 0);
+}

@@ -1,0 +1,100 @@
+// Who feeds the watchdog, and which threads get what they ask for.
+#include "core/error.hpp"
+#include "emulator/supervisor.hpp"
+#include "emulator/thread_plan.hpp"
+#include "tests/support/catch.hpp"
+
+#include <sched.h>
+
+using namespace obscura;
+using namespace obscura::emulator;
+
+TEST_CASE("the watchdog is fed when every worker has beaten since it was fed last") {
+    Heartbeat a("a"), b("b"), idle("never started");
+    const Heartbeats workers{&a, &b, &idle};
+    Supervisor supervisor;
+    a.beat();
+    b.beat();
+    REQUIRE(supervisor.all_alive(workers, true, Time{0}));
+    // One after the other, in several looks: what was seen once counts until all are there.
+    a.beat();
+    CHECK_FALSE(supervisor.all_alive(workers, true, Time{1}));
+    CHECK(supervisor.missed() == "b");
+    CHECK_FALSE(supervisor.all_alive(workers, false, Time{2}));
+    b.beat();
+    CHECK(supervisor.all_alive(workers, false, Time{3}));
+    // Anew for the next time.
+    CHECK_FALSE(supervisor.all_alive(workers, false, Time{4}));
+    CHECK(supervisor.missed() == "pipeline, a, b");
+    a.beat();
+    b.beat();
+    CHECK_FALSE(supervisor.all_alive(workers, false, Time{5}));
+    CHECK(supervisor.missed() == "pipeline");
+    CHECK(supervisor.all_alive(workers, true, Time{6}));
+}
+
+TEST_CASE("a worker in a long call is excused for as long as it said, one that has ended for good") {
+    Heartbeat a("a");
+    const Heartbeats workers{&a};
+    Supervisor supervisor;
+    a.beat();
+    REQUIRE(supervisor.all_alive(workers, true, Time{0}));
+    a.allow_silence_until(Time{100});
+    REQUIRE(supervisor.all_alive(workers, true, Time{10}));
+    CHECK(supervisor.all_alive(workers, true, Time{99}));
+    CHECK_FALSE(supervisor.all_alive(workers, true, Time{100}));
+    a.beat();
+    CHECK(supervisor.all_alive(workers, true, Time{101}));
+    CHECK_FALSE(supervisor.all_alive(workers, true, Time{102}));
+    a.rest();
+    CHECK(supervisor.all_alive(workers, true, Time{103}));
+    // Another one takes its place, as after a reload.
+    Heartbeat next("next");
+    next.beat();
+    CHECK(supervisor.all_alive({&next}, true, Time{104}));
+    CHECK_FALSE(supervisor.all_alive({&next}, true, Time{105}));
+}
+
+TEST_CASE("lists of cores") {
+    CHECK(parse_cores("").value().none());
+    CHECK(parse_cores("2-4,7").value().to_ullong() == 0b10011100);
+    CHECK(cores_text(parse_cores("7,2-3,4").value()) == "2-4,7");
+    CHECK(cores_text({}) == "any");
+    for (const char* bad : {"a", "1-", "-1", "1,,2", "1,", "3-1", "1024", "1 2", "99999999999999999999"})
+        CHECK_FALSE(parse_cores(bad).has_value());
+}
+
+TEST_CASE("threads get the cores they ask for, and it is said when they cannot") {
+    const CoreSet permitted = permitted_cores();
+    REQUIRE(permitted.any());
+    std::size_t core = 0;
+    while (!permitted[core])
+        ++core;
+    CoreSet one;
+    one.set(core);
+    {
+        const PinnedHere pinned(one);
+        CHECK(permitted_cores() == one);
+        CHECK(sched_getcpu() == static_cast<int>(core));
+    }
+    CHECK(permitted_cores() == permitted);
+    if (permitted[1000]) return;
+    CoreSet absent;
+    absent.set(1000);
+    const RealtimeGrant grant = pin_this_thread(absent);
+    CHECK_FALSE(grant.granted);
+    CHECK(grant.why.find("1000") != std::string::npos);
+
+    config::Config config;
+    config.daemon.realtime = "off";
+    config.threads.release_cores = std::to_string(core) + ",1000";
+    const ThreadPlan plan = granted_threads(config);
+    CHECK(plan.release.cores == one);
+    CHECK(highest_priority(plan) == 0);
+    config.daemon.realtime = "required";
+    CHECK_THROWS_AS(granted_threads(config), HardwareError);
+    CHECK(highest_priority(configured_threads(config)) == 80);
+    config.threads.trigger_priority = 0;
+    config.threads.transmit_priority = 90;
+    CHECK(highest_priority(configured_threads(config)) == 91); // its control thread
+}
