@@ -32,7 +32,7 @@ Keys ellipsoid(scene::Ellipsoid& s) {
 }
 Keys mesh(scene::MeshFile& s) {
     return {
-        {"file", Path{&s.path}, {}, {}, {}, "Wavefront OBJ file"},
+        {"file", Path{&s.path}, {}, {}, {}, "Wavefront OBJ file, or PDS plate model (.tab, .plt)"},
         {"metres_per_unit", &s.metres_per_unit, "m", {1e-9, 1e12}, {}, "Length of the file's unit"},
         {"smooth_normals", &s.smooth_normals, {}, {}, {}, "Interpolate normals across facets"},
     };
@@ -53,6 +53,23 @@ Keys polygons(scene::Polygons& s) {
              {-1e12, 1e12},
              {},
              "Flat convex faces, corners counter-clockwise seen from outside"}};
+}
+
+Keys box(scene::Box& s) {
+    return {{"size_m", &s.size_m, "m", {1e-6, 1e12}, {}, "Its three edges"}};
+}
+Keys disc(scene::Disc& s) {
+    return {
+        {"radius_m", &s.radius_m, "m", {1e-6, 1e12}, {}, "Outer radius"},
+        {"inner_radius_m", &s.inner_radius_m, "m", {0, 1e12}, {}, "Radius of the hole; 0: none"},
+    };
+}
+Keys cone(scene::Cone& s) {
+    return {
+        {"bottom_radius_m", &s.bottom_radius_m, "m", {0, 1e12}, {}, "Radius at the lower end"},
+        {"top_radius_m", &s.top_radius_m, "m", {0, 1e12}, {}, "Radius at the upper end"},
+        {"height_m", &s.height_m, "m", {1e-6, 1e12}, {}, "Length along z, its middle at the origin"},
+    };
 }
 
 Keys lambert(scene::Lambert& m) {
@@ -144,6 +161,9 @@ const std::vector<Kind<scene::Shape>>& shape_kinds() {
         shape<scene::MeshFile, mesh>("mesh", {"file"}),
         shape<scene::ProceduralBody, procedural>("procedural", {"mean_radius_m"}),
         shape<scene::Polygons, polygons>("polygons", {"faces_m"}),
+        shape<scene::Box, box>("box", {"size_m"}),
+        shape<scene::Disc, disc>("disc", {"radius_m"}),
+        shape<scene::Cone, cone>("cone", {"bottom_radius_m", "top_radius_m", "height_m"}),
     };
     return table;
 }

@@ -46,6 +46,7 @@ scene::Sun read_sun(const Value& table, const Where& where) {
     scene::Sun result;
     result.irradiance_scale = sun.irradiance_scale;
     result.radius_m = sun.radius_m;
+    result.limb_darkening = sun.limb_darkening;
     if (has(given, "position_m"))
         result.position_m = sun.position_m;
     else

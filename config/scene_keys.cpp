@@ -61,6 +61,12 @@ Keys keys_of(SunKeys& s) {
         {"direction", &s.direction, {}, anywhere, {}, "Instead: direction from the origin to the Sun"},
         {"distance_au", &s.distance_au, "au", {0.005, 1000}, {}, "Distance that goes with direction"},
         {"radius_m", &s.radius_m, "m", {1, 1e12}, {}, "Radius of the Sun's disc"},
+        {"limb_darkening",
+         &s.limb_darkening,
+         {},
+         {0, 1},
+         {},
+         "u of the linear law 1 - u (1 - mu), about 0.6 for visible light; 0: a uniform disc"},
         {"irradiance_scale", &s.irradiance_scale, {}, {0, 1e6}, {}, "Times the ASTM E490 spectrum"},
     };
 }

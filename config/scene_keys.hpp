@@ -17,6 +17,7 @@ struct SunKeys {
     double distance_au = 1;
     double radius_m = scene::Sun{}.radius_m;
     double irradiance_scale = 1;
+    double limb_darkening = 0;
 };
 
 /// [stars]

@@ -42,7 +42,7 @@ struct Ellipsoid {
     Vec3 radii_m{1, 1, 1};
 };
 struct MeshFile {
-    std::string path; ///< Wavefront OBJ
+    std::string path; ///< Wavefront OBJ, or a PDS plate model (.tab, .plt)
     double metres_per_unit = 1;
     bool smooth_normals = true;
 };
@@ -57,7 +57,20 @@ struct ProceduralBody {
 struct Polygons {
     std::vector<std::vector<Vec3>> faces_m;
 };
-using Shape = std::variant<Ellipsoid, MeshFile, ProceduralBody, Polygons>;
+/// About the origin.
+struct Box {
+    Vec3 size_m{1, 1, 1};
+};
+/// In the x-y plane about the origin, seen and lit from both sides; a ring with an inner radius.
+struct Disc {
+    double radius_m = 1, inner_radius_m = 0;
+};
+/// A closed cylinder, cone or frustum along z; the middle of its height at the origin.
+struct Cone {
+    double bottom_radius_m = 1, top_radius_m = 1; ///< one of them may be 0
+    double height_m = 1;
+};
+using Shape = std::variant<Ellipsoid, MeshFile, ProceduralBody, Polygons, Box, Disc, Cone>;
 
 /// r = A / pi mu0: the same radiance in every direction.
 struct Lambert {
@@ -139,6 +152,8 @@ struct Sun {
     Vec3 position_m{-149597870700.0, 0, 0}; ///< inertial
     double radius_m = 695'700'000.0;        ///< nominal solar radius, IAU 2015 B3
     double irradiance_scale = 1;            ///< times ASTM E490
+    /// u of the linear law I(mu) = I(1) (1 - u (1 - mu)); 0: a uniform disc. The irradiance is the same.
+    double limb_darkening = 0;
 };
 
 /// Stars as an infinitely far catalogue.

@@ -1,10 +1,14 @@
 #include "renderer/build.hpp"
 
 #include "core/error.hpp"
+#include "renderer/box.hpp"
+#include "renderer/cone.hpp"
+#include "renderer/disc.hpp"
 #include "renderer/ellipsoid.hpp"
 #include "renderer/mesh_shape.hpp"
 #include "renderer/motion.hpp"
 #include "renderer/obj_reader.hpp"
+#include "renderer/plate_reader.hpp"
 #include "renderer/procedural_body.hpp"
 
 #include <fmt/format.h>
@@ -53,6 +57,13 @@ void validate_bands(const std::vector<double>& values, std::size_t bands, const 
             throw ConfigError(fmt::format("{}: {}: allowed are numbers from 0 up", what, v));
 }
 
+/// By the end of the file's name.
+TriangleMesh read_mesh(const scene::MeshFile& file) {
+    const std::string end = std::filesystem::path(file.path).extension().string();
+    const bool plates = end == ".tab" || end == ".TAB" || end == ".plt" || end == ".PLT";
+    return plates ? read_plates(file.path, file.metres_per_unit) : read_obj(file.path, file.metres_per_unit);
+}
+
 /// Makes shapes; remembers meshes, so that bodies of the same file share one.
 class ShapeMaker {
 public:
@@ -63,6 +74,30 @@ public:
                 throw ConfigError(fmt::format("{}: radii {} {} {} m: allowed are positive numbers", place,
                                               e->radii_m.x, e->radii_m.y, e->radii_m.z));
             return std::make_shared<Ellipsoid>(*e);
+        }
+        if (const auto* b = std::get_if<scene::Box>(&body.shape)) {
+            if (!positive(b->size_m.x) || !positive(b->size_m.y) || !positive(b->size_m.z))
+                throw ConfigError(fmt::format("{}: size {} {} {} m: allowed are positive numbers", place,
+                                              b->size_m.x, b->size_m.y, b->size_m.z));
+            return std::make_shared<Box>(*b);
+        }
+        if (const auto* d = std::get_if<scene::Disc>(&body.shape)) {
+            if (!positive(d->radius_m) || !(d->inner_radius_m >= 0 && d->inner_radius_m < d->radius_m))
+                throw ConfigError(
+                    fmt::format("{}: radii {} and {} m: allowed are a positive outer and a smaller "
+                                "inner one",
+                                place, d->radius_m, d->inner_radius_m));
+            return std::make_shared<Disc>(*d);
+        }
+        if (const auto* c = std::get_if<scene::Cone>(&body.shape)) {
+            const bool radii = c->bottom_radius_m >= 0 && c->top_radius_m >= 0 &&
+                               positive(c->bottom_radius_m + c->top_radius_m);
+            if (!radii || !positive(c->height_m))
+                throw ConfigError(
+                    fmt::format("{}: radii {} and {} m, height {} m: allowed are radii from 0 up, "
+                                "not both 0, and a positive height",
+                                place, c->bottom_radius_m, c->top_radius_m, c->height_m));
+            return std::make_shared<Cone>(*c);
         }
         if (const auto* p = std::get_if<scene::ProceduralBody>(&body.shape)) {
             try {
@@ -80,7 +115,7 @@ public:
                                           file.metres_per_unit));
         auto& shape = files_[{file.path, file.metres_per_unit, file.smooth_normals, emits}];
         if (!shape) {
-            TriangleMesh mesh = read_obj(file.path, file.metres_per_unit);
+            TriangleMesh mesh = read_mesh(file);
             if (file.smooth_normals) smooth_normals(mesh);
             shape = mesh_shape(std::move(mesh), emits);
         }
@@ -114,6 +149,8 @@ void validate(const scene::Scene& scene) {
     validate(c.motion, "camera");
     if (!is_finite(scene.sun.position_m) || !positive(scene.sun.radius_m))
         throw ConfigError("sun: the position must be finite and the radius positive");
+    if (!(scene.sun.limb_darkening >= 0 && scene.sun.limb_darkening <= 1))
+        throw ConfigError(fmt::format("sun: limb darkening {}: allowed 0 to 1", scene.sun.limb_darkening));
     if (!(scene.sun.irradiance_scale >= 0 && std::isfinite(scene.sun.irradiance_scale)))
         throw ConfigError(fmt::format("sun: irradiance scale {}: allowed are numbers from 0 up",
                                       scene.sun.irradiance_scale));

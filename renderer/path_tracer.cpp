@@ -74,8 +74,9 @@ struct PathTracer::Vertex {
     SurfacePacket surface;
 };
 
-PathTracer::PathTracer(const RowState& row, const Lighting& lighting, double sun_radius_m, RayCounts& counts)
-    : Tracer(row, sun_radius_m, counts), lighting_(lighting) {}
+PathTracer::PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun,
+                       RayCounts& counts)
+    : Tracer(row, sun, counts), lighting_(lighting) {}
 
 void PathTracer::block(const Vertex& vertex, bool all_bodies, RayPacket& light) {
     light.origin = vertex.surface.shadow_origin;
@@ -108,9 +109,12 @@ void PathTracer::meet_light(std::int32_t index, const Vertex& vertex, const HitP
     if (body.material == nullptr) {
         for (int i = 0; i < packet_size; ++i) {
             if (vertex.here.on[i] == 0) continue;
-            if (paths.density[i] == no_hit)
+            if (paths.density[i] == no_hit) {
+                const double mu = -dot(vertex.surface.normal.lane(i), vertex.view.direction.lane(i));
+                const double radiance = sun_radiance_ * limb_factor(sun_.limb_darkening, mu);
                 for (std::size_t c = 0; c < channels; ++c)
-                    out.v[c][i] += paths.carried.v[c][i] * sun_radiance_ * lighting_.sun_w_m2[c];
+                    out.v[c][i] += paths.carried.v[c][i] * radiance * lighting_.sun_w_m2[c];
+            }
             paths.alive.on[i] = 0;
         }
         return;
@@ -134,7 +138,7 @@ void PathTracer::add_sun(const Vertex& vertex, const Doubles& u, const Doubles& 
                          Channels& out) {
     RayPacket light;
     Doubles solid_angle;
-    sample_sun(vertex.surface.position, vertex.body.sun_m, sun_radius_m_, u, v, light.direction, solid_angle);
+    sample_sun(vertex.surface.position, vertex.body.sun_m, sun_, u, v, light.direction, solid_angle);
     ScatterPacket angles;
     scatter_angles(vertex.surface, vertex.view.direction, light.direction, angles);
     Doubles r;

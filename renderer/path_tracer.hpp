@@ -36,7 +36,7 @@ struct Lighting {
 /// from the camera.
 class PathTracer final : public Tracer {
 public:
-    PathTracer(const RowState& row, const Lighting& lighting, double sun_radius_m, RayCounts& counts);
+    PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
     [[nodiscard]] std::size_t channels() const override { return lighting_.sun_w_m2.size(); }
     void radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random,

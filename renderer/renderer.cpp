@@ -342,10 +342,10 @@ void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidat
         splat_stars(request, y, stars_in_view, tracer, s);
     };
     if (plain) {
-        Tracer tracer(s.row, scene.sun.radius_m, s.counts);
+        Tracer tracer(s.row, scene.sun, s.counts);
         trace(tracer);
     } else {
-        PathTracer tracer(s.row, lighting, scene.sun.radius_m, s.counts);
+        PathTracer tracer(s.row, lighting, scene.sun, s.counts);
         trace(tracer);
     }
     s.per_pixel.assign(width, 1);

@@ -10,8 +10,8 @@ namespace obscura::renderer {
 namespace {
 
 OBSCURA_VECTOR_CLONES
-void sample_cone(const Vec3s& position, Vec3 sun, double radius, const Doubles& u, const Doubles& v,
-                 Vec3s& direction, Doubles& solid_angle_sr) {
+void sample_cone(const Vec3s& position, Vec3 sun, double radius, double darkening, const Doubles& u,
+                 const Doubles& v, Vec3s& direction, Doubles& solid_angle_sr) {
     for (int i = 0; i < packet_size; ++i) {
         const double x = sun.x - position.x.v[i];
         const double y = sun.y - position.y.v[i];
@@ -39,15 +39,19 @@ void sample_cone(const Vec3s& position, Vec3 sun, double radius, const Doubles& 
         direction.x.v[i] = ax * cos_theta + s * (1 + sign * ax * ax * a) + t * b;
         direction.y.v[i] = ay * cos_theta + s * (sign * b) + t * (sign + ay * ay * a);
         direction.z.v[i] = az * cos_theta - s * (sign * ax) - t * ay;
-        solid_angle_sr.v[i] = sine < 1 ? 2 * std::numbers::pi * one_minus_cos : 0.0;
+        // The surface is seen at the sine (off-centre angle / angle of the limb).
+        const double mu2 = 1 - h * (2 - h) / sine2;
+        const double mu = std::sqrt(mu2 > 0 ? mu2 : 0.0);
+        solid_angle_sr.v[i] =
+            sine < 1 ? 2 * std::numbers::pi * one_minus_cos * limb_factor(darkening, mu) : 0.0;
     }
 }
 
 } // namespace
 
-void sample_sun(const Vec3s& position, Vec3 sun_m, double radius_m, const Doubles& u, const Doubles& v,
+void sample_sun(const Vec3s& position, Vec3 sun_m, const scene::Sun& sun, const Doubles& u, const Doubles& v,
                 Vec3s& direction, Doubles& solid_angle_sr) {
-    sample_cone(position, sun_m, radius_m, u, v, direction, solid_angle_sr);
+    sample_cone(position, sun_m, sun.radius_m, sun.limb_darkening, u, v, direction, solid_angle_sr);
 }
 
 double sun_radiance_per_irradiance(double radius_m) {

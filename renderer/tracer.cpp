@@ -19,11 +19,8 @@ void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s
     }
 }
 
-Tracer::Tracer(const RowState& row, double sun_radius_m, RayCounts& counts)
-    : row_(row),
-      sun_radius_m_(sun_radius_m),
-      sun_radiance_(sun_radiance_per_irradiance(sun_radius_m)),
-      counts_(counts) {}
+Tracer::Tracer(const RowState& row, const scene::Sun& sun, RayCounts& counts)
+    : row_(row), sun_(sun), sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)), counts_(counts) {}
 
 void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
                        HitPacket& hits) {
@@ -64,20 +61,23 @@ void Tracer::radiance(const Vec3s& direction, const HitPacket& hits, SampleStrea
 void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
                      const Doubles& v, Doubles& radiance) {
     const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
-    if (body.material == nullptr) {
-        for (int i = 0; i < packet_size; ++i)
-            if (hits.body[i] == index) radiance.v[i] = sun_radiance_;
-        return;
-    }
     RayPacket view;
     transform(body.from_camera, direction, {}, view.direction);
     set_all(view.origin, body.camera_m);
     SurfacePacket surface;
     body.shape->surface(view, hits, index, surface);
+    if (body.material == nullptr) {
+        for (int i = 0; i < packet_size; ++i)
+            if (hits.body[i] == index)
+                radiance.v[i] =
+                    sun_radiance_ *
+                    limb_factor(sun_.limb_darkening, -dot(surface.normal.lane(i), view.direction.lane(i)));
+        return;
+    }
 
     RayPacket shadow;
     Doubles solid_angle;
-    sample_sun(surface.position, body.sun_m, sun_radius_m_, u, v, shadow.direction, solid_angle);
+    sample_sun(surface.position, body.sun_m, sun_, u, v, shadow.direction, solid_angle);
     ScatterPacket scatter;
     scatter_angles(surface, view.direction, shadow.direction, scatter);
     Doubles r;

@@ -32,8 +32,8 @@ void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s
 /// Not thread-safe: each thread has its own.
 class Tracer {
 public:
-    /// `row` and `counts` must outlive the tracer.
-    Tracer(const RowState& row, double sun_radius_m, RayCounts& counts);
+    /// All arguments must outlive the tracer.
+    Tracer(const RowState& row, const scene::Sun& sun, RayCounts& counts);
     virtual ~Tracer() = default;
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
@@ -56,7 +56,7 @@ protected:
     void occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays);
 
     const RowState& row_;
-    double sun_radius_m_;
+    const scene::Sun& sun_;
     double sun_radiance_;
     RayCounts& counts_;
 

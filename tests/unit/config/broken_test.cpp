@@ -621,7 +621,7 @@ beam = "spot"
     {R"([[body]]
 shape = "cube"
 )",
-     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, procedural, polygons)"},
+     R"(s.toml:2:9: body[0].shape: "cube" is not known, allowed ellipsoid, mesh, procedural, polygons, box, disc, cone)"},
     {R"([[body]]
 shape = "ellipsoid"
 albedo = 0.5

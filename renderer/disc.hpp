@@ -1,0 +1,22 @@
+// A disc or ring in the x-y plane, seen and lit from both sides.
+#pragma once
+
+#include "core/scene.hpp"
+#include "renderer/analytic_shape.hpp"
+
+namespace obscura::renderer {
+
+class Disc final : public AnalyticShape {
+public:
+    explicit Disc(const scene::Disc& d);
+
+protected:
+    [[nodiscard]] Crossings crossings(Vec3 origin, Vec3 direction) const override;
+    [[nodiscard]] Vec3 normal(Vec3 /*point*/, std::uint32_t /*part*/) const override { return {0, 0, 1}; }
+    [[nodiscard]] bool has_inside() const override { return false; }
+
+private:
+    double outer2_, inner2_;
+};
+
+} // namespace obscura::renderer
