@@ -4,8 +4,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
+#include "sync/ipv4_endpoint.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -26,23 +26,6 @@ constexpr std::size_t most_clients = 8;
 constexpr std::size_t most_input = 16 * simulator_line_bytes; // lines that wait for a step to end
 constexpr std::int64_t patience_ns = 60 * ns_per_s;           // for one frame
 constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // for a camera that is still busy with the last
-
-sockaddr_in parse_address(const std::string& text) {
-    const std::size_t colon = text.rfind(':');
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    std::uint16_t port = 0;
-    const char* end = text.data() + text.size();
-    const bool good = colon != std::string::npos &&
-                      inet_pton(AF_INET, text.substr(0, colon).c_str(), &address.sin_addr) == 1 &&
-                      std::from_chars(text.data() + colon + 1, end, port).ptr == end &&
-                      colon + 1 < text.size();
-    if (!good)
-        throw ConfigError(fmt::format(
-            "simulator.listen: \"{}\": allowed is an IPv4 address and a port, \"127.0.0.1:5003\"", text));
-    address.sin_port = htons(port);
-    return address;
-}
 
 std::uint64_t settled(const CameraCounters& c) {
     return c.complete + c.abandoned + c.dropped + c.missed_triggers + c.masked_triggers + c.ignored;
@@ -84,7 +67,7 @@ SimulatorServer::~SimulatorServer() {
 }
 
 void SimulatorServer::start() {
-    sockaddr_in address = parse_address(listen_);
+    sockaddr_in address = sync::parse_ipv4_endpoint("simulator.listen", listen_, 0, "127.0.0.1:5003");
     const auto* const name = reinterpret_cast<const sockaddr*>(&address);
     const auto fail = [this] {
         throw HardwareError(fmt::format("simulator.listen: {}: {}", listen_, std::strerror(errno)));

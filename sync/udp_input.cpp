@@ -3,8 +3,8 @@
 #include "core/error.hpp"
 #include "sync/clock_reading.hpp"
 #include "sync/file_descriptor.hpp"
+#include "sync/ipv4_endpoint.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 
 namespace obscura::sync {
@@ -20,26 +19,10 @@ namespace {
 
 constexpr std::array<std::uint8_t, 4> magic{'O', 'B', 'T', 'R'};
 
-sockaddr_in parse_address(const std::string& text) {
-    const std::size_t colon = text.rfind(':');
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    std::uint16_t port = 0;
-    const char* end = text.data() + text.size();
-    const bool good = colon != std::string::npos &&
-                      inet_pton(AF_INET, text.substr(0, colon).c_str(), &address.sin_addr) == 1 &&
-                      std::from_chars(text.data() + colon + 1, end, port).ptr == end && port != 0;
-    if (!good)
-        throw ConfigError(fmt::format(
-            "trigger.listen: \"{}\": allowed is an IPv4 address and a port, \"127.0.0.1:5002\"", text));
-    address.sin_port = htons(port);
-    return address;
-}
-
 class UdpInput final : public EdgeInput {
 public:
     explicit UdpInput(const std::string& text) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-        const sockaddr_in address = parse_address(text);
+        const sockaddr_in address = parse_ipv4_endpoint("trigger.listen", text, 1, "127.0.0.1:5002");
         if (!fd_ || ::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
             throw HardwareError(fmt::format("trigger.listen: {}: {}", text, std::strerror(errno)));
         const int on = 1;

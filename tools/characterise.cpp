@@ -271,18 +271,15 @@ Characterisation characterise_series(const std::filesystem::path& folder) {
     result.notes.push_back(
         fmt::format("K and R were fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
     add_series_plots(series.levels, m, result);
-    const auto add = [&](std::string name, double measured, std::string unit) {
-        result.parameters.push_back({std::move(name), measured, {}, std::move(unit), 0});
-    };
-    add("gain", m.gain_dn_per_e, "DN/e-");
-    add("quantum_efficiency", m.quantum_efficiency, "");
-    add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
-    add("dark_noise", m.dark_noise_e, "e-");
-    add("saturation", m.saturation_e, "e-");
-    add("snr_max", m.snr_max_db, "dB");
-    add("dynamic_range", m.dynamic_range_db, "dB");
-    add("threshold", m.threshold_photons, "photons");
-    add("linearity_error", m.linearity_error_percent, "%");
+    result.add("gain", m.gain_dn_per_e, "DN/e-");
+    result.add("quantum_efficiency", m.quantum_efficiency, "");
+    result.add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
+    result.add("dark_noise", m.dark_noise_e, "e-");
+    result.add("saturation", m.saturation_e, "e-");
+    result.add("snr_max", m.snr_max_db, "dB");
+    result.add("dynamic_range", m.dynamic_range_db, "dB");
+    result.add("threshold", m.threshold_photons, "photons");
+    result.add("linearity_error", m.linearity_error_percent, "%");
     return result;
 }
 
@@ -304,12 +301,10 @@ Characterisation characterise_dark_camera(const CameraSeries& series, const Came
         times.push_back(level.exposure_s);
         means.push_back(level.pair.mean);
     }
-    const auto add = [&](std::string name, double measured, std::string of) {
-        result.parameters.push_back({std::move(name), measured, {}, std::move(of), 0});
-    };
-    add("dark_noise", std::sqrt(std::max(0.0, series.levels.front().pair.variance - 1.0 / 12)) / k, unit);
-    add("dsnu", std::sqrt(std::max(0.0, series.low.spatial_variance())) / k, unit);
-    add("dark_current", emva::slope(times, means) / k, fmt::format("{}/s", unit));
+    result.add("dark_noise", std::sqrt(std::max(0.0, series.levels.front().pair.variance - 1.0 / 12)) / k,
+               unit);
+    result.add("dsnu", std::sqrt(std::max(0.0, series.low.spatial_variance())) / k, unit);
+    result.add("dark_current", emva::slope(times, means) / k, fmt::format("{}/s", unit));
     std::vector<double> values(series.low.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
         values[i] = (series.low.pixel(i) - series.low.mean()) / k;
@@ -345,23 +340,21 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     result.notes.push_back(
         "The shortest exposure stands for the dark; dark noise, DSNU and dark current need "
         "a run with --dark, the light off, and this K as --gain.");
-    const auto add = [&](std::string name, double measured, std::string unit) {
-        result.parameters.push_back({std::move(name), measured, {}, std::move(unit), 0});
-    };
-    add("gain", m.gain_dn_per_e, "DN/e-");
+    result.add("gain", m.gain_dn_per_e, "DN/e-");
     if (options.photons_per_s > 0) {
-        add("quantum_efficiency", m.quantum_efficiency, "");
-        add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
-        add("threshold", m.threshold_photons, "photons");
+        result.add("quantum_efficiency", m.quantum_efficiency, "");
+        result.add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
+        result.add("threshold", m.threshold_photons, "photons");
     }
-    add("saturation", m.saturation_e, "e-");
-    add("snr_max", m.snr_max_db, "dB");
-    add("linearity_error", m.linearity_error_percent, "%");
+    result.add("saturation", m.saturation_e, "e-");
+    result.add("snr_max", m.snr_max_db, "dB");
+    result.add("linearity_error", m.linearity_error_percent, "%");
     const double response = series.half.mean() - series.low.mean();
-    add("prnu",
-        100 * std::sqrt(std::max(0.0, series.half.spatial_variance() - series.low.spatial_variance())) /
-            response,
-        "%");
+    result.add("prnu",
+               100 *
+                   std::sqrt(std::max(0.0, series.half.spatial_variance() - series.low.spatial_variance())) /
+                   response,
+               "%");
     std::vector<double> values(series.half.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
         values[i] = 100 * ((series.half.pixel(i) - series.low.pixel(i)) / response - 1);

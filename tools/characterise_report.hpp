@@ -34,6 +34,11 @@ struct Characterisation {
     std::vector<std::string> notes;
     std::vector<Parameter> parameters;
     std::vector<Plot> plots;
+
+    /// A parameter whose true value is not known.
+    void add(std::string name, double measured, std::string unit) {
+        parameters.push_back({std::move(name), measured, {}, std::move(unit), 0});
+    }
 };
 
 /// {"parameters": {NAME: {"measured": x, "true": x, "unit": u, "tolerance": relative}}}

@@ -1,8 +1,7 @@
 // The camera before judges that nobody here wrote: the GenApi schema, Aravis's camera tester, Wireshark.
-#include "core/clock.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/pattern_camera.hpp"
+#include "tests/support/gige_bench.hpp"
 #include "tests/support/private_network.hpp"
 #include "transports/gige/gige.hpp"
 
@@ -63,19 +62,10 @@ std::string output_of(const std::string& command) {
     return text;
 }
 
-struct Bench {
-    MonotonicClock clock;
-    PatternCamera source;
-    GigeCamera camera;
+struct Bench : GigeBench {
     explicit Bench(std::vector<Region> windows, GigeSettings settings = {})
-        : source(limits(), 24), camera(at(settings), source, clock) {
+        : GigeBench(limits(), at(std::move(settings))) {
         source.set_windows(std::move(windows));
-        source.set_transport(camera);
-        camera.start();
-    }
-    ~Bench() {
-        source.acquisition_stop(true);
-        camera.stop();
     }
     static CameraLimits limits() {
         CameraLimits l;

@@ -1,8 +1,7 @@
 // The life of a controller on real sockets and clocks: heartbeat, retries, who may and who may not.
-#include "core/clock.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/pattern_camera.hpp"
+#include "tests/support/gige_bench.hpp"
 #include "transports/gige/features.hpp"
 #include "transports/gige/gige.hpp"
 #include "transports/gige/gvcp.hpp"
@@ -26,18 +25,8 @@ namespace {
 
 const std::string address = own_loopback_address();
 
-struct Bench {
-    MonotonicClock clock;
-    PatternCamera source;
-    GigeCamera camera;
-    explicit Bench(GigeSettings settings = {}) : source(limits(), 24), camera(at(settings), source, clock) {
-        source.set_transport(camera);
-        camera.start();
-    }
-    ~Bench() {
-        source.acquisition_stop(true);
-        camera.stop();
-    }
+struct Bench : GigeBench {
+    explicit Bench(GigeSettings settings = {}) : GigeBench(limits(), at(std::move(settings))) {}
     static CameraLimits limits() {
         CameraLimits l;
         l.sensor_width = l.sensor_height = 64;

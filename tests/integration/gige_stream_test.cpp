@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/gige_bench.hpp"
 #include "tests/support/pattern_camera.hpp"
 #include "transports/gige/fault_injector.hpp"
 #include "transports/gige/gige.hpp"
@@ -46,20 +47,9 @@ CameraLimits limits(std::int32_t width = 256, std::int32_t height = 200) {
 }
 
 /// Camera, pattern generator and connections, taken down in the right order.
-struct Bench {
-    MonotonicClock clock;
-    PatternCamera source;
-    GigeCamera camera;
-
+struct Bench : GigeBench {
     explicit Bench(const CameraLimits& l, GigeSettings settings = {})
-        : source(l, 24), camera(at(settings), source, clock) {
-        source.set_transport(camera);
-        camera.start();
-    }
-    ~Bench() {
-        source.acquisition_stop(true);
-        camera.stop();
-    }
+        : GigeBench(l, at(std::move(settings))) {}
     static GigeSettings at(GigeSettings s) {
         if (s.interface == "lo") s.interface = address;
         return s;

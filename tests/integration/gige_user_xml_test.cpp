@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/gige_bench.hpp"
 #include "tests/support/pattern_camera.hpp"
 #include "transports/gige/features.hpp"
 #include "transports/gige/gige.hpp"
@@ -22,20 +23,8 @@ namespace {
 const std::string address = own_loopback_address();
 const std::string flight_xml = OBSCURA_SOURCE_DIR "/tests/support/flight_camera.xml";
 
-struct Bench {
-    MonotonicClock clock;
-    PatternCamera source;
-    GigeCamera camera;
-
-    explicit Bench(const std::string& values = "")
-        : source(limits(), 24), camera(settings(values), source, clock) {
-        source.set_transport(camera);
-        camera.start();
-    }
-    ~Bench() {
-        source.acquisition_stop(true);
-        camera.stop();
-    }
+struct Bench : GigeBench {
+    explicit Bench(const std::string& values = "") : GigeBench(limits(), settings(values)) {}
     static CameraLimits limits() {
         CameraLimits l;
         l.sensor_width = 128;

@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import random
+import shutil
 import signal
 import socket
 import subprocess
@@ -17,7 +18,8 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
+sys.path.insert(0, str(SUPPORT))
 import hang_thread  # noqa: E402
 
 parser = argparse.ArgumentParser()
@@ -49,21 +51,7 @@ class Bench:
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self.socket.bind(str(self.folder / "notify"))
         self.config = self.folder / "obscurad.toml"
-        (self.folder / "scene.toml").write_text(
-            """[sun]
-direction = [-1, -1, 0.3]
-distance_au = 2
-[camera]
-focal_length_mm = 50
-aperture_mm = 25
-position_m = [-20000, 0, 0]
-boresight = [1, 0, 0]
-up = [0, 0, 1]
-[[body]]
-shape = "ellipsoid"
-radii_m = [500, 400, 300]
-albedo = 0.1
-""")
+        shutil.copy(SUPPORT / "light_scene.toml", self.folder / "scene.toml")
         self.process = None
         self.write()
 

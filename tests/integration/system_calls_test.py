@@ -16,7 +16,8 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
+sys.path.insert(0, str(SUPPORT))
 import hang_thread  # noqa: E402
 
 obscurad, obscura = sys.argv[1:3]
@@ -47,21 +48,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-calls-") as temporary:
     port = free_port(socket.SOCK_DGRAM)
     address = f"127.{os.getpid() >> 16 & 127 | 64}.{os.getpid() >> 8 & 255}.{os.getpid() & 255 | 1}"
     client = None
-    (folder / "scene.toml").write_text(
-        """[sun]
-direction = [-1, -1, 0.3]
-distance_au = 2
-[camera]
-focal_length_mm = 50
-aperture_mm = 25
-position_m = [-20000, 0, 0]
-boresight = [1, 0, 0]
-up = [0, 0, 1]
-[[body]]
-shape = "ellipsoid"
-radii_m = [500, 400, 300]
-albedo = 0.1
-""")
+    shutil.copy(SUPPORT / "light_scene.toml", folder / "scene.toml")
     (folder / "obscurad.toml").write_text(f"""[scene]
 file = "scene.toml"
 [render]
