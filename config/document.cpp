@@ -105,17 +105,21 @@ std::string read_text(const std::filesystem::path& file, std::string& text) {
     return {};
 }
 
+Value parse_text(std::string_view text, const std::string& name) {
+    try {
+        return convert(toml::parse(text, name));
+    } catch (const toml::parse_error& error) {
+        const Position at = position(error.source());
+        throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", name, at.line, at.column,
+                                      printable(error.description(), 300)));
+    }
+}
+
 Value parse_file(const std::filesystem::path& file) {
     std::string text;
     if (const std::string why = read_text(file, text); !why.empty())
         throw ConfigError(fmt::format("{}: cannot be opened: {}", file.string(), why));
-    try {
-        return convert(toml::parse(text, file.string()));
-    } catch (const toml::parse_error& error) {
-        const Position at = position(error.source());
-        throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: {}", file.string(), at.line, at.column,
-                                      printable(error.description(), 300)));
-    }
+    return parse_text(text, file.string());
 }
 
 } // namespace obscura::config

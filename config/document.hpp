@@ -46,6 +46,9 @@ struct Member {
 /// Reads and parses `file`. Throws ConfigError: `file: cannot be opened: why` or `file:line:column: ...`.
 [[nodiscard]] Value parse_file(const std::filesystem::path& file);
 
+/// Parses what is already in memory; `name` stands for the file in messages. Throws ConfigError.
+[[nodiscard]] Value parse_text(std::string_view text, const std::string& name);
+
 /// Reads a text file of at most 64 MiB. Returns an empty string, or why it could not be read.
 [[nodiscard]] std::string read_text(const std::filesystem::path& file, std::string& text);
 

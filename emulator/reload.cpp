@@ -1,58 +1,62 @@
 #include "emulator/reload.hpp"
 
+#include "config/document.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <sstream>
 #include <string>
 
 namespace obscura::emulator {
 namespace {
 
-// "section.key" -> the text behind "=", comments left out. Elements of arrays of tables are numbered:
-// "camera[1].gige.faults[0].kind".
-std::map<std::string, std::string> printed_values(const config::Config& config) {
-    std::map<std::string, std::string> values;
-    std::map<std::string, int> elements; // of each array so far
-    std::istringstream in(config::print(config));
-    std::string line, section, last;
-    const auto full_name = [&](std::string name) {
-        // The only array with tables inside.
-        const int cameras = elements["camera"];
-        if (cameras > 0 && name.rfind("camera.", 0) == 0)
-            name = fmt::format("camera[{}].{}", cameras - 1, name.substr(7));
-        return name;
-    };
-    while (std::getline(in, line)) {
-        if (line.empty() || line[0] == '#') continue;
-        if (line[0] == ' ') { // a long value goes on
-            values[last] += line;
-            continue;
-        }
-        if (line.rfind("[[", 0) == 0) {
-            const std::string name = full_name(line.substr(2, line.find(']') - 2));
-            section = fmt::format("{}[{}]", name, elements[name]++);
-            continue;
-        }
-        if (line[0] == '[') {
-            section = full_name(line.substr(1, line.find(']') - 1));
-            continue;
-        }
-        const std::size_t equals = line.find('=');
-        if (equals == std::string::npos) continue;
-        last = section + "." + line.substr(0, line.find_last_not_of(' ', equals - 1) + 1);
-        values[last] = line.substr(equals + 1);
+using Values = std::map<std::string, std::string>;
+
+std::string scalar_text(const config::Value& value) {
+    switch (value.kind) {
+    case config::Value::Kind::boolean:
+        return value.boolean ? "true" : "false";
+    case config::Value::Kind::integer:
+        return fmt::format("{}", value.integer);
+    case config::Value::Kind::real:
+        return fmt::format("{}", value.real);
+    default:
+        return value.string;
     }
+}
+
+// Every value under its name: "gige.port", "camera[1].gige.faults[0].kind". Lists of scalars are one value.
+void flatten(const config::Value& value, const std::string& name, Values& values) {
+    using Kind = config::Value::Kind;
+    if (value.kind == Kind::table) {
+        for (const config::Member& member : value.members)
+            flatten(member.value, name.empty() ? member.key : name + "." + member.key, values);
+    } else if (value.kind == Kind::array) {
+        for (std::size_t i = 0; i < value.items.size(); ++i) {
+            const Kind kind = value.items[i].kind;
+            if (kind == Kind::table || kind == Kind::array)
+                flatten(value.items[i], fmt::format("{}[{}]", name, i), values);
+            else
+                values[name] += scalar_text(value.items[i]) + '\0';
+        }
+    } else {
+        values[name] = scalar_text(value);
+    }
+}
+
+Values values_of(const config::Config& config) {
+    Values values;
+    flatten(config::parse_text(config::print(config), "effective configuration"), "", values);
     return values;
 }
 
 } // namespace
 
 std::vector<std::string> changed_keys(const config::Config& before, const config::Config& after) {
-    const auto old_values = printed_values(before), new_values = printed_values(after);
+    const auto old_values = values_of(before), new_values = values_of(after);
     std::vector<std::string> changed;
     for (const auto& [key, value] : new_values) {
         const auto old = old_values.find(key);
