@@ -12,6 +12,11 @@ namespace {
 /// pixels is this much smaller than that aimed at in each (see the test of adaptive sampling, which measures
 /// it).
 constexpr double error_margin = 2.3;
+/// The same for pixels that share a grid, whose error is estimated by what is left of its points about a
+/// plane: most of that is detail that the grid still resolves.
+constexpr double shared_error_margin = 7;
+/// The pixels that need more are then few.
+constexpr double refined_error_margin = 3.5;
 
 /// Which of 16 directions lie within `chord2` of `axis`.
 OBSCURA_VECTOR_CLONES
@@ -35,7 +40,7 @@ BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprin
       tracer_(tracer),
       candidates_(candidates) {}
 
-bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result) {
+void BlockTracer::set_block(std::int32_t block, std::int32_t y, Vec3s& centre) {
     first_x_ = block * packet_size;
     y_ = y;
     Doubles x;
@@ -44,14 +49,14 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
         x.v[i] = first_x_ + i;
         row_y.v[i] = y;
     }
-    Vec3s centre;
-    Doubles solid_angle;
-    projection_.rays(x, row_y, centre, solid_angle);
+    projection_.rays(x, row_y, centre, solid_angle_);
+}
 
-    std::uint32_t samples = 0;
-    double reference = 0;
+NearBodies BlockTracer::find_near(std::int32_t block, std::int32_t y) {
+    Vec3s centre;
+    set_block(block, y, centre);
+    NearBodies found;
     candidates_.clear();
-    std::fill(std::begin(result.covered), std::end(result.covered), false);
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
         const BodyState& body = row_.bodies[b];
         Lanes near;
@@ -68,12 +73,67 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
         candidates_.push_back(static_cast<std::int32_t>(b));
         if (body.targeted) continue;
         for (int i = 0; i < packet_size; ++i)
-            result.covered[i] = result.covered[i] || near.on[i] != 0;
-        samples = std::max(samples, body.samples);
-        reference = std::max(reference, body.reference_radiance);
+            if (near.on[i] != 0) found.covered = static_cast<std::uint16_t>(found.covered | 1u << i);
+        found.samples = std::max(found.samples, body.samples);
+        found.large = found.large && body.large;
+        found.reference = std::max(found.reference, body.reference_radiance);
     }
-    if (samples == 0) return false;
-    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
+    return found;
+}
+
+std::uint32_t BlockTracer::samples_for(double spread, double aim, std::uint32_t least) const {
+    // n^0.75 = spread / aim, rounded up to a power of two: Sobol points are best there.
+    const std::uint32_t most = std::max(least, sampling_.max_samples);
+    const double ratio2 = spread * spread / (aim * aim);
+    std::uint32_t count = 1;
+    while (count < most && static_cast<double>(count) * count * count < ratio2 * ratio2)
+        count *= 2;
+    return std::min(count, most);
+}
+
+void BlockTracer::take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
+                            BlockResult& result, std::uint32_t (&wanted)[packet_size]) const {
+    const std::size_t channels = tracer_.channels();
+    Doubles mean{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        Doubles value;
+        lattice.gather(kernel, c, first_x_, y_, value);
+        for (int i = 0; i < packet_size; ++i) {
+            result.mean[c][i] = value.v[i];
+            mean.v[i] += value.v[i] / static_cast<double>(channels);
+        }
+    }
+    const double floor = std::pow(kernel.noise, -3.0);
+    Doubles deviation;
+    Doubles residual;
+    lattice.roughness(channels, first_x_, y_, deviation, residual);
+    for (int i = 0; i < packet_size; ++i) {
+        wanted[i] = 0;
+        const double error = kernel.noise * residual.v[i];
+        result.variance[i] = error * error;
+        result.samples[i] = result.covered[i] ? 1 : 0;
+        if (!result.covered[i]) continue;
+        const double aim = shared_error_margin * sampling_.target_error *
+                           std::max(near.reference * solid_angle_.v[i], mean.v[i]);
+        // Fewer than the points that the grid puts into a pixel would be no better than it.
+        if (error > aim)
+            wanted[i] = samples_for(
+                std::max(deviation.v[i] / aim * (shared_error_margin / refined_error_margin), floor), 1, 1);
+    }
+}
+
+bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result, const LatticeKernel* kernel,
+                        const Lattice* lattice) {
+    NearBodies near;
+    if (lattice != nullptr) {
+        near = lattice->near(block * packet_size, y);
+        // Small bodies are not left to one point a pixel.
+        if (!near.large) lattice = nullptr;
+    }
+    if (lattice == nullptr) near = find_near(block, y);
+    for (int i = 0; i < packet_size; ++i)
+        result.covered[i] = (near.covered >> i & 1u) != 0;
+    if (near.samples == 0) return false;
 
     Sums sums;
     const std::size_t channels = tracer_.channels();
@@ -82,16 +142,29 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
     std::fill(std::begin(sums.least), std::end(sums.least), no_hit);
     std::fill(std::begin(sums.most), std::end(sums.most), -no_hit);
     std::uint32_t wanted[packet_size];
-    for (int i = 0; i < packet_size; ++i)
-        wanted[i] = result.covered[i] ? samples : 0;
+    int round = 0;
+    double margin = error_margin;
+    if (lattice != nullptr) {
+        Vec3s centre;
+        set_block(block, y, centre);
+        take_calm(*kernel, *lattice, near, result, wanted);
+        if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
+            return true;
+        (void)find_near(block, y);
+        round = 1;
+        margin = refined_error_margin;
+    } else {
+        for (int i = 0; i < packet_size; ++i)
+            wanted[i] = result.covered[i] ? near.samples : 0;
+    }
+    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
     sample(wanted, sums);
 
-    const std::uint32_t most = std::max(samples, sampling_.max_samples);
-    for (int round = 0; sampling_.target_error > 0 && round < 2; ++round) {
+    for (; sampling_.target_error > 0 && round < 2; ++round) {
         bool more = false;
         for (int i = 0; i < packet_size; ++i) {
-            if (!result.covered[i]) continue;
             const std::uint32_t n = sums.count[i];
+            if (n == 0) continue;
             double spread = 0;
             if (round == 0) {
                 // Few samples of its own: the range over the pixel and its neighbours stands in for twice
@@ -108,17 +181,12 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
                 const double mean = sums.sum[i] / n;
                 spread = std::sqrt(std::max(0.0, (sums.square[i] - sums.sum[i] * mean) / (n - 1)));
             }
-            const double aim = error_margin * sampling_.target_error *
-                               std::max(reference * solid_angle.v[i], sums.sum[i] / n);
+            const double aim = margin * sampling_.target_error *
+                               std::max(near.reference * solid_angle_.v[i], sums.sum[i] / n);
             if (!(spread > aim)) continue;
-            // n^0.75 = spread / aim, rounded up to a power of two: Sobol points are best there.
-            const double ratio2 = spread * spread / (aim * aim);
-            std::uint32_t count = 1;
-            while (count < most && static_cast<double>(count) * count * count < ratio2 * ratio2)
-                count *= 2;
-            const auto limited = std::min(count, most);
-            if (limited > n) {
-                wanted[i] = limited;
+            const std::uint32_t count = samples_for(spread, aim, near.samples);
+            if (count > n) {
+                wanted[i] = count;
                 more = true;
             }
         }
@@ -128,14 +196,39 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result)
 
     for (int i = 0; i < packet_size; ++i) {
         const double n = sums.count[i];
+        if (n == 0) continue;
         result.samples[i] = sums.count[i];
-        const double mean = n > 0 ? sums.sum[i] / n : 0;
+        const double mean = sums.sum[i] / n;
         for (std::size_t c = 0; c < channels; ++c)
-            result.mean[c][i] = n > 0 ? sums.channel[c][i] / n : 0;
+            result.mean[c][i] = sums.channel[c][i] / n;
         result.variance[i] =
             n > 1 ? std::max(0.0, (sums.square[i] - sums.sum[i] * mean) / (n - 1) / (n * std::sqrt(n))) : 0;
     }
     return true;
+}
+
+void BlockTracer::trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel,
+                                Lattice& lattice) {
+    const NearBodies near = find_near(block, y);
+    lattice.near(block * packet_size, y) = near;
+    if (near.samples == 0) return;
+    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
+    Doubles x;
+    Doubles row_y;
+    Words index{};
+    Lanes active;
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] = first_x_ + i + kernel.shift_x;
+        row_y.v[i] = y + kernel.shift_y;
+        active.on[i] = (near.covered >> i & 1u) != 0 ? -1 : 0;
+    }
+    Channels value;
+    trace_points(x, row_y, index, light_seed_, active, value);
+    for (std::size_t c = 0; c < tracer_.channels(); ++c) {
+        float* out = lattice.row(c, y) + (first_x_ - lattice.first_x());
+        for (int i = 0; i < packet_size; ++i)
+            out[i] = active.on[i] != 0 ? static_cast<float>(value.v[c].v[i]) : 0.0F;
+    }
 }
 
 void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums) {
@@ -199,6 +292,11 @@ void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& inde
         x.v[i] += first_x_ + pixel[i];
         y.v[i] += y_;
     }
+    trace_points(x, y, index, light, active, value);
+}
+
+void BlockTracer::trace_points(const Doubles& x, const Doubles& y, const Words& index,
+                               const Words& light_seed, const Lanes& active, Channels& value) {
     Vec3s direction;
     Doubles solid_angle;
     projection_.rays(x, y, direction, solid_angle);
@@ -207,7 +305,7 @@ void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& inde
     tracer_.count_samples(active);
     for (std::int32_t& body : hits.body)
         if (body >= 0 && row_.bodies[static_cast<std::size_t>(body)].targeted) body = -1;
-    SampleStream random(index, light);
+    SampleStream random(index, light_seed);
     tracer_.radiance(direction, hits, random, value);
     for (std::size_t c = 0; c < tracer_.channels(); ++c)
         for (int i = 0; i < packet_size; ++i)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/footprint.hpp"
+#include "renderer/lattice.hpp"
 #include "renderer/projection.hpp"
 #include "renderer/row_state.hpp"
 #include "renderer/sampler.hpp"
@@ -32,19 +33,25 @@ struct BlockResult {
 /// Traces blocks of one row. A block starts at a multiple of 16 of the sensor's columns and is always traced
 /// whole, so that a packet holds the same rays, and a pixel takes the same decisions, whatever the window.
 ///
-/// Adaptive sampling in up to three rounds. After each, a pixel's spread is judged from its own samples and
-/// those of its neighbours in the block; with Owen-scrambled points the error of n samples falls about as
-/// spread x n^-0.75 (between 1/n on smooth ground and n^-0.7 on edges, measured), which gives the number
-/// wanted. The error aimed at, root mean square over the lit pixels, is `target_error` times the larger of
-/// the pixel's value and the brightness of the body where it looks half way between Sun and camera.
+/// Adaptive sampling in up to three rounds, the first of which a grid that the pixels share may stand for.
+/// After each, a pixel's spread is judged from its own samples and those of its neighbours in the block; with
+/// Owen-scrambled points the error of n samples falls about as spread x n^-0.75 (between 1/n on smooth ground
+/// and n^-0.7 on edges, measured), which gives the number wanted. The error aimed at, root mean square over
+/// the lit pixels, is `target_error` times the larger of the pixel's value and the brightness of the body
+/// where it looks half way between Sun and camera.
 class BlockTracer {
 public:
     /// All arguments must outlive the tracer. `candidates` is scratch space.
     BlockTracer(const Projection& projection, const Footprint& footprint, const Sampling& sampling,
                 const RowState& row, Tracer& tracer, std::vector<std::int32_t>& candidates);
 
-    /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near.
-    bool trace(std::int32_t block, std::int32_t y, BlockResult& result);
+    /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
+    /// rows about `y` are filled, pixels on calm ground take it instead of samples of their own.
+    bool trace(std::int32_t block, std::int32_t y, BlockResult& result, const LatticeKernel* kernel = nullptr,
+               const Lattice* lattice = nullptr);
+
+    /// Traces the grid's points of that block.
+    void trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel, Lattice& lattice);
 
     /// The block that holds column `x`.
     static std::int32_t block_of(std::int32_t x) {
@@ -61,10 +68,20 @@ private:
         std::uint32_t count[packet_size] = {};
     };
 
+    /// Sets the block, the solid angles of its pixels and `candidates_`.
+    NearBodies find_near(std::int32_t block, std::int32_t y);
+    void set_block(std::int32_t block, std::int32_t y, Vec3s& centre);
+    /// Samples wanted for a spread of `spread` where the error `aim` is allowed.
+    [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
+    /// Takes from the grid what is calm enough; the rest is asked for in `wanted`.
+    void take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
+                   BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
     /// Sums the samples [count, wanted) of every pixel.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
     void trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
                      Channels& value);
+    void trace_points(const Doubles& x, const Doubles& y, const Words& index, const Words& light_seed,
+                      const Lanes& active, Channels& value);
 
     const Projection& projection_;
     const Footprint& footprint_;
@@ -73,6 +90,7 @@ private:
     Tracer& tracer_;
     std::vector<std::int32_t>& candidates_;
     std::int32_t first_x_ = 0, y_ = 0;
+    Doubles solid_angle_;
     Words lens_seed_, light_seed_;
 };
 

@@ -18,6 +18,7 @@ public:
     /// Inverse of the cumulative response of a pixel along one axis: a box of 1 px convolved with the
     /// Gaussian. Tabulated; the outermost 1/2048 of the light ends at the quantile 1/32768.
     void offsets(const Doubles& u, Doubles& offset) const;
+    [[nodiscard]] double sigma_px() const { return sigma_px_; }
     /// Largest |offset|.
     [[nodiscard]] double reach_px() const { return reach_px_; }
 

@@ -3,6 +3,7 @@
 #include "renderer/block_tracer.hpp"
 #include "renderer/build.hpp"
 #include "renderer/footprint.hpp"
+#include "renderer/lattice.hpp"
 #include "renderer/layers.hpp"
 #include "renderer/motion.hpp"
 #include "renderer/path_tracer.hpp"
@@ -70,10 +71,17 @@ struct Scratch {
     RayCounts counts;
 };
 
-/// Stars that some row of a band may show.
-struct StarCandidates {
-    std::vector<std::uint32_t> stars;
+/// What the rows of a band have in common.
+struct Band {
+    std::vector<std::uint32_t> stars;    ///< that some row may show
+    std::optional<LatticeKernel> kernel; ///< of `lattice`; none: each pixel has samples of its own
+    Lattice lattice;
 };
+
+/// Whether any body is larger than pixels.
+bool resolves_any(const RowState& row) {
+    return std::any_of(row.bodies.begin(), row.bodies.end(), [](const BodyState& b) { return !b.targeted; });
+}
 
 } // namespace
 
@@ -92,6 +100,8 @@ struct Renderer::Impl {
     std::optional<tbb::global_control> more_threads;
     mutable tbb::task_arena arena;
     mutable tbb::enumerable_thread_specific<Scratch> scratch;
+    /// By the threads that call render().
+    mutable tbb::enumerable_thread_specific<Band> band_scratch;
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
 
@@ -116,23 +126,33 @@ struct Renderer::Impl {
                             [](const BuiltBody& b) { return b.colour.empty() && b.emission.empty(); });
     }
 
-    /// Calls `do_row(r, scratch)` for every row of the request on the workers; false when cancelled.
+    /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled.
     template<typename DoRow>
-    bool for_rows(const RenderRequest& request, const std::atomic<bool>* cancel, const DoRow& do_row) const;
-    void find_stars(const RenderRequest& request, StarCandidates& found) const;
-    void render_row(const RenderRequest& request, const StarCandidates& stars_in_view, std::int32_t r,
+    bool for_rows(std::int32_t rows, const std::atomic<bool>* cancel, const DoRow& do_row) const;
+    void find_stars(const RenderRequest& request, std::vector<std::uint32_t>& found) const;
+    /// Calls `use(tracer)` with the tracer that the scene needs.
+    template<typename Use>
+    void with_tracer(Scratch& s, const Use& use) const;
+    /// Whether the rows can share one grid of samples: they see one instant.
+    [[nodiscard]] bool shares_samples(const RenderRequest& request) const;
+    bool fill_lattice(const RenderRequest& request, const std::atomic<bool>* cancel, Band& band) const;
+    void render_row(const RenderRequest& request, const Band& band, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
-    void trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer, Scratch& s) const;
+    void trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band, Tracer& tracer,
+                      Scratch& s) const;
+    [[nodiscard]] Sampling sampling(const RenderRequest& request) const {
+        return {settings.seed, request.frame_id, settings.samples_per_pixel, settings.max_samples_per_pixel,
+                settings.target_error};
+    }
     void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, Tracer& tracer,
                     Scratch& s) const;
-    void splat_stars(const RenderRequest& request, std::int32_t y, const StarCandidates& in_view,
+    void splat_stars(const RenderRequest& request, std::int32_t y, const std::vector<std::uint32_t>& in_view,
                      Tracer& tracer, Scratch& s) const;
 };
 
 template<typename DoRow>
-bool Renderer::Impl::for_rows(const RenderRequest& request, const std::atomic<bool>* cancel,
+bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* cancel,
                               const DoRow& do_row) const {
-    assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     std::atomic<bool> complete{true};
     const auto do_rows = [&](std::int32_t begin, std::int32_t end, Scratch& local) {
         const FlushDenormals flush;
@@ -153,7 +173,7 @@ bool Renderer::Impl::for_rows(const RenderRequest& request, const std::atomic<bo
     // nothing that rows share. Plain threads show it the rows.
     std::vector<std::jthread> workers;
     const auto first_row_of = [&](unsigned worker) {
-        return static_cast<std::int32_t>(static_cast<std::int64_t>(request.rows) * worker / threads);
+        return static_cast<std::int32_t>(static_cast<std::int64_t>(row_count) * worker / threads);
     };
     for (unsigned i = 0; i < threads; ++i)
         workers.emplace_back([&, i] {
@@ -163,7 +183,7 @@ bool Renderer::Impl::for_rows(const RenderRequest& request, const std::atomic<bo
     workers.clear();
 #else
     arena.execute([&] {
-        tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, request.rows),
+        tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, row_count),
                           [&](const tbb::blocked_range<std::int32_t>& rows) {
                               do_rows(rows.begin(), rows.end(), scratch.local());
                           });
@@ -172,8 +192,8 @@ bool Renderer::Impl::for_rows(const RenderRequest& request, const std::atomic<bo
     return complete.load();
 }
 
-void Renderer::Impl::find_stars(const RenderRequest& request, StarCandidates& found) const {
-    found.stars.clear();
+void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::uint32_t>& found) const {
+    found.clear();
     if (stars.size() == 0 || request.row_times.empty()) return;
     // The field at the middle row, grown by the largest turn of the camera within the band.
     const auto attitude = [&](const RowTime& t) {
@@ -186,21 +206,60 @@ void Renderer::Impl::find_stars(const RenderRequest& request, StarCandidates& fo
         turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
     }
     stars.inside(rotate(middle, {0, 0, 1}),
-                 lens->field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found.stars);
+                 lens->field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found);
 }
 
-void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, Tracer& tracer,
-                                  Scratch& s) const {
-    if (std::none_of(s.row.bodies.begin(), s.row.bodies.end(),
-                     [](const BodyState& b) { return !b.targeted; }))
-        return;
-    const Sampling sampling{settings.seed, request.frame_id, settings.samples_per_pixel,
-                            settings.max_samples_per_pixel, settings.target_error};
-    BlockTracer blocks(*lens, footprint, sampling, s.row, tracer, s.candidates);
+template<typename Use>
+void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
+    if (plain) {
+        Tracer tracer(s.row, scene.sun, s.counts);
+        use(tracer);
+    } else {
+        PathTracer tracer(s.row, lighting, scene.sun, s.counts);
+        use(tracer);
+    }
+}
+
+bool Renderer::Impl::shares_samples(const RenderRequest& request) const {
+    // More than two samples a pixel are somebody's wish.
+    return settings.target_error > 0 && settings.samples_per_pixel <= 2 && LatticeKernel::fits(footprint) &&
+           std::all_of(request.row_times.begin(), request.row_times.end(),
+                       [&](const RowTime& t) { return t.mid().ns == request.row_times.front().mid().ns; });
+}
+
+bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomic<bool>* cancel,
+                                  Band& band) const {
+    band.kernel.reset();
+    if (request.rows == 0 || !shares_samples(request)) return true;
+    band.kernel.emplace(footprint, settings.seed, request.frame_id);
+    Lattice& lattice = band.lattice;
+    lattice.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
+                  band.kernel->reach);
+    const double time_s = to_seconds(request.row_times.front().mid().ns);
+    return for_rows(lattice.height(), cancel, [&](std::int32_t r, Scratch& s) {
+        set_row_state(scene, bodies, *lens, footprint, settings.samples_per_pixel, time_s, s.row);
+        if (!resolves_any(s.row)) return;
+        with_tracer(s, [&](Tracer& tracer) {
+            const Sampling how = sampling(request);
+            BlockTracer blocks(*lens, footprint, how, s.row, tracer, s.candidates);
+            const std::int32_t first = BlockTracer::block_of(lattice.first_x());
+            for (std::int32_t block = 0; block < lattice.width() / packet_size; ++block)
+                blocks.trace_lattice(first + block, lattice.first_y() + r, *band.kernel, lattice);
+        });
+    });
+}
+
+void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band,
+                                  Tracer& tracer, Scratch& s) const {
+    if (!resolves_any(s.row)) return;
+    const Sampling how = sampling(request);
+    BlockTracer blocks(*lens, footprint, how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
         BlockResult result;
-        if (!blocks.trace(block, y, result)) continue;
+        if (!blocks.trace(block, y, result, band.kernel ? &*band.kernel : nullptr,
+                          band.kernel ? &band.lattice : nullptr))
+            continue;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;
             if (result.covered[i] && column >= 0 && column < request.window.width)
@@ -290,10 +349,11 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     }
 }
 
-void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y, const StarCandidates& in_view,
-                                 Tracer& tracer, Scratch& s) const {
+void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
+                                 const std::vector<std::uint32_t>& in_view, Tracer& tracer,
+                                 Scratch& s) const {
     const double reach = footprint.splat_reach_px();
-    for (const std::uint32_t star : in_view.stars) {
+    for (const std::uint32_t star : in_view) {
         const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
         const auto at = lens->project(direction);
         if (!at || std::abs(at->y - y) > reach || at->x < request.window.x - reach ||
@@ -327,40 +387,33 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y, c
     }
 }
 
-void Renderer::Impl::render_row(const RenderRequest& request, const StarCandidates& stars_in_view,
-                                std::int32_t r, std::span<float> irradiance, Scratch& s) const {
+void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, std::int32_t r,
+                                std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
     const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
     set_row_state(scene, bodies, *lens, footprint, settings.samples_per_pixel, time_s, s.row);
     s.starlight.assign(width * scene.bands.size(), 0);
-    const auto trace = [&](Tracer& tracer) {
+    with_tracer(s, [&](Tracer& tracer) {
         s.light.assign(width * tracer.channels(), 0);
-        trace_pixels(request, y, tracer, s);
+        trace_pixels(request, y, band, tracer, s);
         for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
             if (s.row.bodies[b].targeted) splat_body(request, y, static_cast<std::int32_t>(b), tracer, s);
-        splat_stars(request, y, stars_in_view, tracer, s);
-    };
-    if (plain) {
-        Tracer tracer(s.row, scene.sun, s.counts);
-        trace(tracer);
-    } else {
-        PathTracer tracer(s.row, lighting, scene.sun, s.counts);
-        trace(tracer);
-    }
+        splat_stars(request, y, band.stars, tracer, s);
+    });
     s.per_pixel.assign(width, 1);
     if (scene.quantity == scene::Quantity::radiance)
         for (std::size_t x = 0; x < width; ++x) {
             const double solid_angle_sr = lens->solid_angle_sr(request.window.x + static_cast<double>(x), y);
             s.per_pixel[x] = solid_angle_sr > 0 ? 1 / solid_angle_sr : 0;
         }
-    for (std::size_t band = 0; band < scene.bands.size(); ++band) {
+    for (std::size_t b = 0; b < scene.bands.size(); ++b) {
         float* out = irradiance.data() +
-                     (band * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
-        const double* light = s.light.data() + (plain ? 0 : band * width);
-        const double unit = plain ? sun_w_m2[band] : 1;
+                     (b * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
+        const double* light = s.light.data() + (plain ? 0 : b * width);
+        const double unit = plain ? sun_w_m2[b] : 1;
         for (std::size_t x = 0; x < width; ++x)
-            out[x] = static_cast<float>((light[x] * unit + s.starlight[band * width + x]) * s.per_pixel[x]);
+            out[x] = static_cast<float>((light[x] * unit + s.starlight[b * width + x]) * s.per_pixel[x]);
     }
 }
 
@@ -382,11 +435,13 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
     assert(irradiance.size() == band_count() * static_cast<std::size_t>(request.rows) *
                                     static_cast<std::size_t>(request.window.width));
-    StarCandidates stars;
-    impl_->find_stars(request, stars);
-    return impl_->for_rows(request, cancel, [&](std::int32_t r, Scratch& scratch) {
-        impl_->render_row(request, stars, r, irradiance, scratch);
-    });
+    assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
+    Band& band = impl_->band_scratch.local();
+    impl_->find_stars(request, band.stars);
+    return impl_->fill_lattice(request, cancel, band) &&
+           impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
+               impl_->render_row(request, band, r, irradiance, scratch);
+           });
 }
 
 bool Renderer::render_layers(const RenderRequest& request, std::span<float> layers,
@@ -394,7 +449,7 @@ bool Renderer::render_layers(const RenderRequest& request, std::span<float> laye
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::size_t plane = static_cast<std::size_t>(request.rows) * width;
     assert(layers.size() == layer_count * plane);
-    return impl_->for_rows(request, cancel, [&](std::int32_t r, Scratch& s) {
+    return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
         set_row_state(impl_->scene, impl_->bodies, *impl_->lens, impl_->footprint,
                       impl_->settings.samples_per_pixel, time_s, s.row);

@@ -24,9 +24,12 @@ struct RenderSettings {
     std::uint32_t samples_per_pixel = 4; ///< rays per pixel that a body may cover
     std::uint32_t threads = 0;           ///< 0: one per core
     std::uint64_t seed = 1;
-    /// Adaptive sampling: after `samples_per_pixel` (2 at least; 4 for errors below 0.02) pixels that need it
-    /// get more, until the standard error, root mean square over the lit pixels, is about this share of the
-    /// lit body's brightness or of the pixel's own, whichever is larger. 0: `samples_per_pixel` everywhere.
+    /// Adaptive sampling: pixels that need it get more samples, until the standard error, root mean square
+    /// over the lit pixels, is at most about this share of the lit body's brightness or of the pixel's own,
+    /// whichever is larger. With `samples_per_pixel` 1 or 2, a PSF of 0.4 to 0.75 px and rows that see one
+    /// instant, pixels begin with one ray each, which neighbours share through the PSF
+    /// (renderer/lattice.hpp); else with that many of their own (2 at least; 4 for errors below 0.02). 0:
+    /// `samples_per_pixel` everywhere.
     double target_error = 0;
     std::uint32_t max_samples_per_pixel = 64; ///< with target_error
     /// Reflections after the first, at least the scene's own number: 0 is direct light only. Needed for light

@@ -101,6 +101,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
             s.reach_chord2 = 5;
             s.solid_angle_sr = 4 * std::numbers::pi;
             s.targeted = false;
+            s.large = true;
             s.samples = samples_per_pixel;
             continue;
         }
@@ -114,6 +115,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
         const double radius_px = angle / projection.local_pixel_angle_rad(s.direction);
         s.targeted = radius_px < targeted_radius_px;
+        s.large = radius_px > large_radius_px;
         s.samples = 0;
         if (!s.targeted) {
             const double wanted = samples_per_body / (std::numbers::pi * radius_px * radius_px);

@@ -44,6 +44,7 @@ struct BodyState {
     /// Brightness of the surface that looks half way between Sun and camera, per irradiance of the Sun at
     /// 1 au, 1/sr: the level that errors are measured against. 0 for the Sun.
     double reference_radiance = 0;
+    bool large = false;                  ///< so large that its limb is few of its pixels
     bool targeted = false;               ///< smaller than pixels: sampled itself, then splatted
     std::vector<std::int32_t> occluders; ///< bodies that may stand between it and the Sun
 };
@@ -64,6 +65,8 @@ struct RowState {
 
 /// Bodies with a bounding sphere smaller than this are targeted.
 constexpr double targeted_radius_px = 3;
+/// One with a larger one leaves room for error at its limb: see BlockTracer.
+constexpr double large_radius_px = 128;
 /// A resolved body gets at least this many samples in all, so that its noise does not depend on its size.
 constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.

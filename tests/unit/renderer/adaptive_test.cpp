@@ -3,6 +3,7 @@
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
+#include <string>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -54,10 +55,80 @@ TEST_CASE("Adaptive sampling keeps the error it was asked for, without bias") {
     }
 }
 
+TEST_CASE("A real-time frame, one shared ray a pixel and more where it matters, agrees with 1024 samples") {
+    scene::Scene s = sphere_scene(scene::LommelSeeliger{0.2}, 1.0, 300, 672);
+    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.9, 0.8}, 3, 6};
+    // From the sky over the sunlit limb to the terminator and into the night.
+    const Region window{10, 300, 640, 32};
+    const auto picture = [&](const renderer::Renderer& r, std::uint64_t frame) {
+        return Image{window.width, window.height, render_window(r, window, 16, frame)};
+    };
+    for (const auto& [sigma_px, samples] : {std::pair{0.5, 1024u}, {0.7, 256u}}) {
+        INFO("sigma " << sigma_px);
+        s.camera.psf_sigma_px = sigma_px;
+        const Image truth = picture(renderer::Renderer(s, {samples, 2, 77}), 1);
+        for (const double target : {0.01, 0.03}) {
+            INFO("target " << target);
+            renderer::RenderSettings settings{2, 2, 5};
+            settings.target_error = target;
+            const renderer::Renderer r(s, settings);
+            double bias = 0;
+            for (std::uint64_t frame = 0; frame < 4; ++frame) {
+                const Image image = picture(r, frame);
+                CHECK(rms_error(image, truth) < target);
+                bias += (image.sum() / truth.sum() - 1) / 4;
+            }
+            CHECK(std::abs(bias) < 5e-4);
+            CHECK(r.samples_taken() < 4u * 2 * 640 * 32);
+        }
+    }
+}
+
+TEST_CASE("A picture of nothing but straight edges, in two colours, stays near the error asked for") {
+    // Edges along the pixels are the worst for points that lie in rows and columns themselves.
+    constexpr std::int32_t size = 64;
+    scene::Scene s;
+    s.sun.position_m = {0, 0, -astronomical_unit_m};
+    s.bands = {{400e-9, 500e-9}, {500e-9, 700e-9}};
+    for (int k = -5; k <= 5; ++k) {
+        scene::Body bar{"bar" + std::to_string(k), scene::Box{{3, 300, 1}}, scene::Lambert{0.5}, {}};
+        bar.motion.samples[0].pose.position_m = {7.3 * k, 0, 1000};
+        bar.colour = {0.2, 1.0};
+        s.bodies.push_back(bar);
+    }
+    s.camera.width = s.camera.height = size;
+    s.camera.pixel_pitch_m = 10e-6;
+    s.camera.focal_length_m = 10e-6 * 1000 / 1.0; // 1 m a pixel
+    s.camera.psf_sigma_px = 0.7;
+    s.camera.motion.samples[0].pose = {{0, 0, 0}, {1, 0, 0, 0}};
+    const std::vector<float> truth = render_window(renderer::Renderer(s, {512, 2, 9}), {0, 0, size, size});
+    renderer::RenderSettings settings{2, 2, 5};
+    settings.target_error = 0.01;
+    const std::vector<float> image = render_window(renderer::Renderer(s, settings), {0, 0, size, size});
+    const std::size_t plane = std::size_t{size} * size;
+    for (std::size_t band = 0; band < 2; ++band) {
+        const auto at = [&](const std::vector<float>& v, std::size_t i) {
+            return static_cast<double>(v[band * plane + i]);
+        };
+        double square = 0;
+        double most = 0;
+        std::size_t lit = 0;
+        for (std::size_t i = 0; i < plane; ++i) {
+            if (at(truth, i) <= 0) continue;
+            ++lit;
+            most = std::max(most, at(truth, i));
+            square += (at(image, i) - at(truth, i)) * (at(image, i) - at(truth, i));
+        }
+        CHECK(lit > plane / 2);
+        CHECK(std::sqrt(square / static_cast<double>(lit)) < 0.025 * most);
+    }
+}
+
 TEST_CASE("Adaptive frames are the same for any threads, bands and window") {
     renderer::RenderSettings settings{2, 1, 5};
     settings.target_error = 0.01;
-    const scene::Scene s = asteroid();
+    scene::Scene s = asteroid();
+    s.camera.focal_length_m *= 3; // a large body, whose pixels share rays
     const renderer::Renderer one(s, settings);
     settings.threads = 3;
     const renderer::Renderer three(s, settings);
