@@ -1,4 +1,4 @@
-// Runs a fuzz target over the files of a folder, so that the corpus is a test with any compiler.
+// Runs a fuzz target over the files of folders, so that the corpus is a test with any compiler.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -9,14 +9,15 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 int main(int argc, char* argv[]) {
-    if (argc != 2) return 64;
+    if (argc < 2) return 64;
     int files = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(argv[1])) {
-        std::ifstream in(entry.path(), std::ios::binary);
-        const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
-        LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-        ++files;
-    }
+    for (int i = 1; i < argc; ++i)
+        for (const auto& entry : std::filesystem::directory_iterator(argv[i])) {
+            std::ifstream in(entry.path(), std::ios::binary);
+            const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+            LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+            ++files;
+        }
     std::printf("%d inputs\n", files);
     return files > 0 ? 0 : 1;
 }

@@ -187,7 +187,11 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
         return acknowledge(request, status, 4);
     }
     case Command::packet_resend:
-        if (request.resend.channel == 0 && device_.may_ask_resend(from.ip)) device_.resend(request.resend);
+        if (request.resend.channel == 0 && device_.may_ask_resend(from.ip)) {
+            ResendRequest wanted = request.resend;
+            wanted.trusted = is_controller(from) || from.port == bank_.peek(reg::stream_port);
+            device_.resend(wanted);
+        }
         return {};
     case Command::action:
         if (Status status{}; device_.action(request.action, now, status)) return acknowledge(request, status);

@@ -14,6 +14,8 @@ struct ResendRequest {
     std::uint64_t block_id = 0;
     std::uint32_t first = 0, last = 0; ///< inclusive; all ones in `last` means "to the end of the block"
     bool extended = false;             ///< asked with 64-bit ids
+    /// Asked from the socket that receives the stream or the controller's own, not only from such a host.
+    bool trusted = true;
 };
 
 struct ActionRequest {

@@ -13,9 +13,10 @@ namespace {
 constexpr std::int64_t ethernet_overhead_bytes = 38;
 // Batches of paced packets span about this long: short enough to look even, long enough to be worth a sleep.
 constexpr std::int64_t paced_batch_ns = 100 * ns_per_us;
-// How often a block may be sent again in total, so that forged requests cannot turn the camera into a
-// cannon.
-constexpr std::uint32_t resend_budget = 4;
+// How often a block may be sent again in total, so that forged requests cannot turn the camera into a cannon:
+// for who has the receiver's address but another port, and for the receiver. What the first asks for does not
+// use up what the second needs.
+constexpr std::array<std::uint32_t, 2> resend_budget{1, 4};
 
 } // namespace
 
@@ -233,7 +234,8 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
 }
 
 bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
-    block.sent = block.resent = 0;
+    block.sent = 0;
+    block.resent = {};
     block.count = session_->frames + 1;
     std::uint64_t shown_id = block.count;
     if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
@@ -367,12 +369,14 @@ void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent,
 }
 
 void GvspSender::queue_error(const ResendRequest& request, Status status) noexcept {
+    counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
+    // It goes to the receiver, who takes it as the end of all hope for the block: not because others ask.
+    if (!request.trusted) return;
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
     const std::size_t n = write_gvsp_header(header, session_->config.extended_ids, status, request.block_id,
                                             PacketFormat::payload, request.first, true);
     socket_.add({header, n}, {});
-    counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
 }
 
 void GvspSender::serve_resends() noexcept {
@@ -413,11 +417,12 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
             queue_error(rest, Status::packet_not_yet_available);
             return;
         }
-        if (found->resent >= resend_budget * (found->payload.packets() + 2)) {
+        if (found->resent[request.trusted] >=
+            resend_budget[request.trusted] * (found->payload.packets() + 2)) {
             queue_error(request, Status::packet_unavailable);
             return;
         }
-        ++found->resent;
+        ++found->resent[request.trusted];
         if (fault(Fault::lose_for_good, *found, id) != nullptr) {
             ResendRequest gone = request;
             gone.first = id;

@@ -64,7 +64,8 @@ private:
         std::uint64_t wire_id = 0; // as the client knows it
         Payload payload;
         std::uint32_t sent = 0;   // packets that have left or were left out on purpose: ids below this
-        std::uint32_t resent = 0; // packets sent again so far
+        // Packets sent again so far, for others and for those whom the stream is for.
+        std::array<std::uint32_t, 2> resent{};
         std::array<std::uint8_t, gvsp_max_leader> leader{};
         std::array<std::uint8_t, gvsp_max_trailer> trailer{};
         std::size_t leader_bytes = 0, trailer_bytes = 0;

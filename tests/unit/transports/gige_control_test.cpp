@@ -484,14 +484,20 @@ TEST_CASE("PACKETRESEND is served for controller and receiver, in both id format
     CHECK(b.stream.resends[0].block_id == 7);
     CHECK(b.stream.resends[0].first == 3);
     CHECK(b.stream.resends[0].last == 9);
+    CHECK(b.stream.resends[0].trusted); // the controller's own socket
     b.send(b.datagram(0x40, Bench::words({7, 3, 0xFFFFFF}), 0),
-           Peer{alice.ip, 61234}); // from the stream's socket
+           Peer{alice.ip, 5555}); // from the stream's socket
     REQUIRE(b.stream.resends.size() == 2);
     CHECK(b.stream.resends[1].last == 0xFFFFFFFF);
+    CHECK(b.stream.resends[1].trusted);
     b.send(b.datagram(0x40, Bench::words({0, 1, 2, 5, 6}), 0x10));
     REQUIRE(b.stream.resends.size() == 3);
     CHECK(b.stream.resends[2].extended);
     CHECK(b.stream.resends[2].block_id == 0x500000006);
+    // From another socket of that host: only as far as nobody else has to go short for it.
+    b.send(standard, Peer{alice.ip, 61234});
+    REQUIRE(b.stream.resends.size() == 4);
+    CHECK_FALSE(b.stream.resends[3].trusted);
     // Not: somebody else, another channel, a range upside down, block 0, the wrong length.
     b.send(b.datagram(0x40, Bench::words({7, 3, 9}), 0), bob);
     b.send(b.datagram(0x40, Bench::words({0x10007, 3, 9}), 0));
@@ -499,7 +505,7 @@ TEST_CASE("PACKETRESEND is served for controller and receiver, in both id format
     b.send(b.datagram(0x40, Bench::words({0, 3, 9}), 0));
     b.send(b.datagram(0x40, Bench::words({7, 3}), 0));
     b.send(b.datagram(0x40, Bench::words({7, 3, 9}), 0x10));
-    CHECK(b.stream.resends.size() == 3);
+    CHECK(b.stream.resends.size() == 4);
 }
 
 TEST_CASE("ACTION triggers when keys and mask agree") {

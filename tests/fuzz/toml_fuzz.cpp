@@ -1,0 +1,86 @@
+// libFuzzer target: a configuration, scene or sensor file from anywhere. Whatever it holds, it is read or
+// refused in one line; what was read can be printed, and the print is a configuration again.
+#include "config/config.hpp"
+#include "core/error.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+
+using namespace obscura;
+
+namespace {
+
+void require(bool truth) {
+    if (!truth) std::abort();
+}
+
+/// A folder with the scene "scene.toml" in it, for as long as the program runs.
+class Folder {
+public:
+    Folder() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "obscura_toml_XXXXXX").string();
+        require(mkdtemp(pattern.data()) != nullptr);
+        path_ = pattern;
+        write("scene.toml", scene);
+    }
+    ~Folder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+
+    std::filesystem::path write(const char* name, std::string_view text) const {
+        const std::filesystem::path file = path_ / name;
+        std::ofstream out(file, std::ios::binary | std::ios::trunc);
+        out.write(text.data(), static_cast<std::streamsize>(text.size()));
+        require(out.good());
+        return file;
+    }
+
+private:
+    static constexpr std::string_view scene = "[sun]\ndirection = [-1, 0, 0]\ndistance_au = 1\n[camera]\n"
+                                              "width = 64\nheight = 48\nfocal_length_mm = 25\n"
+                                              "aperture_mm = 12.5\nposition_m = [0, 0, -5000]\n"
+                                              "boresight = [0, 0, 1]\nup = [0, 1, 0]\n[[body]]\n"
+                                              "name = \"ball\"\nshape = \"sphere\"\nradius_m = 1000\n"
+                                              "[[band]]\nfrom_nm = 400\nto_nm = 900\n";
+    std::filesystem::path path_;
+};
+
+/// Runs `read`; a refusal must be one line without control characters.
+template<typename Read>
+void try_to(Read read) {
+    try {
+        read();
+    } catch (const Error& error) {
+        const std::string_view what = error.what();
+        require(!what.empty());
+        for (const char c : what)
+            require(static_cast<unsigned char>(c) >= 0x20 && c != 0x7F);
+    }
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const Folder folder;
+    const std::filesystem::path file =
+        folder.write("input.toml", {reinterpret_cast<const char*>(data), size});
+    try_to([&] { (void)config::load_scene(file); });
+    try_to([&] { (void)config::load_sensor(file); });
+    std::optional<config::Config> config;
+    try_to([&] { config = config::load(file); });
+    if (!config) return 0;
+    for (const config::Config* camera : config->cameras())
+        (void)config::camera_settings(*camera);
+    // A refusal of this one is a bug.
+    const std::string printed = config::print(*config);
+    require(config::print(config::load(folder.write("input.toml", printed))) == printed);
+    return 0;
+}
