@@ -22,7 +22,8 @@ struct DaemonSection {
     /// nominal: frame k shows the scene at (k - 1) nominal periods, so that frames can be made again offline;
     /// clock: at the time that really passed since the start of the acquisition.
     std::string scene_time = "nominal";
-    bool autostart = false; ///< acquire from the start; always so when no control port is enabled
+    bool drop_capabilities = true; ///< before anything listens
+    bool autostart = false;        ///< acquire from the start; always so when no control port is enabled
 };
 
 /// [render]

@@ -46,6 +46,13 @@ Keys keys_of(DaemonSection& s) {
          "nominal: frame k shows the scene k - 1 nominal periods after its start, so that it can be made "
          "again "
          "offline; clock: as much later as really passed"},
+        {"drop_capabilities",
+         &s.drop_capabilities,
+         {},
+         {},
+         {},
+         "Give up the powers of root before anything listens; false where folders of other users are to be "
+         "written or ports below 1024 are listened at"},
         {"autostart",
          &s.autostart,
          {},

@@ -57,6 +57,8 @@ public:
     /// Counters and latencies as JSON; of several cameras as a list "cameras" with the address of each.
     [[nodiscard]] std::string statistics_json() const;
 
+    /// The highest priority that a thread of it takes; 0: none under SCHED_FIFO.
+    [[nodiscard]] int realtime_priority() const noexcept { return highest_priority(threads_); }
     [[nodiscard]] std::size_t camera_count() const noexcept { return units_.size(); }
     [[nodiscard]] Camera& camera(std::size_t number = 0) noexcept { return units_.at(number)->camera(); }
 

@@ -1,5 +1,6 @@
 // The daemon's main program: command line, signals, start in order, end in reverse.
 #include "config/config.hpp"
+#include "core/capabilities.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -112,6 +113,17 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string&
     }
 }
 
+// All files are read and nothing listens yet. Devices and addresses are had without, by the rights of the
+// user and the limits.
+void give_up_capabilities(int priority) {
+    const CapabilityReport report = drop_capabilities(replace_by_limits(priority));
+    if (!report.why.empty())
+        log_warning("capabilities: not all given up: {}", report.why);
+    else if (report.had_any)
+        log_info("capabilities: given up{}",
+                 report.kept != 0 ? ", but what real time needs and the limits do not give" : "");
+}
+
 int run(const Options& options) {
     const sigset_t signals = block_signals();
     const config::Config config = config::load(options.config_file);
@@ -138,6 +150,7 @@ int run(const Options& options) {
         if (!timing[i]) throw OutputError(fmt::format("{}: cannot be written", file));
         daemon.write_timing_to(timing[i], i);
     }
+    if (config.daemon.drop_capabilities) give_up_capabilities(daemon.realtime_priority());
     daemon.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);

@@ -8,7 +8,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <map>
+#include <sstream>
 #include <utility>
 
 using namespace obscura::test;
@@ -246,4 +250,65 @@ TEST_CASE("the stamps of a run can be read by obscura timing") {
     ChildProcess nonsense(folder.path(), "nonsense", {OBSCURA_BINARY_DIR "/tools/obscura", "timing", config});
     CHECK(nonsense.wait(30s) == 66);
     CHECK_THAT(nonsense.err(), ContainsSubstring("obscurad.toml:1: this is no timing file"));
+}
+
+TEST_CASE("no thread of a serving daemon has a capability left") {
+    if (geteuid() != 0) {
+        WARN("skipped: only root has capabilities to give up");
+        return;
+    }
+#ifdef __SANITIZE_THREAD__
+    WARN("skipped: ThreadSanitizer holds back the signals that tell threads to let go");
+    return;
+#endif
+    const auto capabilities = [](const std::filesystem::path& status_file) {
+        std::map<std::string, std::uint64_t> sets;
+        std::istringstream status(text_of(status_file));
+        for (std::string key, value; status >> key && std::getline(status, value);)
+            if (key == "NoNewPrivs:" || key.rfind("Cap", 0) == 0) sets[key] = std::stoull(value, nullptr, 16);
+        return sets;
+    };
+    constexpr std::uint64_t set_bounding = 1ULL << 8, raise_limits = 1ULL << 24,
+                            real_time = 1ULL << 23 | 1ULL << 14;
+    const std::uint64_t own = capabilities("/proc/self/status")["CapEff:"];
+    if (own == 0) {
+        WARN("skipped: this root has no capabilities either");
+        return;
+    }
+    // Where even root may not raise limits, what real time needs stays.
+    const std::uint64_t tolerated = (own & raise_limits) != 0 ? 0 : real_time;
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(31);
+    options.size = 64;
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    const auto check_all_threads = [&] {
+        int threads = 0;
+        for (const auto& task : std::filesystem::directory_iterator(
+                 "/proc/" + std::to_string(daemon.process().pid()) + "/task")) {
+            auto sets = capabilities(task.path() / "status");
+            CAPTURE(task.path().string(), text_of(task.path() / "comm"));
+            REQUIRE(sets.size() == 6);
+            CHECK(sets["NoNewPrivs:"] == 1);
+            for (const char* set : {"CapEff:", "CapPrm:"})
+                CHECK((sets[set] & ~tolerated) == 0);
+            if ((own & set_bounding) != 0) CHECK((sets["CapBnd:"] & ~tolerated) == 0);
+            CHECK(sets["CapInh:"] == 0);
+            CHECK(sets["CapAmb:"] == 0);
+            ++threads;
+        }
+        CHECK(threads > 5);
+    };
+    check_all_threads();
+    // It serves all the same: a client comes, streams and goes.
+    ChildProcess client(
+        folder.path(), "grab",
+        {OBSCURA_BINARY_DIR "/tools/obscura", "grab", "--address", options.address, "--frames", "3"});
+    CHECK(client.wait(60s) == 0);
+    check_all_threads();
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    CHECK_THAT(daemon.process().err(), ContainsSubstring("capabilities: given up"));
+    CHECK_THAT(daemon.process().err(), !ContainsSubstring("not all given up"));
 }

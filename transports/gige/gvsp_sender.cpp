@@ -390,19 +390,20 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
     Block* found = nullptr;
     for (Block& b : session_->blocks)
         if (b.count != 0 && b.frame && b.wire_id == request.block_id) found = &b;
+    // Receivers take a packet of a block long past for a jump of the stream and throw away every block that
+    // follows, so a forged request could stop it. Likewise an answer about a block that never was.
+    constexpr std::uint64_t recent = 64;
+    const std::uint64_t newest = wire_block_id(session_->frames, session_->config.extended_ids);
+    const std::uint64_t age = session_->config.extended_ids
+                                  ? newest - request.block_id
+                                  : (newest + 0xFFFF - request.block_id % 0xFFFF) % 0xFFFF;
     if (found == nullptr) {
-        // Only for blocks that have just left the history: receivers take an answer about any other id for a
-        // jump of the stream and throw away every block that follows, so a forged request could stop it.
-        constexpr std::uint64_t recent = 64;
-        const std::uint64_t newest = wire_block_id(session_->frames, session_->config.extended_ids);
-        const std::uint64_t age = session_->config.extended_ids
-                                      ? newest - request.block_id
-                                      : (newest + 0xFFFF - request.block_id % 0xFFFF) % 0xFFFF;
         if (session_->frames > 0 && request.block_id != 0 && age > 0 &&
             age <= std::min(recent, session_->frames - 1))
             queue_error(request, Status::packet_removed);
         return;
     }
+    if (!request.trusted && session_->frames - found->count > recent) return;
     const std::uint32_t last_of_block = found->payload.packets() + 1;
     if (request.first > last_of_block) {
         queue_error(request, Status::packet_unavailable);
