@@ -63,7 +63,7 @@ private:
         std::uint64_t count = 0;   // from 1; 0: unused
         std::uint64_t wire_id = 0; // as the client knows it
         Payload payload;
-        std::uint32_t sent = 0;   // packets that have left or were left out on purpose: ids below this
+        std::uint32_t sent = 0; // packets that have left or were left out on purpose: ids below this
         // Packets sent again so far, for others and for those whom the stream is for.
         std::array<std::uint32_t, 2> resent{};
         std::array<std::uint8_t, gvsp_max_leader> leader{};
