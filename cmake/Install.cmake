@@ -30,7 +30,7 @@ function(obscura_libraries_below folder result)
     set(${result} ${found} PARENT_SCOPE)
 endfunction()
 set(libraries)
-foreach(folder core config renderer sensors sync transports)
+foreach(folder core config images renderer sensors sync transports)
     obscura_libraries_below("${PROJECT_SOURCE_DIR}/${folder}" more)
     list(APPEND libraries ${more})
 endforeach()
@@ -38,7 +38,7 @@ install(TARGETS obscura_options ${libraries} EXPORT obscura
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 install(EXPORT obscura NAMESPACE obscura:: FILE obscuraTargets.cmake DESTINATION "${package_dir}")
-install(DIRECTORY core config renderer sensors sync transports DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/obscura"
+install(DIRECTORY core config images renderer sensors sync transports DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/obscura"
         FILES_MATCHING PATTERN "*.hpp" PATTERN scenes EXCLUDE PATTERN stars EXCLUDE)
 configure_package_config_file(cmake/obscuraConfig.cmake.in "${PROJECT_BINARY_DIR}/obscuraConfig.cmake"
                               INSTALL_DESTINATION "${package_dir}")

@@ -1,5 +1,5 @@
 // obscura compare: how well two images agree.
-#include "tools/images/image.hpp"
+#include "images/image.hpp"
 #include "tools/images/registration.hpp"
 #include "tools/preview.hpp"
 #include "tools/report.hpp"
@@ -47,8 +47,8 @@ public:
     }
 
     int run() override {
-        const Image reference = read_image(reference_, reference_plane_);
-        const Image image = read_image(image_, image_plane_);
+        const Image reference = images::read_image(reference_, reference_plane_);
+        const Image image = images::read_image(image_, image_plane_);
         settings_.with_offset = !no_offset_;
         const Agreement a = compare_images(reference, image, settings_);
         Report report;

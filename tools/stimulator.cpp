@@ -1,5 +1,5 @@
 // obscura stimulator: finds USB displays, shows test patterns on them, and calibrates screen and camera.
-#include "tools/images/image.hpp"
+#include "images/image.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/report.hpp"
 #include "tools/verb.hpp"
@@ -172,7 +172,7 @@ private:
             if (fresh)
                 for (const char* ending : {".fits", ".png"})
                     if (const fs::path file = fs::path(captures_) / (name + ending); fs::exists(file)) {
-                        const Image image = read_image(file);
+                        const images::Image image = images::read_image(file);
                         place->second =
                             transports::Capture{image.width, image.height,
                                                 std::vector<float>(image.values.begin(), image.values.end())};

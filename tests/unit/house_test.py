@@ -8,12 +8,13 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 ALLOWED = {
     "core": {"core"},
     "config": {"core", "config"},
-    "renderer": {"core", "renderer"},
+    "images": {"core", "images"},
+    "renderer": {"core", "images", "renderer"},
     "sensors": {"core", "sensors"},
     "sync": {"core", "sync"},
     "transports": {"core", "transports"},
     "emulator": {"core", "config", "renderer", "sensors", "sync", "transports", "emulator"},
-    "tools": {"core", "config", "renderer", "sensors", "sync", "transports", "emulator", "tools"},
+    "tools": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator", "tools"},
 }
 complaints = []
 
@@ -31,7 +32,7 @@ for folder, allowed in ALLOWED.items():
             complaints.append(f"{name}:1: a header begins with one line that says what it is for")
 
 readme = (ROOT / "README.md").read_text()
-for path in re.findall(r"`((?:scripts|config|docs|tests|core|renderer|sensors|sync|transports|emulator|tools|systemd)/[\w./*-]*)`", readme):
+for path in re.findall(r"`((?:scripts|config|docs|tests|core|images|renderer|sensors|sync|transports|emulator|tools|systemd)/[\w./*-]*)`", readme):
     if not list(ROOT.glob(path.rstrip("/"))):
         complaints.append(f"README.md: names {path}, which does not exist")
 for path in re.findall(r"\]\(([\w./-]+)\)", readme):

@@ -1,11 +1,13 @@
 // How well two images agree: sub-pixel shift, brightness scale, correlation, residual.
 #pragma once
 
-#include "tools/images/image.hpp"
+#include "images/image.hpp"
 
 #include <cstdint>
 
 namespace obscura::tools {
+
+using images::Image;
 
 struct Agreement {
     double shift_x_px = 0,

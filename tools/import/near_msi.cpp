@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/geometry.hpp"
-#include "tools/images/pds_label.hpp"
+#include "images/pds_label.hpp"
 #include "tools/import/utc.hpp"
 
 #include <fitsio.h>
@@ -91,7 +91,7 @@ std::string utc_of(const Header& header, const std::string& given) {
         std::filesystem::path label = header.file();
         label.replace_extension(extension);
         if (!std::filesystem::exists(label)) continue;
-        return PdsLabel(label).text("START_TIME", "");
+        return images::PdsLabel(label).text("START_TIME", "");
     }
     throw InputError(fmt::format("{}: no PDS3 label ({}.lbl) beside it that tells the time: give --utc",
                                  header.file().string(), header.file().stem().string()));

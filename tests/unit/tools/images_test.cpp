@@ -4,8 +4,8 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/images/image.hpp"
-#include "tools/images/pds_label.hpp"
+#include "images/image.hpp"
+#include "images/pds_label.hpp"
 #include "tools/images/registration.hpp"
 #include "tools/import/near_msi.hpp"
 #include "tools/import/utc.hpp"
@@ -19,6 +19,8 @@
 
 using namespace obscura;
 using namespace obscura::tools;
+using namespace obscura::images;
+using obscura::images::Image;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 
@@ -209,7 +211,7 @@ TEST_CASE("broken and hostile image files are refused with one line") {
         return complaint(folder, [&] { (void)read_image(folder.write(name, bytes)); });
     };
     CHECK(refusal("empty", "") ==
-          "empty: not an image that is known here, allowed are FITS, PNG, OpenEXR and PDS3 (an "
+          "empty: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 (an "
           "image with a detached label: give the label)");
     CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "gone"); }) ==
           "gone: cannot be opened: No such file or directory");

@@ -1,4 +1,4 @@
-#include "tools/images/pds_label.hpp"
+#include "images/pds_label.hpp"
 
 #include "core/error.hpp"
 
@@ -12,7 +12,7 @@
 #include <cstring>
 #include <memory>
 
-namespace obscura::tools {
+namespace obscura::images {
 namespace {
 
 std::string upper(std::string_view text) {
@@ -204,4 +204,4 @@ std::string PdsLabel::unit(std::string_view key) const {
     return upper(trimmed(std::string_view(raw).substr(open + 1, end - open - 1)));
 }
 
-} // namespace obscura::tools
+} // namespace obscura::images

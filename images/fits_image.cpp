@@ -1,5 +1,5 @@
 #include "core/error.hpp"
-#include "tools/images/image.hpp"
+#include "images/image.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -7,7 +7,7 @@
 #include <array>
 #include <limits>
 
-namespace obscura::tools {
+namespace obscura::images {
 namespace {
 
 class Reader {
@@ -24,8 +24,9 @@ public:
     Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
 
-    Image read(const std::string& plane) {
-        // The first unit of the file that holds an image; the primary one may be empty.
+    /// Goes to the first unit of the file that holds an image, and returns its three sizes; the primary unit
+    /// may be empty.
+    std::array<long, 3> find_image() {
         int units = 0, dimensions = 0;
         std::array<long, 3> size{1, 1, 1};
         fits_get_num_hdus(fits_, &units, &status_);
@@ -43,10 +44,20 @@ public:
         fits_get_img_size(fits_, dimensions, size.data(), &status_);
         check();
         check_image_size(file_, size[0], size[1]);
+        return size;
+    }
+
+    Image read(const std::string& plane) {
+        const std::array<long, 3> size = find_image();
         const std::int32_t number = plane_number(file_, plane, size[2]);
         Image image;
         image.width = static_cast<std::int32_t>(size[0]);
         image.height = static_cast<std::int32_t>(size[1]);
+        // What was scaled to physical values, or is real, means what it says; bare integers are codes.
+        int type = 0;
+        fits_get_img_equivtype(fits_, &type, &status_);
+        check();
+        image.full_scale = type == BYTE_IMG ? 255 : type == USHORT_IMG ? 65535 : 1;
         const LONGLONG count = static_cast<LONGLONG>(size[0]) * size[1];
         // What a truncated file lacks must not be allocated on the header's word alone.
         LONGLONG data_start = 0, data_end = 0, header = 0;
@@ -79,8 +90,12 @@ private:
 
 } // namespace
 
+std::int64_t fits_planes(const std::filesystem::path& file) {
+    return Reader(file).find_image()[2];
+}
+
 Image read_fits_image(const std::filesystem::path& file, const std::string& plane) {
     return Reader(file).read(plane);
 }
 
-} // namespace obscura::tools
+} // namespace obscura::images

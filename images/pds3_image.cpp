@@ -1,6 +1,6 @@
 #include "core/error.hpp"
-#include "tools/images/image.hpp"
-#include "tools/images/pds_label.hpp"
+#include "images/image.hpp"
+#include "images/pds_label.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include <cstring>
 #include <memory>
 
-namespace obscura::tools {
+namespace obscura::images {
 namespace {
 
 /// How a sample lies in the file.
@@ -99,6 +99,11 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
 
 } // namespace
 
+std::int64_t pds3_planes(const std::filesystem::path& label) {
+    const std::int64_t bands = PdsLabel(label).integer("IMAGE.BANDS", 1);
+    return bands > 1 && bands <= 65536 ? bands : 1;
+}
+
 Image read_pds3_image(const std::filesystem::path& file, const std::string& plane) {
     const PdsLabel label(file);
     const std::int64_t width = label.integer("IMAGE.LINE_SAMPLES"), height = label.integer("IMAGE.LINES");
@@ -128,7 +133,7 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
     std::fseek(in.get(), static_cast<long>(offset), SEEK_SET);
     std::vector<std::uint8_t> line(static_cast<std::size_t>(line_bytes));
     const double scale = label.number("IMAGE.SCALING_FACTOR", 1), shift = label.number("IMAGE.OFFSET", 0);
-    Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {}};
+    Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {}, 1};
     image.values.reserve(static_cast<std::size_t>(width * height));
     for (std::int64_t y = 0; y < height; ++y) {
         const std::size_t wanted = line.size() - static_cast<std::size_t>(y + 1 == height ? suffix : 0);
@@ -142,4 +147,4 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
     return image;
 }
 
-} // namespace obscura::tools
+} // namespace obscura::images

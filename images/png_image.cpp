@@ -1,5 +1,5 @@
 #include "core/error.hpp"
-#include "tools/images/image.hpp"
+#include "images/image.hpp"
 
 #include <fmt/format.h>
 #include <png.h>
@@ -12,7 +12,7 @@
 #include <new>
 #include <stdexcept>
 
-namespace obscura::tools {
+namespace obscura::images {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "png_set_swap turns big into little endian");
@@ -39,7 +39,22 @@ struct Reader {
 
 } // namespace
 
-Image read_png_image(const std::filesystem::path& file) {
+bool png_has_colours(const std::filesystem::path& file) {
+    const auto close = [](std::FILE* f) { std::fclose(f); };
+    const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
+    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    try {
+        Reader r;
+        png_init_io(r.png, in.get());
+        png_read_info(r.png, r.info);
+        return (png_get_color_type(r.png, r.info) & PNG_COLOR_MASK_COLOR) != 0;
+    } catch (const std::runtime_error& error) {
+        throw InputError(fmt::format("{}: not readable as PNG: {}", file.string(), error.what()));
+    }
+}
+
+Image read_png_image(const std::filesystem::path& file, const std::string& plane) {
+    const ColourChoice choice = colour_choice(file, plane);
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
@@ -63,7 +78,8 @@ Image read_png_image(const std::filesystem::path& file) {
             for (png_uint_32 y = 0; y < height; ++y)
                 png_read_row(r.png, bytes.data() + y * stride, nullptr);
 
-        Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {}};
+        Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {},
+                    depth == 16 ? 65535.0 : 255.0};
         image.values.reserve(static_cast<std::size_t>(width) * height);
         const auto sample = [&](png_uint_32 y, std::size_t index) -> double {
             const std::uint8_t* at = bytes.data() + y * stride;
@@ -75,10 +91,10 @@ Image read_png_image(const std::filesystem::path& file) {
         for (png_uint_32 y = 0; y < height; ++y)
             for (png_uint_32 x = 0; x < width; ++x) {
                 const std::size_t i = x * channels;
-                // Rec. ITU-R BT.709 luma for colours.
                 image.values.push_back(channels < 3 ? sample(y, i)
-                                                    : 0.2126 * sample(y, i) + 0.7152 * sample(y, i + 1) +
-                                                          0.0722 * sample(y, i + 2));
+                                                    : choice.weight[0] * sample(y, i) +
+                                                          choice.weight[1] * sample(y, i + 1) +
+                                                          choice.weight[2] * sample(y, i + 2));
             }
         return image;
     } catch (const InputError&) {
@@ -88,4 +104,4 @@ Image read_png_image(const std::filesystem::path& file) {
     }
 }
 
-} // namespace obscura::tools
+} // namespace obscura::images

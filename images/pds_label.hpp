@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace obscura::tools {
+namespace obscura::images {
 
 /// The statements of a label. Keywords inside OBJECT = IMAGE are found as "IMAGE.LINES"; where an object
 /// stands several times the first counts.
@@ -36,4 +36,4 @@ private:
     std::map<std::string, std::string, std::less<>> values_; ///< raw
 };
 
-} // namespace obscura::tools
+} // namespace obscura::images

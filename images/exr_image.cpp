@@ -1,5 +1,5 @@
 #include "core/error.hpp"
-#include "tools/images/image.hpp"
+#include "images/image.hpp"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -9,7 +9,18 @@
 
 #include <exception>
 
-namespace obscura::tools {
+namespace obscura::images {
+
+bool exr_has_colours(const std::filesystem::path& file) {
+    try {
+        const Imf::InputFile in(file.c_str());
+        const Imf::ChannelList& channels = in.header().channels();
+        return channels.findChannel("R") != nullptr && channels.findChannel("G") != nullptr &&
+               channels.findChannel("B") != nullptr;
+    } catch (const std::exception& error) {
+        throw InputError(fmt::format("{}: not readable as OpenEXR: {}", file.string(), error.what()));
+    }
+}
 
 Image read_exr_image(const std::filesystem::path& file, const std::string& plane) {
     try {
@@ -39,7 +50,7 @@ Image read_exr_image(const std::filesystem::path& file, const std::string& plane
         in.setFrameBuffer(buffer);
         in.readPixels(window.min.y, window.max.y);
         return {static_cast<std::int32_t>(width), static_cast<std::int32_t>(height),
-                std::vector<double>(values.begin(), values.end())};
+                std::vector<double>(values.begin(), values.end()), 1};
     } catch (const InputError&) {
         throw;
     } catch (const std::exception& error) {
@@ -47,4 +58,4 @@ Image read_exr_image(const std::filesystem::path& file, const std::string& plane
     }
 }
 
-} // namespace obscura::tools
+} // namespace obscura::images
