@@ -1,5 +1,7 @@
 #include "config/kinds.hpp"
 
+#include "config/material_table.hpp"
+
 #include <numbers>
 
 namespace obscura::config {
@@ -27,14 +29,29 @@ Kind<scene::Material> material(std::string_view name, std::vector<std::string_vi
             std::move(required)};
 }
 
+template<typename Alternative, Keys (*keys)(Alternative&)>
+Kind<scene::Material> named(std::string_view name, scene::Material (*made)()) {
+    return {name, made, keys_in<scene::Material, Alternative, keys>, {}};
+}
+
 Keys ellipsoid(scene::Ellipsoid& s) {
     return {{"radii_m", &s.radii_m, "m", {1e-6, 1e12}, {}, "Its three radii"}};
 }
 Keys mesh(scene::MeshFile& s) {
     return {
-        {"file", Path{&s.path}, {}, {}, {}, "Wavefront OBJ file, or PDS plate model (.tab, .plt)"},
+        {"file",
+         Path{&s.path},
+         {},
+         {},
+         {},
+         "OBJ, STL, PLY, 3DS, Collada, glTF, or PDS plate model (.tab, .plt)"},
         {"metres_per_unit", &s.metres_per_unit, "m", {1e-9, 1e12}, {}, "Length of the file's unit"},
-        {"smooth_normals", &s.smooth_normals, {}, {}, {}, "Interpolate normals across facets"},
+        {"smooth_normals",
+         &s.smooth_normals,
+         {},
+         {},
+         {},
+         "The file's normals, else interpolated; false: flat facets"},
     };
 }
 Keys procedural(scene::ProceduralBody& s) {
@@ -153,6 +170,10 @@ Keys mirror(scene::Mirror& m) {
     return {{"reflectance", &m.reflectance, {}, {0, 1}, {}, "Seen only where light may bounce: max_bounces"}};
 }
 
+Keys file_materials(scene::FileMaterials& /*m*/) {
+    return {};
+}
+
 } // namespace
 
 const std::vector<Kind<scene::Shape>>& shape_kinds() {
@@ -179,6 +200,15 @@ const std::vector<Kind<scene::Material>>& material_kinds() {
         material<scene::Hapke, hapke>("hapke", {"single_scattering_albedo"}),
         material<scene::Ggx, ggx>("ggx"),
         material<scene::Mirror, mirror>("mirror"),
+        material<scene::FileMaterials, file_materials>("file"),
+        // Real ones by name, each with the keys of its law.
+        named<scene::Hapke, hapke>("moon", moon),
+        named<scene::Hapke, hapke>("eros", eros),
+        named<scene::Hapke, hapke>("itokawa", itokawa),
+        named<scene::Hapke, hapke>("67p", comet_67p),
+        named<scene::Ggx, ggx>("mli", mli),
+        named<scene::Ggx, ggx>("solar-cell", solar_cell),
+        named<scene::Lambert, lambert>("white-paint", white_paint),
     };
     return table;
 }

@@ -4,6 +4,8 @@
 #include "config/scene_keys.hpp"
 #include "config/star_catalogue.hpp"
 #include "config/trajectory.hpp"
+#include "core/error.hpp"
+#include "core/scene_tree.hpp"
 
 #include <fmt/format.h>
 
@@ -126,9 +128,38 @@ void refuse_strangers(const Value& table, const Where& where, const Keys& known,
     }
 }
 
+scene::Joint joint_of(const BodyKeys& keys, const Given& given, const Where& where) {
+    using Kind = scene::Joint::Kind;
+    const auto only_with = [&](const char* key, bool fits, const char* kinds) {
+        if (has(given, key) && !fits)
+            fail(where.in(key), given.find(key)->second, fmt::format("belongs to joint = {}", kinds));
+    };
+    only_with("joint", !keys.parent.empty() || keys.joint == Kind::fixed,
+              "\"fixed\" where there is no parent");
+    only_with("joint_axis", keys.joint != Kind::fixed, "\"hinge\" or \"slide\"");
+    only_with("joint_table", keys.joint != Kind::fixed, "\"hinge\" or \"slide\"");
+    only_with("joint_angle_deg", keys.joint == Kind::hinge, "\"hinge\"");
+    only_with("joint_offset_m", keys.joint == Kind::slide, "\"slide\"");
+    exclude(given, "joint_angle_deg", "joint_table", where);
+    exclude(given, "joint_offset_m", "joint_table", where);
+    require_direction(keys.joint_axis, "joint_axis", given, where);
+    scene::Joint joint{keys.joint, keys.joint_axis, {}};
+    if (joint.kind == Kind::fixed) return joint;
+    const bool hinge = joint.kind == Kind::hinge;
+    if (has(given, "joint_table"))
+        joint.samples =
+            read_joint_table(keys.joint_table, hinge ? "angle_deg" : "offset_m", hinge ? degree : 1);
+    else
+        joint.samples = {{0, hinge ? keys.joint_angle_deg * degree : keys.joint_offset_m}};
+    return joint;
+}
+
 scene::Body read_body(const Value& table, const Where& where) {
     const Kind<scene::Shape>& shape = chosen(table, where, "shape", shape_kinds(), "");
-    const Kind<scene::Material>& material = chosen(table, where, "material", material_kinds(), "lambert");
+    // A mesh without a word about its material has that of its file.
+    const bool own = shape.name == "mesh" && table.find("albedo") == nullptr;
+    const Kind<scene::Material>& material =
+        chosen(table, where, "material", material_kinds(), own ? "file" : "lambert");
     BodyKeys keys;
     scene::Body body;
     body.shape = shape.make();
@@ -148,6 +179,9 @@ scene::Body read_body(const Value& table, const Where& where) {
     body.motion = motion_of(keys.place, given, table, where);
     body.colour = keys.colour;
     body.emission_w_m2_sr = keys.emission_w_m2_sr;
+    body.textures = keys.textures;
+    body.parent = keys.parent;
+    body.joint = joint_of(keys, given, where);
     return body;
 }
 
@@ -216,6 +250,11 @@ scene::Scene load_scene(const std::filesystem::path& file) {
                 fail(where.in("name"), tables[i].at,
                      fmt::format("\"{}\" is the name of an earlier body", body.name));
         }
+    }
+    try {
+        (void)scene::parents_of(scene.bodies);
+    } catch (const ConfigError& error) {
+        throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
     }
     if (const Member* lamps = root.find("lamp")) {
         const std::vector<Value>& tables = expect_tables(*lamps, top.in("lamp"));

@@ -42,6 +42,12 @@ struct BodyKeys {
     std::string shape;
     std::string material = "lambert";
     std::vector<double> colour, emission_w_m2_sr;
+    scene::Textures textures;
+    std::string parent;
+    scene::Joint::Kind joint = scene::Joint::Kind::fixed;
+    Vec3 joint_axis{0, 0, 1};
+    double joint_angle_deg = 0, joint_offset_m = 0;
+    std::string joint_table;
     PlaceKeys place;
 };
 

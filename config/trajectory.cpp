@@ -24,4 +24,17 @@ std::vector<scene::TimedPose> read_trajectory(const std::filesystem::path& file)
     return samples;
 }
 
+std::vector<scene::Joint::Sample> read_joint_table(const std::filesystem::path& file, std::string_view value,
+                                                   double unit) {
+    std::vector<scene::Joint::Sample> samples;
+    read_csv(file, fmt::format("time_s,{}", value), [&](const CsvRow& row) {
+        if (!samples.empty() && row.values[0] <= samples.back().time_s)
+            row.fail(0, "time_s",
+                     fmt::format("{} does not come after {}", row.values[0], samples.back().time_s));
+        samples.push_back({row.values[0], row.values[1] * unit});
+    });
+    if (samples.empty()) throw ConfigError(fmt::format("{}: no rows after the header", file.string()));
+    return samples;
+}
+
 } // namespace obscura::config

@@ -4,6 +4,7 @@
 #include "core/scene.hpp"
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 namespace obscura::config {
@@ -15,5 +16,9 @@ inline constexpr const char* trajectory_columns = "time_s,x_m,y_m,z_m,qw,qx,qy,q
 /// Reads a trajectory: at least one row, strictly increasing times, |q| = 1 within 1e-3 (then normalised).
 /// Throws ConfigError `file:line:column: column: what`.
 [[nodiscard]] std::vector<scene::TimedPose> read_trajectory(const std::filesystem::path& file);
+
+/// The table of a joint: time_s and `value`, of which one is `unit` of the joint's own. Throws ConfigError.
+[[nodiscard]] std::vector<scene::Joint::Sample> read_joint_table(const std::filesystem::path& file,
+                                                                 std::string_view value, double unit);
 
 } // namespace obscura::config

@@ -42,9 +42,9 @@ struct Ellipsoid {
     Vec3 radii_m{1, 1, 1};
 };
 struct MeshFile {
-    std::string path; ///< Wavefront OBJ, or a PDS plate model (.tab, .plt)
+    std::string path; ///< see renderer/mesh_file.hpp
     double metres_per_unit = 1;
-    bool smooth_normals = true;
+    bool smooth_normals = true; ///< the file's normals, else interpolated ones; false: flat facets
 };
 /// A small body made from noise and craters; same seed, same body.
 struct ProceduralBody {
@@ -119,8 +119,36 @@ struct Ggx {
 struct Mirror {
     double reflectance = 0.9;
 };
-using Material =
-    std::variant<Lambert, LommelSeeliger, LunarLambert, Minnaert, OrenNayar, Phong, Hapke, Ggx, Mirror>;
+/// What the body's mesh file says: Lambert with the diffuse colours and textures of its materials.
+struct FileMaterials {};
+using Material = std::variant<Lambert, LommelSeeliger, LunarLambert, Minnaert, OrenNayar, Phong, Hapke, Ggx,
+                              Mirror, FileMaterials>;
+
+/// Images on a body. A map covers the whole body by longitude and latitude where the shape has no texture
+/// coordinates of its own.
+struct Textures {
+    std::string albedo;        ///< image file: factor on the material's reflectance; empty: none
+    std::string normal;        ///< image file: normal map; empty: none
+    bool srgb = false;         ///< the albedo image is coded for display
+    bool by_longitude = false; ///< even where the shape has coordinates
+    double left_longitude_rad = -3.141592653589793; ///< of the image's left edge
+};
+
+/// How a body hangs on its parent.
+struct Joint {
+    enum class Kind : std::uint8_t {
+        fixed,
+        hinge, ///< turns about `axis`
+        slide, ///< moves along `axis`
+    };
+    struct Sample {
+        double time_s = 0;
+        double value = 0; ///< angle, rad, or offset, m
+    };
+    Kind kind = Kind::fixed;
+    Vec3 axis{0, 0, 1};            ///< the body's own frame
+    std::vector<Sample> samples{}; ///< increasing in time, linear between, ends held; empty: 0
+};
 
 struct Body {
     std::string name;
@@ -132,6 +160,11 @@ struct Body {
     /// Radiance that the outer side sends out by itself, W m-2 sr-1 in each band; empty: none. For thermal
     /// emission as well.
     std::vector<double> emission_w_m2_sr{};
+    Textures textures{};
+    /// Name of the body in whose frame `motion` is; empty: the inertial frame. A live pose is relative to the
+    /// parent too, and of it a hinge takes the turn about its axis alone, a slide the way along it.
+    std::string parent{};
+    Joint joint{};
 };
 
 /// A small lamp: a point, or a beam about the +z axis of its own frame. It lights, but is not itself seen.

@@ -35,10 +35,10 @@ Kind kind_of(const std::filesystem::path& file) {
     if (start.starts_with("\xff\xd8\xff")) return Kind::jpeg;
     if (start.starts_with("v/1\x01")) return Kind::exr;
     if (start.find("PDS_VERSION_ID") != std::string_view::npos) return Kind::pds3;
-    throw InputError(
-        fmt::format("{}: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
-                    "(an image with a detached label: give the label)",
-                    file.string()));
+    throw InputError(fmt::format(
+        "{}: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
+        "(an image with a detached label: give the label)",
+        file.string()));
 }
 
 } // namespace

@@ -1,4 +1,5 @@
-// Read this first: images to measure with or to colour bodies with, from FITS, PNG, TIFF, JPEG, OpenEXR, PDS3 files.
+// Read this first: images to measure with or to colour bodies with, from FITS, PNG, TIFF, JPEG, OpenEXR, PDS3
+// files.
 #pragma once
 
 #include <cstddef>

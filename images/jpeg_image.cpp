@@ -68,7 +68,9 @@ Image read_jpeg_image(const std::filesystem::path& file, const std::string& plan
         const bool colours = jpeg.num_components > 1;
         jpeg.out_color_space = colours ? JCS_RGB : JCS_GRAYSCALE;
         jpeg_start_decompress(&jpeg);
-        Image image{static_cast<std::int32_t>(jpeg.image_width), static_cast<std::int32_t>(jpeg.image_height), {},
+        Image image{static_cast<std::int32_t>(jpeg.image_width),
+                    static_cast<std::int32_t>(jpeg.image_height),
+                    {},
                     255};
         image.values.reserve(static_cast<std::size_t>(jpeg.image_width) * jpeg.image_height);
         std::vector<JSAMPLE> line(static_cast<std::size_t>(jpeg.image_width) * (colours ? 3 : 1));

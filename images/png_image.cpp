@@ -73,12 +73,17 @@ Image read_png_image(const std::filesystem::path& file, const std::string& plane
         png_read_update_info(r.png, r.info);
         const std::size_t channels = png_get_channels(r.png, r.info);
         const std::size_t stride = png_get_rowbytes(r.png, r.info);
+        // Deflate packs 1032 to 1 at best: what cannot be there must not be allocated on the header's word.
+        if (stride * height / 1032 > std::filesystem::file_size(file))
+            throw std::runtime_error("the file ends before its image");
         std::vector<std::uint8_t> bytes(stride * height);
         for (int pass = 0; pass < passes; ++pass)
             for (png_uint_32 y = 0; y < height; ++y)
                 png_read_row(r.png, bytes.data() + y * stride, nullptr);
 
-        Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {},
+        Image image{static_cast<std::int32_t>(width),
+                    static_cast<std::int32_t>(height),
+                    {},
                     depth == 16 ? 65535.0 : 255.0};
         image.values.reserve(static_cast<std::size_t>(width) * height);
         const auto sample = [&](png_uint_32 y, std::size_t index) -> double {

@@ -42,15 +42,17 @@ public:
         const bool colours = photometric == PHOTOMETRIC_RGB && layout_.samples >= 3;
         if (!(real || whole) || !(grey || colours) || layout_.samples < 1 || layout_.samples > 8 ||
             (planar != PLANARCONFIG_CONTIG && layout_.samples > 1))
-            refuse(fmt::format("{} samples of {} bits, photometry {}: allowed are grey and RGB of 8 or 16 bits or "
-                               "32-bit reals, samples together",
-                               layout_.samples, layout_.bits, photometric));
+            refuse(fmt::format(
+                "{} samples of {} bits, photometry {}: allowed are grey and RGB of 8 or 16 bits or "
+                "32-bit reals, samples together",
+                layout_.samples, layout_.bits, photometric));
     }
 
     [[nodiscard]] bool has_colours() const { return layout_.samples >= 3; }
 
     Image read(const ColourChoice& choice) {
-        Image image{static_cast<std::int32_t>(layout_.width), static_cast<std::int32_t>(layout_.height), {}, 1};
+        Image image{
+            static_cast<std::int32_t>(layout_.width), static_cast<std::int32_t>(layout_.height), {}, 1};
         if (layout_.format != SAMPLEFORMAT_IEEEFP) image.full_scale = layout_.bits == 8 ? 255 : 65535;
         TIFF* tiff = tiff_.get();
         const bool tiled = TIFFIsTiled(tiff) != 0;

@@ -1,18 +1,22 @@
 #include "renderer/build.hpp"
 
 #include "core/error.hpp"
+#include "core/scene_tree.hpp"
 #include "renderer/box.hpp"
 #include "renderer/cone.hpp"
 #include "renderer/disc.hpp"
 #include "renderer/ellipsoid.hpp"
+#include "renderer/kinematics.hpp"
+#include "renderer/mesh_file.hpp"
 #include "renderer/mesh_shape.hpp"
 #include "renderer/motion.hpp"
-#include "renderer/obj_reader.hpp"
-#include "renderer/plate_reader.hpp"
+#include "renderer/paint.hpp"
 #include "renderer/procedural_body.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -55,13 +59,6 @@ void validate_bands(const std::vector<double>& values, std::size_t bands, const 
     for (const double v : values)
         if (!(v >= 0 && std::isfinite(v)))
             throw ConfigError(fmt::format("{}: {}: allowed are numbers from 0 up", what, v));
-}
-
-/// By the end of the file's name.
-TriangleMesh read_mesh(const scene::MeshFile& file) {
-    const std::string end = std::filesystem::path(file.path).extension().string();
-    const bool plates = end == ".tab" || end == ".TAB" || end == ".plt" || end == ".PLT";
-    return plates ? read_plates(file.path, file.metres_per_unit) : read_obj(file.path, file.metres_per_unit);
 }
 
 /// Makes shapes; remembers meshes, so that bodies of the same file share one.
@@ -115,9 +112,7 @@ public:
                                           file.metres_per_unit));
         auto& shape = files_[{file.path, file.metres_per_unit, file.smooth_normals, emits}];
         if (!shape) {
-            TriangleMesh mesh = read_mesh(file);
-            if (file.smooth_normals) smooth_normals(mesh);
-            shape = mesh_shape(std::move(mesh), emits);
+            shape = mesh_shape(read_mesh_file(file), emits);
         }
         return shape;
     }
@@ -130,6 +125,109 @@ private:
 
     std::shared_ptr<const EmbreeDevice> device_;
     std::map<std::tuple<std::string, double, bool, bool>, std::shared_ptr<const Shape>> files_;
+};
+
+/// Where a mesh file's word for a texture leads: from the file's own folder, whatever system wrote it, or
+/// into a folder "textures" beside.
+std::filesystem::path find_texture(const std::filesystem::path& mesh, const std::string& word) {
+    std::string path = word;
+    std::replace(path.begin(), path.end(), '\\', '/');
+    const std::filesystem::path folder = mesh.parent_path();
+    const std::filesystem::path name = std::filesystem::path(path).filename();
+    for (const std::filesystem::path& at : {folder / path, folder / name, folder / "textures" / name}) {
+        std::error_code error;
+        if (std::filesystem::is_regular_file(at, error)) return at;
+    }
+    return folder / path;
+}
+
+/// Makes what colours bodies; remembers textures, so that bodies of the same file share one.
+class PaintMaker {
+public:
+    explicit PaintMaker(const std::vector<scene::SpectralBand>& bands) : bands_(bands) {}
+
+    /// None where the body is the same all over.
+    std::shared_ptr<const Paint> make(const scene::Body& body, const Shape& shape) {
+        const std::string place = name_of(body);
+        const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
+        const bool own_chart = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
+        const Texture::Edge edge = own_chart ? Texture::Edge::repeat : Texture::Edge::clamp;
+        const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
+        std::vector<Paint::Part> parts;
+        if (std::holds_alternative<scene::FileMaterials>(body.material)) {
+            const auto* file = std::get_if<scene::MeshFile>(&body.shape);
+            if (file == nullptr || mesh == nullptr)
+                throw ConfigError(fmt::format("{}: only a mesh file can bring its own materials", place));
+            if (mesh->mesh().materials.empty())
+                throw ConfigError(
+                    fmt::format("{}: {} brings no materials: the body needs one", place, file->path));
+            if (!body.textures.albedo.empty() || !body.textures.normal.empty())
+                throw ConfigError(
+                    fmt::format("{}: textures cannot stand beside the materials of its file", place));
+            for (const MeshMaterial& m : mesh->mesh().materials)
+                parts.push_back(part_of(file->path, m, own_chart, edge, place));
+        } else {
+            if (body.textures.albedo.empty() && body.textures.normal.empty()) return nullptr;
+            Paint::Part part;
+            if (!body.textures.albedo.empty())
+                part.albedo = albedo(body.textures.albedo, coding, edge, place);
+            if (!body.textures.normal.empty()) part.normal = normal(body.textures.normal, edge, place);
+            parts.push_back(std::move(part));
+        }
+        return std::make_shared<const Paint>(std::move(parts), bands_, body.textures.by_longitude,
+                                             body.textures.left_longitude_rad);
+    }
+
+private:
+    Paint::Part part_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_chart,
+                        Texture::Edge edge, const std::string& place) {
+        Paint::Part part;
+        std::array<float, 3> rgb = m.diffuse;
+        const auto path = [&](const std::filesystem::path& word) {
+            if (word.string().starts_with("*"))
+                throw InputError(
+                    fmt::format("{}: material '{}' has its texture inside the file: it must be a file "
+                                "of its own",
+                                file.string(), m.name));
+            return find_texture(file, word.string());
+        };
+        // Without coordinates textures could not be placed.
+        if (own_chart && !m.albedo_texture.empty()) {
+            part.albedo = albedo(path(m.albedo_texture), TextureCoding::srgb, edge, place);
+            // Some writers leave the colour black under a texture.
+            if (rgb == std::array<float, 3>{0, 0, 0}) rgb = {1, 1, 1};
+        }
+        if (own_chart && !m.normal_texture.empty()) part.normal = normal(path(m.normal_texture), edge, place);
+        for (const scene::SpectralBand& band : bands_) {
+            const std::array<double, 3> shares = colour_shares(band);
+            double value = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                value += shares[k] * static_cast<double>(rgb[k]);
+            part.factor.push_back(value);
+        }
+        return part;
+    }
+
+    std::shared_ptr<const Texture> albedo(const std::filesystem::path& file, TextureCoding coding,
+                                          Texture::Edge edge, const std::string& place) {
+        auto texture = shelf_.get(file, coding, edge);
+        if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
+            throw InputError(
+                fmt::format("{}: {} planes: allowed for {} are 1, red, green and blue, or one for "
+                            "each of the {} bands",
+                            file.string(), texture->planes(), place, bands_.size()));
+        return texture;
+    }
+    std::shared_ptr<const Texture> normal(const std::filesystem::path& file, Texture::Edge edge,
+                                          const std::string& place) {
+        auto texture = shelf_.get(file, TextureCoding::linear, edge);
+        if (texture->planes() != 3)
+            throw InputError(fmt::format("{}: {} planes: the normal map of {} needs 3", file.string(),
+                                         texture->planes(), place));
+        return texture;
+    }
+    const std::vector<scene::SpectralBand>& bands_;
+    TextureShelf shelf_;
 };
 
 } // namespace
@@ -162,6 +260,7 @@ void validate(const scene::Scene& scene) {
                                           scene.bands[i].from_m, scene.bands[i].to_m));
     if (scene.bands.size() > 16)
         throw ConfigError(fmt::format("bands: {}: allowed 1 to 16", scene.bands.size()));
+    (void)scene::parents_of(scene.bodies);
     for (const scene::Body& body : scene.bodies) {
         validate(body.motion, name_of(body));
         validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
@@ -179,17 +278,33 @@ void validate(const scene::Scene& scene) {
 
 std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     ShapeMaker shapes;
+    PaintMaker paints(scene.bands);
+    const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
     std::vector<BuiltBody> built;
-    for (const scene::Body& body : scene.bodies) {
+    std::uint32_t materials = 1;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const scene::Body& body = scene.bodies[i];
         auto material = make_material(body.material, name_of(body));
-        built.push_back(
-            {shapes.make(body), std::move(material), body.motion, body.colour, body.emission_w_m2_sr});
+        auto shape = shapes.make(body);
+        auto paint = paints.make(body, *shape);
+        const auto parts = static_cast<std::uint32_t>(paint ? paint->parts() : 1);
+        built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
+                         body.emission_w_m2_sr, std::move(paint), parents[i], body.joint, materials});
+        materials += parts;
     }
     if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;
     sun_motion.samples[0].pose.position_m = scene.sun.position_m;
     const double r = scene.sun.radius_m;
-    built.push_back({std::make_shared<Ellipsoid>(scene::Ellipsoid{{r, r, r}}), nullptr, sun_motion, {}, {}});
+    built.push_back({std::make_shared<Ellipsoid>(scene::Ellipsoid{{r, r, r}}),
+                     nullptr,
+                     sun_motion,
+                     {},
+                     {},
+                     {},
+                     -1,
+                     {},
+                     materials});
     return built;
 }
 

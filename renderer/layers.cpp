@@ -31,10 +31,53 @@ private:
     std::size_t plane_;
 };
 
+/// What the surface of one body looks like at 16 hits.
+struct Look {
+    Doubles u, v, albedo;
+    std::size_t part[packet_size];
+};
+
+/// Fills `look`, and turns the normals by the body's normal map.
+void paint(const BodyState& body, const RayPacket& rays, const HitPacket& hits, std::int32_t index,
+           double ray_width_rad, SurfacePacket& surface, Look& look) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    const Paint* const paint = body.built->paint.get();
+    ChartPacket chart;
+    const bool charted = paint != nullptr ? paint->chart(*body.shape, hits, index, surface, chart)
+                                          : body.shape->chart(hits, index, surface, chart);
+    Channels factor;
+    if (paint != nullptr) {
+        Doubles width_m;
+        for (int i = 0; i < packet_size; ++i)
+            width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad : 0.0;
+        paint->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor);
+    }
+    double albedo = unknown;
+    if (body.material != nullptr) {
+        ScatterPacket upright;
+        Doubles r;
+        for (int i = 0; i < packet_size; ++i)
+            upright.cos_in[i] = upright.cos_out[i] = upright.cos_phase[i] = 1;
+        body.material->reflectance(upright, r);
+        const double mirror = body.material->mirror_reflectance();
+        albedo = mirror >= 0 ? mirror : r[0] * std::numbers::pi;
+        if (!body.built->colour.empty()) albedo *= body.built->colour[0];
+    }
+    for (int i = 0; i < packet_size; ++i) {
+        look.u[i] = charted ? chart.u[i] : unknown;
+        look.v[i] = charted ? chart.v[i] : unknown;
+        look.albedo[i] = paint != nullptr ? albedo * factor.v[0][i] : albedo;
+        look.part[i] = paint != nullptr && paint->parts() > 1 && hits.body[i] == index
+                           ? body.shape->part(hits.primitive[i])
+                           : 0;
+    }
+}
+
 } // namespace
 
 void trace_layers(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
-                  std::int32_t width, std::vector<std::int32_t>& candidates, float* out, std::size_t plane) {
+                  std::int32_t width, double ray_width_rad, std::vector<std::int32_t>& candidates, float* out,
+                  std::size_t plane) {
     const std::int32_t bodies = static_cast<std::int32_t>(row.bodies.size());
     // Blocks start at multiples of 16 of the sensor, so that a window is the crop of the whole.
     const std::int32_t first =
@@ -72,6 +115,7 @@ void trace_layers(const Projection& projection, const RowState& row, std::int32_
             body.shape->intersect(rays, b, hits);
         }
         SurfacePacket surface;
+        Look look;
         std::int32_t of_body = -1;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block + i - x;
@@ -90,6 +134,7 @@ void trace_layers(const Projection& projection, const RowState& row, std::int32_
                 set_all(rays.origin, body.camera_m);
                 body.shape->surface(rays, hits, b, surface);
                 of_body = b;
+                paint(body, rays, hits, b, ray_width_rad, surface, look);
             }
             const Vec3 position = surface.position.lane(i);
             const Vec3 normal = surface.normal.lane(i);
@@ -112,6 +157,10 @@ void trace_layers(const Projection& projection, const RowState& row, std::int32_
             pixel.set(LayerId::incidence_deg,
                       is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));
             pixel.set(LayerId::emission_deg, angle_deg(normal, to_camera));
+            pixel.set(LayerId::u, look.u[i]);
+            pixel.set(LayerId::v, look.v[i]);
+            pixel.set(LayerId::albedo, look.albedo[i]);
+            pixel.set(LayerId::material, body.built->first_material + look.part[i]);
             pixel.set(LayerId::phase_deg,
                       is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
         }

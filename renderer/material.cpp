@@ -79,6 +79,10 @@ struct Maker {
         check(place, "base_albedo", d.base_albedo, 0, 1);
         return std::make_unique<Ggx>(d);
     }
+    /// The colours come with the body's paint.
+    std::unique_ptr<Material> operator()(const scene::FileMaterials& /*d*/) const {
+        return std::make_unique<Lambert>(scene::Lambert{1});
+    }
     std::unique_ptr<Material> operator()(const scene::Mirror& d) const {
         check(place, "reflectance", d.reflectance, 0, 1);
         return std::make_unique<Mirror>(d);

@@ -216,6 +216,11 @@ Vec3 widen(Vec3f a) {
 // No thread count: Embree would impose it on all of TBB in the process.
 EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
     if (!device_) throw Error(exit_software, "Embree could not be started: no device");
+    const auto count = [](void* counter, ssize_t bytes, bool /*after*/) {
+        static_cast<std::atomic<std::int64_t>*>(counter)->fetch_add(bytes);
+        return true;
+    };
+    rtcSetDeviceMemoryMonitorFunction(device_.get(), count, &bytes_);
     has_16_wide_ = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
 }
 
@@ -225,8 +230,15 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     for (const Vec3f& p : mesh_.vertices)
         bounding_radius_m_ = std::max(bounding_radius_m_, length(widen(p)));
     bounding_radius_m_ *= 1 + 1e-6;
-    // Embree reads vertices 16 bytes at a time: one more than there are keeps the last read inside.
+    // Embree reads vertices 16 bytes at a time: one more than there are keeps the last read inside. Arrays
+    // that grew while they were read give back what they have too much.
+    mesh_.vertices.reserve(vertices + 1);
     mesh_.vertices.emplace_back();
+    mesh_.vertices.shrink_to_fit();
+    mesh_.normals.shrink_to_fit();
+    mesh_.triangles.shrink_to_fit();
+    mesh_.uvs.shrink_to_fit();
+    mesh_.parts.shrink_to_fit();
     RTCGeometry geometry = rtcNewGeometry(device_->get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh_.vertices.data(),
                                0, sizeof(Vec3f), vertices);
@@ -249,6 +261,13 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
         sum += length(cross(widen(mesh_.vertices[t[1]]) - a, widen(mesh_.vertices[t[2]]) - a)) / 2;
         area_sums_m2_.push_back(sum);
     }
+}
+
+std::int64_t MeshShape::bytes() const {
+    const auto size = [](const auto& list) { return list.capacity() * sizeof list[0]; };
+    return static_cast<std::int64_t>(sizeof *this + size(mesh_.vertices) + size(mesh_.normals) +
+                                     size(mesh_.triangles) + size(mesh_.uvs) + size(mesh_.parts) +
+                                     size(area_sums_m2_));
 }
 
 double MeshShape::sampled_area_m2() const {
@@ -334,6 +353,40 @@ void MeshShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32
     }
     flat_surface(corners, rays.direction, hits, out);
     if (smooth) smooth_surface(corners, hits, out);
+}
+
+bool MeshShape::chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& /*surface*/,
+                      ChartPacket& out) const {
+    if (mesh_.uvs.empty()) return false;
+    for (int i = 0; i < packet_size; ++i) {
+        out.u[i] = out.v[i] = 0;
+        out.grad_u.set(i, {});
+        out.grad_v.set(i, {});
+        if (hits.body[i] != body) continue;
+        const auto& t = mesh_.triangles[hits.primitive[i]];
+        const Vec3 a = widen(mesh_.vertices[t[0]]);
+        const Vec3 ab = widen(mesh_.vertices[t[1]]) - a;
+        const Vec3 ac = widen(mesh_.vertices[t[2]]) - a;
+        const auto uv = [&](std::size_t k, std::size_t axis) {
+            return static_cast<double>(mesh_.uvs[t[k]][axis]);
+        };
+        const double u = hits.u[i];
+        const double v = hits.v[i];
+        const double du1 = uv(1, 0) - uv(0, 0);
+        const double du2 = uv(2, 0) - uv(0, 0);
+        const double dv1 = uv(1, 1) - uv(0, 1);
+        const double dv2 = uv(2, 1) - uv(0, 1);
+        out.u[i] = uv(0, 0) + u * du1 + v * du2;
+        out.v[i] = uv(0, 1) + u * dv1 + v * dv2;
+        // Gradients of the barycentric coordinates.
+        const Vec3 n = cross(ab, ac);
+        const double n2 = length_squared(n);
+        const Vec3 grad_1 = cross(ac, n) / n2;
+        const Vec3 grad_2 = cross(n, ab) / n2;
+        out.grad_u.set(i, du1 * grad_1 + du2 * grad_2);
+        out.grad_v.set(i, dv1 * grad_1 + dv2 * grad_2);
+    }
+    return true;
 }
 
 } // namespace obscura::renderer

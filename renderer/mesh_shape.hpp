@@ -6,6 +6,8 @@
 #include "renderer/shape.hpp"
 #include "renderer/triangle_mesh.hpp"
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <type_traits>
 
@@ -16,7 +18,11 @@ class EmbreeDevice {
 public:
     /// Throws Error when Embree cannot start.
     EmbreeDevice();
+    EmbreeDevice(const EmbreeDevice&) = delete;
+    EmbreeDevice& operator=(const EmbreeDevice&) = delete;
 
+    /// What Embree holds at the moment, as it tells.
+    [[nodiscard]] std::int64_t bytes() const { return bytes_.load(); }
     [[nodiscard]] RTCDevice get() const { return device_.get(); }
     [[nodiscard]] bool has_16_wide() const { return has_16_wide_; }
 
@@ -24,6 +30,7 @@ private:
     struct Release {
         void operator()(RTCDevice d) const { rtcReleaseDevice(d); }
     };
+    std::atomic<std::int64_t> bytes_{0}; ///< before the device, which counts in it to its end
     std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
     bool has_16_wide_ = false;
 };
@@ -45,10 +52,18 @@ public:
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;
 
+    bool chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
+               ChartPacket& out) const override;
+    [[nodiscard]] std::size_t part(std::uint32_t primitive) const override {
+        return mesh_.parts.empty() ? 0 : mesh_.parts[primitive];
+    }
+
     [[nodiscard]] double sampled_area_m2() const override;
     void sample_area(double choice, double u, double v, Vec3& position, Vec3& normal) const override;
 
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
+    /// Of the mesh's own arrays; what Embree builds from it counts with the device.
+    [[nodiscard]] std::int64_t bytes() const;
 
 private:
     struct Release {

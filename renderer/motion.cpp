@@ -10,9 +10,14 @@
 namespace obscura::renderer {
 
 Pose pose_at(const scene::Motion& motion, double time_s) {
-    const auto& samples = motion.samples;
     Pose pose;
     if (motion.live && motion.live->at(time_s, pose)) return pose;
+    return scripted_pose(motion, time_s);
+}
+
+Pose scripted_pose(const scene::Motion& motion, double time_s) {
+    const auto& samples = motion.samples;
+    Pose pose;
     if (samples.size() == 1 || time_s <= samples.front().time_s) {
         pose = samples.front().pose;
     } else if (time_s >= samples.back().time_s) {

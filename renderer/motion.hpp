@@ -12,6 +12,9 @@ namespace obscura::renderer {
 /// outside, then turned by the spin about the thing's own axis (angle = rate x time_s).
 [[nodiscard]] Pose pose_at(const scene::Motion& motion, double time_s);
 
+/// The same without what comes from outside.
+[[nodiscard]] Pose scripted_pose(const scene::Motion& motion, double time_s);
+
 /// Throws ConfigError, naming `place`, unless there is a sample, times increase and everything is finite.
 void validate(const scene::Motion& motion, const std::string& place);
 

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 namespace obscura::renderer {
 namespace {
@@ -112,16 +110,6 @@ TriangleMesh parse_obj(std::string_view text, const std::string& name, double me
         text.remove_prefix(std::min(end + 1, text.size()));
     }
     return parser.finish();
-}
-
-TriangleMesh read_obj(const std::filesystem::path& file, double metres_per_unit) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in || std::filesystem::is_directory(file))
-        throw InputError(
-            fmt::format("{}: cannot open: a readable Wavefront OBJ file is wanted", file.string()));
-    std::ostringstream text;
-    text << in.rdbuf();
-    return parse_obj(text.view(), file.string(), metres_per_unit);
 }
 
 } // namespace obscura::renderer

@@ -3,17 +3,14 @@
 
 #include "renderer/triangle_mesh.hpp"
 
-#include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace obscura::renderer {
 
 /// Reads the vertices (`v`) and faces (`f`, any polygon, fanned into triangles; negative indices count back)
-/// of an OBJ file, scaled to metres. Groups, materials, texture coordinates and stored normals are skipped.
-/// Throws InputError with `file:line: what is wrong`.
-[[nodiscard]] TriangleMesh read_obj(const std::filesystem::path& file, double metres_per_unit);
-
-/// The same from memory; `name` stands in for the file in messages.
+/// of an OBJ text, scaled to metres. Groups, materials, texture coordinates and stored normals are skipped.
+/// Throws InputError with `name:line: what is wrong`.
 [[nodiscard]] TriangleMesh parse_obj(std::string_view text, const std::string& name, double metres_per_unit);
 
 } // namespace obscura::renderer

@@ -89,4 +89,17 @@ struct SurfacePacket {
     Lanes outside;       ///< -1 where the ray came from outside
 };
 
+constexpr std::size_t max_channels = 16;
+
+/// What 16 samples carry, one Doubles per channel.
+struct Channels {
+    Doubles v[max_channels];
+};
+
+/// Where the hits of one body lie in its texture, lane by lane.
+struct ChartPacket {
+    Doubles u, v;         ///< u to the right, v down; 1 each across the image
+    Vec3s grad_u, grad_v; ///< their gradients on the surface, body frame, 1/m
+};
+
 } // namespace obscura::renderer

@@ -13,10 +13,6 @@ namespace {
 /// Paths are followed without question up to this many reflections.
 constexpr std::uint32_t certain_bounces = 3;
 
-double colour_of(const BodyState& body, std::size_t channel) {
-    return body.built->colour.empty() ? 1.0 : body.built->colour[channel];
-}
-
 /// Share of a lamp's axial intensity at an angle to its axis.
 double beam_share(const scene::Lamp& lamp, double cos_angle) {
     const double angle = std::acos(std::clamp(cos_angle, -1.0, 1.0));
@@ -63,6 +59,7 @@ struct PathTracer::Paths {
     /// Density with which the direction was drawn; no_hit where no other technique could have found it: the
     /// camera's own rays and mirrored ones.
     Doubles density;
+    Doubles travelled_m; ///< from the camera
 };
 
 /// The hits of one body and what it needs to light them; everything in the body's frame.
@@ -72,6 +69,7 @@ struct PathTracer::Vertex {
     Lanes here; ///< the lanes on this body
     RayPacket view;
     SurfacePacket surface;
+    Channels colour; ///< factor on the material's reflectance
 };
 
 PathTracer::PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun,
@@ -150,9 +148,11 @@ void PathTracer::add_sun(const Vertex& vertex, const Doubles& u, const Doubles& 
     if (!light.active.any()) return;
     block(vertex, false, light);
     for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c) {
-        const double scale = colour_of(vertex.body, c) * sun_radiance_ * lighting_.sun_w_m2[c];
+        const double scale = sun_radiance_ * lighting_.sun_w_m2[c];
         for (int i = 0; i < packet_size; ++i)
-            if (light.active.on[i] != 0) out.v[c][i] += paths.carried.v[c][i] * r[i] * solid_angle[i] * scale;
+            if (light.active.on[i] != 0)
+                out.v[c][i] +=
+                    paths.carried.v[c][i] * r[i] * solid_angle[i] * (vertex.colour.v[c][i] * scale);
     }
 }
 
@@ -181,9 +181,10 @@ void PathTracer::add_lamps(const Vertex& vertex, const Paths& paths, Channels& o
         if (!light.active.any()) continue;
         block(vertex, true, light);
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c) {
-            const double scale = colour_of(vertex.body, c) * lamp.intensity_w_sr[c];
             for (int i = 0; i < packet_size; ++i)
-                if (light.active.on[i] != 0) out.v[c][i] += paths.carried.v[c][i] * r[i] * share[i] * scale;
+                if (light.active.on[i] != 0)
+                    out.v[c][i] += paths.carried.v[c][i] * r[i] * share[i] *
+                                   (vertex.colour.v[c][i] * lamp.intensity_w_sr[c]);
         }
     }
 }
@@ -246,7 +247,7 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& choice, con
         const std::vector<double>& emission =
             row_.bodies[static_cast<std::size_t>(source[i])].built->emission;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-            out.v[c][i] += paths.carried.v[c][i] * value * colour_of(vertex.body, c) * emission[c];
+            out.v[c][i] += paths.carried.v[c][i] * value * vertex.colour.v[c][i] * emission[c];
     }
 }
 
@@ -295,8 +296,29 @@ void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& 
         next.origin.set(i, vertex.body.to_inertial * vertex.surface.shadow_origin.lane(i));
         next.direction.set(i, vertex.body.to_inertial * in.lane(i));
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-            next.carried.v[c][i] *= scale[i] * colour_of(vertex.body, c);
+            next.carried.v[c][i] *= scale[i] * vertex.colour.v[c][i];
     }
+}
+
+void PathTracer::colour(const HitPacket& hits, const Paths& paths, Vertex& vertex) const {
+    const BuiltBody& built = *vertex.body.built;
+    const std::size_t channels = lighting_.sun_w_m2.size();
+    if (!built.paint) {
+        for (std::size_t c = 0; c < channels; ++c)
+            for (int i = 0; i < packet_size; ++i)
+                vertex.colour.v[c][i] = built.colour.empty() ? 1.0 : built.colour[c];
+        return;
+    }
+    // Bounced rays are taken to be as wide as a camera ray that has come as far.
+    Doubles width_m;
+    for (int i = 0; i < packet_size; ++i)
+        width_m[i] = vertex.here.on[i] != 0 ? (paths.travelled_m[i] + hits.t[i]) * ray_width_rad_ : 0.0;
+    built.paint->apply(*vertex.body.shape, vertex.view, hits, vertex.index, width_m, channels, vertex.surface,
+                       vertex.colour);
+    if (built.colour.empty()) return;
+    for (std::size_t c = 0; c < channels; ++c)
+        for (int i = 0; i < packet_size; ++i)
+            vertex.colour.v[c][i] *= built.colour[c];
 }
 
 void PathTracer::radiance(const Vec3s& direction, const HitPacket& first_hits, SampleStream& random,
@@ -314,6 +336,7 @@ void PathTracer::radiance(const Vec3s& direction, const HitPacket& first_hits, S
         paths.anchor[i] = -1;
         paths.alive.on[i] = first_hits.body[i] >= 0 ? -1 : 0;
         paths.density[i] = no_hit;
+        paths.travelled_m[i] = 0;
     }
     const auto rays_in = [&](const BodyState& body, RayPacket& rays) {
         const Mat3 from_inertial = transposed(body.to_inertial);
@@ -347,7 +370,7 @@ void PathTracer::radiance(const Vec3s& direction, const HitPacket& first_hits, S
         for (int lane = 0; lane < packet_size; ++lane) {
             if (left.on[lane] == 0) continue;
             const std::int32_t index = hits.body[lane];
-            Vertex vertex{index, row_.bodies[static_cast<std::size_t>(index)], {}, {}, {}};
+            Vertex vertex{index, row_.bodies[static_cast<std::size_t>(index)], {}, {}, {}, {}};
             for (int i = 0; i < packet_size; ++i) {
                 const bool here = left.on[i] != 0 && hits.body[i] == index;
                 vertex.here.on[i] = here ? -1 : 0;
@@ -357,6 +380,7 @@ void PathTracer::radiance(const Vec3s& direction, const HitPacket& first_hits, S
             vertex.body.shape->surface(vertex.view, hits, index, vertex.surface);
             meet_light(index, vertex, hits, paths, out);
             if (vertex.body.material == nullptr) continue;
+            colour(hits, paths, vertex);
             if (vertex.body.material->mirror_reflectance() < 0) {
                 if (lighting_.has_sun()) add_sun(vertex, sun_u, sun_v, paths, out);
                 add_lamps(vertex, paths, out);
@@ -379,6 +403,8 @@ void PathTracer::radiance(const Vec3s& direction, const HitPacket& first_hits, S
             }
         if (!paths.alive.any()) return;
 
+        for (int i = 0; i < packet_size; ++i)
+            if (hits.body[i] >= 0) paths.travelled_m[i] += hits.t[i];
         hits.clear();
         counts_.rays += static_cast<std::uint64_t>(paths.alive.count());
         RayPacket rays;

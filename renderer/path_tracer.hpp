@@ -52,6 +52,8 @@ private:
     void add_lamps(const Vertex& vertex, const Paths& paths, Channels& out);
     void add_area_light(const Vertex& vertex, const Doubles& choice, const Doubles& u, const Doubles& v,
                         const Paths& paths, bool weighted, Channels& out);
+    /// What the body's colours and textures multiply its reflectance by; turns normals by its normal map.
+    void colour(const HitPacket& hits, const Paths& paths, Vertex& vertex) const;
     void scatter(const Vertex& vertex, const Doubles& u, const Doubles& v, Paths& next) const;
     void block(const Vertex& vertex, bool all_bodies, RayPacket& light);
 

@@ -3,6 +3,7 @@
 #include "renderer/block_tracer.hpp"
 #include "renderer/build.hpp"
 #include "renderer/footprint.hpp"
+#include "renderer/kinematics.hpp"
 #include "renderer/lattice.hpp"
 #include "renderer/layers.hpp"
 #include "renderer/motion.hpp"
@@ -30,6 +31,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -122,8 +124,9 @@ struct Renderer::Impl {
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
         lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
         plain = settings.max_bounces == 0 && scene.lamps.empty() &&
-                std::all_of(bodies.begin(), bodies.end(),
-                            [](const BuiltBody& b) { return b.colour.empty() && b.emission.empty(); });
+                std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
+                    return b.colour.empty() && b.emission.empty() && (!b.paint || b.paint->grey());
+                });
     }
 
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled.
@@ -211,11 +214,14 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
 
 template<typename Use>
 void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
+    const double ray_width_rad = lens->pixel_angle_rad() / std::sqrt(settings.samples_per_pixel);
     if (plain) {
         Tracer tracer(s.row, scene.sun, s.counts);
+        tracer.set_ray_width(ray_width_rad);
         use(tracer);
     } else {
         PathTracer tracer(s.row, lighting, scene.sun, s.counts);
+        tracer.set_ray_width(ray_width_rad);
         use(tracer);
     }
 }
@@ -266,6 +272,13 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
                 for (std::size_t c = 0; c < tracer.channels(); ++c)
                     s.light[c * static_cast<std::size_t>(request.window.width) +
                             static_cast<std::size_t>(column)] = result.mean[c][i];
+            if (result.covered[i] && column >= 0 && column < request.window.width) {
+                const std::size_t at = static_cast<std::size_t>(y - request.window.y - request.first_row) *
+                                           static_cast<std::size_t>(request.window.width) +
+                                       static_cast<std::size_t>(column);
+                if (!request.samples.empty()) request.samples[at] = static_cast<float>(result.samples[i]);
+                if (!request.variance.empty()) request.variance[at] = static_cast<float>(result.variance[i]);
+            }
         }
     }
 }
@@ -296,6 +309,7 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     const double one_minus_cos = sine * sine / (1 + body.cos_cone);
     const SeedWords seeds = seed_words(settings.seed, request.frame_id, SamplePurpose::body, index, 0);
     const double weight = body.solid_angle_sr / samples_per_target;
+    tracer.set_ray_width(std::sqrt(weight));
     for (std::uint32_t first = 0; first < samples_per_target; first += packet_size) {
         Words sample;
         Words seed0;
@@ -394,6 +408,11 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
     const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
     set_row_state(scene, bodies, *lens, footprint, settings.samples_per_pixel, time_s, s.row);
     s.starlight.assign(width * scene.bands.size(), 0);
+    const auto row_of = [&](std::span<float> plane) {
+        return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
+    };
+    for (const std::span<float> plane : {row_of(request.samples), row_of(request.variance)})
+        std::fill(plane.begin(), plane.end(), 0.0F);
     with_tracer(s, [&](Tracer& tracer) {
         s.light.assign(width * tracer.channels(), 0);
         trace_pixels(request, y, band, tracer, s);
@@ -407,6 +426,16 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
             const double solid_angle_sr = lens->solid_angle_sr(request.window.x + static_cast<double>(x), y);
             s.per_pixel[x] = solid_angle_sr > 0 ? 1 / solid_angle_sr : 0;
         }
+    if (!request.variance.empty()) {
+        const double unit = plain ? std::accumulate(sun_w_m2.begin(), sun_w_m2.end(), 0.0) /
+                                        static_cast<double>(sun_w_m2.size())
+                                  : 1;
+        const std::span<float> row = row_of(request.variance);
+        for (std::size_t x = 0; x < width; ++x) {
+            const double scale = unit * s.per_pixel[x];
+            row[x] = static_cast<float>(static_cast<double>(row[x]) * scale * scale);
+        }
+    }
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {
         float* out = irradiance.data() +
                      (b * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
@@ -454,15 +483,28 @@ bool Renderer::render_layers(const RenderRequest& request, std::span<float> laye
         set_row_state(impl_->scene, impl_->bodies, *impl_->lens, impl_->footprint,
                       impl_->settings.samples_per_pixel, time_s, s.row);
         trace_layers(*impl_->lens, s.row, request.window.x, request.window.y + request.first_row + r,
-                     request.window.width, s.candidates, layers.data() + static_cast<std::size_t>(r) * width,
-                     plane);
+                     request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,
+                     layers.data() + static_cast<std::size_t>(r) * width, plane);
     });
 }
 
 const char* layer_name(LayerId layer) {
-    constexpr std::array<const char*, layer_count> names{
-        "body",         "range_m",       "depth_m",   "normal.x",      "normal.y",     "normal.z",
-        "latitude_deg", "longitude_deg", "slope_deg", "incidence_deg", "emission_deg", "phase_deg"};
+    constexpr std::array<const char*, layer_count> names{"body",
+                                                         "range_m",
+                                                         "depth_m",
+                                                         "normal.x",
+                                                         "normal.y",
+                                                         "normal.z",
+                                                         "latitude_deg",
+                                                         "longitude_deg",
+                                                         "slope_deg",
+                                                         "incidence_deg",
+                                                         "emission_deg",
+                                                         "phase_deg",
+                                                         "u",
+                                                         "v",
+                                                         "albedo",
+                                                         "material"};
     return names[static_cast<std::size_t>(layer)];
 }
 
@@ -479,7 +521,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
         body.name.fill('\0');
         const std::string& name = bodies[i].name;
         std::copy_n(name.begin(), std::min(name.size(), body.name.size() - 1), body.name.begin());
-        body.pose = pose_at(bodies[i].motion, time_s);
+        body.pose = body_pose(impl_->bodies, i, time_s);
     }
 }
 

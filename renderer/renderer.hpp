@@ -46,6 +46,10 @@ struct RenderRequest {
     std::int32_t rows = 0;
     std::span<const RowTime> row_times; ///< one per requested row; the row is seen at its mid-exposure
     std::uint64_t frame_id = 0;         ///< decorrelates the sampling of successive frames
+    /// Where they are wanted, rows x window.width each: how many samples each pixel got, and the estimated
+    /// variance of the mean of its bands, in the square of the image's unit. Bodies smaller than pixels and
+    /// stars are not in them.
+    std::span<float> samples{}, variance{};
 };
 
 /// Truth maps: the geometry behind the centre of each pixel.
@@ -62,8 +66,12 @@ enum class LayerId : std::uint8_t {
     incidence_deg, ///< between the normal and the centre of the Sun
     emission_deg,  ///< between the normal and the camera
     phase_deg,     ///< Sun, surface, camera
+    u,             ///< texture coordinates, right and down; NaN where the body has none
+    v,
+    albedo,   ///< normal albedo, pi times the reflectance at no incidence, emission and phase, first band
+    material, ///< the materials of all bodies in order, from 1; one more than those: the Sun
 };
-constexpr std::size_t layer_count = 12;
+constexpr std::size_t layer_count = 16;
 /// Names for files: "body", "range_m", ...
 [[nodiscard]] const char* layer_name(LayerId layer);
 

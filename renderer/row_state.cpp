@@ -1,6 +1,7 @@
 #include "renderer/row_state.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "renderer/kinematics.hpp"
 #include "renderer/motion.hpp"
 
 #include <algorithm>
@@ -48,7 +49,8 @@ double reference_radiance(const BodyState& s) {
     }
     Doubles r;
     s.material->reflectance(scatter, r);
-    return r[0] * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
+    const double factor = s.built->paint ? s.built->paint->typical() : 1;
+    return r[0] * factor * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
 }
 
 } // namespace
@@ -78,7 +80,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const BuiltBody& built = bodies[i];
         BodyState& s = row.bodies[i];
-        const Pose pose = pose_at(built.motion, time_s);
+        const Pose pose = body_pose(bodies, i, time_s);
         s.shape = built.shape.get();
         s.material = built.material.get();
         s.built = &built;

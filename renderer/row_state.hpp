@@ -5,6 +5,7 @@
 #include "core/scene.hpp"
 #include "renderer/footprint.hpp"
 #include "renderer/material.hpp"
+#include "renderer/paint.hpp"
 #include "renderer/projection.hpp"
 #include "renderer/shape.hpp"
 
@@ -19,8 +20,12 @@ struct BuiltBody {
     std::shared_ptr<const Shape> shape;
     std::shared_ptr<const Material> material; ///< none: the body is the Sun
     scene::Motion motion;
-    std::vector<double> colour;   ///< see scene::Body
-    std::vector<double> emission; ///< see scene::Body
+    std::vector<double> colour;         ///< see scene::Body
+    std::vector<double> emission;       ///< see scene::Body
+    std::shared_ptr<const Paint> paint; ///< none: the same all over
+    std::int32_t parent = -1;           ///< index of the body whose frame the motion is in; -1: inertial
+    scene::Joint joint;
+    std::uint32_t first_material = 0; ///< number of its first material among those of all bodies, from 1
 };
 
 /// A body at the row's instant.

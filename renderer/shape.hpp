@@ -29,6 +29,15 @@ public:
     virtual void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                          SurfacePacket& out) const = 0;
 
+    /// Texture coordinates of the shape's own at the hits of `body`, whose `surface` has been filled; false:
+    /// it has none.
+    virtual bool chart(const HitPacket& /*hits*/, std::int32_t /*body*/, const SurfacePacket& /*surface*/,
+                       ChartPacket& /*out*/) const {
+        return false;
+    }
+    /// Which of the shape's materials a primitive is made of.
+    [[nodiscard]] virtual std::size_t part(std::uint32_t /*primitive*/) const { return 0; }
+
     /// Area over which points can be drawn uniformly, m2; 0: not offered.
     [[nodiscard]] virtual double sampled_area_m2() const { return 0; }
     /// A point of that area and the outer normal there, from `choice`, u, v in [0,1).

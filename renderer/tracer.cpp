@@ -75,6 +75,13 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
         return;
     }
 
+    Channels factor;
+    if (body.built->paint) {
+        Doubles width_m;
+        for (int i = 0; i < packet_size; ++i)
+            width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad_ : 0.0;
+        body.built->paint->apply(*body.shape, view, hits, index, width_m, 1, surface, factor);
+    }
     RayPacket shadow;
     Doubles solid_angle;
     sample_sun(surface.position, body.sun_m, sun_, u, v, shadow.direction, solid_angle);
@@ -82,6 +89,9 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
     scatter_angles(surface, view.direction, shadow.direction, scatter);
     Doubles r;
     body.material->reflectance(scatter, r);
+    if (body.built->paint)
+        for (int i = 0; i < packet_size; ++i)
+            r[i] *= factor.v[0][i];
 
     for (int i = 0; i < packet_size; ++i) {
         // Light does not get into a body that is met from inside.

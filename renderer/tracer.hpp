@@ -16,13 +16,6 @@ struct RayCounts {
     std::uint64_t samples = 0;
 };
 
-constexpr std::size_t max_channels = 16;
-
-/// What 16 samples carry, one Doubles per channel.
-struct Channels {
-    Doubles v[max_channels];
-};
-
 /// The angles that a scattering law asks for, from unit vectors in one frame: `view` towards the surface,
 /// `light` away from it.
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
@@ -49,6 +42,10 @@ public:
     /// direction to the Sun's disc. 0 where there is no hit.
     virtual void radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random, Channels& out);
 
+    /// How wide the camera's rays are in what follows: the angle between neighbouring samples, for filtering
+    /// textures.
+    void set_ray_width(double ray_width_rad) { ray_width_rad_ = ray_width_rad; }
+
     void count_samples(const Lanes& active) { counts_.samples += static_cast<std::uint64_t>(active.count()); }
 
 protected:
@@ -59,6 +56,7 @@ protected:
     const scene::Sun& sun_;
     double sun_radiance_;
     RayCounts& counts_;
+    double ray_width_rad_ = 0;
 
 private:
     void reflect(std::int32_t body, const Vec3s& direction, const HitPacket& hits, const Doubles& u,

@@ -32,10 +32,18 @@ void validate(TriangleMesh& mesh, const std::string& source) {
             if (index >= mesh.vertices.size())
                 throw InputError(fmt::format("{}: face {} uses vertex {}: there are {}", source, i + 1,
                                              index + 1, mesh.vertices.size()));
-    std::erase_if(mesh.triangles, [&](const std::array<std::uint32_t, 3>& t) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const auto& t = mesh.triangles[i];
         const Vec3 a = widen(mesh.vertices[t[0]]);
-        return length_squared(cross(widen(mesh.vertices[t[1]]) - a, widen(mesh.vertices[t[2]]) - a)) == 0;
-    });
+        // Less has no direction even in double precision.
+        if (length_squared(cross(widen(mesh.vertices[t[1]]) - a, widen(mesh.vertices[t[2]]) - a)) < 1e-280)
+            continue;
+        if (!mesh.parts.empty()) mesh.parts[kept] = mesh.parts[i];
+        mesh.triangles[kept++] = t;
+    }
+    mesh.triangles.resize(kept);
+    if (!mesh.parts.empty()) mesh.parts.resize(kept);
     if (mesh.triangles.empty())
         throw InputError(fmt::format("{}: every triangle has zero area: nothing could be seen", source));
 }

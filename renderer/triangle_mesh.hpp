@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,22 @@ struct Vec3f {
     float x = 0, y = 0, z = 0;
 };
 
+/// A material as a mesh file describes it.
+struct MeshMaterial {
+    std::string name;
+    std::array<float, 3> diffuse{0.6F, 0.6F, 0.6F};       ///< red, green, blue reflectance
+    std::filesystem::path albedo_texture, normal_texture; ///< empty: none
+};
+
 /// Vertices in metres, in the body's frame; triangles wind counter-clockwise seen from outside.
 struct TriangleMesh {
     std::vector<Vec3f> vertices;
     std::vector<Vec3f> normals; ///< one per vertex, unit; empty: flat
     std::vector<std::array<std::uint32_t, 3>> triangles;
+    /// One per vertex, texture coordinates: u to the right, v down from the image's first row; empty: none.
+    std::vector<std::array<float, 2>> uvs;
+    std::vector<std::uint16_t> parts; ///< one per triangle, index into `materials`; empty: all 0
+    std::vector<MeshMaterial> materials;
 };
 
 /// Throws InputError (`source: what is wrong`) unless the mesh has triangles, all indices are in range and

@@ -62,9 +62,10 @@ public:
         line.flag("--resume", resume_, "Leave frames alone whose file is there already");
         line.number("--time-budget", &budget_s_, "S",
                     "Repeat and average each frame for about so long, at least once (0: once)", 0, 1e6);
-        line.flag(
-            "--layers", layers_,
-            "EXR only: range, depth, normals, body, latitude, longitude, slope and angles as further layers");
+        line.flag("--layers", layers_,
+                  "EXR and FITS: body, range, depth, normals, latitude, longitude, slope, angles, texture "
+                  "coordinates, "
+                  "albedo, material, samples and variance as further layers or image units");
         line.flag("--json", json_, "Print one JSON object with the figures of the run");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
@@ -76,9 +77,9 @@ public:
 
     int run() override {
         const Writer write = writer();
-        if (layers_ && write != &Render::write_exr)
-            throw UsageError(
-                fmt::format("obscura render: --layers with --output {}: the name must end in .exr", output_));
+        if (layers_ && write == &Render::write_png)
+            throw UsageError(fmt::format(
+                "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
         std::int32_t width = 0, height = 0;
         if (!size_.empty()) parse_size(size_, width, height);
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
@@ -170,6 +171,11 @@ private:
         const auto start = Clock::now();
         // Passes must not repeat each other's random numbers, nor those of other frames.
         constexpr std::uint64_t pass_stride = std::uint64_t{1} << 24;
+        passes_ = 0;
+        if (layers_) {
+            samples_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+            variance_.resize(samples_.size());
+        }
         std::uint64_t rows_before = (frame.number - 1) * static_cast<std::uint64_t>(height);
         if (!fill(renderer, width, height, frame.number, frame.time_s, rows_before, progress, image))
             return false;
@@ -186,6 +192,9 @@ private:
                            [](double a, float b) { return a + static_cast<double>(b); });
             ++passes_;
         }
+        // Of the mean of the passes.
+        for (float& v : variance_)
+            v /= static_cast<float>(passes_ * passes_);
         std::transform(sum.begin(), sum.end(), image.begin(),
                        [this](double v) { return static_cast<float>(v / static_cast<double>(passes_)); });
         return true;
@@ -200,9 +209,10 @@ private:
             fmt::format("obscura render: --output {}: the name must end in .exr, .fits or .png", output_));
     }
 
-    static bool fill(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
-                     std::uint64_t frame_id, double time_s, std::uint64_t rows_before, Progress& progress,
-                     std::vector<float>& image) {
+    bool fill(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+              std::uint64_t frame_id, double time_s, std::uint64_t rows_before, Progress& progress,
+              std::vector<float>& image) {
+        const bool first_pass = passes_ == 0;
         constexpr std::int32_t band_rows = 16;
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::size_t planes = image.size() / plane;
@@ -220,7 +230,18 @@ private:
             const std::size_t values =
                 static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(width);
             band.resize(values * planes);
+            if (layers_) {
+                band_samples_.resize(values);
+                band_variance_.resize(values);
+                request.samples = band_samples_;
+                request.variance = band_variance_;
+            }
             renderer.render(request, band);
+            const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+            for (std::size_t i = 0; layers_ && i < values; ++i) {
+                samples_[at + i] = band_samples_[i] + (first_pass ? 0.0F : samples_[at + i]);
+                variance_[at + i] = band_variance_[i] + (first_pass ? 0.0F : variance_[at + i]);
+            }
             for (std::size_t p = 0; p < planes; ++p)
                 std::copy_n(band.begin() + static_cast<std::ptrdiff_t>(p * values), values,
                             image.begin() + static_cast<std::ptrdiff_t>(p * plane) +
@@ -257,6 +278,21 @@ private:
         return out;
     }
 
+    /// The layers that were asked for, with their units.
+    [[nodiscard]] std::vector<transports::FitsPlane> layers(std::int32_t width, std::int32_t height) const {
+        std::vector<transports::FitsPlane> out;
+        if (!layers_) return out;
+        const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        for (std::size_t k = 0; k < renderer::layer_count; ++k) {
+            const std::string name = renderer::layer_name(static_cast<renderer::LayerId>(k));
+            const char* unit = name.ends_with("_m") ? "m" : name.ends_with("_deg") ? "deg" : "";
+            out.push_back({name, unit, std::span(layer_values_).subspan(k * plane, plane)});
+        }
+        out.push_back({"samples", "", samples_});
+        out.push_back({"variance", radiance_ ? "W2 m-4 sr-2" : "W2 m-4", variance_});
+        return out;
+    }
+
     void write_exr(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                    const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
         std::vector<transports::ExrChannel> channels = irradiance_channels(image, bands);
@@ -265,22 +301,15 @@ private:
                 channel.name.replace(0, channel.name.find('.'), "radiance");
                 channel.unit = "W m-2 sr-1";
             }
-        const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-        for (std::size_t k = 0; layers_ && k < renderer::layer_count; ++k) {
-            const std::string name = renderer::layer_name(static_cast<renderer::LayerId>(k));
-            const auto ends = [&](std::string_view end) { return name.ends_with(end); };
-            channels.push_back({name,
-                                ends("_m")     ? "m"
-                                : ends("_deg") ? "deg"
-                                               : "",
-                                std::span(layer_values_).subspan(k * plane, plane)});
-        }
+        for (const transports::FitsPlane& layer : layers(width, height))
+            channels.push_back({layer.name, layer.unit, layer.values});
         transports::write_exr(frame.file, width, height, channels, cards(frame, bands));
     }
     void write_fits(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                     const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
         transports::write_fits_float(frame.file, width, height, static_cast<std::int32_t>(bands.size()),
-                                     image, radiance_ ? "W m-2 sr-1" : "W m-2", cards(frame, bands));
+                                     image, radiance_ ? "W m-2 sr-1" : "W m-2", cards(frame, bands),
+                                     layers(width, height));
     }
     void write_png(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                    const std::vector<scene::SpectralBand>& bands, const std::vector<float>& image) const {
@@ -293,7 +322,7 @@ private:
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;
     bool trajectory_ = false, resume_ = false;
-    std::vector<float> layer_values_;
+    std::vector<float> layer_values_, samples_, variance_, band_samples_, band_variance_;
     bool layers_ = false, radiance_ = false, json_ = false;
 };
 

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace obscura::transports {
 
@@ -22,5 +24,16 @@ void write_fits16(const std::filesystem::path& file, std::int32_t width, std::in
 void write_fits_float(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
                       std::int32_t planes, std::span<const float> values, std::string_view unit,
                       const Cards& cards);
+
+/// One image of a file with several.
+struct FitsPlane {
+    std::string name; ///< EXTNAME
+    std::string unit;
+    std::span<const float> values;
+};
+/// The same, with further images behind the first, each a unit of its own.
+void write_fits_float(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
+                      std::int32_t planes, std::span<const float> values, std::string_view unit,
+                      const Cards& cards, const std::vector<FitsPlane>& further);
 
 } // namespace obscura::transports

@@ -67,6 +67,80 @@ TEST_CASE("Layers tell the geometry behind each pixel") {
     }
 }
 
+TEST_CASE("Layers tell albedo, material and texture coordinates; samples and variance come with the light") {
+    scene::Scene s = sphere_scene(scene::Hapke{0.3, 0.3, 0.5}, 0.3, 12, 32);
+    s.bodies[0].colour = {0.5};
+    s.bodies.push_back({"disc", scene::Disc{300, 100}, scene::Lambert{0.25}, {}});
+    s.bodies[1].motion.samples[0].pose = {{-600, 0, 0}, axis_angle({0, 1, 0}, std::numbers::pi / 2)};
+    const renderer::Renderer r(s, {16, 2, 1});
+    const std::vector<float> layers = layers_of(r, {0, 0, 32, 32});
+    const auto value = [&](LayerId layer, std::size_t i) {
+        return static_cast<double>(layers[static_cast<std::size_t>(layer) * 32 * 32 + i]);
+    };
+    // Hapke's smooth surface at no angles: w/8 [p(0) + H(1)^2 - 1], H of Hapke (2002) worked out by hand.
+    const double gamma = std::sqrt(0.7);
+    const double r0 = (1 - gamma) / (1 + gamma);
+    const double h = 1 / (1 - 0.3 * (r0 + (1 - 2 * r0) / 2 * std::log(2)));
+    const auto lobe = [](double c, double sign) { return c * 0.91 / std::pow(1.09 - sign * 0.6, 1.5); };
+    const double p = lobe(0.75, 1) + lobe(0.25, -1);
+    const double wanted = 0.5 * std::numbers::pi * 0.3 / (8 * std::numbers::pi) * (p + h * h - 1);
+    int ball = 0;
+    int disc = 0;
+    for (std::size_t i = 0; i < 32 * 32; ++i) {
+        if (value(LayerId::body, i) == 1) {
+            CHECK_THAT(value(LayerId::albedo, i), WithinRel(wanted, 1e-5));
+            CHECK(value(LayerId::material, i) == 1);
+            CHECK(std::isnan(value(LayerId::u, i)));
+            ++ball;
+        } else if (value(LayerId::body, i) == 2) {
+            CHECK_THAT(value(LayerId::albedo, i), WithinRel(0.25, 1e-6));
+            CHECK(value(LayerId::material, i) == 2);
+            CHECK(value(LayerId::v, i) >= 0);
+            CHECK(value(LayerId::v, i) <= 1);
+            ++disc;
+        }
+    }
+    CHECK(ball > 200);
+    CHECK(disc > 20);
+
+    const std::vector<RowTime> times(32);
+    std::vector<float> image(32 * 32);
+    std::vector<float> samples(32 * 32, -1);
+    std::vector<float> variance(32 * 32, -1);
+    renderer::RenderRequest request;
+    request.window = {0, 0, 32, 32};
+    request.rows = 32;
+    request.row_times = times;
+    request.samples = samples;
+    request.variance = variance;
+    // The estimate against what frames of different seeds do.
+    constexpr int frames = 60;
+    std::vector<double> sum(32 * 32);
+    std::vector<double> square(32 * 32);
+    std::vector<double> estimate(32 * 32);
+    for (int f = 0; f < frames; ++f) {
+        request.frame_id = static_cast<std::uint64_t>(f);
+        CHECK(r.render(request, image));
+        for (std::size_t i = 0; i < image.size(); ++i) {
+            sum[i] += static_cast<double>(image[i]);
+            square[i] += static_cast<double>(image[i]) * static_cast<double>(image[i]);
+            estimate[i] += static_cast<double>(variance[i]) / frames;
+        }
+    }
+    CHECK(samples[0] == 0);
+    CHECK(variance[0] == 0);
+    CHECK(samples[16 * 32 + 16] >= 16);
+    double seen = 0;
+    double told = 0;
+    for (std::size_t i = 0; i < image.size(); ++i) {
+        seen += (square[i] - sum[i] * sum[i] / frames) / (frames - 1);
+        told += estimate[i];
+    }
+    // Sobol points do better than the n^-3/2 that the estimate counts on, or not quite as well.
+    CHECK(told / seen > 0.2);
+    CHECK(told / seen < 5);
+}
+
 TEST_CASE("Layers of a window are the crop of the whole, and follow a body that turns") {
     scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.5, 30, 80);
     s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 3, 4};

@@ -1,11 +1,11 @@
 // Image readers against the writers' own independent checks, hostile files, and registration against shifts
 // that are known because they were put in.
 #include "core/error.hpp"
+#include "images/image.hpp"
+#include "images/pds_label.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "images/image.hpp"
-#include "images/pds_label.hpp"
 #include "tools/images/registration.hpp"
 #include "tools/import/near_msi.hpp"
 #include "tools/import/utc.hpp"
@@ -20,9 +20,9 @@
 using namespace obscura;
 using namespace obscura::tools;
 using namespace obscura::images;
-using obscura::images::Image;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
+using obscura::images::Image;
 
 namespace {
 
@@ -203,6 +203,42 @@ TEST_CASE("PDS3 images, attached and detached, in every sample type") {
     CHECK(
         refusal("PDS_VERSION_ID = PDS3\nOBJECT = IMAGE\n LINES = 9999999\n LINE_SAMPLES = 9999999\nEND\n") ==
         "x.lbl: an image of 9999999 x 9999999 pixels, allowed 1 to 268435456 altogether");
+}
+
+TEST_CASE("TIFF and JPEG pictures are read, and their colours one by one") {
+    // Written without this project: by plain byte lists, and by libjpeg with (10 x + y) in each sample.
+    const std::filesystem::path corpus = OBSCURA_SOURCE_DIR "/tests/fuzz/texture_corpus";
+    const Image grey = read_image(corpus / "grey.tif");
+    CHECK(grey.width == 4);
+    CHECK(grey.height == 3);
+    CHECK(grey.full_scale == 255);
+    for (std::size_t i = 0; i < 12; ++i)
+        CHECK(grey.values[i] == static_cast<double>(i));
+    CHECK(read_image(corpus / "float.tif").values == std::vector<double>{0, 0.5, 0.25, 1});
+    CHECK(colour_planes(corpus / "rgb16.tif") == std::vector<std::string>{"red", "green", "blue"});
+    CHECK(colour_planes(corpus / "grey.tif") == std::vector<std::string>{""});
+    const Image blue = read_image(corpus / "rgb16.tif", "blue");
+    CHECK(blue.full_scale == 65535);
+    CHECK(blue.values == std::vector<double>{0x0504, 0x0B0A, 0x1110, 0x1716});
+    CHECK(colour_planes(corpus / "cube.fits") == std::vector<std::string>{"0", "1", "2"});
+    CHECK(colour_planes(corpus / "rgb.png").size() == 3);
+    CHECK(colour_planes(corpus / "rgb.jpg").size() == 3);
+    const Image jpeg = read_image(corpus / "grey.jpg");
+    CHECK(jpeg.width == 8);
+    CHECK(jpeg.height == 4);
+    for (std::int32_t y = 0; y < 4; ++y)
+        for (std::int32_t x = 0; x < 8; ++x)
+            CHECK_THAT(jpeg.at(x, y), WithinAbs(10 * x + y, 4));
+    const Image red = read_image(corpus / "rgb.jpg", "red");
+    for (std::int32_t x = 0; x < 7; ++x)
+        CHECK_THAT(red.at(x, 2), WithinAbs(30 * x + 2, 20));
+    try {
+        (void)read_image(corpus / "grey.jpg", "0");
+        FAIL("accepted");
+    } catch (const InputError& error) {
+        CHECK(std::string(error.what()).find("grey.jpg: no plane \"0\", allowed red, green, blue") !=
+              std::string::npos);
+    }
 }
 
 TEST_CASE("broken and hostile image files are refused with one line") {

@@ -1,0 +1,14 @@
+// Bodies that hang on bodies: where each is in the inertial frame.
+#pragma once
+
+#include "renderer/row_state.hpp"
+
+#include <span>
+
+namespace obscura::renderer {
+
+/// The inertial pose of a body: its motion and its joint, in its parent's frame, and so on up to a body
+/// without a parent. The parents must form no circle (core/scene_tree.hpp).
+[[nodiscard]] Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
+
+} // namespace obscura::renderer

@@ -1,0 +1,138 @@
+// Bodies on bodies: poses against matrices multiplied out, joints from tables and from outside, instances.
+#include "core/error.hpp"
+#include "core/scene_tree.hpp"
+#include "renderer/build.hpp"
+#include "renderer/kinematics.hpp"
+#include "support.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+using namespace obscura;
+using namespace obscura::renderer;
+using namespace obscura::test;
+using Catch::Matchers::WithinAbs;
+
+namespace {
+
+scene::Body box(const std::string& name, Vec3 size, const std::string& parent = {}) {
+    scene::Body b{name, scene::Box{size}, scene::Lambert{0.5}, {}};
+    b.parent = parent;
+    return b;
+}
+
+std::string refusal(const std::vector<scene::Body>& bodies) {
+    try {
+        (void)scene::parents_of(bodies);
+    } catch (const ConfigError& e) {
+        return e.what();
+    }
+    return "accepted";
+}
+
+void check_near(Vec3 a, Vec3 b, double tolerance = 1e-12) {
+    CHECK_THAT(a.x, WithinAbs(b.x, tolerance));
+    CHECK_THAT(a.y, WithinAbs(b.y, tolerance));
+    CHECK_THAT(a.z, WithinAbs(b.z, tolerance));
+}
+
+class FixedPose final : public scene::LivePose {
+public:
+    explicit FixedPose(Pose pose) : pose_(pose) {}
+    bool at(double /*time_s*/, Pose& pose) const noexcept override {
+        pose = pose_;
+        return true;
+    }
+
+private:
+    Pose pose_;
+};
+
+} // namespace
+
+TEST_CASE("An arm of three links stands where plane trigonometry puts it") {
+    // Upper arm on a turning base, forearm 2 m along it on a hinge, a slide at the forearm's end.
+    scene::Scene s;
+    s.bodies = {box("hand", {1, 1, 1}, "forearm"), box("base", {1, 1, 1}), box("forearm", {1, 1, 1}, "base")};
+    s.bodies[1].motion.samples[0].pose.position_m = {10, 20, 30};
+    s.bodies[1].motion.spin_axis = {0, 0, 1};
+    s.bodies[1].motion.spin_rate_rad_s = 0.1;
+    s.bodies[2].motion.samples[0].pose.position_m = {2, 0, 0};
+    s.bodies[2].joint = {scene::Joint::Kind::hinge, {0, 0, 5}, {{0, 0}, {10, 1}}};
+    s.bodies[0].motion.samples[0].pose.position_m = {3, 0, 0};
+    s.bodies[0].joint = {scene::Joint::Kind::slide, {0, 2, 0}, {{2, 0.5}, {4, 1.5}}};
+    const std::vector<BuiltBody> built = build_bodies(s);
+    for (const double t : {-1.0, 0.0, 3.0, 7.0, 12.0}) {
+        const double base = 0.1 * t;
+        const double fore = base + std::clamp(t / 10, 0.0, 1.0);
+        const double slid = std::clamp(0.5 + (t - 2) / 2, 0.5, 1.5);
+        const Vec3 elbow = Vec3{10, 20, 30} + 2 * Vec3{std::cos(base), std::sin(base), 0};
+        const Vec3 hand = elbow + 3 * Vec3{std::cos(fore), std::sin(fore), 0} +
+                          slid * Vec3{-std::sin(fore), std::cos(fore), 0};
+        check_near(body_pose(built, 2, t).position_m, elbow);
+        check_near(body_pose(built, 0, t).position_m, hand);
+        check_near(rotate(body_pose(built, 0, t).orientation, {1, 0, 0}),
+                   {std::cos(fore), std::sin(fore), 0});
+    }
+    // The truth of a frame tells inertial poses.
+    const renderer::Renderer r(s, {1, 1, 1});
+    GroundTruth truth;
+    r.fill_truth({7'000'000'000}, truth);
+    check_near(truth.bodies[0].pose.position_m, body_pose(built, 0, 7).position_m, 1e-9);
+}
+
+TEST_CASE("Of a pose from outside a joint takes what it can do, fixed bodies take it all") {
+    const Pose live{{1, 2, 3}, axis_angle({0, 0, 1}, 0.7) * axis_angle({1, 0, 0}, 0.2)};
+    scene::Scene s;
+    s.bodies = {box("base", {1, 1, 1}), box("child", {1, 1, 1}, "base")};
+    s.bodies[0].motion.samples[0].pose = {{0, 0, 100}, axis_angle({0, 1, 0}, 0.3)};
+    scene::Body& child = s.bodies[1];
+    const Pose mount{{5, 0, 0}, axis_angle({1, 0, 0}, 0.4)};
+    child.motion.samples[0].pose = mount;
+    child.motion.live = std::make_shared<FixedPose>(live);
+    const auto in_base = [&] {
+        const std::vector<BuiltBody> built = build_bodies(s);
+        const Pose base = body_pose(built, 0, 0);
+        const Pose p = body_pose(built, 1, 0);
+        return Pose{to_local(base, p.position_m), conjugate(base.orientation) * p.orientation};
+    };
+    check_near(in_base().position_m, live.position_m);
+    check_near(rotate(in_base().orientation, {1, 2, 3}), rotate(live.orientation, {1, 2, 3}));
+    child.joint = {scene::Joint::Kind::slide, {0, 3, 0}, {}};
+    const Vec3 axis = rotate(mount.orientation, {0, 1, 0});
+    check_near(in_base().position_m, mount.position_m + axis * dot(axis, live.position_m - mount.position_m));
+    check_near(rotate(in_base().orientation, {1, 2, 3}), rotate(mount.orientation, {1, 2, 3}));
+    // A pure turn about the hinge comes through whole.
+    child.joint = {scene::Joint::Kind::hinge, {0, 0, 1}, {}};
+    child.motion.live =
+        std::make_shared<FixedPose>(Pose{{9, 9, 9}, mount.orientation * axis_angle({0, 0, 1}, -2.5)});
+    check_near(in_base().position_m, mount.position_m);
+    check_near(rotate(in_base().orientation, {1, 2, 3}),
+               rotate(mount.orientation * axis_angle({0, 0, 1}, -2.5), {1, 2, 3}));
+}
+
+TEST_CASE("Circles of parents are named, and other impossible trees") {
+    CHECK(refusal({box("a", {1, 1, 1}), box("b", {1, 1, 1}, "a")}) == "accepted");
+    CHECK(refusal({box("a", {1, 1, 1}, "a")}) == "body 'a': parents go in a circle: a -> a");
+    CHECK(refusal({box("tip", {1, 1, 1}, "a"), box("a", {1, 1, 1}, "b"), box("b", {1, 1, 1}, "c"),
+                   box("c", {1, 1, 1}, "a")}) == "body 'tip': parents go in a circle: c -> a -> b -> c");
+    CHECK(refusal({box("a", {1, 1, 1}, "z")}) == "body 'a': its parent 'z' is no body of the scene");
+    scene::Body b = box("a", {1, 1, 1});
+    b.joint = {scene::Joint::Kind::hinge, {0, 0, 0}, {}};
+    CHECK(refusal({b}) == "body 'a': its joint needs a finite axis that is not zero");
+    b.joint = {scene::Joint::Kind::hinge, {0, 0, 1}, {{0, 1}, {0, 2}}};
+    CHECK(refusal({b}) == "body 'a': time of value 2 of its joint is not later than that of value 1");
+    b.joint = {scene::Joint::Kind::hinge, {0, 0, 1}, {{0, std::nan("")}}};
+    CHECK(refusal({b}) == "body 'a': value 1 of its joint is not finite");
+}
+
+TEST_CASE("Bodies of one file share its mesh") {
+    const TempFolder folder;
+    const std::string file = folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string();
+    scene::Scene s;
+    for (const char* name : {"a", "b", "c"})
+        s.bodies.push_back({name, scene::MeshFile{file, 1, true}, scene::Lambert{0.5}, {}});
+    std::get<scene::MeshFile>(s.bodies[2].shape).metres_per_unit = 2;
+    const std::vector<BuiltBody> built = build_bodies(s);
+    CHECK(built[0].shape.get() == built[1].shape.get());
+    CHECK(built[0].shape.get() != built[2].shape.get());
+}

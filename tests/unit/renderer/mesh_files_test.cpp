@@ -1,0 +1,396 @@
+// The same body through every mesh format; materials, axes, units; files that are no meshes.
+#include "core/error.hpp"
+#include "renderer/assimp_reader.hpp"
+#include "renderer/mesh_file.hpp"
+#include "renderer/mesh_shape.hpp"
+#include "support.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/data.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <cstring>
+#include <map>
+#include <random>
+
+using namespace obscura;
+using namespace obscura::renderer;
+using namespace obscura::test;
+using Catch::Matchers::ContainsSubstring;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+/// A tetrahedron with the right angle at the origin and edges 1, 2, 3 along x, y, z, outward winding.
+constexpr float corners[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+constexpr unsigned faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+
+std::string plain_obj() {
+    std::string text;
+    for (const auto& c : corners)
+        text += "v " + std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
+    for (const auto& f : faces)
+        text += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[1] + 1) + " " +
+                std::to_string(f[2] + 1) + "\n";
+    return text;
+}
+
+std::string stl() {
+    std::string text = "solid t\n";
+    for (const auto& f : faces) {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for (const unsigned i : f)
+            text += "vertex " + std::to_string(corners[i][0]) + " " + std::to_string(corners[i][1]) + " " +
+                    std::to_string(corners[i][2]) + "\n";
+        text += "endloop\nendfacet\n";
+    }
+    return text + "endsolid t\n";
+}
+
+std::string ply() {
+    std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+        "z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const auto& c : corners)
+        text += std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
+    for (const auto& f : faces)
+        text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) + "\n";
+    return text;
+}
+
+std::string collada(const char* up, double unit) {
+    std::string positions;
+    for (const auto& c : corners)
+        for (const float x : c)
+            positions += std::to_string(x) + " ";
+    std::string indices;
+    for (const auto& f : faces)
+        for (const unsigned i : f)
+            indices += std::to_string(i) + " ";
+    return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="u" meter=")" +
+           std::to_string(unit) + R"("/><up_axis>)" + up + R"(</up_axis></asset>
+<library_effects><effect id="e"><profile_COMMON><technique sid="c"><lambert><diffuse><color>0.25 0.5 0.75 1</color>
+</diffuse></lambert></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m" name="blue"><instance_effect url="#e"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="a" count="12">)" +
+           positions + R"(</float_array><technique_common><accessor source="#a" count="4" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
+</source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4" material="s"><input semantic="VERTEX" source="#v" offset="0"/><p>)" +
+           indices + R"(</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="w"><node><instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#w"/></scene></COLLADA>)";
+}
+
+std::string base64(const std::string& bytes) {
+    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string out;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        unsigned word = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+        for (std::size_t k = 0; k < 4; ++k)
+            out += i + k > bytes.size() ? '=' : digits[word >> (18 - 6 * k) & 63];
+    }
+    return out;
+}
+
+std::string gltf() {
+    std::string bytes(sizeof corners, '\0');
+    std::memcpy(bytes.data(), corners, sizeof corners);
+    for (const auto& f : faces)
+        for (const unsigned i : f)
+            bytes += {static_cast<char>(i), '\0'};
+    return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"materials":[{"name":"blue","pbrMetallicRoughness":{"baseColorFactor":[0.25,0.5,0.75,1]}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],
+"buffers":[{"byteLength":72,"uri":"data:application/octet-stream;base64,)" +
+           base64(bytes) + R"("}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,2,3]},
+{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
+}
+
+/// 3D Studio: chunks of a 16-bit name and a 32-bit length.
+std::string chunk(unsigned name, const std::string& content) {
+    std::string out;
+    const std::size_t length = content.size() + 6;
+    for (const unsigned shift : {0U, 8U})
+        out += static_cast<char>(name >> shift & 255);
+    for (const unsigned shift : {0U, 8U, 16U, 24U})
+        out += static_cast<char>(length >> shift & 255);
+    return out + content;
+}
+std::string word(unsigned value) {
+    return {static_cast<char>(value & 255), static_cast<char>(value >> 8 & 255)};
+}
+
+std::string studio() {
+    std::string points = word(4);
+    points.append(reinterpret_cast<const char*>(corners), sizeof corners);
+    std::string triangles = word(4);
+    for (const auto& f : faces)
+        triangles += word(f[0]) + word(f[1]) + word(f[2]) + word(7);
+    const std::string used = std::string("blue\0", 5) + word(4) + word(0) + word(1) + word(2) + word(3);
+    const std::string mesh =
+        chunk(0x4100, chunk(0x4110, points) + chunk(0x4120, triangles + chunk(0x4130, used)));
+    const std::string material =
+        chunk(0xAFFF, chunk(0xA000, std::string("blue\0", 5)) +
+                          chunk(0xA020, chunk(0x0011, {static_cast<char>(64), static_cast<char>(128),
+                                                       static_cast<char>(191)})));
+    return chunk(0x4D4D, chunk(0x3D3D, material + chunk(0x4000, std::string("t\0", 2) + mesh)));
+}
+
+double volume(const TriangleMesh& mesh) {
+    double six = 0;
+    for (const auto& t : mesh.triangles) {
+        const auto at = [&](std::size_t k) {
+            const Vec3f p = mesh.vertices[t[k]];
+            return Vec3{p.x, p.y, p.z};
+        };
+        six += dot(at(0), cross(at(1), at(2)));
+    }
+    return six / 6;
+}
+
+Vec3 extent(const TriangleMesh& mesh) {
+    Vec3 most{-1e9, -1e9, -1e9};
+    for (const auto& t : mesh.triangles)
+        for (const auto i : t) {
+            const Vec3f p = mesh.vertices[i];
+            most = {std::max<double>(most.x, p.x), std::max<double>(most.y, p.y),
+                    std::max<double>(most.z, p.z)};
+        }
+    return most;
+}
+
+std::string complaint(const TempFolder& folder, const std::filesystem::path& file) {
+    try {
+        (void)read_mesh_file({file.string(), 1, true});
+    } catch (const InputError& error) {
+        std::string line = error.what();
+        CHECK(line.find('\n') == std::string::npos);
+        const std::string prefix = folder.path().string() + "/";
+        if (const auto at = line.find(prefix); at != std::string::npos) line.erase(at, prefix.size());
+        return line;
+    }
+    return "no error";
+}
+
+} // namespace
+
+TEST_CASE("Every mesh format gives the same body, in the file's own axes") {
+    const TempFolder folder;
+    const std::map<std::string, std::string> files{{"bare.obj", plain_obj()},
+                                                   {"t.stl", stl()},
+                                                   {"t.ply", ply()},
+                                                   {"z.dae", collada("Z_UP", 1)},
+                                                   {"y.dae", collada("Y_UP", 1)},
+                                                   {"t.gltf", gltf()},
+                                                   {"t.3ds", studio()},
+                                                   {"rich.obj", "mtllib t.mtl\nusemtl blue\n" + plain_obj()}};
+    (void)folder.write("t.mtl", "newmtl blue\nKd 0.25 0.5 0.75\n");
+    for (const auto& [name, bytes] : files)
+        for (const bool smooth : {true, false}) {
+            INFO(name << (smooth ? " smooth" : " flat"));
+            const TriangleMesh mesh = read_mesh_file({folder.write(name, bytes).string(), 10, smooth});
+            CHECK(mesh.triangles.size() == 4);
+            CHECK_THAT(volume(mesh), WithinRel(1e3, 1e-5));
+            const Vec3 most = extent(mesh);
+            CHECK_THAT(most.x, WithinRel(10, 1e-5));
+            CHECK_THAT(most.y, WithinRel(20, 1e-5));
+            CHECK_THAT(most.z, WithinRel(30, 1e-5));
+            CHECK(mesh.normals.size() == (smooth ? mesh.vertices.size() : 0));
+            if (name.find(".dae") != std::string::npos || name == "t.gltf" || name == "t.3ds" ||
+                name == "rich.obj") {
+                REQUIRE(mesh.parts.size() == 4);
+                const MeshMaterial& m = mesh.materials.at(mesh.parts[0]);
+                CHECK(m.name == "blue");
+                const std::array<double, 3> wanted{0.25, 0.5, 0.75};
+                for (std::size_t k = 0; k < 3; ++k)
+                    CHECK_THAT(m.diffuse[k], WithinAbs(wanted[k], 0.003));
+            } else {
+                CHECK(mesh.materials.empty());
+            }
+        }
+    // Collada says how long its unit is.
+    CHECK_THAT(volume(read_mesh_file({folder.write("cm.dae", collada("Z_UP", 0.01)).string(), 1, true})),
+               WithinRel(1e-6, 1e-4));
+}
+
+TEST_CASE("Texture coordinates and normals of a file are kept; v counts down") {
+    const TempFolder folder;
+    const auto file =
+        folder.write("q.obj", "vn 0 0.6 0.8\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nv 0 0 0\nv 2 0 0\nv 2 2 "
+                              "0\nv 0 2 0\nf 1/1/1 2/2/1 3/3/1 4/4/1\n");
+    const TriangleMesh mesh = read_mesh_file({file.string(), 1, true});
+    REQUIRE(mesh.uvs.size() == mesh.vertices.size());
+    CHECK(mesh.triangles.size() == 2);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        CHECK_THAT(mesh.uvs[i][0], WithinAbs(mesh.vertices[i].x / 2, 1e-6));
+        CHECK_THAT(mesh.uvs[i][1], WithinAbs(1 - mesh.vertices[i].y / 2, 1e-6));
+        CHECK_THAT(mesh.normals[i].y, WithinAbs(0.6, 1e-6));
+    }
+    CHECK(read_mesh_file({file.string(), 1, false}).normals.empty());
+}
+
+TEST_CASE("Files that are no meshes are refused with one line, whatever is in them") {
+    const TempFolder folder;
+    CHECK(complaint(folder, folder.path() / "gone.ply") ==
+          "gone.ply: cannot open: a readable mesh file is wanted");
+    CHECK(complaint(folder, folder.path() / "gone.obj") ==
+          "gone.obj: cannot open: a readable mesh file is wanted");
+    CHECK(complaint(folder, folder.write("a.blend", "x")) ==
+          "a.blend: a mesh file whose name ends in \".blend\" is not known here, allowed are .obj, .stl, "
+          ".ply, .3ds, "
+          ".dae, .gltf, .glb, .tab, .plt");
+    for (const char* name : {"e.stl", "e.3ds", "e.dae", "e.gltf", "e.glb"}) {
+        CHECK_THAT(complaint(folder, folder.write(name, "")), ContainsSubstring(std::string(name) + ": "));
+        CHECK_THAT(complaint(folder, folder.write(name, std::string(5000, 'A'))),
+                   ContainsSubstring(std::string(name) + ": "));
+    }
+    CHECK_THAT(complaint(folder,
+                         folder.write("p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float "
+                                               "x\nproperty float y\nproperty float z\nend_header\n0 0 0\n")),
+               ContainsSubstring("p.ply: "));
+    CHECK_THAT(complaint(folder, folder.write("n.obj", "vt 0 0\nv 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")),
+               ContainsSubstring("n.obj: "));
+    // assimp would look for the end of this line for ever.
+    CHECK(complaint(folder, folder.write("h.ply", "ply\nformat ascii ")) ==
+          "h.ply: not readable as a mesh: it takes too long or too much memory");
+    // Cut short or with flipped bytes: refused or read, never worse.
+    std::mt19937 random(5);
+    for (const auto& [name, good] : {std::pair{std::string("f.3ds"), studio()}, {"f.gltf", gltf()}})
+        for (int i = 0; i < 12; ++i) {
+            std::string bad = good;
+            if (i % 2 == 0)
+                bad.resize(random() % bad.size());
+            else
+                for (int k = 0; k < 4; ++k)
+                    bad[random() % bad.size()] = static_cast<char>(random());
+            (void)complaint(folder, folder.write(name, bad));
+        }
+}
+
+TEST_CASE("A file's materials colour the body part by part") {
+    const TempFolder folder;
+    (void)folder.write("two.mtl", "newmtl dark\nKd 0.1 0.1 0.1\nnewmtl red\nKd 0.8 0.4 0.2\n");
+    // Two squares side by side in the x-y plane, facing +z.
+    const auto file =
+        folder.write("two.obj", "mtllib two.mtl\nv -1 -1 0\nv 0 -1 0\nv 0 1 0\nv -1 1 0\nv 1 -1 0\nv 1 1 "
+                                "0\nusemtl dark\nf 1 2 3 4\nusemtl red\nf 2 5 6 3\n");
+    scene::Scene s;
+    s.bodies.push_back({"plate", scene::MeshFile{file.string(), 1, false}, scene::FileMaterials{}, {}});
+    s.sun.position_m = {0, 0, astronomical_unit_m};
+    s.quantity = scene::Quantity::radiance;
+    s.camera = camera_at({0, 0, 100}, 32, 0.001);
+    s.camera.psf_sigma_px = 0;
+    s.bands = {{640e-9, 660e-9}, {590e-9, 610e-9}, {540e-9, 560e-9}, {400e-9, 420e-9}};
+    const renderer::Renderer r(s, {4, 2, 1});
+    const std::vector<float> image = render_window(r, {0, 0, 32, 32});
+    // Left and right as the camera sees them: its up is +y.
+    const std::array<double, 4> red{0.8, 0.6, 0.4, 0.2};
+    int left_is_dark = 0;
+    for (std::size_t b = 0; b < 4; ++b) {
+        const double light = renderer::sun_irradiance_w_m2(s.bands[b]) / std::numbers::pi;
+        const double left = image[(b * 32 + 16) * 32 + 12] / light;
+        const double right = image[(b * 32 + 16) * 32 + 20] / light;
+        left_is_dark += left < right ? 1 : 0;
+        CHECK_THAT(std::min(left, right), WithinRel(0.1, 2e-3));
+        CHECK_THAT(std::max(left, right), WithinRel(red[b], 2e-3));
+    }
+    CHECK(left_is_dark % 4 == 0);
+    // A file without materials cannot give any; other shapes neither.
+    const auto refusal = [](const scene::Scene& of) {
+        try {
+            const renderer::Renderer refused(of, {1, 1, 1});
+        } catch (const Error& error) {
+            return std::string(error.what());
+        }
+        return std::string("accepted");
+    };
+    s.bodies[0].shape = scene::MeshFile{folder.write("bare.obj", plain_obj()).string(), 1, false};
+    CHECK_THAT(refusal(s), ContainsSubstring("body 'plate': ") && ContainsSubstring("brings no materials"));
+    s.bodies[0].shape = scene::Box{};
+    CHECK(refusal(s) == "body 'plate': only a mesh file can bring its own materials");
+    (void)folder.write("two.mtl",
+                       "newmtl dark\nKd 0.1 0.1 0.1\nmap_Kd gone.png\nnewmtl red\nKd 0.8 0.4 0.2\n");
+    s.bodies[0].shape = scene::MeshFile{
+        folder
+            .write("tex.obj",
+                   "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl dark\nf 1/1 2/1 3/1\n")
+            .string(),
+        1, false};
+    CHECK_THAT(refusal(s), ContainsSubstring("gone.png: cannot be opened: No such file or directory"));
+}
+
+TEST_CASE("A large mesh takes at most 150 bytes a triangle, Embree's tree and all") {
+    TriangleMesh mesh;
+    constexpr std::uint32_t side = 316; // 200 000 triangles
+    for (std::uint32_t y = 0; y <= side; ++y)
+        for (std::uint32_t x = 0; x <= side; ++x)
+            mesh.vertices.push_back({static_cast<float>(x), static_cast<float>(y),
+                                     static_cast<float>(5 * std::sin(0.1 * x) * std::cos(0.13 * y))});
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x) {
+            const std::uint32_t a = y * (side + 1) + x;
+            mesh.triangles.push_back({a, a + 1, a + side + 2});
+            mesh.triangles.push_back({a, a + side + 2, a + side + 1});
+        }
+    smooth_normals(mesh);
+    const auto device = std::make_shared<const EmbreeDevice>();
+    const std::int64_t before = device->bytes();
+    const MeshShape shape(device, std::move(mesh));
+    const auto triangles = static_cast<double>(shape.mesh().triangles.size());
+    const double tree = static_cast<double>(device->bytes() - before) / triangles;
+    const double all = static_cast<double>(shape.bytes()) / triangles + tree;
+    INFO(tree << " + " << all - tree);
+    CHECK(tree > 30);
+    CHECK(all < 150);
+}
+
+TEST_CASE("Non-manifold, degenerate and zero-size meshes") {
+    const TempFolder folder;
+    // Three squares on one edge, and a facet given twice, are surfaces like any other.
+    const auto fan =
+        folder.write("fan.obj", "v 0 0 -1\nv 0 0 1\nv 1 0 1\nv 1 0 -1\nv 0 1 1\nv 0 1 -1\nv -1 -1 1\nv -1 "
+                                "-1 -1\nf 1 2 3 4\nf 1 2 5 6\nf 1 2 7 8\nf 1 2 3 4\n");
+    const TriangleMesh mesh = read_mesh_file({fan.string(), 1, true});
+    CHECK(mesh.triangles.size() == 8);
+    for (const Vec3f n : mesh.normals)
+        CHECK_THAT(n.x * n.x + n.y * n.y + n.z * n.z, WithinAbs(1, 1e-5));
+    scene::Scene s;
+    s.bodies.push_back({"fan", scene::MeshFile{fan.string(), 1, true}, scene::Lambert{0.5}, {}});
+    s.sun.position_m = {0, astronomical_unit_m, 0};
+    s.camera = camera_at({3, 100, 0}, 32, 0.002);
+    const renderer::Renderer r(s, {4, 1, 1});
+    const Image image = render(r);
+    CHECK(image.sum() > 0);
+    for (const float v : image.values)
+        REQUIRE(std::isfinite(v));
+    CHECK(complaint(folder, folder.write("point.obj", "v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n")) ==
+          "point.obj: every triangle has zero area: nothing could be seen");
+    CHECK(
+        complaint(folder, folder.write("line.ply",
+                                       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty "
+                                       "float y\nproperty float z\nelement face 1\nproperty list uchar int "
+                                       "vertex_indices\nend_header\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n")) ==
+        "line.ply: every triangle has zero area: nothing could be seen");
+}
+
+TEST_CASE("Real spacecraft models are read: 3DS, OBJ with MTL, Collada") {
+    const auto data = [](const char* name) { return data_file(std::string("spacecraft/") + name); };
+    const auto rosetta = data("rosetta/rosetta.3ds");
+    const auto hubble = data("nasa42_obj/HST.obj");
+    const auto astrobee = data("astrobee_dae/base_link.dae");
+    if (!rosetta || !hubble || !astrobee) return;
+    for (const auto& file : {*rosetta, *hubble, *astrobee}) {
+        INFO(file);
+        const TriangleMesh mesh = read_mesh_file({file.string(), 1, true});
+        CHECK(mesh.triangles.size() > 1000);
+        CHECK(!mesh.materials.empty());
+        CHECK(mesh.normals.size() == mesh.vertices.size());
+    }
+}
