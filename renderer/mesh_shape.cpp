@@ -110,11 +110,13 @@ struct Corners {
     Vectors point[3], normal[3];
 };
 
-/// Position by barycentric coordinates, so that it lies on the facet whatever the error of the distance;
-/// facet normal towards the ray's origin; shadow origin clear of the facet by some units in the last place of
-/// a float coordinate, which is enough at any scale.
+/// Position where the ray meets the facet's plane, in double precision: Embree's own error, a float of the
+/// body's size, would be pixels to a camera that is near a large body. By barycentric coordinates where the
+/// ray grazes the facet, or comes from so far that doubles know its origin no better. On the plane in any
+/// case; facet normal towards the ray's origin; shadow origin clear of the facet by some units in the last
+/// place of a float coordinate, which is enough at any scale.
 OBSCURA_VECTOR_CLONES
-void flat_surface(const Corners& c, const Vec3s& direction, const HitPacket& hits, SurfacePacket& out) {
+void flat_surface(const Corners& c, const RayPacket& rays, const HitPacket& hits, SurfacePacket& out) {
     for (int i = 0; i < packet_size; ++i) {
         const double ax = c.point[0].x.v[i];
         const double ay = c.point[0].y.v[i];
@@ -127,22 +129,39 @@ void flat_surface(const Corners& c, const Vec3s& direction, const HitPacket& hit
         const double cz = c.point[2].z.v[i] - az;
         const double u = hits.u[i];
         const double v = hits.v[i];
-        const double px = ax + u * bx + v * cx;
-        const double py = ay + u * by + v * cy;
-        const double pz = az + u * bz + v * cz;
+        const double gx = ax + u * bx + v * cx;
+        const double gy = ay + u * by + v * cy;
+        const double gz = az + u * bz + v * cz;
         const double mx = by * cz - bz * cy;
         const double my = bz * cx - bx * cz;
         const double mz = bx * cy - by * cx;
-        const double facing = mx * direction.x.v[i] + my * direction.y.v[i] + mz * direction.z.v[i];
-        const double scale = (facing > 0 ? -1.0 : 1.0) / std::sqrt(mx * mx + my * my + mz * mz);
+        const double dx = rays.direction.x.v[i];
+        const double dy = rays.direction.y.v[i];
+        const double dz = rays.direction.z.v[i];
+        const double facing = mx * dx + my * dy + mz * dz;
+        const double m2 = mx * mx + my * my + mz * mz;
+        const double scale = (facing > 0 ? -1.0 : 1.0) / std::sqrt(m2);
         const double nx = mx * scale;
         const double ny = my * scale;
         const double nz = mz * scale;
-        const double lx = px < 0 ? -px : px;
-        const double ly = py < 0 ? -py : py;
-        const double lz = pz < 0 ? -pz : pz;
+        const double lx = gx < 0 ? -gx : gx;
+        const double ly = gy < 0 ? -gy : gy;
+        const double lz = gz < 0 ? -gz : gz;
         const double lxy = lx > ly ? lx : ly;
-        const double lift = (lxy > lz ? lxy : lz) * 0x1p-21;
+        const double most = lxy > lz ? lxy : lz;
+        const double lift = most * 0x1p-21;
+        const double ox = rays.origin.x.v[i] - gx;
+        const double oy = rays.origin.y.v[i] - gy;
+        const double oz = rays.origin.z.v[i] - gz;
+        const double along = -(ox * mx + oy * my + oz * mz) / facing;
+        const double sx = ox + along * dx;
+        const double sy = oy + along * dy;
+        const double sz = oz + along * dz;
+        const double off = (sx * mx + sy * my + sz * mz) / m2;
+        const bool sharp = (facing * facing > 4e-4 * m2) & (along < 1e7 * most);
+        const double px = gx + (sharp ? sx - off * mx : 0.0);
+        const double py = gy + (sharp ? sy - off * my : 0.0);
+        const double pz = gz + (sharp ? sz - off * mz : 0.0);
         out.position.x.v[i] = px;
         out.position.y.v[i] = py;
         out.position.z.v[i] = pz;
@@ -351,7 +370,7 @@ void MeshShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32
             corners.normal[k].z[i] = n.z;
         }
     }
-    flat_surface(corners, rays.direction, hits, out);
+    flat_surface(corners, rays, hits, out);
     if (smooth) smooth_surface(corners, hits, out);
 }
 
