@@ -154,7 +154,34 @@ scene::Joint joint_of(const BodyKeys& keys, const Given& given, const Where& whe
     return joint;
 }
 
-scene::Body read_body(const Value& table, const Where& where) {
+/// Mean over a band of a curve that is linear between its points and held outside; exact.
+double band_mean(const std::vector<SpectralPoint>& curve, const scene::SpectralBand& band) {
+    const auto at = [&](double wavelength_m) {
+        const auto after =
+            std::lower_bound(curve.begin(), curve.end(), wavelength_m,
+                             [](const SpectralPoint& p, double w) { return p.wavelength_m < w; });
+        if (after == curve.begin()) return curve.front().value;
+        if (after == curve.end()) return curve.back().value;
+        const SpectralPoint& before = *(after - 1);
+        const double share =
+            (wavelength_m - before.wavelength_m) / (after->wavelength_m - before.wavelength_m);
+        return before.value + share * (after->value - before.value);
+    };
+    // Trapezoids between the ends and the points inside.
+    double sum = 0;
+    double from = band.from_m;
+    const auto add_up_to = [&](double to) {
+        sum += (at(from) + at(to)) / 2 * (to - from);
+        from = to;
+    };
+    for (const SpectralPoint& p : curve)
+        if (p.wavelength_m > band.from_m && p.wavelength_m < band.to_m) add_up_to(p.wavelength_m);
+    add_up_to(band.to_m);
+    return sum / (band.to_m - band.from_m);
+}
+
+/// `curve` gets the body's colour over wavelength, if it has one.
+scene::Body read_body(const Value& table, const Where& where, std::vector<SpectralPoint>& curve) {
     const Kind<scene::Shape>& shape = chosen(table, where, "shape", shape_kinds(), "");
     // A mesh without a word about its material has that of its file.
     const bool own = shape.name == "mesh" && table.find("albedo") == nullptr;
@@ -175,9 +202,11 @@ scene::Body read_body(const Value& table, const Where& where) {
         require(given, key, table, where);
     for (const std::string_view key : material.required)
         require(given, key, table, where);
+    exclude(given, "colour_curve", "colour", where);
     body.name = keys.name;
     body.motion = motion_of(keys.place, given, table, where);
     body.colour = keys.colour;
+    curve = keys.colour_curve;
     body.emission_w_m2_sr = keys.emission_w_m2_sr;
     body.textures = keys.textures;
     body.parent = keys.parent;
@@ -238,12 +267,13 @@ scene::Scene load_scene(const std::filesystem::path& file) {
         require(read_keys(table, where, keys_of(keys)), "catalogue", table, where);
         scene.stars = read_stars(keys.catalogue, keys.limiting_magnitude);
     }
+    std::vector<std::vector<SpectralPoint>> curves;
     if (const Member* bodies = root.find("body")) {
         const std::vector<Value>& tables = expect_tables(*bodies, top.in("body"));
         std::set<std::string> names;
         for (std::size_t i = 0; i < tables.size(); ++i) {
             const Where where = top.in(fmt::format("body[{}]", i));
-            scene.bodies.push_back(read_body(tables[i], where));
+            scene.bodies.push_back(read_body(tables[i], where, curves.emplace_back()));
             scene::Body& body = scene.bodies.back();
             if (body.name.empty()) body.name = fmt::format("body{}", i);
             if (!names.insert(body.name).second)
@@ -279,6 +309,9 @@ scene::Scene load_scene(const std::filesystem::path& file) {
         if (scene.bands.empty()) fail(top.in("band"), bands->at, "at least one band is wanted");
         if (scene.bands.size() > 16) fail(top.in("band"), bands->at, "more than 16 bands");
     }
+    for (std::size_t i = 0; i < curves.size(); ++i)
+        for (std::size_t b = 0; !curves[i].empty() && b < scene.bands.size(); ++b)
+            scene.bodies[i].colour.push_back(band_mean(curves[i], scene.bands[b]));
     // One number for each band, or none.
     const auto check_bands = [&](const std::vector<double>& values, const char* list, std::size_t i,
                                  const char* key) {

@@ -42,6 +42,7 @@ struct BodyKeys {
     std::string shape;
     std::string material = "lambert";
     std::vector<double> colour, emission_w_m2_sr;
+    std::vector<SpectralPoint> colour_curve;
     scene::Textures textures;
     std::string parent;
     scene::Joint::Kind joint = scene::Joint::Kind::fixed;

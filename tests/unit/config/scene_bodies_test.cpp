@@ -6,6 +6,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -103,6 +104,25 @@ file = "m.obj"
     CHECK(s.bodies[2].textures.srgb);
     CHECK(s.bodies[2].textures.left_longitude_rad == 0);
     CHECK(std::holds_alternative<scene::FileMaterials>(s.bodies[3].material));
+}
+
+TEST_CASE("A colour over wavelength becomes the mean of each band") {
+    const test::TempFolder folder;
+    const std::string body = "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 1\n";
+    const std::string bands =
+        "[[band]]\nfrom_nm = 300\nto_nm = 350\n[[band]]\nfrom_nm = 450\nto_nm = 550\n[[band]]\n"
+        "from_nm = 400\nto_nm = 700\n[[band]]\nfrom_nm = 800\nto_nm = 900\n";
+    const scene::Scene s = config::load_scene(
+        folder.write("s.toml", body + "colour_curve = [[400, 0.1], [500, 0.5], [700, 0.3]]\n" + bands));
+    // By hand: held, (0.3 + 0.5) / 2 and (0.5 + 0.45) / 2, trapezoids of 100 and 200 nm, held.
+    const std::array<double, 4> wanted{0.1, (0.4 + 0.475) / 2, (0.3 + 2 * 0.4) / 3, 0.3};
+    REQUIRE(s.bodies[0].colour.size() == 4);
+    for (std::size_t b = 0; b < 4; ++b)
+        CHECK_THAT(s.bodies[0].colour[b], WithinRel(wanted[b], 1e-12));
+    CHECK(refusal(folder, body + "colour_curve = [[400, 0.1], [300, 0.5]]\n").find("body[0].colour_curve") !=
+          std::string::npos);
+    CHECK(refusal(folder, body + "colour = [1]\ncolour_curve = [[400, 0.1]]\n") ==
+          "s.toml:6:16: body[0].colour_curve: cannot stand beside \"colour\"");
 }
 
 TEST_CASE("Impossible bodies are refused with file and place") {
