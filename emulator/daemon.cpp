@@ -191,6 +191,7 @@ bool Daemon::alive() {
     }
     for (const auto& line : lines_)
         if (line->source) add(line->source->heartbeats());
+    if (ptp_) workers.push_back(&ptp_->heartbeat());
     const Time now = units_.front()->clock().now();
     const bool alive = supervisor_.all_alive(workers, moves, now);
     if (alive) {

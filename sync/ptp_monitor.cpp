@@ -10,6 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -84,8 +85,9 @@ bool ptp_locked(const PtpStatus& status, std::int64_t lock_ns) {
 
 PtpMonitor::PtpMonitor(PtpMonitorSettings settings) : settings_(std::move(settings)) {
     thread_ = std::thread([this] {
-        name_this_thread("ptp-monitor");
+        name_this_thread(heartbeat_.name().c_str());
         loop();
+        heartbeat_.rest();
     });
 }
 
@@ -138,7 +140,13 @@ void PtpMonitor::loop() {
                        now.utc_offset_s);
         lock.lock();
         status_ = now;
-        wake_.wait_for(lock, std::chrono::nanoseconds(settings_.poll_ns), [this] { return quit_; });
+        // In pieces, with a sign of life before each.
+        for (std::int64_t left_ns = settings_.poll_ns; left_ns > 0 && !quit_;
+             left_ns -= Heartbeat::longest_wait_ns) {
+            heartbeat_.beat();
+            wake_.wait_for(lock, std::chrono::nanoseconds(std::min(left_ns, Heartbeat::longest_wait_ns)),
+                           [this] { return quit_; });
+        }
     }
 }
 
@@ -148,6 +156,7 @@ bool PtpMonitor::poll_once(PtpStatus& status) {
     if (!socket.connected()) return false;
     for (const PtpDataSet set : ptp_data_sets) {
         if (!socket.send_all(ptp_get(set, settings_.domain, ++sequence_))) return false;
+        heartbeat_.beat();
         const auto deadline = SteadyClock::now() + std::chrono::nanoseconds(settings_.patience_ns);
         bool taken = false;
         while (!taken) {

@@ -1,6 +1,7 @@
 // Asks the PTP daemon of this machine how its clock is doing, once a second.
 #pragma once
 
+#include "core/heartbeat.hpp"
 #include "core/ptp_status.hpp"
 
 #include <atomic>
@@ -36,6 +37,8 @@ public:
     [[nodiscard]] std::int64_t tai_correction_ns() const noexcept {
         return correction_ns_.load(std::memory_order_relaxed);
     }
+    /// Of its thread. Any thread.
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
 
 private:
     void loop();
@@ -48,6 +51,7 @@ private:
     PtpStatus status_;
     bool quit_ = false;
     std::atomic<std::int64_t> correction_ns_{0};
+    Heartbeat heartbeat_{"ptp-monitor"};
     std::thread thread_;
 };
 

@@ -235,6 +235,31 @@ TEST_CASE("the monitor follows ptp4l as it comes, locks, drifts, talks nonsense 
     CHECK(monitor.status().locked); // the clock of the network
 }
 
+TEST_CASE(
+    "the monitor gives signs of life whether ptp4l answers, is silent or is away, and between its rounds") {
+    const test::TempFolder folder;
+    const std::string path = (folder.path() / "ptp4l").string();
+    PtpMonitorSettings settings = quick(path);
+    const auto beats = [](const PtpMonitor& monitor) {
+        const std::uint64_t before = monitor.heartbeat().beats();
+        return eventually([&] { return monitor.heartbeat().beats() > before + 1; }) &&
+               !monitor.heartbeat().may_be_silent(Time{});
+    };
+    {
+        const PtpMonitor away(settings);
+        CHECK(beats(away));
+    }
+    settings.poll_ns = 3'600'000'000'000;
+    {
+        const PtpMonitor waiting(settings);
+        CHECK(beats(waiting));
+    }
+    settings.poll_ns = 5'000'000;
+    const FakePtp4l silent(path, [](const Bytes&) { return std::vector<Bytes>{}; });
+    const PtpMonitor asking(settings);
+    CHECK(beats(asking));
+}
+
 TEST_CASE("what counts as locked") {
     PtpStatus s;
     const auto locked = [&](PtpState state, std::int64_t offset_ns, std::int64_t path_ns) {
