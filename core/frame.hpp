@@ -1,6 +1,7 @@
 // The frame that travels from the detector to the transports, and the fixed pool it comes from.
 #pragma once
 
+#include "core/byte_stamps.hpp"
 #include "core/clock_state.hpp"
 #include "core/geometry.hpp"
 #include "core/heartbeat.hpp"
@@ -133,8 +134,16 @@ struct FrameInfo {
     std::array<FrameWindow, max_windows> windows{};
     GroundTruth truth;
 
-    // Stamps of the frame's way, scheduling clock; 0 where not reached.
-    Time seen, render_begin, render_end, detector_end;
+    // Stamps of the frame's way, scheduling clock; 0 where not reached. `pose`: the scene's poses at
+    // mid-exposure have been taken.
+    Time seen, pose, render_begin, render_end, detector_end;
+    /// Where transports note when its bytes leave; null: nobody wants to know. Outlives the frame's way.
+    ByteStamps* bytes = nullptr;
+
+    /// Transport: bytes of this frame leave now.
+    void note_bytes(Outlet outlet, Time now) const noexcept {
+        if (bytes != nullptr) bytes->note(outlet, now);
+    }
 };
 
 class FramePool;

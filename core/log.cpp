@@ -1,10 +1,16 @@
 #include "core/log.hpp"
 
+#include "core/clock.hpp"
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
-#include <string>
+#include <cstring>
+#include <mutex>
+#include <utility>
 
 namespace obscura {
 namespace {
@@ -26,7 +32,74 @@ constexpr std::string_view name_of(LogLevel level) {
     return "";
 }
 
+/// The journal's own socket, when standard error leads there: systemd tells in JOURNAL_STREAM which file that
+/// is.
+class Journal {
+public:
+    Journal() {
+        const char* stream = std::getenv("JOURNAL_STREAM");
+        struct stat error {};
+        if (stream == nullptr || fstat(STDERR_FILENO, &error) != 0 ||
+            fmt::format("{}:{}", error.st_dev, error.st_ino) != stream)
+            return;
+        is_stderr_ = true;
+        fd_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    }
+    /// Standard error is the journal.
+    [[nodiscard]] bool is_stderr() const noexcept { return is_stderr_; }
+    [[nodiscard]] bool send(const std::string& entry) const noexcept {
+        sockaddr_un to{};
+        to.sun_family = AF_UNIX;
+        std::memcpy(to.sun_path, path, sizeof path);
+        return fd_ >= 0 && sendto(fd_, entry.data(), entry.size(), MSG_NOSIGNAL,
+                                  reinterpret_cast<const sockaddr*>(&to), sizeof to) >= 0;
+    }
+
+private:
+    static constexpr char path[] = "/run/systemd/journal/socket";
+    bool is_stderr_ = false;
+    int fd_ = -1; // open until the process ends
+};
+
+/// What comes from devices, files and networks must not make lines or colours of its own.
+std::string printable(std::string_view text) {
+    std::string clean(text);
+    for (char& c : clean)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+    return clean;
+}
+
+void write_line(LogLevel level, const std::string& text) {
+    static const Journal journal;
+    if (journal.is_stderr() && journal.send(journal_entry(level, text))) return;
+    const std::string line = journal.is_stderr() ? fmt::format("<{}>{}\n", static_cast<int>(level), text)
+                                                 : fmt::format("{}{}\n", name_of(level), text);
+    // One write per line, so that lines of several threads never mix.
+    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), line.size());
+}
+
 } // namespace
+
+std::string journal_entry(LogLevel level, std::string_view text) {
+    const std::string message = printable(text);
+    return fmt::format("MESSAGE={}\nPRIORITY={}\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART={}\n", message,
+                       static_cast<int>(level), message.substr(0, message.find_first_of(": ")));
+}
+
+bool LogLimit::admit(Time now, std::uint64_t& suppressed) noexcept {
+    suppressed = 0;
+    if (now - window_ >= window_ns || window_ == Time{}) {
+        window_ = now;
+        written_ = 0;
+        suppressed = std::exchange(suppressed_, 0);
+    }
+    if (written_ < lines) {
+        ++written_;
+        return true;
+    }
+    ++suppressed_;
+    return false;
+}
 
 void set_log_level(LogLevel level) noexcept {
     current_level.store(level, std::memory_order_relaxed);
@@ -37,12 +110,17 @@ LogLevel log_level() noexcept {
 
 void log_line(LogLevel level, std::string_view text) {
     if (level > log_level()) return;
-    // systemd sets JOURNAL_STREAM when standard error is the journal, which understands "<N>" prefixes.
-    static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
-    const std::string line = journal ? fmt::format("<{}>{}\n", static_cast<int>(level), text)
-                                     : fmt::format("{}{}\n", name_of(level), text);
-    // One write per line, so that lines of several threads never mix.
-    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), line.size());
+    static std::mutex mutex;
+    static LogLimit limit;
+    std::uint64_t suppressed = 0;
+    {
+        const std::lock_guard lock(mutex);
+        if (!limit.admit(MonotonicClock().now(), suppressed)) return;
+    }
+    if (suppressed > 0)
+        write_line(LogLevel::warning, fmt::format("log: {} lines were too many for {} s and are left out",
+                                                  suppressed, LogLimit::window_ns / ns_per_s));
+    write_line(level, printable(text));
 }
 
 LogRing::LogRing() noexcept {
@@ -84,7 +162,7 @@ std::size_t LogRing::drain() {
     const std::uint64_t lost = lost_.load(std::memory_order_relaxed);
     if (lost != lost_reported_) {
         log_line(LogLevel::warning,
-                 fmt::format("{} log records were lost: the ring was full", lost - lost_reported_));
+                 fmt::format("log: {} records were lost, the ring was full", lost - lost_reported_));
         lost_reported_ = lost;
     }
     return count;

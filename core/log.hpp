@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -20,9 +21,28 @@ enum class LogLevel : int { error = 3, warning = 4, notice = 5, info = 6, debug 
 void set_log_level(LogLevel level) noexcept;
 [[nodiscard]] LogLevel log_level() noexcept;
 
-/// Writes one line to standard error: "level: text", or "<N>text" when standard error is the journal. Any
-/// ordinary thread; never a real-time one.
+/// Writes one line to standard error, "level: text", or an entry with fields to the journal when standard
+/// error is the journal ("<N>text" where that cannot be reached). Characters that are no text become blanks.
+/// Any ordinary thread; never a real-time one.
 void log_line(LogLevel level, std::string_view text);
+
+/// An entry in the journal's native form: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER and OBSCURA_PART, the first
+/// word (https://systemd.io/JOURNAL_NATIVE_PROTOCOL).
+[[nodiscard]] std::string journal_entry(LogLevel level, std::string_view text);
+
+/// Lets so many lines through in a window of time and counts the others.
+class LogLimit {
+public:
+    static constexpr std::uint32_t lines = 200;
+    static constexpr std::int64_t window_ns = 10 * ns_per_s;
+    /// Whether a line may be written at `now`; `suppressed` is what was not since the last window, once.
+    [[nodiscard]] bool admit(Time now, std::uint64_t& suppressed) noexcept;
+
+private:
+    Time window_;
+    std::uint32_t written_ = 0;
+    std::uint64_t suppressed_ = 0;
+};
 
 template<typename... Args>
 void log_error(fmt::format_string<Args...> f, Args&&... args) {

@@ -344,6 +344,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     frame->info.sequence_step = frame_sequence_.enabled ? step : 0;
     if (route_of(frame_settings_) == line0) frame->info.line_status = line_status_line0;
     note_moments(order);
+    frame->info.bytes = releaser_.byte_stamps();
     bool taken = false;
     for (transports::Transport* transport : transports_)
         taken = transport->submit(frame) || taken;

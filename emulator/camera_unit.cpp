@@ -16,6 +16,9 @@
 namespace obscura::emulator {
 namespace {
 
+// After a frame's last row, until its transports are done with it and its line of stamps is written.
+constexpr std::int64_t transports_done_ns = 500 * ns_per_ms;
+
 LatePolicy late_policy(const std::string& name) {
     if (name == "repeat") return LatePolicy::repeat;
     if (name == "drop") return LatePolicy::drop;
@@ -93,6 +96,7 @@ void CameraUnit::stop() {
     for (auto transport = transports_.rbegin(); transport != transports_.rend(); ++transport)
         (*transport)->stop();
     outputs_->stop();
+    stopped_ = true;
 }
 
 void CameraUnit::step_with(sync::SoftwareTrigger* source) {
@@ -139,7 +143,7 @@ Heartbeats CameraUnit::heartbeats() const {
 void CameraUnit::tick() {
     if (!retired_.empty() && imaging_->maker->uses(*imaging_->renderer)) retired_.clear();
     if (timing_out_ != nullptr)
-        timing_.drain(*timing_out_);
+        timing_.drain(*timing_out_, stopped_ ? Time{INT64_MAX} : imaging_->clock.now() - transports_done_ns);
     else
         timing_.discard();
 }
@@ -147,6 +151,7 @@ void CameraUnit::tick() {
 void CameraUnit::write_timing_to(std::ostream& out) {
     out << TimingLog::header();
     timing_out_ = &out;
+    timing_.keep_rows(imaging_->pool->max_rows());
 }
 
 std::string CameraUnit::summary() const {

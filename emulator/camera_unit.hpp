@@ -69,6 +69,7 @@ private:
     const ThreadPlan threads_;
     TimingLog timing_;
     std::ostream* timing_out_ = nullptr;
+    bool stopped_ = false;
     std::unique_ptr<Imaging> imaging_;
     std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;
     std::unique_ptr<renderer::Renderer> next_renderer_;        ///< between prepare() and take_on()

@@ -155,6 +155,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     current().fill_truth(mid, info.truth);
     info.truth.mid_exposure = mid + scene_to_clock_ns_;
     info.truth.seed = settings_.seed;
+    info.pose = clock_.now();
     return {};
 }
 

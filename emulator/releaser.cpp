@@ -46,6 +46,10 @@ bool Releaser::has_room() const noexcept {
            frames_in_flight;
 }
 
+ByteStamps* Releaser::byte_stamps() noexcept {
+    return log_ == nullptr ? nullptr : &log_->byte_stamps(begun_.load(std::memory_order_relaxed));
+}
+
 RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release,
                          std::int64_t shift_ns) noexcept {
     assert(has_room() && release.size() <= settings_.max_rows);
@@ -135,6 +139,7 @@ void Releaser::run() noexcept {
         FrameTiming timing;
         timing.due = job.release.front();
         timing.last_due = job.release.back();
+        if (log_ != nullptr) timing.row_lateness_us = log_->next_rows(job.release.size());
         const Outcome outcome = release_frame(job, timing);
         const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
         late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
@@ -157,6 +162,9 @@ void Releaser::run() noexcept {
             timing.rows = static_cast<std::uint32_t>(job.release.size());
             timing.late_rows = late_rows;
             timing.flags = reported_flags(frame);
+            timing.pose = info.pose;
+            timing.bytes = info.bytes;
+            timing.ended = clock_->now();
             // The other stamps are written by threads that may still be at work on a frame given up early.
             if (frame.complete()) {
                 timing.render_begin = info.render_begin;
@@ -203,13 +211,22 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
             if (first && clock_->now() >= *next) lateness_.add(clock_->now() - *next);
             continue;
         }
-        timing.worst_row_ns = std::max(timing.worst_row_ns, now - *next);
+        if (now - *next > timing.worst_row_ns || released == 0) {
+            timing.worst_row_ns = now - *next;
+            timing.worst_row = static_cast<std::uint32_t>(released);
+        }
         if (released == 0) {
             timing.first = now;
             first_row_.add(now - frame.info.trigger_edge);
         }
+        const std::int32_t before = released;
         released = static_cast<std::int32_t>(std::upper_bound(next, end, now) - job.release.begin());
         frame.publish_rows(released);
+        if (!timing.row_lateness_us.empty())
+            for (std::int32_t row = before; row < released; ++row)
+                timing.row_lateness_us[static_cast<std::size_t>(row)] = static_cast<std::int32_t>(
+                    std::min<std::int64_t>((now - job.release[static_cast<std::size_t>(row)]) / ns_per_us,
+                                           FrameTiming::not_released - 1));
     }
     timing.last = clock_->now();
     last_row_.add(timing.last - frame.info.trigger_edge);

@@ -67,6 +67,8 @@ public:
     void set_late_policy(LatePolicy policy, std::int64_t grace_ns) noexcept;
     /// Whether begin() may be called now: fewer than frames_in_flight frames have not left yet.
     [[nodiscard]] bool has_room() const noexcept;
+    /// For the frame that begin() is called for next; null without a log.
+    [[nodiscard]] ByteStamps* byte_stamps() noexcept;
     /// Takes charge of `frame`: `release` (scene clock) shifted by `shift_ns` says when each row may leave.
     /// The sink stays valid until end().
     RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns) noexcept;

@@ -2,9 +2,30 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <ostream>
 
 namespace obscura::emulator {
+
+void TimingLog::keep_rows(std::size_t max_rows) {
+    max_rows_ = max_rows;
+    rows_.assign(capacity * max_rows, FrameTiming::not_released);
+}
+
+ByteStamps& TimingLog::byte_stamps(std::uint32_t number) noexcept {
+    ByteStamps& stamps = bytes_[number % bytes_.size()];
+    stamps.clear();
+    return stamps;
+}
+
+std::span<std::int32_t> TimingLog::next_rows(std::size_t rows) noexcept {
+    const std::size_t head = head_.load(std::memory_order_relaxed);
+    if (rows > max_rows_ || head - tail_.load(std::memory_order_acquire) == capacity) return {};
+    const std::span<std::int32_t> all(rows_.data() + head % capacity * max_rows_, rows);
+    std::fill(all.begin(), all.end(), FrameTiming::not_released);
+    return all;
+}
 
 void TimingLog::push(const FrameTiming& timing) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
@@ -16,15 +37,33 @@ void TimingLog::push(const FrameTiming& timing) noexcept {
     head_.store(head + 1, std::memory_order_release);
 }
 
-std::size_t TimingLog::drain(std::ostream& out) {
+std::size_t TimingLog::drain(std::ostream& out, Time before) {
     std::size_t count = 0;
     std::size_t tail = tail_.load(std::memory_order_relaxed);
+    fmt::memory_buffer line;
+    const auto to = std::back_inserter(line);
     for (; tail != head_.load(std::memory_order_acquire); ++count) {
         const FrameTiming& t = cells_[tail % capacity];
-        out << fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", t.frame_id, t.trigger_id,
-                           t.edge.ns, t.seen.ns, t.render_begin.ns, t.render_end.ns, t.detector_end.ns,
-                           t.due.ns, t.first.ns, t.last_due.ns, t.last.ns, t.rows, t.late_rows,
-                           t.worst_row_ns, t.flags);
+        if (t.ended >= before) break;
+        line.clear();
+        fmt::format_to(to, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", t.frame_id, t.trigger_id,
+                       t.edge.ns, t.seen.ns, t.pose.ns, t.render_begin.ns, t.render_end.ns, t.detector_end.ns,
+                       t.due.ns, t.first.ns, t.last_due.ns, t.last.ns, t.rows, t.late_rows, t.worst_row_ns,
+                       t.worst_row, t.flags);
+        for (std::size_t o = 0; o < outlet_count; ++o) {
+            const auto outlet = static_cast<Outlet>(o);
+            fmt::format_to(to, ",{},{}", t.bytes != nullptr ? t.bytes->first(outlet).ns : 0,
+                           t.bytes != nullptr ? t.bytes->last(outlet).ns : 0);
+        }
+        line.push_back(',');
+        const char* separator = "";
+        for (const std::int32_t us : t.row_lateness_us) {
+            if (us == FrameTiming::not_released) break;
+            fmt::format_to(to, "{}{}", separator, us);
+            separator = " ";
+        }
+        line.push_back('\n');
+        out.write(line.data(), static_cast<std::streamsize>(line.size()));
         tail_.store(++tail, std::memory_order_release);
     }
     return count;
@@ -35,9 +74,10 @@ void TimingLog::discard() noexcept {
 }
 
 const char* TimingLog::header() noexcept {
-    return "frame_id,trigger_id,edge_ns,seen_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,first_"
-           "ns,"
-           "last_due_ns,last_ns,rows,late_rows,worst_row_ns,flags\n";
+    return "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,"
+           "first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,worst_row,flags,gige_first_byte_ns,"
+           "gige_last_byte_ns,v4l2_first_byte_ns,v4l2_last_byte_ns,stimulator_first_byte_ns,"
+           "stimulator_last_byte_ns,file_first_byte_ns,file_last_byte_ns,row_lateness_us\n";
 }
 
 } // namespace obscura::emulator

@@ -9,38 +9,57 @@
 #include <charconv>
 #include <cmath>
 #include <istream>
+#include <numeric>
+#include <utility>
 
 namespace obscura::tools {
 namespace {
 
 constexpr const char* expected_header =
-    "frame_id,trigger_id,edge_ns,seen_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,first_ns,"
-    "last_due_ns,last_ns,rows,late_rows,worst_row_ns,flags";
+    "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,first_"
+    "ns,"
+    "last_due_ns,last_ns,rows,late_rows,worst_row_ns,worst_row,flags,gige_first_byte_ns,gige_last_byte_ns,"
+    "v4l2_first_byte_ns,v4l2_last_byte_ns,stimulator_first_byte_ns,stimulator_last_byte_ns,file_first_byte_"
+    "ns,"
+    "file_last_byte_ns,row_lateness_us";
+constexpr const char* outlet_names[outlet_count] = {"gige", "v4l2", "stimulator", "file"};
+constexpr std::size_t most_rows = 1'000'000;
+constexpr std::size_t worst_count = 10;
 
 TimingRow parse_row(const std::string& line, const std::string& name, std::size_t number) {
-    std::array<std::int64_t, 15> values{};
+    TimingRow row;
+    std::int64_t frame_id = 0, trigger_id = 0;
+    std::vector<std::int64_t*> fields{&frame_id, &trigger_id,       &row.edge,       &row.seen,
+                                      &row.pose, &row.render_begin, &row.render_end, &row.detector_end,
+                                      &row.due,  &row.first,        &row.last_due,   &row.last,
+                                      &row.rows, &row.late_rows,    &row.worst_row,  &row.worst_row_number,
+                                      &row.flags};
+    for (std::size_t o = 0; o < outlet_count; ++o) {
+        fields.push_back(&row.first_byte[o]);
+        fields.push_back(&row.last_byte[o]);
+    }
     const char* at = line.data();
     const char* const end = line.data() + line.size();
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const auto [rest, error] = std::from_chars(at, end, values[i]);
-        const bool good =
-            error == std::errc() && (i + 1 == values.size() ? rest == end : rest != end && *rest == ',');
-        if (!good)
-            throw InputError(
-                fmt::format("{}:{}: column {} is no whole number, allowed are the 15 columns that "
-                            "obscurad --timing writes",
-                            name, number, i + 1));
+    const auto refuse = [&](std::size_t column) {
+        throw InputError(fmt::format("{}:{}: column {} is no whole number, allowed are the {} columns that "
+                                     "obscurad --timing writes",
+                                     name, number, column, fields.size() + 1));
+    };
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        const auto [rest, error] = std::from_chars(at, end, *fields[i]);
+        if (error != std::errc() || rest == end || *rest != ',') refuse(i + 1);
         at = rest + 1;
     }
-    TimingRow row;
-    row.frame_id = static_cast<std::uint64_t>(values[0]);
-    row.trigger_id = static_cast<std::uint64_t>(values[1]);
-    std::int64_t* const fields[] = {&row.edge,         &row.seen, &row.render_begin, &row.render_end,
-                                    &row.detector_end, &row.due,  &row.first,        &row.last_due,
-                                    &row.last,         &row.rows, &row.late_rows,    &row.worst_row,
-                                    &row.flags};
-    for (std::size_t i = 0; i < std::size(fields); ++i)
-        *fields[i] = values[i + 2];
+    while (at != end) {
+        std::int32_t us = 0;
+        const auto [rest, error] = std::from_chars(at, end, us);
+        const bool good = error == std::errc() && (rest == end || (*rest == ' ' && rest + 1 != end));
+        if (!good || row.row_lateness_us.size() == most_rows) refuse(fields.size() + 1);
+        row.row_lateness_us.push_back(us);
+        at = rest == end ? end : rest + 1;
+    }
+    row.frame_id = static_cast<std::uint64_t>(frame_id);
+    row.trigger_id = static_cast<std::uint64_t>(trigger_id);
     return row;
 }
 
@@ -53,7 +72,8 @@ struct Span {
 
 constexpr Span spans[] = {
     {"edge to seen", "edge_to_seen", &TimingRow::edge, &TimingRow::seen},
-    {"seen to render begin", "seen_to_render_begin", &TimingRow::seen, &TimingRow::render_begin},
+    {"seen to pose", "seen_to_pose", &TimingRow::seen, &TimingRow::pose},
+    {"pose to render begin", "pose_to_render_begin", &TimingRow::pose, &TimingRow::render_begin},
     {"rendering", "rendering", &TimingRow::render_begin, &TimingRow::render_end},
     {"render end to detector end", "render_end_to_detector_end", &TimingRow::render_end,
      &TimingRow::detector_end},
@@ -66,6 +86,36 @@ constexpr Span spans[] = {
 double quantile(const std::vector<double>& sorted, double q) {
     const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(sorted.size())));
     return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+double to_us(std::int64_t ns) {
+    return static_cast<double>(ns) * 1e-3;
+}
+
+SpanFigures figures_of(std::string name, std::string key, std::vector<double> values) {
+    SpanFigures f;
+    f.name = std::move(name);
+    f.key = std::move(key);
+    std::sort(values.begin(), values.end());
+    f.count = values.size();
+    if (f.count > 0) {
+        f.p50 = quantile(values, 0.5);
+        f.p90 = quantile(values, 0.9);
+        f.p99 = quantile(values, 0.99);
+        f.max = values.back();
+    }
+    for (const double us : values) {
+        const auto bucket = std::lower_bound(bucket_ends_us.begin(), bucket_ends_us.end(), us);
+        ++f.histogram[static_cast<std::size_t>(bucket - bucket_ends_us.begin())];
+    }
+    f.values = std::move(values);
+    return f;
+}
+
+std::string in_time_units(double us) {
+    return us < 1e3   ? fmt::format("{:g} us", us)
+           : us < 1e6 ? fmt::format("{:g} ms", us * 1e-3)
+                      : fmt::format("{:g} s", us * 1e-6);
 }
 
 } // namespace
@@ -83,22 +133,30 @@ std::vector<TimingRow> read_timing(std::istream& in, const std::string& name) {
 
 std::vector<SpanFigures> span_figures(std::span<const TimingRow> rows) {
     std::vector<SpanFigures> all;
-    for (const Span& span : spans) {
-        SpanFigures f;
-        f.name = span.name;
-        f.key = span.key;
+    const auto add = [&](std::string name, std::string key, const auto& from, const auto& to) {
+        std::vector<double> values;
         for (const TimingRow& row : rows)
-            if (row.*span.from != 0 && row.*span.to != 0)
-                f.values.push_back(static_cast<double>(row.*span.to - row.*span.from) * 1e-3);
-        std::sort(f.values.begin(), f.values.end());
-        f.count = f.values.size();
-        if (f.count > 0) {
-            f.p50 = quantile(f.values, 0.5);
-            f.p90 = quantile(f.values, 0.9);
-            f.p99 = quantile(f.values, 0.99);
-            f.max = f.values.back();
-        }
-        all.push_back(std::move(f));
+            if (from(row) != 0 && to(row) != 0) values.push_back(to_us(to(row) - from(row)));
+        all.push_back(figures_of(std::move(name), std::move(key), std::move(values)));
+    };
+    for (const Span& span : spans)
+        add(
+            span.name, span.key, [&](const TimingRow& row) { return row.*span.from; },
+            [&](const TimingRow& row) { return row.*span.to; });
+    std::vector<double> lateness_us;
+    for (const TimingRow& row : rows)
+        lateness_us.insert(lateness_us.end(), row.row_lateness_us.begin(), row.row_lateness_us.end());
+    all.push_back(figures_of("each row after its time", "row_lateness", std::move(lateness_us)));
+    for (std::size_t o = 0; o < outlet_count; ++o) {
+        const bool used = std::any_of(rows.begin(), rows.end(),
+                                      [o](const TimingRow& row) { return row.first_byte[o] != 0; });
+        if (!used) continue;
+        const auto edge = [](const TimingRow& row) { return row.edge; };
+        const std::string name = outlet_names[o];
+        add("edge to first byte, " + name, "edge_to_first_byte_" + name, edge,
+            [o](const TimingRow& row) { return row.first_byte[o]; });
+        add("edge to last byte, " + name, "edge_to_last_byte_" + name, edge,
+            [o](const TimingRow& row) { return row.last_byte[o]; });
     }
     return all;
 }
@@ -114,7 +172,8 @@ std::string reason(const TimingRow& row) {
         return fmt::format("given up with {} of {} rows late", row.late_rows, row.rows);
     const std::pair<std::int64_t, const char*> parts[] = {
         {row.seen - row.edge, "the edge was seen late"},
-        {row.render_begin - row.seen, "it waited to be rendered"},
+        {row.pose - row.seen, "it waited for its turn"},
+        {row.render_begin - row.pose, "it waited to be rendered"},
         {row.render_end - row.render_begin, "rendering"},
         {row.detector_end - row.render_end, "the detector"},
         {row.last - std::max(row.detector_end, row.last_due), "the release"},
@@ -134,31 +193,58 @@ std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count)
 std::string timing_text(std::span<const TimingRow> rows) {
     const auto late =
         std::count_if(rows.begin(), rows.end(), [](const TimingRow& r) { return r.late_rows > 0; });
+    const std::vector<SpanFigures> figures = span_figures(rows);
     std::string out =
-        fmt::format("{} frames, {} with late rows\n\n{:<28} {:>8} {:>12} {:>12} {:>12} {:>12}\n", rows.size(),
-                    late, "microseconds", "frames", "p50", "p90", "p99", "max");
-    for (const SpanFigures& f : span_figures(rows))
+        fmt::format("{} frames, {} with late rows\n\n{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", rows.size(),
+                    late, "microseconds", "count", "p50", "p90", "p99", "max");
+    for (const SpanFigures& f : figures)
         out += f.count > 0
-                   ? fmt::format("{:<28} {:>8} {:>12.1f} {:>12.1f} {:>12.1f} {:>12.1f}\n", f.name, f.count,
+                   ? fmt::format("{:<30} {:>8} {:>12.1f} {:>12.1f} {:>12.1f} {:>12.1f}\n", f.name, f.count,
                                  f.p50, f.p90, f.p99, f.max)
-                   : fmt::format("{:<28} {:>8} {:>12} {:>12} {:>12} {:>12}\n", f.name, 0, "-", "-", "-", "-");
-    out +=
-        fmt::format("\nThe worst frames\n{:>8} {:>12} {:>10}  {}\n", "frame", "late, ms", "late rows", "why");
-    for (const TimingRow& row : worst(rows, 10))
-        out += fmt::format("{:>8} {:>12.3f} {:>10}  {}\n", row.frame_id,
-                           static_cast<double>(lateness(row)) * 1e-6, row.late_rows, reason(row));
+                   : fmt::format("{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", f.name, 0, "-", "-", "-", "-");
+    // Two buckets more than the decades: between them and beyond.
+    out += fmt::format("\n{:<30}", "histogram: up to");
+    for (std::size_t i = 0; i < bucket_ends_us.size(); i += 3)
+        out += fmt::format(" {:>8}", in_time_units(bucket_ends_us[i]));
+    out += fmt::format(" {:>8}\n", "more");
+    for (const SpanFigures& f : figures) {
+        if (f.count == 0) continue;
+        out += fmt::format("{:<30}", f.name);
+        for (std::size_t i = 0, from = 0; from < f.histogram.size(); from = i + 1, i += 3) {
+            const std::size_t to = std::min(i + 1, f.histogram.size());
+            out +=
+                fmt::format(" {:>8}", std::accumulate(f.histogram.begin() + static_cast<std::ptrdiff_t>(from),
+                                                      f.histogram.begin() + static_cast<std::ptrdiff_t>(to),
+                                                      std::size_t{0}));
+        }
+        out += '\n';
+    }
+    out += fmt::format("\nThe worst frames\n{:>8} {:>12} {:>10} {:>10}  {}\n", "frame", "late, ms",
+                       "late rows", "worst row", "why");
+    for (const TimingRow& row : worst(rows, worst_count))
+        out += fmt::format("{:>8} {:>12.3f} {:>10} {:>10}  {}\n", row.frame_id,
+                           static_cast<double>(lateness(row)) * 1e-6, row.late_rows, row.worst_row_number,
+                           reason(row));
     return out;
 }
 
 std::string timing_csv(std::span<const TimingRow> rows) {
-    std::string out = "span,count,p50_us,p90_us,p99_us,max_us\n";
+    std::string out = "span,count,p50_us,p90_us,p99_us,max_us";
+    for (const double end : bucket_ends_us)
+        out += fmt::format(",to_{:g}_us", end);
+    out += ",more\n";
     for (const SpanFigures& f : span_figures(rows))
-        out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.key, f.count, f.p50, f.p90, f.p99, f.max);
+        out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", f.key, f.count, f.p50, f.p90, f.p99,
+                           f.max, fmt::join(f.histogram, ","));
+    out += "\nframe_id,late_us,late_rows,worst_row,why\n";
+    for (const TimingRow& row : worst(rows, worst_count))
+        out += fmt::format("{},{:.3f},{},{},\"{}\"\n", row.frame_id, to_us(lateness(row)), row.late_rows,
+                           row.worst_row_number, reason(row));
     return out;
 }
 
 std::string timing_svg(std::span<const TimingRow> rows) {
-    // 1 us to 10 s over 700 px, 100 px a decade; fractions of the frames over 400 px.
+    // 1 us to 10 s over 700 px, 100 px a decade; fractions of the frames over 400 px; the worst frames below.
     constexpr double left = 60, top = 30, decade = 100, height = 400;
     constexpr const char* colours[] = {"#4477aa", "#66ccee", "#228833", "#ccbb44",
                                        "#ee6677", "#aa3377", "#999999", "#000000"};
@@ -167,8 +253,8 @@ std::string timing_svg(std::span<const TimingRow> rows) {
     };
     const auto y_of = [](double part) { return top + height * (1 - part); };
     std::string out =
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1040\" height=\"490\" font-family=\"sans-serif\" "
-        "font-size=\"12\">\n<rect width=\"1040\" height=\"490\" fill=\"white\"/>\n";
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1040\" height=\"670\" font-family=\"sans-serif\" "
+        "font-size=\"12\">\n<rect width=\"1040\" height=\"670\" fill=\"white\"/>\n";
     constexpr const char* marks[] = {"1 us", "10 us", "100 us", "1 ms", "10 ms", "100 ms", "1 s", "10 s"};
     for (int i = 0; i <= 7; ++i) {
         const double x = left + decade * i;
@@ -183,17 +269,30 @@ std::string timing_svg(std::span<const TimingRow> rows) {
     const std::vector<SpanFigures> figures = span_figures(rows);
     for (std::size_t s = 0; s < figures.size(); ++s) {
         const SpanFigures& f = figures[s];
+        const char* const colour = colours[s % std::size(colours)];
+        const char* const dashes = s < std::size(colours)       ? "none"
+                                   : s < 2 * std::size(colours) ? "6 3"
+                                                                : "2 2";
         out += fmt::format("<text x=\"780\" y=\"{}\" fill=\"{}\">{}</text>\n",
-                           top + 20 * static_cast<double>(s) + 12, colours[s], f.name);
+                           top + 20 * static_cast<double>(s) + 12, colour, f.name);
         if (f.count == 0) continue;
-        out +=
-            fmt::format("<polyline fill=\"none\" stroke-width=\"1.5\" stroke=\"{}\" points=\"", colours[s]);
+        out += fmt::format("<polyline fill=\"none\" stroke-width=\"1.5\" stroke-dasharray=\"{}\" "
+                           "stroke=\"{}\" points=\"",
+                           dashes, colour);
         // At most some hundred points, however many frames.
         const std::size_t step = std::max<std::size_t>(1, f.count / 500);
         for (std::size_t i = 0; i < f.count; i += step)
             out += fmt::format("{:.1f},{:.1f} ", x_of(f.values[i]),
                                y_of(static_cast<double>(i + 1) / static_cast<double>(f.count)));
         out += fmt::format("{:.1f},{:.1f}\"/>\n", x_of(f.max), y_of(1));
+    }
+    double y = top + height + 50;
+    for (const TimingRow& row : worst(rows, worst_count)) {
+        out += fmt::format(
+            "<text x=\"{}\" y=\"{}\">frame {}: {:.3f} ms late, {} rows, the worst row {}; {}</text>\n", left,
+            y, row.frame_id, static_cast<double>(lateness(row)) * 1e-6, row.late_rows, row.worst_row_number,
+            reason(row));
+        y += 18;
     }
     return out + "</svg>\n";
 }

@@ -1,6 +1,9 @@
 // Makes sense of the stamps that obscurad --timing wrote: spans, their spread, the worst frames and why.
 #pragma once
 
+#include "core/byte_stamps.hpp"
+
+#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <span>
@@ -12,20 +15,28 @@ namespace obscura::tools {
 /// One frame of the file; times in ns of the scheduling clock, 0 where a stamp was not reached.
 struct TimingRow {
     std::uint64_t frame_id = 0, trigger_id = 0;
-    std::int64_t edge = 0, seen = 0, render_begin = 0, render_end = 0, detector_end = 0;
+    std::int64_t edge = 0, seen = 0, pose = 0, render_begin = 0, render_end = 0, detector_end = 0;
     std::int64_t due = 0, first = 0, last_due = 0, last = 0;
-    std::int64_t rows = 0, late_rows = 0, worst_row = 0, flags = 0;
+    std::int64_t rows = 0, late_rows = 0, worst_row = 0, worst_row_number = 0, flags = 0;
+    /// When bytes of it left, for each Outlet.
+    std::array<std::int64_t, outlet_count> first_byte{}, last_byte{};
+    std::vector<std::int32_t> row_lateness_us; ///< how long after its time each row left
 };
 
 /// Throws InputError with file and line. `name` is used in messages.
 [[nodiscard]] std::vector<TimingRow> read_timing(std::istream& in, const std::string& name);
 
-/// The spread of one span over all frames that have it, microseconds.
+/// Upper ends of the histograms' buckets, microseconds; what is longer goes into one more.
+constexpr std::array bucket_ends_us{1.,  2.,  5.,  1e1, 2e1, 5e1, 1e2, 2e2, 5e2, 1e3,
+                                    2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6};
+
+/// The spread of one span over all frames (or rows) that have it, microseconds.
 struct SpanFigures {
     std::string name; ///< "trigger to first row" and so on
     std::string key;  ///< "trigger_to_first_row"
     std::size_t count = 0;
     double p50 = 0, p90 = 0, p99 = 0, max = 0;
+    std::array<std::size_t, bucket_ends_us.size() + 1> histogram{};
     std::vector<double> values; ///< sorted
 };
 [[nodiscard]] std::vector<SpanFigures> span_figures(std::span<const TimingRow> rows);
@@ -37,11 +48,12 @@ struct SpanFigures {
 /// The `count` latest frames, latest first.
 [[nodiscard]] std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count);
 
-/// The table for people, with the ten worst frames.
+/// Tables for people: quantiles, histograms, the ten worst frames and why.
 [[nodiscard]] std::string timing_text(std::span<const TimingRow> rows);
-/// One line a span: key,count,p50_us,p90_us,p99_us,max_us.
+/// One line a span: key, count, quantiles and histogram; after an empty line the ten worst frames.
 [[nodiscard]] std::string timing_csv(std::span<const TimingRow> rows);
-/// Cumulative distributions of all spans over a logarithmic time axis, as an SVG picture.
+/// Cumulative distributions of all spans over a logarithmic time axis and the ten worst frames, as an SVG
+/// picture.
 [[nodiscard]] std::string timing_svg(std::span<const TimingRow> rows);
 
 } // namespace obscura::tools

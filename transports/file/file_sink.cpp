@@ -99,10 +99,12 @@ void FileSink::write(const Frame& frame) {
     const std::string file_name = run + frame_file_name(info.frame_id, settings_.format);
     // A disk that is busy or far away is no hung thread.
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
+    info.note_bytes(Outlet::file, MonotonicClock().now());
     try {
         write_picture(settings_.directory / file_name, settings_.format, picture, frame_cards(frame));
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
             write_truth(settings_.directory / (run + truth_file_name(info.frame_id)), frame);
+        info.note_bytes(Outlet::file, MonotonicClock().now());
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);
         failing_ = false;

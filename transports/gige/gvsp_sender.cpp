@@ -210,7 +210,11 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     if (fault(Fault::drop_leader, block) == nullptr) queue_packet(block, 0, false);
     socket_.flush();
     block.sent = 1;
-    if (!again) counters_.trigger_to_first.add(clock_.now() - edge);
+    if (!again) {
+        const Time now = clock_.now();
+        counters_.trigger_to_first.add(now - edge);
+        frame->info.note_bytes(Outlet::gige, now);
+    }
     const bool sent = send_payload(block);
     block.live = {};
     if (!sent) return false;
@@ -221,7 +225,9 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     if (session_->config.faults.any() && fault(Fault::freeze_frame, block) == nullptr)
         session_->shown = block.frame;
     if (again) return true;
-    counters_.trigger_to_last.add(clock_.now() - edge);
+    const Time now = clock_.now();
+    counters_.trigger_to_last.add(now - edge);
+    frame->info.note_bytes(Outlet::gige, now);
     // What goes out is not what was asked for: cut short or a repetition.
     if (!frame->complete() || (frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
         post(Event::error, block, clock_.now());

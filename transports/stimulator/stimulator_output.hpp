@@ -94,6 +94,7 @@ private:
         std::uint64_t frame = 0; ///< count of the frame it belongs to
         std::size_t bytes = 0;
         Time sent;
+        ByteStamps* stamps = nullptr; ///< of that frame
     };
     /// Everything that lives as long as one connection.
     struct Session;

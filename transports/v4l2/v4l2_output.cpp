@@ -205,7 +205,9 @@ void V4l2Output::send(const Frame& frame) {
             done = ready;
         }
         if ((frame.flags.load(std::memory_order_relaxed) & frame_dropped) != 0) return drop(partial_);
+        info.note_bytes(Outlet::v4l2, MonotonicClock().now());
         result = node_->send(info.frame_id, info.trigger_edge, settings_.buffer_wait_ns);
+        info.note_bytes(Outlet::v4l2, MonotonicClock().now());
     }
     switch (result) {
     case V4l2Result::ok:

@@ -38,3 +38,28 @@ TEST_CASE("several producers and one consumer lose nothing while there is room")
     CHECK(ring.lost() == 0);
     set_log_level(LogLevel::info);
 }
+
+TEST_CASE("an entry of the journal has fields, and no text makes fields or lines of its own") {
+    CHECK(journal_entry(LogLevel::warning, "v4l2: /dev/video10: is gone") ==
+          "MESSAGE=v4l2: /dev/video10: is gone\nPRIORITY=4\nSYSLOG_IDENTIFIER=obscurad\nOBSCURA_PART=v4l2\n");
+    const std::string hostile = journal_entry(LogLevel::error, "stimulator x\nPRIORITY=0\x1b[31m: away");
+    CHECK(hostile == "MESSAGE=stimulator x PRIORITY=0 [31m: away\nPRIORITY=3\nSYSLOG_IDENTIFIER=obscurad\n"
+                     "OBSCURA_PART=stimulator\n");
+}
+
+TEST_CASE("a flood of lines is cut off and counted") {
+    LogLimit limit;
+    std::uint64_t suppressed = 0;
+    Time now{7 * ns_per_s};
+    for (std::uint32_t i = 0; i < LogLimit::lines; ++i, now += ns_per_ms) {
+        REQUIRE(limit.admit(now, suppressed));
+        CHECK(suppressed == 0);
+    }
+    for (int i = 0; i < 25; ++i)
+        CHECK_FALSE(limit.admit(now, suppressed));
+    now = Time{7 * ns_per_s + LogLimit::window_ns};
+    CHECK(limit.admit(now, suppressed));
+    CHECK(suppressed == 25);
+    CHECK(limit.admit(now, suppressed));
+    CHECK(suppressed == 0);
+}

@@ -1,7 +1,9 @@
 #include "core/error.hpp"
+#include "emulator/timing_log.hpp"
 #include "tests/support/catch.hpp"
 #include "tools/timing_report.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 using namespace obscura;
@@ -11,9 +13,7 @@ using Catch::Matchers::WithinAbs;
 
 namespace {
 
-const std::string header =
-    "frame_id,trigger_id,edge_ns,seen_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,"
-    "first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,flags\n";
+const std::string header = obscura::emulator::TimingLog::header();
 
 std::vector<TimingRow> read(const std::string& text) {
     std::istringstream in(text);
@@ -29,12 +29,16 @@ std::string complaint(const std::string& text) {
     return "";
 }
 
-// Edge at 1 s; seen 10 us, rendering from 30 us to 5030 us, detector 100 us more; rows due from 2 ms to 6 ms.
-const std::string in_time = "1,1,1000000000,1000010000,1000030000,1001030000,1001130000,1002000000,"
-                            "1002000500,1006000000,1006000700,30,0,700,0\n";
-const std::string slow = "2,2,2000000000,2000010000,2000030000,2009030000,2009130000,2002000000,2003000000,"
-                         "2006000000,2009140000,30,25,7000000,1\n";
-const std::string given_up = "3,3,3000000000,3000010000,0,0,0,3002000000,0,3006000000,0,30,30,0,9\n";
+// Edge at 1 s; seen 10 us, poses 15 us, rendering from 30 us to 1030 us, detector 100 us more; rows due from
+// 2 ms to 6 ms. The first GigE byte left with the first row, the last one 100 us after the last row.
+const std::string in_time =
+    "1,1,1000000000,1000010000,1000015000,1000030000,1001030000,1001130000,1002000000,1002000500,1006000000,"
+    "1006000700,30,0,700,29,0,1002010000,1006100700,0,0,0,0,0,0,0 0 1\n";
+const std::string slow =
+    "2,2,2000000000,2000010000,2000015000,2000030000,2009030000,2009130000,2002000000,2003000000,2006000000,"
+    "2009140000,30,25,7000000,2,1,2003010000,2009240000,0,0,0,0,0,0,1000 7000 3140\n";
+const std::string given_up =
+    "3,3,3000000000,3000010000,0,0,0,0,3002000000,0,3006000000,0,30,30,0,0,9,0,0,0,0,0,0,0,0,\n";
 
 } // namespace
 
@@ -47,6 +51,10 @@ TEST_CASE("a timing file is read column by column") {
     CHECK(rows[0].last == 1'006'000'700);
     CHECK(rows[0].rows == 30);
     CHECK(rows[0].worst_row == 700);
+    CHECK(rows[0].worst_row_number == 29);
+    CHECK(rows[0].first_byte[0] == 1'002'010'000);
+    CHECK(rows[0].last_byte[0] == 1'006'100'700);
+    CHECK(rows[0].row_lateness_us == std::vector<std::int32_t>{0, 0, 1});
 }
 
 TEST_CASE("what is no timing file is refused with its line") {
@@ -55,9 +63,11 @@ TEST_CASE("what is no timing file is refused with its line") {
     CHECK_THAT(complaint(header + in_time + "1,2,x\n"),
                ContainsSubstring("run.csv:3: column 3 is no whole number"));
     CHECK_THAT(complaint(header + "1,2,3\n"), ContainsSubstring("run.csv:2: column 3"));
-    std::string longer = in_time;
-    longer.insert(longer.size() - 1, ",5");
-    CHECK_THAT(complaint(header + longer), ContainsSubstring("run.csv:2: column 15"));
+    for (const char* more : {",5", " x", " ", "  1", " 99999999999"}) {
+        std::string longer = in_time;
+        longer.insert(longer.size() - 1, more);
+        CHECK_THAT(complaint(header + longer), ContainsSubstring("run.csv:2: column 26"));
+    }
 }
 
 TEST_CASE("spans, lateness and reasons of frames whose stamps are known") {
@@ -70,10 +80,24 @@ TEST_CASE("spans, lateness and reasons of frames whose stamps are known") {
             CHECK(f.count == 2); // the frame that was given up has no such stamps
             CHECK_THAT(f.p50, WithinAbs(1000, 1e-9));
             CHECK_THAT(f.max, WithinAbs(9000, 1e-9));
+        } else if (f.key == "row_lateness") {
+            CHECK(f.count == 6); // rows
+            CHECK_THAT(f.max, WithinAbs(7000, 1e-9));
+            CHECK(f.histogram[0] == 3); // 0, 0, 1 us
+            CHECK(f.histogram[9] == 1); // up to 1 ms
+            CHECK(f.histogram[11] == 1);
+            CHECK(f.histogram[12] == 1);
+        } else if (f.key == "edge_to_last_byte_gige") {
+            CHECK(f.count == 2);
+            CHECK_THAT(f.max, WithinAbs(9240, 1e-9));
         } else if (f.key == "first_row_lateness") {
             CHECK_THAT(f.p50, WithinAbs(0.5, 1e-9));
         }
     }
+    // A way out that nothing left through is not shown.
+    const auto figures = span_figures(rows);
+    CHECK(std::none_of(figures.begin(), figures.end(),
+                       [](const SpanFigures& f) { return f.key.find("v4l2") != std::string::npos; }));
     CHECK(lateness(rows[0]) == 0);
     CHECK(lateness(rows[1]) == 3'140'000);
     CHECK(reason(rows[0]) == "in time");
@@ -89,11 +113,19 @@ TEST_CASE("the report as text, CSV and picture") {
     CHECK_THAT(timing_text(rows),
                ContainsSubstring("3 frames, 2 with late rows") && ContainsSubstring("rendering, 9.000 ms"));
     const std::string csv = timing_csv(rows);
-    CHECK_THAT(csv, ContainsSubstring("rendering,2,1000.000,9000.000,9000.000,9000.000\n"));
+    CHECK_THAT(csv, ContainsSubstring("rendering,2,1000.000,9000.000,9000.000,9000.000,"
+                                      "0,0,0,0,0,0,0,0,0,1,0,0,1,0,0,0,0,0,0,0\n"));
+    CHECK_THAT(csv, ContainsSubstring("\n2,3140.000,25,2,\"rendering, 9.000 ms\"\n"));
     const std::string svg = timing_svg(rows);
     CHECK(svg.rfind("<svg ", 0) == 0);
     // 1 ms is the third decade: x = 60 + 300; the first of two frames, y half way up.
     CHECK_THAT(svg, ContainsSubstring("360.0,230.0 "));
+    CHECK_THAT(svg,
+               ContainsSubstring("frame 2: 3.140 ms late, 25 rows, the worst row 2; rendering, 9.000 ms"));
+    // One value up to 1 ms, one up to 10 ms.
+    CHECK_THAT(timing_text(rows),
+               ContainsSubstring("\nrendering                             0        0        0        "
+                                 "1        1        0        0        0\n"));
     CHECK_THAT(timing_text({}), ContainsSubstring("0 frames"));
     CHECK_THAT(timing_svg({}), ContainsSubstring("</svg>"));
 }
