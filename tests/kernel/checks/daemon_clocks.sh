@@ -1,34 +1,36 @@
 # Clocks of the bench through the real daemon: PPS with holdover, edges on a PTP clock's input, a scheduled start on it
+# lane: clocks
 # time limit: 150 s
 . "$RIG/guest/daemon.sh"
 load pps-gpio
 load rig_triggers
 fire=/sys/kernel/debug/rig_triggers
-daemon_start 64 48 '[trigger]
+daemon_start 16 16 '[trigger]
 source = "pps"
-rate_hz = 2
+rate_hz = 10
+over_trigger = "latch"
 [camera]
 exposure_us = 1000'
-said=$(python3 "$RIG/programs/pps_frames.py" $fire/pps frames 2 8 2>&1) || fail "PPS: $said: $(cat daemon.log)"
+said=$(python3 "$RIG/programs/pps_frames.py" $fire/pps frames 10 21 2>&1) || fail "PPS: $said: $(cat daemon.log)"
 figure "PPS: $said"
 grep -q 'clock: locked (pps)' daemon.log || fail "the clock was never locked: $(cat daemon.log)"
 wait_for 10 grep -q 'clock: holdover (pps)' daemon.log || fail "no holdover after the pulses: $(cat daemon.log)"
 daemon_stop
 grep -q 'CLKSTATE.*locked' frames/*.toml || fail "no frame says that its clock was locked"
 
-daemon_start 64 48 '[trigger]
+daemon_start 16 16 '[trigger]
 source = "ptp"
 channel = 1
-rate_hz = 5
+rate_hz = 20
 [camera]
 exposure_us = 1000'
-said=$(python3 "$RIG/programs/fire_edges.py" $fire/extts frames 1 40 1 2>&1) || fail "EXTTS: $said: $(cat daemon.log)"
+said=$(python3 "$RIG/programs/fire_edges.py" $fire/extts frames 1 200 1 2>&1) || fail "EXTTS: $said: $(cat daemon.log)"
 figure "EXTTS: $said"
 daemon_stop
 
 # This machine's simulated PTP clock is 37 s ahead of the time of day.
 start=$(($(date +%s) + 37 + 4)).25
-daemon_start 64 48 "[trigger]
+daemon_start 16 16 "[trigger]
 source = \"ptp_timer\"
 start = \"$start\"
 rate_hz = 4

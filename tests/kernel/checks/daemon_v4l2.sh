@@ -1,4 +1,5 @@
 # The real daemon on a timer to v4l2loopback: v4l2-ctl, ffmpeg and GStreamer get every pixel of its frames, stamps are edges
+# lane: video
 # time limit: 240 s
 . "$RIG/guest/daemon.sh"
 . "$RIG/guest/video.sh"

@@ -1,4 +1,5 @@
 # USB stimulator: the transport to the reference device raw, LZ4 and windows; the kernel's gud driver as referee
+# lane: usb
 # time limit: 120 s
 . "$RIG/guest/stimulator.sh"
 
@@ -42,3 +43,5 @@ for lz4 in "" --no-lz4; do
     [ "$(cat compressed)" -gt 0 ] || [ -n "$lz4" ] || fail "gud.ko compressed nothing: $(cat device)"
     figure "gud.ko${lz4:+ without LZ4}: $(cat host)"
 done
+# Away again: it would take the device between the next check's daemons and draw a console on it.
+rmmod gud

@@ -1,4 +1,5 @@
 # USB stimulator: 100 hot unplugs under load; back each time, picture whole, nothing leaks
+# lane: usb
 # time limit: 420 s
 . "$RIG/guest/stimulator.sh"
 

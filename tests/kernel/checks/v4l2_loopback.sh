@@ -1,4 +1,5 @@
 # V4L2 transport to v4l2loopback of Debian 12 and 13: v4l2-ctl, ffmpeg and GStreamer get every pixel, stamps are edges
+# lane: video
 # time limit: 300 s
 . "$RIG/guest/video.sh"
 stream() { # FORMAT BITS [OPTION...]

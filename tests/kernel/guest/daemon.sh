@@ -1,8 +1,11 @@
-# For checks with the real daemon: daemon_start WIDTH HEIGHT TOML, daemon_stop, daemon_counters TRANSPORT. Frames are also
-# written to ./frames as raw files. The scene is light: floating-point arithmetic is slow in the emulated machine.
+# For checks with the real daemon: daemon_start WIDTH HEIGHT TOML [ADC-BITS], daemon_stop, daemon_counters TRANSPORT,
+# daemon_undisturbed TRANSPORT (it got one frame for each trigger). Frames are also
+# written to ./frames as raw files, in memory. The scene is light: floating-point arithmetic is slow in the emulated machine.
 need "$RIG_BUILD/emulator/obscurad"
 daemon_start() {
-    rm -rf frames ready
+    rm -rf frames ready "/run/frames/$PWD"
+    mkdir -p "/run/frames/$PWD"
+    ln -sfn "/run/frames/$PWD" frames
     cat >scene.toml <<END
 name = "light"
 [sun]
@@ -45,7 +48,7 @@ queue_frames = 8
 width = $1
 height = $2
 [sensor.detector]
-adc_bits = 12
+adc_bits = ${4:-12}
 $3
 END
     obscurad --config daemon.toml --ready-file ready --stats stats.json >daemon.log 2>&1 &
@@ -58,4 +61,16 @@ daemon_stop() {
 }
 daemon_counters() {
     python3 -c 'import json, sys; print(sys.argv[1] + ": " + json.dumps(json.load(open("stats.json"))["transports"][sys.argv[1]]))' "$1"
+}
+daemon_undisturbed() {
+    local said
+    said=$(python3 - "$1" <<'END'
+import json, sys
+told = json.load(open("stats.json"))
+transport = told["transports"][sys.argv[1]]
+print(json.dumps({key: told[key] for key in told if not isinstance(told[key], dict)} | transport))
+sys.exit(transport["dropped"] != 0 or transport["delivered"] != transport["submitted"])
+END
+    ) || fail "$1 was disturbed: $said"
+    figure "$1 was not disturbed: $said"
 }

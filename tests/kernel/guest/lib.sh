@@ -22,7 +22,8 @@ load() {
     if [ $# -gt 0 ] && grep -q "^$(tr - _ <<<"$module") " /proc/modules; then rmmod "$module"; fi
     if [ -f "$RIG_MODULES/$module.ko" ]; then
         for dependency in $(modinfo -F depends "$RIG_MODULES/$module.ko" | tr , ' '); do modprobe "$dependency"; done
-        grep -q "^$(tr - _ <<<"$module") " /proc/modules || insmod "$RIG_MODULES/$module.ko" "$@"
+        # A check beside this one may be loading it as well.
+        insmod "$RIG_MODULES/$module.ko" "$@" 2>/dev/null || grep -q "^$(tr - _ <<<"$module") " /proc/modules
     else
         modprobe "$module" "$@"
     fi
@@ -52,6 +53,11 @@ gpio_up() {
         echo "${line#*=}" >"$chip/bank0/line${line%%=*}/name"
     done
     echo 1 >"$chip/live"
+    gpio_lines "$label"
+}
+# gpio_lines LABEL: sets them again, for a chip that was away.
+gpio_lines() {
+    local chip=/sys/kernel/config/gpio-sim/$1
     GPIO_CHIP=$(cat "$chip/bank0/chip_name")
     GPIO_LINES=/sys/devices/platform/$(cat "$chip/dev_name")/$GPIO_CHIP
 }

@@ -2,7 +2,8 @@
 /*
  * Trigger sources for tests, fired from user space through debugfs:
  *
- *   rig_triggers/pps    any write is one assert of a PPS source
+ *   rig_triggers/pps    writing N is one assert of a PPS source at N ns of CLOCK_REALTIME, as a source with a time stamp
+ *                       unit of its own would tell it; 1: now
  *   rig_triggers/extts  writing N is one external time stamp event on channel N of a PTP clock
  *
  * The PTP clock runs 37 s ahead of CLOCK_REALTIME, as TAI does, and can be set and shifted. With gpio_label= the
@@ -123,10 +124,16 @@ static struct pps_source_info pps_info = {
 
 static ssize_t fire_pps(struct file *file, const char __user *text, size_t size, loff_t *at)
 {
-	struct pps_event_time now;
+	struct pps_event_time when;
+	s64 real_ns;
+	int error = kstrtos64_from_user(text, size, 0, &real_ns);
 
-	pps_get_ts(&now);
-	pps_event(pps, &now, PPS_CAPTUREASSERT, NULL);
+	if (error)
+		return error;
+	pps_get_ts(&when);
+	if (real_ns > 1)
+		when.ts_real = ns_to_timespec64(real_ns);
+	pps_event(pps, &when, PPS_CAPTUREASSERT, NULL);
 	return size;
 }
 

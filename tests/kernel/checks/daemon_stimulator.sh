@@ -1,0 +1,47 @@
+# GPIO edges to the real daemon to the USB stimulator, raw, LZ4 and partial: every edge a frame, every frame on the screen as it is
+# lane: usb
+# time limit: 240 s
+. "$RIG/guest/daemon.sh"
+. "$RIG/guest/stimulator.sh"
+gpio_up screen 8 3=SCREEN_TRIG_IN
+total=0
+# Short exposures are all noise, in longer ones the moonlet is saturated and LZ4 has something to do.
+run() { # NAME EDGES COMPRESSION EXPOSURE-US MORE [WINDOW...]
+    local name=$1 edges=$2 compression=$3 exposure=$4 more=$5 said
+    shift 5
+    device_up --size 96x64
+    daemon_start 96 64 "[trigger]
+source = \"gpio\"
+line = \"SCREEN_TRIG_IN\"
+[camera]
+exposure_us = $exposure
+$more
+[stimulator]
+enabled = true
+queue_frames = 32
+dither = \"none\"
+compression = \"$compression\"" 8
+    wait_for 20 grep -q '^plugged in' device && wait_for 20 grep -q '^stimulator.*96x64' daemon.log || fail "no stimulator: $(cat daemon.log device)"
+    said=$(python3 "$RIG/programs/fire_edges.py" "$GPIO_LINES/sim_gpio3/pull" frames 1 "$edges" 2>&1) || fail "$name: $said"
+    daemon_stop
+    device_down
+    mv device "device-$name"
+    grep -q "stimulator: $edges delivered, 0 dropped" daemon.log || fail "$name: $(tail -n 1 daemon.log)"
+    said=$(python3 "$RIG/programs/shown_frames.py" "device-$name" frames 96 64 "$edges" "$@" 2>&1) || fail "$name: $said"
+    figure "$name: $said"
+    total=$((total + edges))
+}
+run raw 70 off 200 ''
+run lz4 70 always 500 ''
+run windows 60 auto 200 '[[camera.window]]
+width = 40
+height = 16
+offset_x = 8
+offset_y = 4
+[[camera.window]]
+width = 40
+height = 24
+offset_x = 30
+offset_y = 32' 40x16+8+4 40x24+30+32
+figure "$total of $total edges, one frame each, all on the screen"
+gpio_down screen
