@@ -1,11 +1,12 @@
 # The real daemon's USB stimulator pulled out 100 times: back within 2 s, nothing leaks, every frame of the others is stored
 # lane: usb
-# time limit: 420 s
+# time limit: 300 s
 . "$RIG/guest/daemon.sh"
 . "$RIG/guest/stimulator.sh"
 device_up --size 64x48
 daemon_start 64 48 '[trigger]
-rate_hz = 20
+rate_hz = 5
+over_trigger = "latch"
 [camera]
 exposure_us = 2000
 [stimulator]

@@ -68,7 +68,8 @@ daemon_undisturbed() {
 import json, sys
 told = json.load(open("stats.json"))
 transport = told["transports"][sys.argv[1]]
-print(json.dumps({key: told[key] for key in told if not isinstance(told[key], dict)} | transport))
+camera = {key: told["camera"][key] for key in ("triggers", "frames", "missed_triggers", "dropped")}
+print(f"{camera}, {transport['delivered']} of {transport['submitted']} delivered")
 sys.exit(transport["dropped"] != 0 or transport["delivered"] != transport["submitted"])
 END
     ) || fail "$1 was disturbed: $said"
