@@ -33,7 +33,7 @@ void log_line(LogLevel level, std::string_view text);
 /// Lets so many lines through in a window of time and counts the others.
 class LogLimit {
 public:
-    static constexpr std::uint32_t lines = 200;
+    static constexpr std::uint32_t lines = 1000;
     static constexpr std::int64_t window_ns = 10 * ns_per_s;
     /// Whether a line may be written at `now`; `suppressed` is what was not since the last window, once.
     [[nodiscard]] bool admit(Time now, std::uint64_t& suppressed) noexcept;

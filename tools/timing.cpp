@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -23,8 +24,9 @@ struct Wakeups {
     int priority;
 };
 
-/// Lets one-row frames out through the daemon's own releasing thread, at `rate_hz` for `seconds`.
-void measure(const Wakeups& w, double seconds, std::string& out) {
+/// Lets one-row frames out through the daemon's own releasing thread, at `rate_hz` for `seconds`; returns how
+/// late 99 of 100 were at most, in microseconds.
+double measure(const Wakeups& w, double seconds, std::string& out) {
     emulator::Releaser releaser({.max_rows = 1, .thread = {w.priority, {}}, .spin_ns = w.spin_ns},
                                 std::make_unique<MonotonicClock>());
     FramePool pool(emulator::Releaser::frames_in_flight + 1, 16, 1);
@@ -44,6 +46,7 @@ void measure(const Wakeups& w, double seconds, std::string& out) {
     const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
     out += fmt::format("{:<34} {:>6.0f} {:>8} {:>10.1f} {:>10.1f} {:>10.1f}\n", w.name, w.rate_hz, h.count(),
                        us(h.quantile_ns(0.5)), us(h.quantile_ns(0.99)), us(h.max_ns()));
+    return us(h.quantile_ns(0.99));
 }
 
 class Timing final : public Verb {
@@ -51,7 +54,8 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "tells how punctual a run was, and what this machine can promise";
         line.description = "Reads the stamps that `obscurad --timing FILE` wrote and prints how long "
-                           "everything took, with the ten "
+                           "everything took, from the edge to the "
+                           "last byte of every way out and row by row, with histograms and the ten "
                            "worst frames and why; as text, as CSV, or as a picture of the distributions "
                            "(SVG). With --self-test no file "
                            "is read: the daemon's own releasing thread lets rows out at 10 and 100 Hz, with "
@@ -100,10 +104,15 @@ private:
             all.push_back({"release: sleep, then poll", 10, 100 * ns_per_us, release_priority});
             all.push_back({"release: sleep, then poll", 100, 100 * ns_per_us, release_priority});
         }
-        for (const Wakeups& w : all)
-            measure(w, seconds_, out);
-        out += "\nThe last two lines are what obscurad can promise here; p99 and max show what the machine "
-               "itself takes.\n";
+        double promise_us = 0; // of the two ways of the daemon, which come last
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const double p99_us = measure(all[i], seconds_, out);
+            if (i + 2 >= all.size()) promise_us = std::max(promise_us, p99_us);
+        }
+        out += fmt::format(
+            "\nAs loaded as it is now, this machine can promise that 99 of 100 rows leave at most {:.1f} us "
+            "after their time; max shows what it took itself.\n",
+            promise_us);
         return out;
     }
 

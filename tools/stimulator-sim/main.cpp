@@ -1,5 +1,6 @@
 // obscura-stimulator-sim: the reference device. A USB display on FunctionFS that keeps what it is sent.
 #include "core/error.hpp"
+#include "emulator/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/stimulator-sim/functionfs.hpp"
@@ -15,6 +16,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -147,6 +149,10 @@ private:
 int main(int argc, char* argv[]) {
     std::setvbuf(stdout, nullptr, _IOLBF, 0); // whoever watches the log sees each line at once
     try {
+        if (argc == 2 && std::string_view(argv[1]) == "--version") {
+            fmt::print("{} {}\n", program, emulator::version);
+            return exit_ok;
+        }
         Simulator simulator;
         if (!simulator.parse({argv + 1, argv + argc})) return exit_ok;
         catch_interrupts();

@@ -1,9 +1,6 @@
 // Feeds a USB stimulator through the transport and says what its screen must show:
 //     stimulator_feed WIDTHxHEIGHT raw|lz4|windows FRAMES
-//     stimulator_feed WIDTHxHEIGHT unplug TIMES UDC-FILE CONTROLLER
-// `unplug` pulls the cable TIMES times under load by way of the gadget's UDC file and measures how long it
-// takes until the next frame is on the screen. Exit status 0 when every frame arrived (but those on the way
-// when the cable was pulled).
+// Exit status 0 when every frame arrived.
 #include "core/clock.hpp"
 #include "core/philox.hpp"
 #include "transports/stimulator/libusb_bus.hpp"
@@ -15,8 +12,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -163,97 +158,14 @@ int stream(Feed& feed, const std::string& mode, std::uint64_t frames) {
     return c.delivered == frames && c.dropped == 0 && s.failed == 0 && seen && compressed_right ? 0 : 1;
 }
 
-std::size_t open_files() {
-    const auto files = std::filesystem::directory_iterator("/proc/self/fd");
-    return static_cast<std::size_t>(std::distance(begin(files), end(files)));
-}
-
-long resident_kib() {
-    std::ifstream status("/proc/self/status");
-    std::string word;
-    long value = 0;
-    while (status >> word)
-        if (word == "VmRSS:") status >> value;
-    return value;
-}
-
-int unplug(Feed& feed, int times, const std::string& udc, const std::string& controller) {
-    if (!feed.wait_connected()) return 1;
-    std::uint64_t id = 0;
-    std::int64_t worst = 0, sum = 0;
-    int slow = 0;
-    std::size_t files = 0;
-    long memory = 0;
-    const auto frame = [&] {
-        (void)feed.send_whole(++id, true);
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    };
-    for (int i = 0; i < times; ++i) {
-        const std::uint64_t before = feed.output().counters().delivered;
-        if (!feed.wait([&] {
-                frame();
-                return feed.output().counters().delivered >= before + 3;
-            }))
-            return 1;
-        if (i == 5) { // everything that is allocated once has been
-            files = open_files();
-            memory = resident_kib();
-        }
-        std::ofstream(udc) << "\n" << std::flush;
-        if (!feed.wait([&] {
-                frame();
-                return !feed.output().status().connected;
-            })) {
-            std::puts("the missing device was not missed");
-            return 1;
-        }
-        const std::uint64_t delivered = feed.output().counters().delivered;
-        const std::int64_t plugged = now_ns();
-        std::ofstream(udc) << controller << "\n" << std::flush;
-        if (!feed.wait([&] {
-                frame();
-                return feed.output().counters().delivered > delivered;
-            })) {
-            std::puts("it did not come back");
-            return 1;
-        }
-        const std::int64_t took_ns = now_ns() - plugged;
-        worst = std::max(worst, took_ns);
-        sum += took_ns;
-        slow += took_ns > 2 * ns_per_s ? 1 : 0;
-    }
-    feed.wait([&] { return feed.settled(); });
-    // The last frame must be on the screen, whole.
-    if (!feed.wait([&] {
-            (void)feed.send_whole(++id, false);
-            return feed.wait([&] { return feed.settled(); });
-        }))
-        return 1;
-    feed.wait([&] { return feed.output().status().device_shown > 0; }, 2);
-    const std::size_t files_after = open_files();
-    const long memory_after = resident_kib();
-    fmt::print("unplugged {} times: back after {:.0f} ms in the mean, {:.0f} ms at worst, {} times more than "
-               "2 s; open files {} then {}, "
-               "memory {} KiB then {} KiB, frames held {}, screen {:08x}\n",
-               times, static_cast<double>(sum) / times * 1e-6, static_cast<double>(worst) * 1e-6, slow, files,
-               files_after, memory, memory_after, feed.pool().in_use(), feed.checksum());
-    const bool leaks = files_after > files || memory_after > memory + 4096 || feed.pool().in_use() > 0;
-    // The time is a figure, not a verdict: an emulated machine beside other work may need any.
-    return leaks ? 1 : 0;
-}
-
 } // namespace
 
 int main(int argc, char* argv[]) {
     const std::vector<std::string> a(argv + 1, argv + argc);
     int width = 0, height = 0;
     if (a.size() < 3 || std::sscanf(a[0].c_str(), "%dx%d", &width, &height) != 2) return 64;
-    const Compression compression =
-        a[1] == "raw" || a[1] == "unplug" ? Compression::off : Compression::always;
-    Feed feed(width, height, compression);
-    const int status = a[1] == "unplug" && a.size() == 5
-                           ? unplug(feed, std::atoi(a[2].c_str()), a[3], a[4])
-                           : stream(feed, a[1], std::strtoull(a[2].c_str(), nullptr, 10));
+    Feed feed(width, height, a[1] == "raw" ? Compression::off : Compression::always);
+    const int status = stream(feed, a[1], std::strtoull(a[2].c_str(), nullptr, 10));
     feed.output().stop();
     return status;
 }

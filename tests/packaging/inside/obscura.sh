@@ -35,7 +35,7 @@ for file in /usr/bin/obscurad /usr/bin/obscura /etc/obscura/obscurad.toml /etc/s
     /lib/systemd/system/obscurad.service /lib/systemd/system/obscurad@.service /usr/lib/sysusers.d/obscura.conf \
     /usr/lib/tmpfiles.d/obscura.conf /usr/lib/sysctl.d/60-obscura.conf /usr/lib/modprobe.d/obscura.conf \
     /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml \
-    /usr/share/man/man1/obscura.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
+    /usr/share/man/man1/obscura.1.gz /usr/share/man/man1/obscura-stimulator-sim.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
     /usr/share/bash-completion/completions/obscura /usr/share/bash-completion/completions/obscurad \
     /usr/share/doc/obscura/copyright /usr/share/doc/obscura/examples/txtime.conf; do
     [ -f "$file" ] || bad "$file is missing"
@@ -45,7 +45,7 @@ wrong=$(dpkg -L obscura | while read -r f; do [ -d "$f" ] && [ ! -L "$f" ] || fi
 [ -z "$wrong" ] && ok "all files belong to root, nobody else writes" || bad "owner or mode of: $wrong"
 conffiles=$(dpkg-query -W -f='${Conffiles}' obscura | awk 'NF{print $1}' | sort | tr '\n' ' ')
 [ "$conffiles" = "/etc/obscura/obscurad.toml /etc/security/limits.d/obscura.conf " ] && ok "conffiles" || bad "conffiles: $conffiles"
-for page in obscura.1 obscurad.toml.5 obscurad.8; do
+for page in obscura.1 obscura-stimulator-sim.1 obscurad.toml.5 obscurad.8; do
     check "manual page $page" bash -c "[ -z \"\$(man --warnings -E UTF-8 -l -Tutf8 -Z /usr/share/man/man${page##*.}/$page.gz 2>&1 >/dev/null)\" ]"
 done
 check "bash completes verbs" bash -c 'source /usr/share/bash-completion/completions/obscura; compopt() { :; }

@@ -51,7 +51,7 @@ TEST_CASE("a flood of lines is cut off and counted") {
     LogLimit limit;
     std::uint64_t suppressed = 0;
     Time now{7 * ns_per_s};
-    for (std::uint32_t i = 0; i < LogLimit::lines; ++i, now += ns_per_ms) {
+    for (std::uint32_t i = 0; i < LogLimit::lines; ++i, now += ns_per_us) {
         REQUIRE(limit.admit(now, suppressed));
         CHECK(suppressed == 0);
     }
