@@ -40,18 +40,22 @@ rate_hz = 4
 [camera]
 exposure_us = 1000"
 wait_for 30 test -e frames/frame_000012.toml || fail "no frames after the scheduled start: $(cat daemon.log)"
-said=$(python3 - "$start" <<'END'
+said=$(python3 - "$start" 2>&1 <<'END'
 import pathlib, re, sys, time
 start_ns = int(float(sys.argv[1]) * 1e9)
 difference = time.time_ns() - time.monotonic_ns() + 37_000_000_000
-worst = 0
+worst, skipped = 0, None
 for told in sorted(pathlib.Path("frames").glob("frame_*.toml"))[:12]:
     text = told.read_text()
     edge, trigger = (int(re.search(rf"^{key} *= *(\d+)\b", text, re.M)[1]) for key in ("T_EDGE", "TRIGID"))
-    worst = max(worst, abs(edge + difference - start_ns - (trigger - 1) * 250_000_000))
+    if skipped is None:  # slots that had passed before a slow machine's daemon was ready
+        skipped = round((edge + difference - start_ns) / 250e6) - (trigger - 1)
+        if skipped < 0:
+            sys.exit("an edge before the scheduled start")
+    worst = max(worst, abs(edge + difference - start_ns - (trigger - 1 + skipped) * 250_000_000))
 if worst > 3_000_000:
     sys.exit(f"an edge is {worst / 1e6} ms from its place in the PTP clock")
-print(f"12 frames from the scheduled start on, at most {worst / 1e3:.0f} us from their places in the PTP clock's time")
+print(f"12 frames from slot {skipped} after the scheduled start on, at most {worst / 1e3:.0f} us from their places in the PTP clock's time")
 END
 ) || fail "$said: $(cat daemon.log)"
 figure "PTP: $said"
