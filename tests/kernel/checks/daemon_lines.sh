@@ -1,4 +1,4 @@
-# The daemon's own lines: trigger ready and exposure active on simulated GPIO, through a chip that goes and comes back
+# The daemon's own lines: trigger ready and exposure active on simulated GPIO
 # lane: clocks
 # time limit: 120 s
 . "$RIG/guest/daemon.sh"
@@ -14,13 +14,6 @@ trigger_ready = "READY_OUT"
 exposure = "EXPOSURE_OUT"'
 said=$(python3 "$RIG/programs/watch_lines.py" "$GPIO_LINES" 3 4 5 100 10 2>&1) || fail "$said: $(cat daemon.log)"
 figure "$said"
-# Trigger and lines are on the same chip, which is pulled out.
-said=$(python3 "$RIG/programs/returns.py" $daemon 20 gpio /sys/kernel/config/gpio-sim/lines 3 frames 2>&1) ||
-    fail "$said: $(tail -n 5 daemon.log)"
-figure "$said"
-gpio_lines lines
-wait_for 5 grep -q 'READY_OUT: the line is back' daemon.log
-said=$(python3 "$RIG/programs/watch_lines.py" "$GPIO_LINES" 3 4 5 100 3 2>&1) || fail "after the returns: $said: $(cat daemon.log)"
 daemon_stop
 daemon_undisturbed file
 [ "$(cat "$GPIO_LINES/sim_gpio4/value")" = 0 ] || fail "the ready line stays up after the end"

@@ -16,7 +16,8 @@ import re
 import sys
 import time
 
-LIMIT_S = 2.0
+# On a busy machine the emulated one, and its USB enumeration, take longer than the daemon.
+LIMIT_S = 5.0 if os.environ.get("RIG_BUSY") else 2.0
 PATIENCE_S = 30
 SETTLED = 10  # returns until everything that is allocated once has been
 # Of memory, in the second half of the returns: the C library keeps what it was given before, and touches more of it.
@@ -154,10 +155,10 @@ took, memory = [], []
 if kind != "video":
     wait_more(device.frame_count, 0, device.pulse)
 for number in range(times):
-    if number == SETTLED:
+    if number == min(SETTLED, times - 1):
         time.sleep(1)  # what else was on the device is opened again
         before = held()
-    if number >= SETTLED and (number - SETTLED) % max(1, (times - SETTLED) // 4) == 0:
+    if number >= min(SETTLED, times - 1) and (number - SETTLED) % max(1, (times - SETTLED) // 4) == 0:
         memory.append(held()["KiB"])
     device.remove()
     seen = device.frame_count()
@@ -169,6 +170,8 @@ time.sleep(1)
 after = held()
 took.sort()
 memory.append(after["KiB"])
+if os.environ.get("RIG_BUSY"):
+    kind += ", machine busy"
 figures = (f"{times} returns ({kind}): first frame after {1e3 * took[times // 2]:.0f} ms (median), {1e3 * took[-1]:.0f} ms at worst; "
            + f"files {before['files']} then {after['files']}, threads {before['threads']} then {after['threads']}, "
            f"memory {', '.join(map(str, memory))} KiB")
