@@ -101,6 +101,41 @@ TEST_CASE("broken meshes: exit 66") {
                "m.obj: no triangles: a mesh needs at least one face");
 }
 
+TEST_CASE("impossible bodies: NaN poses, zero size, circles of parents, textures and materials that are not "
+          "there") {
+    const std::string ball =
+        "[[body]]\nname = \"a\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.5\n";
+    check_scene(ball + "position_m = [nan, 0, 0]\n",
+                "s.toml:6:15: body[0].position_m: nan is not a finite number");
+    check_scene(ball + "orientation = [0, 0, 0, 0]\n",
+                "s.toml:6:15: body[0].orientation: |q| = 0, a unit quaternion [w, x, y, z] is wanted");
+    check_scene("[[body]]\nshape = \"box\"\nsize_m = [1, 0, 1]\nalbedo = 0.5\n",
+                "s.toml:3:14: body[0].size_m: 0 is out of range, allowed 1e-6 to 1e12 m");
+    check_scene("[[body]]\nshape = \"disc\"\nradius_m = 1\ninner_radius_m = 1\nalbedo = 0.5\n",
+                "body 'body0': radii 1 and 1 m: allowed are a positive outer and a smaller inner one");
+    check_scene(ball + "parent = \"a\"\n", "s.toml: body 'a': parents go in a circle: a -> a");
+    check_scene(ball + "parent = \"b\"\n", "s.toml: body 'a': its parent 'b' is no body of the scene");
+    check_scene(ball + "albedo_texture = \"t.png\"\n",
+                "s.toml:6:18: body[0].albedo_texture: t.png: no such file");
+    check_scene("[[body]]\nshape = \"mesh\"\nfile = \"m.obj\"\n",
+                "body 'body0': m.obj brings no materials: the body needs one");
+    const TempFolder folder;
+    folder.write("t.png", "no picture");
+    folder.write("t.mtl", "newmtl m\nmap_Kd gone.png\n");
+    folder.write("m.obj", "mtllib t.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
+    Outcome outcome = run(folder, {"render", folder.write("s.toml", ball + "albedo_texture = \"t.png\"\n"),
+                                   "-o", (folder.path() / "x.exr").string()});
+    CHECK(outcome.line ==
+          "t.png: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
+          "(an image with a detached label: give the label)");
+    CHECK(outcome.status == 66);
+    outcome = run(folder, {"render", folder.write("s.toml", "[[body]]\nshape = \"mesh\"\nfile = \"m.obj\"\n"),
+                           "-o", (folder.path() / "x.exr").string()});
+    CHECK(outcome.line == "gone.png: cannot be opened: No such file or directory");
+    CHECK(outcome.status == 66);
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "x.exr"));
+}
+
 TEST_CASE("broken scenes: exit 78") {
     check_scene("[[body]]\nshape = \"sphere\"\nalbedo = 0.5\n",
                 "s.toml:2:9: body[0].shape: \"sphere\" is not known, allowed ellipsoid, mesh, procedural, "
