@@ -27,6 +27,9 @@ void validate(TriangleMesh& mesh, const std::string& source) {
             throw InputError(fmt::format("{}: vertex {} is not finite in metres as a 32-bit number (at most "
                                          "3.4e38)",
                                          source, i + 1));
+    for (std::size_t i = 0; i < mesh.uvs.size(); ++i)
+        if (!std::isfinite(mesh.uvs[i][0]) || !std::isfinite(mesh.uvs[i][1]))
+            throw InputError(fmt::format("{}: texture coordinate {} is not finite", source, i + 1));
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (const std::uint32_t index : mesh.triangles[i])
             if (index >= mesh.vertices.size())

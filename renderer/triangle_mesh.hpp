@@ -34,7 +34,7 @@ struct TriangleMesh {
 };
 
 /// Throws InputError (`source: what is wrong`) unless the mesh has triangles, all indices are in range and
-/// all vertices are finite. Triangles without area are taken out.
+/// all vertices and texture coordinates are finite. Triangles without area are taken out.
 void validate(TriangleMesh& mesh, const std::string& source);
 
 /// Fills `normals` with the means of the adjoining facets' normals, weighted by the facets' angles at the

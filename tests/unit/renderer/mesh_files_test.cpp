@@ -9,6 +9,7 @@
 #include "tests/support/temp_folder.hpp"
 
 #include <cstring>
+#include <limits>
 #include <map>
 #include <random>
 
@@ -272,6 +273,22 @@ TEST_CASE("Files that are no meshes are refused with one line, whatever is in th
                     bad[random() % bad.size()] = static_cast<char>(random());
             (void)complaint(folder, folder.write(name, bad));
         }
+}
+
+TEST_CASE("Texture coordinates that are no numbers never reach a texture") {
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.uvs = {{0, 0}, {1, std::numeric_limits<float>::infinity()}, {0, 0}};
+    CHECK_THROWS_WITH(validate(mesh, "m.obj"), "m.obj: texture coordinate 2 is not finite");
+    const TempFolder folder;
+    const auto file = folder.write("n.obj", "vt nan inf\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/1 3/1\n");
+    try {
+        for (const auto& uv : read_mesh_file({file.string(), 1, true}).uvs)
+            CHECK((std::isfinite(uv[0]) && std::isfinite(uv[1])));
+    } catch (const InputError& error) {
+        CHECK(std::string(error.what()).find('\n') == std::string::npos);
+    }
 }
 
 TEST_CASE("A file's materials colour the body part by part") {
