@@ -97,6 +97,7 @@ scene::Camera read_camera(const Value& table, const Where& where) {
     const Keys place_keys = camera_place_keys(place);
     keys.insert(keys.end(), place_keys.begin(), place_keys.end());
     const Given given = read_keys(table, where, keys);
+    if (camera.psf.model == scene::PointSpread::Model::table) require(given, "psf_file", table, where);
     camera.motion = motion_of(place, given, table, where);
     return camera;
 }

@@ -230,12 +230,29 @@ struct Distortion {
     std::vector<double> ideal_mm, real_mm;
 };
 
+/// How the light of a point spreads over the sensor, before pixels integrate it.
+struct PointSpread {
+    enum class Model : std::uint8_t {
+        gaussian, ///< of Camera::psf_sigma_px
+        airy,     ///< diffraction at the aperture, at the wavelengths of each band
+        table,    ///< images from a file, by place in the field and by band
+    };
+    Model model = Model::gaussian;
+    double obscuration = 0; ///< diameter of the central obscuration over the aperture's
+    double defocus_m = 0;   ///< focus to sensor, along the axis; not for tables
+    std::string file{};     ///< FITS, see renderer/psf_file.hpp
+    /// Camera samples are spread within this radius; light beyond it goes into the wings.
+    double core_px = 16;
+    double wings_px = 0; ///< how far wings are followed; 0: no wings, and all light is in the core
+};
+
 struct Camera {
     std::int32_t width = 1024, height = 1024; ///< the whole sensor
     double pixel_pitch_m = 18e-6;
     double focal_length_m = 0.05;
     double aperture_m = 0.025; ///< entrance pupil diameter
     double psf_sigma_px = 0.5; ///< Gaussian; 0 puts every star into one pixel
+    PointSpread psf{};
     Motion motion;
     Projection projection = Projection::pinhole;
     Distortion distortion{};

@@ -31,10 +31,12 @@ void near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
 
 } // namespace
 
-BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprint, const Sampling& sampling,
-                         const RowState& row, Tracer& tracer, std::vector<std::int32_t>& candidates)
+BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
+                         const Sampling& sampling, const RowState& row, Tracer& tracer,
+                         std::vector<std::int32_t>& candidates)
     : projection_(projection),
       footprint_(footprint),
+      psf_(psf),
       sampling_(sampling),
       row_(row),
       tracer_(tracer),
@@ -286,6 +288,19 @@ void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& inde
     sobol_pair(index, lens, u, v);
     Doubles x;
     Doubles y;
+    if (psf_ != nullptr) {
+        for (int i = 0; i < packet_size; ++i) {
+            x.v[i] = first_x_ + pixel[i];
+            y.v[i] = y_;
+        }
+        Channels worth;
+        psf_->displace(u, v, tracer_.channels(), x, y, worth);
+        trace_points(x, y, index, light, active, value);
+        for (std::size_t c = 0; c < tracer_.channels(); ++c)
+            for (int i = 0; i < packet_size; ++i)
+                value.v[c].v[i] *= worth.v[c].v[i];
+        return;
+    }
     footprint_.offsets(u, x);
     footprint_.offsets(v, y);
     for (int i = 0; i < packet_size; ++i) {

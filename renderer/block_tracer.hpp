@@ -4,6 +4,7 @@
 #include "renderer/footprint.hpp"
 #include "renderer/lattice.hpp"
 #include "renderer/projection.hpp"
+#include "renderer/psf.hpp"
 #include "renderer/row_state.hpp"
 #include "renderer/sampler.hpp"
 #include "renderer/tracer.hpp"
@@ -42,8 +43,9 @@ struct BlockResult {
 class BlockTracer {
 public:
     /// All arguments must outlive the tracer. `candidates` is scratch space.
-    BlockTracer(const Projection& projection, const Footprint& footprint, const Sampling& sampling,
-                const RowState& row, Tracer& tracer, std::vector<std::int32_t>& candidates);
+    BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
+                const Sampling& sampling, const RowState& row, Tracer& tracer,
+                std::vector<std::int32_t>& candidates);
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
     /// rows about `y` are filled, pixels on calm ground take it instead of samples of their own.
@@ -85,6 +87,7 @@ private:
 
     const Projection& projection_;
     const Footprint& footprint_;
+    const Psf* psf_; ///< instead of the footprint, if any
     const Sampling& sampling_;
     const RowState& row_;
     Tracer& tracer_;

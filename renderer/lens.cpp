@@ -15,7 +15,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 /// How far beyond the sensor directions are still projected, for bodies and stars that reach in.
-constexpr double margin_px = 32;
+constexpr double least_margin_px = 32;
 
 } // namespace
 
@@ -79,7 +79,8 @@ Lens::Lens(const scene::Camera& camera)
         pixel_angle_rad_ = std::max(pixel_angle_rad_, std::sqrt(2 * scale_));
     // The largest of a grid, and the rest for what lies between its points.
     pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : scale_) * 1.2;
-    limit_rad_ = std::min(most_angle_rad_, field_angle_rad(margin_px) + 1e-9);
+    limit_rad_ =
+        std::min(most_angle_rad_, field_angle_rad(std::max(least_margin_px, camera.psf.wings_px + 1)) + 1e-9);
 }
 
 double Lens::radius(double t) const {

@@ -9,6 +9,7 @@
 #include "renderer/motion.hpp"
 #include "renderer/path_tracer.hpp"
 #include "renderer/projection.hpp"
+#include "renderer/psf.hpp"
 #include "renderer/row_state.hpp"
 #include "renderer/sampler.hpp"
 #include "renderer/spectrum.hpp"
@@ -93,6 +94,7 @@ struct Renderer::Impl {
     unsigned threads;
     std::unique_ptr<const Projection> lens;
     Footprint footprint;
+    std::unique_ptr<const Psf> psf; ///< if any, instead of the footprint
     std::vector<BuiltBody> bodies;
     StarField stars;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
@@ -113,6 +115,7 @@ struct Renderer::Impl {
           threads(r.threads > 0 ? r.threads : std::max(1u, std::thread::hardware_concurrency())),
           lens(make_projection(scene.camera)),
           footprint(scene.camera.psf_sigma_px),
+          psf(Psf::make(scene.camera, scene.bands)),
           bodies(build_bodies(scene)),
           stars(scene.stars, scene.bands),
           arena(static_cast<int>(threads)) {
@@ -123,7 +126,7 @@ struct Renderer::Impl {
         for (const scene::SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
         lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
-        plain = settings.max_bounces == 0 && scene.lamps.empty() &&
+        plain = settings.max_bounces == 0 && scene.lamps.empty() && !(psf && psf->chromatic()) &&
                 std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
                     return b.colour.empty() && b.emission.empty() && (!b.paint || b.paint->grey());
                 });
@@ -147,8 +150,18 @@ struct Renderer::Impl {
         return {settings.seed, request.frame_id, settings.samples_per_pixel, settings.max_samples_per_pixel,
                 settings.target_error};
     }
-    void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, Tracer& tracer,
-                    Scratch& s) const;
+    /// The farthest that a camera sample is displaced, along an axis.
+    [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : footprint.reach_px(); }
+    /// The farthest that a point of light is seen from where it is projected.
+    [[nodiscard]] double splat_reach_px() const {
+        return psf ? std::max(psf->reach_px(), psf->wings_px()) : footprint.splat_reach_px();
+    }
+    enum class SplatParts : std::uint8_t { all, wings };
+    /// Adds what row `y` gets of the light `amount`, by channel, of a point.
+    void splat_point(const RenderRequest& request, std::int32_t y, ImagePoint at,
+                     std::span<const double> amount, SplatParts parts, std::vector<double>& light) const;
+    void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, SplatParts parts,
+                    Tracer& tracer, Scratch& s) const;
     void splat_stars(const RenderRequest& request, std::int32_t y, const std::vector<std::uint32_t>& in_view,
                      Tracer& tracer, Scratch& s) const;
 };
@@ -208,8 +221,8 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
         const double cosine = std::min(1.0, std::abs(dot(middle, attitude(t))));
         turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
     }
-    stars.inside(rotate(middle, {0, 0, 1}),
-                 lens->field_angle_rad(footprint.splat_reach_px() + 1) + turn_rad + 1e-9, found);
+    stars.inside(rotate(middle, {0, 0, 1}), lens->field_angle_rad(splat_reach_px() + 1) + turn_rad + 1e-9,
+                 found);
 }
 
 template<typename Use>
@@ -228,7 +241,8 @@ void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
 
 bool Renderer::Impl::shares_samples(const RenderRequest& request) const {
     // More than two samples a pixel are somebody's wish.
-    return settings.target_error > 0 && settings.samples_per_pixel <= 2 && LatticeKernel::fits(footprint) &&
+    return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
+           LatticeKernel::fits(footprint) &&
            std::all_of(request.row_times.begin(), request.row_times.end(),
                        [&](const RowTime& t) { return t.mid().ns == request.row_times.front().mid().ns; });
 }
@@ -243,11 +257,11 @@ bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomi
                   band.kernel->reach);
     const double time_s = to_seconds(request.row_times.front().mid().ns);
     return for_rows(lattice.height(), cancel, [&](std::int32_t r, Scratch& s) {
-        set_row_state(scene, bodies, *lens, footprint, settings.samples_per_pixel, time_s, s.row);
+        set_row_state(scene, bodies, *lens, sample_reach_px(), settings.samples_per_pixel, time_s, s.row);
         if (!resolves_any(s.row)) return;
         with_tracer(s, [&](Tracer& tracer) {
             const Sampling how = sampling(request);
-            BlockTracer blocks(*lens, footprint, how, s.row, tracer, s.candidates);
+            BlockTracer blocks(*lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
             const std::int32_t first = BlockTracer::block_of(lattice.first_x());
             for (std::int32_t block = 0; block < lattice.width() / packet_size; ++block)
                 blocks.trace_lattice(first + block, lattice.first_y() + r, *band.kernel, lattice);
@@ -259,7 +273,7 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
                                   Tracer& tracer, Scratch& s) const {
     if (!resolves_any(s.row)) return;
     const Sampling how = sampling(request);
-    BlockTracer blocks(*lens, footprint, how, s.row, tracer, s.candidates);
+    BlockTracer blocks(*lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
         BlockResult result;
@@ -283,19 +297,64 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     }
 }
 
-void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
-                                Tracer& tracer, Scratch& s) const {
-    const BodyState& body = s.row.bodies[static_cast<std::size_t>(index)];
-    const auto centre = lens->project(body.direction);
-    if (!centre) return;
-    const double reach = footprint.splat_reach_px() + 2 * targeted_radius_px;
-    if (std::abs(centre->y - y) > reach || centre->x < request.window.x - reach ||
-        centre->x > request.window.x + request.window.width - 1 + reach)
+void Renderer::Impl::splat_point(const RenderRequest& request, std::int32_t y, ImagePoint at,
+                                 std::span<const double> amount, SplatParts parts,
+                                 std::vector<double>& light) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    const auto over = [&](double half, const auto& share) {
+        const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at.x - half)));
+        const auto to = std::min(request.window.x + request.window.width - 1,
+                                 static_cast<std::int32_t>(std::ceil(at.x + half)));
+        for (std::int32_t column = from; column <= to; ++column)
+            for (std::size_t c = 0; c < amount.size(); ++c)
+                light[c * width + static_cast<std::size_t>(column - request.window.x)] +=
+                    amount[c] * share(column, c);
+    };
+    const double dy = y - at.y;
+    if (!psf) {
+        const double row_share = footprint.weight(at.y, y);
+        if (row_share == 0) return;
+        over(footprint.splat_reach_px(),
+             [&](std::int32_t column, std::size_t) { return row_share * footprint.weight(at.x, column); });
         return;
+    }
+    if (parts == SplatParts::all && std::abs(dy) < psf->reach_px())
+        over(psf->reach_px(),
+             [&](std::int32_t column, std::size_t c) { return psf->weight(at, column, y, c); });
+    const double rest2 = psf->wings_px() * psf->wings_px() - dy * dy;
+    if (rest2 > 0)
+        over(std::sqrt(rest2), [&](std::int32_t column, std::size_t c) {
+            const double dx = column - at.x;
+            return psf->wing(c, dx * dx + dy * dy);
+        });
+}
+
+void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
+                                SplatParts parts, Tracer& tracer, Scratch& s) const {
+    const BodyState& body = s.row.bodies[static_cast<std::size_t>(index)];
+    const double sine = body.cone_sine;
+    std::uint32_t samples = samples_per_target;
+    if (parts == SplatParts::all) {
+        const auto centre = lens->project(body.direction);
+        if (!centre) return;
+        const double reach = splat_reach_px() + 2 * targeted_radius_px;
+        if (std::abs(centre->y - y) > reach || centre->x < request.window.x - reach ||
+            centre->x > request.window.x + request.window.width - 1 + reach)
+            return;
+    } else {
+        if (body.cos_cone < 0) return; // the camera is inside
+        const double away = std::acos(std::clamp(body.direction.z, -1.0, 1.0));
+        if (away > std::asin(sine) + lens->field_angle_rad(splat_reach_px() + 1)) return;
+        // Points closer to each other than what the wings, which begin at half the core, could show.
+        const double spacing_rad = psf->reach_px() / 4 * lens->local_pixel_angle_rad(body.direction);
+        const double wanted = body.solid_angle_sr / (spacing_rad * spacing_rad);
+        samples = 256;
+        while (samples < 4096 && samples < wanted)
+            samples *= 2;
+    }
 
     // Every body whose cone meets this one's can hide it.
     s.candidates.clear();
-    const double sine = body.cone_sine;
     for (std::size_t b = 0; b < s.row.bodies.size(); ++b) {
         const BodyState& other = s.row.bodies[b];
         const double reach_cos = body.cos_cone * other.cos_cone - sine * other.cone_sine;
@@ -308,9 +367,9 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     orthonormal_basis(body.direction, e1, e2);
     const double one_minus_cos = sine * sine / (1 + body.cos_cone);
     const SeedWords seeds = seed_words(settings.seed, request.frame_id, SamplePurpose::body, index, 0);
-    const double weight = body.solid_angle_sr / samples_per_target;
+    const double weight = body.solid_angle_sr / samples;
     tracer.set_ray_width(std::sqrt(weight));
-    for (std::uint32_t first = 0; first < samples_per_target; first += packet_size) {
+    for (std::uint32_t first = 0; first < samples; first += packet_size) {
         Words sample;
         Words seed0;
         Words seed1;
@@ -345,20 +404,11 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
             if (hits.body[i] < 0) continue;
             const auto at = lens->project(direction.lane(i));
             if (!at) continue;
-            const double row_share = footprint.weight(at->y, y);
-            if (row_share == 0) continue;
             const double dim = weight * lens->transmission(direction.lane(i));
-            const double half = footprint.splat_reach_px();
-            const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - half)));
-            const auto to = std::min(request.window.x + request.window.width - 1,
-                                     static_cast<std::int32_t>(std::ceil(at->x + half)));
-            for (std::int32_t column = from; column <= to; ++column) {
-                const double share = dim * row_share * footprint.weight(at->x, column);
-                for (std::size_t c = 0; c < tracer.channels(); ++c)
-                    s.light[c * static_cast<std::size_t>(request.window.width) +
-                            static_cast<std::size_t>(column - request.window.x)] +=
-                        share * radiance.v[c].v[i];
-            }
+            double amount[max_channels];
+            for (std::size_t c = 0; c < tracer.channels(); ++c)
+                amount[c] = dim * radiance.v[c].v[i];
+            splat_point(request, y, *at, {amount, tracer.channels()}, parts, s.light);
         }
     }
 }
@@ -366,7 +416,7 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
 void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
                                  const std::vector<std::uint32_t>& in_view, Tracer& tracer,
                                  Scratch& s) const {
-    const double reach = footprint.splat_reach_px();
+    const double reach = splat_reach_px();
     for (const std::uint32_t star : in_view) {
         const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
         const auto at = lens->project(direction);
@@ -387,17 +437,11 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
             tracer.intersect(directions, active, s.candidates, hits);
             if (hits.body[0] >= 0) continue;
         }
-        const double row_share = footprint.weight(at->y, y) * lens->transmission(direction);
-        const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at->x - reach)));
-        const auto to = std::min(request.window.x + request.window.width - 1,
-                                 static_cast<std::int32_t>(std::ceil(at->x + reach)));
-        for (std::int32_t column = from; column <= to; ++column) {
-            const double share = row_share * footprint.weight(at->x, column);
-            const auto pixel = static_cast<std::size_t>(column - request.window.x);
-            for (std::size_t band = 0; band < scene.bands.size(); ++band)
-                s.starlight[band * static_cast<std::size_t>(request.window.width) + pixel] +=
-                    share * stars.irradiance(star, band);
-        }
+        const double through = lens->transmission(direction);
+        double amount[max_channels];
+        for (std::size_t band = 0; band < scene.bands.size(); ++band)
+            amount[band] = through * stars.irradiance(star, band);
+        splat_point(request, y, *at, {amount, scene.bands.size()}, SplatParts::all, s.starlight);
     }
 }
 
@@ -406,7 +450,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
     const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-    set_row_state(scene, bodies, *lens, footprint, settings.samples_per_pixel, time_s, s.row);
+    set_row_state(scene, bodies, *lens, sample_reach_px(), settings.samples_per_pixel, time_s, s.row);
     s.starlight.assign(width * scene.bands.size(), 0);
     const auto row_of = [&](std::span<float> plane) {
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
@@ -417,7 +461,10 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
         s.light.assign(width * tracer.channels(), 0);
         trace_pixels(request, y, band, tracer, s);
         for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
-            if (s.row.bodies[b].targeted) splat_body(request, y, static_cast<std::int32_t>(b), tracer, s);
+            if (s.row.bodies[b].targeted)
+                splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::all, tracer, s);
+            else if (psf && psf->wings_px() > 0)
+                splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::wings, tracer, s);
         splat_stars(request, y, band.stars, tracer, s);
     });
     s.per_pixel.assign(width, 1);
@@ -480,7 +527,7 @@ bool Renderer::render_layers(const RenderRequest& request, std::span<float> laye
     assert(layers.size() == layer_count * plane);
     return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-        set_row_state(impl_->scene, impl_->bodies, *impl_->lens, impl_->footprint,
+        set_row_state(impl_->scene, impl_->bodies, *impl_->lens, impl_->sample_reach_px(),
                       impl_->settings.samples_per_pixel, time_s, s.row);
         trace_layers(*impl_->lens, s.row, request.window.x, request.window.y + request.first_row + r,
                      request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,

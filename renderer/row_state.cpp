@@ -64,7 +64,7 @@ Vec3 relative_origin(const BodyState& from, const BodyState& to) {
 }
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
-                   const Projection& projection, const Footprint& footprint, std::uint32_t samples_per_pixel,
+                   const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
                    double time_s, RowState& row) {
     row.camera = pose_at(scene.camera.motion, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
@@ -72,8 +72,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     row.camera_from_inertial = transposed(inertial_from_camera);
     row.bodies.resize(bodies.size());
     // The farthest a displaced sample can lie from its pixel's centre.
-    const double margin_rad =
-        (footprint.reach_px() + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
+    const double margin_rad = (sample_reach_px + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
 
     row.reach_rad = margin_rad;
 

@@ -3,7 +3,6 @@
 
 #include "core/geometry.hpp"
 #include "core/scene.hpp"
-#include "renderer/footprint.hpp"
 #include "renderer/material.hpp"
 #include "renderer/paint.hpp"
 #include "renderer/projection.hpp"
@@ -77,9 +76,10 @@ constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
 
-/// Fills `row` for `time_s` of scene time. Re-uses its vectors.
+/// Fills `row` for `time_s` of scene time; camera samples are displaced by up to `sample_reach_px`. Re-uses
+/// its vectors.
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
-                   const Projection& projection, const Footprint& footprint, std::uint32_t samples_per_pixel,
+                   const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
                    double time_s, RowState& row);
 
 } // namespace obscura::renderer
