@@ -254,7 +254,7 @@ scene::Scene load_scene(const std::filesystem::path& file) {
     const Value root = parse_file(file);
     const Where top{file, ""};
     scene::Scene scene;
-    read_keys(root, top, keys_of(scene), {"sun", "stars", "camera", "body", "lamp", "band"});
+    read_keys(root, top, keys_of(scene), {"sun", "stars", "camera", "body", "lamp", "band", "stray_light"});
     if (scene.name.empty()) scene.name = file.stem().string();
 
     if (const Member* sun = root.find("sun"))
@@ -313,6 +313,15 @@ scene::Scene load_scene(const std::filesystem::path& file) {
     for (std::size_t i = 0; i < curves.size(); ++i)
         for (std::size_t b = 0; !curves[i].empty() && b < scene.bands.size(); ++b)
             scene.bodies[i].colour.push_back(band_mean(curves[i], scene.bands[b]));
+    if (const Member* maps = root.find("stray_light")) {
+        const std::vector<Value>& tables = expect_tables(*maps, top.in("stray_light"));
+        for (std::size_t i = 0; i < tables.size(); ++i) {
+            const Where where = top.in(fmt::format("stray_light[{}]", i));
+            scene::StrayLight stray;
+            require(read_keys(tables[i], where, keys_of(stray)), "file", tables[i], where);
+            scene.stray_light.push_back(stray);
+        }
+    }
     // One number for each band, or none.
     const auto check_bands = [&](const std::vector<double>& values, const char* list, std::size_t i,
                                  const char* key) {

@@ -46,6 +46,8 @@ Keys keys_of(scene::Scene& s) {
          {0, 1000},
          {},
          "Reflections after the first that light is followed over; 0: direct light only"},
+        {"light_time", &s.light_time, {}, {}, {}, "Bodies are seen where they were when the light left them"},
+        {"aberration", &s.aberration, {}, {}, {}, "Directions are those seen from the moving camera"},
         {"quantity",
          Word{set, get},
          {},
@@ -102,6 +104,12 @@ Keys keys_of(scene::Camera& s) {
          {0, 20},
          {},
          "Standard deviation of the Gaussian point spread function; 0: each star in one pixel"},
+        {"velocity_m_s",
+         &s.velocity_m_s,
+         "m/s",
+         {-2.9e8, 2.9e8},
+         {},
+         "For aberration: velocity in the inertial frame; that of the trajectory if not given"},
         word_key("psf", &s.psf.model,
                  {{"gaussian", scene::PointSpread::Model::gaussian},
                   {"airy", scene::PointSpread::Model::airy},
@@ -289,10 +297,29 @@ Keys keys_of(LampKeys& s) {
     };
 }
 
+Keys keys_of(scene::StrayLight& s) {
+    return {
+        {"file", Path{&s.file}, {}, {}, {}, "FITS of the sensor's size: one plane, or one for each band"},
+        {"w_m2_per_unit", &s.w_m2_per_unit, "W/m2", {0, 1e12}, {}, "What 1 in the file adds to a pixel"},
+        {"follows_sun",
+         &s.follows_sun,
+         {},
+         {},
+         {},
+         "Times the Sun's irradiance at the camera over that at 1 au"},
+    };
+}
+
 Keys keys_of(scene::SpectralBand& s) {
     return {
         {"from_nm", Scaled{&s.from_m, nano}, "nm", {100, 20000}, {}, "Lower end of the band"},
         {"to_nm", Scaled{&s.to_m, nano}, "nm", {100, 20000}, {}, "Upper end of the band"},
+        {"transmission",
+         Curve{&s.transmission},
+         {},
+         {0, 1},
+         {},
+         "Of filter and optics: [nm, share] pairs, increasing in wavelength; 1 if not given"},
     };
 }
 

@@ -74,5 +74,6 @@ std::string read_view(const Value& table, const Where& where, scene::Camera& cam
 [[nodiscard]] Keys body_place_keys(PlaceKeys& place);
 [[nodiscard]] Keys keys_of(LampKeys& lamp);
 [[nodiscard]] Keys keys_of(scene::SpectralBand& band);
+[[nodiscard]] Keys keys_of(scene::StrayLight& stray);
 
 } // namespace obscura::config

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "core/sensor_description.hpp"
 #include "core/time.hpp"
 
 #include <array>
@@ -196,9 +197,14 @@ struct Star {
     double colour_b_v = 0;
 };
 
-/// A spectral band with a top-hat response.
+/// A spectral band: what a filter lets through between two wavelengths.
 struct SpectralBand {
     double from_m = 400e-9, to_m = 900e-9;
+    /// Of filter and optics, increasing in wavelength, linear between, held beyond; empty: 1. With the
+    /// sensor's quantum efficiency as a factor, pixels hold what the detector makes use of.
+    std::vector<SpectralPoint> transmission{};
+
+    [[nodiscard]] bool operator==(const SpectralBand&) const = default;
 };
 
 /// How far from the centre, over the focal length, a direction at the angle t to the boresight is seen.
@@ -254,6 +260,8 @@ struct Camera {
     double psf_sigma_px = 0.5; ///< Gaussian; 0 puts every star into one pixel
     PointSpread psf{};
     Motion motion;
+    /// With Scene::aberration: if not zero, instead of the motion's own velocity.
+    Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;
     Distortion distortion{};
     /// Where the optical axis meets the sensor, from its centre.
@@ -262,6 +270,13 @@ struct Camera {
     /// Light is weakened by the cosine of its angle to the boresight, as a flat pupil does. Together with the
     /// solid angle of a pinhole's pixels, which falls with the cube, this is the cos^4 law.
     bool pupil_cosine = false;
+};
+
+/// Light that the optics put where it does not belong: ghosts, reflections in the housing.
+struct StrayLight {
+    std::string file; ///< FITS of the sensor's size, one plane or one for each band
+    double w_m2_per_unit = 1;
+    bool follows_sun = false; ///< times the Sun's irradiance at the camera over that at 1 au
 };
 
 /// What the pixels of a frame hold.
@@ -279,6 +294,11 @@ struct Scene {
     std::vector<Star> stars;
     std::vector<Lamp> lamps{};
     std::vector<SpectralBand> bands{SpectralBand{}};
+    std::vector<StrayLight> stray_light{};
+    /// Bodies are seen where they were when the light left them. (Not between bodies: shadows and light of
+    /// one on another are those of the places where the camera sees them.)
+    bool light_time = false;
+    bool aberration = false;       ///< directions as seen from the moving camera
     std::uint32_t max_bounces = 0; ///< reflections after the first that light is followed over
     Quantity quantity = Quantity::irradiance;
 };

@@ -42,6 +42,8 @@ struct ReadoutSettings {
 struct SpectralPoint {
     double wavelength_m = 0;
     double value = 0;
+
+    [[nodiscard]] bool operator==(const SpectralPoint&) const = default;
 };
 
 /// How dark current rises with temperature: doubling every so many kelvin, or after the band gap of silicon.

@@ -109,7 +109,7 @@ std::string CameraUnit::prepare(const config::Config& next, const std::function<
     const scene::Scene &before = imaging_->renderer->scene(), &after = next.scene;
     const bool same_bands =
         std::equal(before.bands.begin(), before.bands.end(), after.bands.begin(), after.bands.end(),
-                   [](const auto& a, const auto& b) { return a.from_m == b.from_m && a.to_m == b.to_m; });
+                   [](const auto& a, const auto& b) { return a == b; });
     if (!same_bands || before.camera.aperture_m != after.camera.aperture_m)
         return "the scene's spectral bands and the camera's aperture cannot change while running; restart "
                "for "

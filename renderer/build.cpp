@@ -258,6 +258,18 @@ void validate(const scene::Scene& scene) {
               std::isfinite(scene.bands[i].to_m)))
             throw ConfigError(fmt::format("bands: band {} from {} to {} m: allowed 0 < from < to", i + 1,
                                           scene.bands[i].from_m, scene.bands[i].to_m));
+    for (std::size_t i = 0; i < scene.bands.size(); ++i) {
+        const auto& curve = scene.bands[i].transmission;
+        for (std::size_t k = 0; k < curve.size(); ++k)
+            if (!(curve[k].value >= 0 && curve[k].value <= 1 && std::isfinite(curve[k].wavelength_m) &&
+                  (k == 0 || curve[k].wavelength_m > curve[k - 1].wavelength_m)))
+                throw ConfigError(
+                    fmt::format("bands: transmission of band {}: point {}: allowed are shares from 0 "
+                                "to 1 at increasing wavelengths",
+                                i + 1, k + 1));
+    }
+    if (!(is_finite(c.velocity_m_s) && length(c.velocity_m_s) < 2.99e8))
+        throw ConfigError("camera: the velocity must be finite and less than that of light");
     if (scene.bands.size() > 16)
         throw ConfigError(fmt::format("bands: {}: allowed 1 to 16", scene.bands.size()));
     (void)scene::parents_of(scene.bodies);

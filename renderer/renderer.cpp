@@ -1,5 +1,7 @@
 #include "renderer/renderer.hpp"
 
+#include "core/solar_spectrum.hpp"
+#include "renderer/aberration.hpp"
 #include "renderer/block_tracer.hpp"
 #include "renderer/build.hpp"
 #include "renderer/footprint.hpp"
@@ -14,6 +16,7 @@
 #include "renderer/sampler.hpp"
 #include "renderer/spectrum.hpp"
 #include "renderer/star_field.hpp"
+#include "renderer/stray_light.hpp"
 #include "renderer/tracer.hpp"
 #include "renderer/vector_math.hpp"
 
@@ -67,9 +70,11 @@ public:
 /// What one thread needs to render a row; kept between rows so that nothing is allocated after the first.
 struct Scratch {
     RowState row;
-    std::vector<double> light;     ///< channels x pixels, in the tracer's units, sr
-    std::vector<double> starlight; ///< bands x pixels, W/m2
-    std::vector<double> per_pixel; ///< from irradiance to the quantity asked for
+    std::optional<MovingLens> moving_lens; ///< with aberration
+    const Projection* lens = nullptr;      ///< of the row: that one, or the camera's
+    std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
+    std::vector<double> starlight;         ///< bands x pixels, W/m2
+    std::vector<double> per_pixel;         ///< from irradiance to the quantity asked for
     std::vector<std::int32_t> candidates;
     RayCounts counts;
 };
@@ -97,6 +102,7 @@ struct Renderer::Impl {
     std::unique_ptr<const Psf> psf; ///< if any, instead of the footprint
     std::vector<BuiltBody> bodies;
     StarField stars;
+    std::vector<StrayMap> stray;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
     bool plain = true; ///< the Sun is the only light, reflected once by grey surfaces: one channel does
@@ -118,6 +124,7 @@ struct Renderer::Impl {
           psf(Psf::make(scene.camera, scene.bands)),
           bodies(build_bodies(scene)),
           stars(scene.stars, scene.bands),
+          stray(read_stray_light(scene)),
           arena(static_cast<int>(threads)) {
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
@@ -135,6 +142,18 @@ struct Renderer::Impl {
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled.
     template<typename DoRow>
     bool for_rows(std::int32_t rows, const std::atomic<bool>* cancel, const DoRow& do_row) const;
+    /// The Sun's irradiance at a place over that at 1 au.
+    [[nodiscard]] double sun_at_camera(Vec3 place_m) const {
+        const double distance = length(scene.sun.position_m - place_m) / astronomical_unit_m;
+        return scene.sun.irradiance_scale / (distance * distance);
+    }
+    /// Sets the row's state and lens.
+    void begin_row(double time_s, Scratch& s) const {
+        s.lens = lens.get();
+        const Vec3 beta = camera_beta(scene, time_s);
+        if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
+        set_row_state(scene, bodies, *s.lens, sample_reach_px(), settings.samples_per_pixel, time_s, s.row);
+    }
     void find_stars(const RenderRequest& request, std::vector<std::uint32_t>& found) const;
     /// Calls `use(tracer)` with the tracer that the scene needs.
     template<typename Use>
@@ -221,8 +240,12 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
         const double cosine = std::min(1.0, std::abs(dot(middle, attitude(t))));
         turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
     }
-    stars.inside(rotate(middle, {0, 0, 1}), lens->field_angle_rad(splat_reach_px() + 1) + turn_rad + 1e-9,
-                 found);
+    double moved_rad = 0; // by aberration
+    if (scene.aberration)
+        for (const RowTime& t : request.row_times)
+            moved_rad = std::max(moved_rad, 2 * length(camera_beta(scene, to_seconds(t.mid().ns))));
+    stars.inside(rotate(middle, {0, 0, 1}),
+                 lens->field_angle_rad(splat_reach_px() + 1) + turn_rad + moved_rad + 1e-9, found);
 }
 
 template<typename Use>
@@ -257,11 +280,11 @@ bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomi
                   band.kernel->reach);
     const double time_s = to_seconds(request.row_times.front().mid().ns);
     return for_rows(lattice.height(), cancel, [&](std::int32_t r, Scratch& s) {
-        set_row_state(scene, bodies, *lens, sample_reach_px(), settings.samples_per_pixel, time_s, s.row);
+        begin_row(time_s, s);
         if (!resolves_any(s.row)) return;
         with_tracer(s, [&](Tracer& tracer) {
             const Sampling how = sampling(request);
-            BlockTracer blocks(*lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
+            BlockTracer blocks(*s.lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
             const std::int32_t first = BlockTracer::block_of(lattice.first_x());
             for (std::int32_t block = 0; block < lattice.width() / packet_size; ++block)
                 blocks.trace_lattice(first + block, lattice.first_y() + r, *band.kernel, lattice);
@@ -273,7 +296,7 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
                                   Tracer& tracer, Scratch& s) const {
     if (!resolves_any(s.row)) return;
     const Sampling how = sampling(request);
-    BlockTracer blocks(*lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
+    BlockTracer blocks(*s.lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
         BlockResult result;
@@ -335,7 +358,7 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     const double sine = body.cone_sine;
     std::uint32_t samples = samples_per_target;
     if (parts == SplatParts::all) {
-        const auto centre = lens->project(body.direction);
+        const auto centre = s.lens->project(body.direction);
         if (!centre) return;
         const double reach = splat_reach_px() + 2 * targeted_radius_px;
         if (std::abs(centre->y - y) > reach || centre->x < request.window.x - reach ||
@@ -344,9 +367,9 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     } else {
         if (body.cos_cone < 0) return; // the camera is inside
         const double away = std::acos(std::clamp(body.direction.z, -1.0, 1.0));
-        if (away > std::asin(sine) + lens->field_angle_rad(splat_reach_px() + 1)) return;
+        if (away > std::asin(sine) + s.lens->field_angle_rad(splat_reach_px() + 1)) return;
         // Points closer to each other than what the wings, which begin at half the core, could show.
-        const double spacing_rad = psf->reach_px() / 4 * lens->local_pixel_angle_rad(body.direction);
+        const double spacing_rad = psf->reach_px() / 4 * s.lens->local_pixel_angle_rad(body.direction);
         const double wanted = body.solid_angle_sr / (spacing_rad * spacing_rad);
         samples = 256;
         while (samples < 4096 && samples < wanted)
@@ -402,9 +425,9 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
         tracer.radiance(direction, hits, random, radiance);
         for (int i = 0; i < packet_size; ++i) {
             if (hits.body[i] < 0) continue;
-            const auto at = lens->project(direction.lane(i));
+            const auto at = s.lens->project(direction.lane(i));
             if (!at) continue;
-            const double dim = weight * lens->transmission(direction.lane(i));
+            const double dim = weight * s.lens->transmission(direction.lane(i));
             double amount[max_channels];
             for (std::size_t c = 0; c < tracer.channels(); ++c)
                 amount[c] = dim * radiance.v[c].v[i];
@@ -419,7 +442,7 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
     const double reach = splat_reach_px();
     for (const std::uint32_t star : in_view) {
         const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
-        const auto at = lens->project(direction);
+        const auto at = s.lens->project(direction);
         if (!at || std::abs(at->y - y) > reach || at->x < request.window.x - reach ||
             at->x > request.window.x + request.window.width - 1 + reach)
             continue;
@@ -437,7 +460,7 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
             tracer.intersect(directions, active, s.candidates, hits);
             if (hits.body[0] >= 0) continue;
         }
-        const double through = lens->transmission(direction);
+        const double through = s.lens->transmission(direction);
         double amount[max_channels];
         for (std::size_t band = 0; band < scene.bands.size(); ++band)
             amount[band] = through * stars.irradiance(star, band);
@@ -450,7 +473,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
     const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-    set_row_state(scene, bodies, *lens, sample_reach_px(), settings.samples_per_pixel, time_s, s.row);
+    begin_row(time_s, s);
     s.starlight.assign(width * scene.bands.size(), 0);
     const auto row_of = [&](std::span<float> plane) {
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
@@ -483,6 +506,8 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
             row[x] = static_cast<float>(static_cast<double>(row[x]) * scale * scale);
         }
     }
+    for (const StrayMap& map : stray)
+        map.add(request.window.x, y, sun_at_camera(s.row.camera.position_m), scene.bands.size(), s.starlight);
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {
         float* out = irradiance.data() +
                      (b * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
@@ -527,9 +552,8 @@ bool Renderer::render_layers(const RenderRequest& request, std::span<float> laye
     assert(layers.size() == layer_count * plane);
     return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-        set_row_state(impl_->scene, impl_->bodies, *impl_->lens, impl_->sample_reach_px(),
-                      impl_->settings.samples_per_pixel, time_s, s.row);
-        trace_layers(*impl_->lens, s.row, request.window.x, request.window.y + request.first_row + r,
+        impl_->begin_row(time_s, s);
+        trace_layers(*s.lens, s.row, request.window.x, request.window.y + request.first_row + r,
                      request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,
                      layers.data() + static_cast<std::size_t>(r) * width, plane);
     });
@@ -568,7 +592,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
         body.name.fill('\0');
         const std::string& name = bodies[i].name;
         std::copy_n(name.begin(), std::min(name.size(), body.name.size() - 1), body.name.begin());
-        body.pose = body_pose(impl_->bodies, i, time_s);
+        body.pose = seen_pose(impl_->scene, impl_->bodies, i, truth.camera.position_m, time_s);
     }
 }
 

@@ -1,6 +1,7 @@
 #include "renderer/row_state.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "renderer/aberration.hpp"
 #include "renderer/kinematics.hpp"
 #include "renderer/motion.hpp"
 
@@ -63,6 +64,36 @@ Vec3 relative_origin(const BodyState& from, const BodyState& to) {
     return transposed(to.to_inertial) * (from.position_m - to.position_m);
 }
 
+Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, std::size_t i, Vec3 camera_m,
+               double time_s) {
+    Pose pose = body_pose(bodies, i, time_s);
+    if (!scene.light_time) return pose;
+    // Each step is better by the factor v / c; as many as change anything.
+    double seen_s = time_s;
+    for (int step = 0; step < 20; ++step) {
+        const double next_s = time_s - length(pose.position_m - camera_m) / light_speed_m_s;
+        const bool settled = std::abs(next_s - seen_s) < 1e-12;
+        seen_s = next_s;
+        pose = body_pose(bodies, i, seen_s);
+        if (settled) break;
+    }
+    return pose;
+}
+
+Vec3 camera_beta(const scene::Scene& scene, double time_s) {
+    if (!scene.aberration) return {0, 0, 0};
+    const scene::Motion& motion = scene.camera.motion;
+    Vec3 velocity = scene.camera.velocity_m_s;
+    if (length(velocity) == 0) {
+        // Short against the samples of a trajectory, long against the rounding of positions at 1 au.
+        constexpr double half_s = 0.05;
+        velocity =
+            (pose_at(motion, time_s + half_s).position_m - pose_at(motion, time_s - half_s).position_m) /
+            (2 * half_s);
+    }
+    return transposed(to_matrix(pose_at(motion, time_s).orientation)) * (velocity / light_speed_m_s);
+}
+
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
                    double time_s, RowState& row) {
@@ -79,7 +110,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const BuiltBody& built = bodies[i];
         BodyState& s = row.bodies[i];
-        const Pose pose = body_pose(bodies, i, time_s);
+        const Pose pose = seen_pose(scene, bodies, i, row.camera.position_m, time_s);
         s.shape = built.shape.get();
         s.material = built.material.get();
         s.built = &built;

@@ -76,6 +76,13 @@ constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
 
+/// The pose of body `i` in which a camera at `camera_m` sees it at `time_s`: with Scene::light_time that of
+/// the instant when the light left it, t' = t - |r(t') - camera| / c.
+[[nodiscard]] Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, std::size_t i,
+                             Vec3 camera_m, double time_s);
+/// The camera's velocity over that of light, in camera axes; 0 without Scene::aberration.
+[[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, double time_s);
+
 /// Fills `row` for `time_s` of scene time; camera samples are displaced by up to `sample_reach_px`. Re-uses
 /// its vectors.
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,

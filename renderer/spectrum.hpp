@@ -5,6 +5,9 @@
 
 namespace obscura::renderer {
 
+/// Share that a band lets through at a wavelength inside it.
+[[nodiscard]] double transmission(const scene::SpectralBand& band, double wavelength_m);
+
 /// The Sun's irradiance at 1 au in a band, W/m2 (ASTM E490-00a).
 [[nodiscard]] double sun_irradiance_w_m2(const scene::SpectralBand& band);
 

@@ -31,12 +31,14 @@ double electrons_per_joule(std::span<const SpectralPoint> table, scene::Spectral
     const bool lit = solar_band_irradiance_w_m2(band.from_m, band.to_m) > 0;
     for (int i = 0; i < steps; ++i) {
         const double wavelength = band.from_m + (band.to_m - band.from_m) * (i + 0.5) / steps;
-        const double weight = lit ? solar_spectral_irradiance_w_m3(wavelength) : 1;
+        const double through =
+            band.transmission.empty() ? 1 : quantum_efficiency(band.transmission, wavelength);
+        const double weight = through * (lit ? solar_spectral_irradiance_w_m3(wavelength) : 1);
         electrons +=
             weight * quantum_efficiency(table, wavelength) * wavelength / (planck_j_s * light_speed_m_s);
         energy += weight;
     }
-    return electrons / energy;
+    return energy > 0 ? electrons / energy : 0;
 }
 
 } // namespace obscura::sensors

@@ -15,8 +15,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 namespace obscura::tools {
@@ -43,6 +45,9 @@ public:
                     "Pixels, with the same field of view across (default: the scene's)");
         line.number("--samples", &settings_.samples_per_pixel, "N", "Rays per pixel that a body may cover", 1,
                     65536);
+        line.option(
+            "--window", &window_text_, "X,Y,WxH",
+            "Only these pixels, from the upper left corner (X, Y): the same as those of the whole picture");
         line.number("--error", &settings_.target_error, "SHARE",
                     "Take more samples until a pixel's relative standard error is about this (0: --samples "
                     "everywhere)",
@@ -91,6 +96,7 @@ public:
             scene.camera.width = width, scene.camera.height = height;
         }
         width = scene.camera.width, height = scene.camera.height;
+        if (!window_text_.empty()) parse_window(width, height);
         const std::vector<SequenceFrame> frames = sequence(output_, times(scene));
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::vector<scene::SpectralBand> bands = scene.bands;
@@ -149,6 +155,29 @@ private:
 
     static double seconds_since(Clock::time_point start) {
         return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+
+    /// From the sensor's size to the window's.
+    void parse_window(std::int32_t& width, std::int32_t& height) {
+        const std::size_t comma = window_text_.rfind(',');
+        const auto number = [](std::string_view digits, std::int32_t& value) {
+            const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+            return error == std::errc{} && end == digits.data() + digits.size() && value >= 0;
+        };
+        const std::string corner = comma == std::string::npos ? "" : window_text_.substr(0, comma);
+        const std::size_t middle = corner.find(',');
+        std::int32_t w = 0, h = 0;
+        bool good = middle != std::string::npos && number(corner.substr(0, middle), window_x_) &&
+                    number(corner.substr(middle + 1), window_y_);
+        if (good) parse_size(std::string_view(window_text_).substr(comma + 1), w, h);
+        good = good && window_x_ < width && window_y_ < height && w <= width - window_x_ &&
+               h <= height - window_y_;
+        if (!good)
+            throw UsageError(
+                fmt::format("obscura render: --window \"{}\": allowed is X,Y,WIDTHxHEIGHT inside the "
+                            "{} x {} pixels, for example 8,16,64x32",
+                            window_text_.substr(0, 60), width, height));
+        width = w, height = h;
     }
 
     [[nodiscard]] std::vector<double> times(const scene::Scene& scene) const {
@@ -222,7 +251,7 @@ private:
         for (std::int32_t y = 0; y < height; y += band_rows) {
             if (interrupted()) return false;
             renderer::RenderRequest request;
-            request.window = {0, 0, width, height};
+            request.window = {window_x_, window_y_, width, height};
             request.first_row = y;
             request.rows = std::min(band_rows, height - y);
             request.row_times = std::span(times).first(static_cast<std::size_t>(request.rows));
@@ -259,7 +288,7 @@ private:
         layer_values_.resize(renderer::layer_count * static_cast<std::size_t>(width) *
                              static_cast<std::size_t>(height));
         renderer::RenderRequest request;
-        request.window = {0, 0, width, height};
+        request.window = {window_x_, window_y_, width, height};
         request.rows = height;
         request.row_times = times;
         return !interrupted() && renderer.render_layers(request, layer_values_);
@@ -273,6 +302,11 @@ private:
             {"SAMPLES", static_cast<std::int64_t>(settings_.samples_per_pixel), "rays per pixel"},
             {"SEED", static_cast<std::int64_t>(settings_.seed), "of the sampling"},
         };
+        if (!window_text_.empty()) {
+            out.push_back(
+                {"WINDOWX", static_cast<std::int64_t>(window_x_), "[px] first column on the sensor"});
+            out.push_back({"WINDOWY", static_cast<std::int64_t>(window_y_), "[px] first row on the sensor"});
+        }
         const transports::Cards of_bands = band_cards(bands);
         out.insert(out.end(), of_bands.begin(), of_bands.end());
         return out;
@@ -317,7 +351,8 @@ private:
         write_preview(frame.file, width, height, {image.begin(), image.begin() + plane});
     }
 
-    std::string scene_, output_, size_;
+    std::string scene_, output_, size_, window_text_;
+    std::int32_t window_x_ = 0, window_y_ = 0;
     renderer::RenderSettings settings_;
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;

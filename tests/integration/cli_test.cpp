@@ -65,14 +65,40 @@ TEST_CASE("a render has the same bytes on any number of threads, in every format
     const std::string scene = OBSCURA_SOURCE_DIR "/config/scenes/demo.toml";
     for (const std::string extension : {"exr", "fits", "png"}) {
         std::vector<std::string> files;
-        for (const std::string threads : {"1", "3"}) {
+        for (const std::string threads : {"1", "2", "7"}) {
             const auto file = folder.path() / (threads + "." + extension);
             run(folder, {"render", scene, "-o", file, "--size", "160x128", "--threads", threads});
             files.push_back(text_of(file));
         }
         CHECK(files[0].size() > 1000);
         CHECK(files[0] == files[1]);
+        CHECK(files[0] == files[2]);
     }
+    // A window holds what the whole picture has there, and knows where it lies; at a fixed number of samples
+    // and with samples where they are needed.
+    for (const std::string error : {"0", "0.02"}) {
+        const auto whole = folder.path() / "whole.fits", part = folder.path() / "part.fits";
+        run(folder, {"render", scene, "-o", whole, "--size", "160x128", "--error", error});
+        run(folder, {"render", scene, "-o", part, "--size", "160x128", "--error", error, "--window",
+                     "37,41,75x50", "--threads", "7"});
+        const auto pixels = [](const std::string& file) {
+            const std::size_t end = file.find("END     ");
+            return file.substr((end / 2880 + 1) * 2880);
+        };
+        const std::string all = pixels(text_of(whole)), some = pixels(text_of(part));
+        REQUIRE(some.size() >= std::size_t{75} * 50 * 4);
+        bool same = true, dark = true;
+        for (std::size_t y = 0; y < 50; ++y) {
+            const std::string row = some.substr(y * 75 * 4, 75 * 4);
+            same = same && row == all.substr(((y + 41) * 160 + 37) * 4, 75 * 4);
+            dark = dark && row.find_first_not_of('\0') == std::string::npos;
+        }
+        CHECK(same);
+        CHECK_FALSE(dark);
+    }
+    run(folder,
+        {"render", scene, "-o", folder.path() / "x.fits", "--size", "160x128", "--window", "150,0,20x20"},
+        64);
     const auto report = nlohmann::json::parse(
         run(folder, {"render", scene, "-o", folder.path() / "x.exr", "--size", "80x64", "--json"}));
     CHECK(report["width"] == 80);
