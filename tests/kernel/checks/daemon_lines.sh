@@ -14,6 +14,7 @@ trigger_ready = "READY_OUT"
 exposure = "EXPOSURE_OUT"'
 said=$(python3 "$RIG/programs/watch_lines.py" "$GPIO_LINES" 3 4 5 100 10 2>&1) || fail "$said: $(cat daemon.log)"
 figure "$said"
+sleep 1 # the last frames are stored
 daemon_stop
 daemon_undisturbed file
 [ "$(cat "$GPIO_LINES/sim_gpio4/value")" = 0 ] || fail "the ready line stays up after the end"

@@ -19,5 +19,6 @@ figure "$said"
 gpio_lines removed
 wait_for 5 grep -q 'trigger_ready: the line is back' daemon.log
 said=$(python3 "$RIG/programs/watch_lines.py" "$GPIO_LINES" 3 4 5 100 3 2>&1) || fail "after the return: $said: $(cat daemon.log)"
+sleep 1 # the last frames are stored
 daemon_stop
 daemon_undisturbed file

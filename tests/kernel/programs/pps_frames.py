@@ -3,9 +3,10 @@
 step with them makes: pps_frames.py FILE FRAMES-FOLDER RATE PULSES
 
 Every frame between the first pulse and the last must lie at pulse + k/RATE. Prints how many of the slots have one on the first
-line of its output and fails with less than half: an emulated machine on a busy one may be too slow for some, which the daemon
-has to count.
+line of its output and fails with less than half (on a busy machine a tenth): an emulated machine may be too slow for some, which
+the daemon has to count.
 """
+import os
 import pathlib
 import re
 import sys
@@ -40,7 +41,7 @@ while len(edges) < wanted and time.monotonic() < end:
         edge, trigger = re.search(r"^T_EDGE *= *(\d+)\b.*\n", text, re.M), re.search(r"^TRIGID *= *(\d+)\b", text, re.M)
         if edge and trigger and int(trigger[1]) <= wanted:
             edges[int(trigger[1])] = int(edge[1])
-if len(edges) < wanted / 2:
+if len(edges) < wanted / (10 if os.environ.get("RIG_BUSY") else 2):
     sys.exit(f"slots without a frame: {[m for m in range(1, wanted + 1) if m not in edges]}")
 difference = real_less_monotonic()
 off = {m: abs(edges[m] + difference - first - (m - 1) * 10**9 // rate) for m in edges}
