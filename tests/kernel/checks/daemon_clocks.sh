@@ -1,6 +1,6 @@
 # Clocks of the bench through the real daemon: PPS with holdover, edges on a PTP clock's input, a scheduled start on it
 # lane: clocks
-# time limit: 150 s
+# time limit: 300 s
 . "$RIG/guest/daemon.sh"
 load pps-gpio
 load rig_triggers

@@ -1,6 +1,6 @@
 # The daemon's own lines: trigger ready and exposure active on simulated GPIO
 # lane: clocks
-# time limit: 120 s
+# time limit: 240 s
 . "$RIG/guest/daemon.sh"
 gpio_up lines 8 3=LINES_TRIG_IN 4=READY_OUT 5=EXPOSURE_OUT
 daemon_start 16 16 '[trigger]

@@ -1,6 +1,6 @@
 # GPIO edges to the real daemon to the USB stimulator, raw, LZ4 and partial: every edge a frame, every frame on the screen as it is
 # lane: usb
-# time limit: 240 s
+# time limit: 400 s
 . "$RIG/guest/daemon.sh"
 . "$RIG/guest/stimulator.sh"
 gpio_up screen 8 3=SCREEN_TRIG_IN

@@ -1,6 +1,6 @@
 # USB stimulator: the transport to the reference device raw, LZ4 and windows; the kernel's gud driver as referee
 # lane: usb
-# time limit: 120 s
+# time limit: 240 s
 . "$RIG/guest/stimulator.sh"
 
 # --- the transport against the reference device
