@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace obscura {
 namespace {
@@ -83,6 +84,15 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
     if (s.trigger_delay_ns < 0 || s.trigger_delay_ns > 10 * ns_per_s)
         return fmt::format("TriggerDelay {} us: allowed 0 to 1e7",
                            static_cast<double>(s.trigger_delay_ns) / 1e3);
+    for (const auto& [name, activation] :
+         {std::pair{"TriggerActivation", s.trigger_activation},
+          {"TriggerActivation[AcquisitionStart]", s.start_trigger_activation}}) {
+        const bool rising = limits.line0_rising || activation == TriggerActivation::falling_edge;
+        const bool falling = limits.line0_falling || activation == TriggerActivation::rising_edge;
+        if (!rising || !falling)
+            return fmt::format("{}: Line0 tells of {} edges only", name,
+                               limits.line0_rising ? "rising" : "falling");
+    }
     if (s.trigger_divider < 1) return "TriggerDivider 0: allowed 1 and more";
     if (!(s.black_level_dn >= limits.black_level_min_dn && s.black_level_dn <= limits.black_level_max_dn))
         return fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn, limits.black_level_min_dn,

@@ -20,6 +20,15 @@ enum class AcquisitionMode : std::uint8_t { continuous, single_frame, multi_fram
 /// configuration wires to it (timer, GPIO edge, PPS, simulator).
 enum class TriggerSource : std::uint8_t { software, line0, action1 };
 
+/// SFNC TriggerActivation: which edges of a line count.
+enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edge };
+
+/// Whether an edge counts under `activation`.
+[[nodiscard]] constexpr bool activates(TriggerActivation activation, bool falling) noexcept {
+    return activation == TriggerActivation::any_edge ||
+           (activation == TriggerActivation::falling_edge) == falling;
+}
+
 /// One window of the sensor, with an integration of its own. SFNC calls it a region.
 struct CameraWindow {
     Region region;                             ///< in sensor pixels
@@ -48,10 +57,16 @@ struct CameraSettings {
     std::uint32_t acquisition_frame_count = 1; ///< MultiFrame only
     bool trigger_enabled = true;               ///< SFNC TriggerMode; off: free run at frame_rate_hz
     TriggerSource trigger_source = TriggerSource::line0;
+    TriggerActivation trigger_activation = TriggerActivation::rising_edge; ///< line0 only
     std::int64_t trigger_delay_ns = 0;
     std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts
-    bool frame_rate_enabled = true;    ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
-    double black_level_dn = 0;         ///< SFNC BlackLevel
+    // SFNC TriggerSelector AcquisitionStart: after AcquisitionStart no frame is taken before this trigger.
+    // The edge itself makes none.
+    bool start_trigger_enabled = false;
+    TriggerSource start_trigger_source = TriggerSource::line0;
+    TriggerActivation start_trigger_activation = TriggerActivation::rising_edge; ///< line0 only
+    bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
+    double black_level_dn = 0;      ///< SFNC BlackLevel
     ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern
     double frame_rate_hz = 10;                     ///< SFNC AcquisitionFrameRate: free run
 
@@ -83,6 +98,8 @@ struct CameraLimits {
     std::uint32_t windows_max = 1;
     std::int32_t rows_max = 0; ///< of the composed image; 0: as many as the sensor has
     bool strict = true;        ///< windows must lie on the sensor; otherwise the chip crops them
+    /// Edges that Line0's source tells of. Sources that know one kind of edge only call it rising.
+    bool line0_rising = true, line0_falling = false;
     int adc_bits = 12;
     std::int64_t exposure_min_ns = 1000, exposure_max_ns = 10 * ns_per_s;
     double gain_min_db = 0, gain_max_db = 24;
@@ -151,6 +168,7 @@ struct CameraActivity {
     Time frame_start, frame_end;       ///< of the last frame: trigger edge, last row out of the chip
     Time exposure_start, exposure_end; ///< of the last frame: first reset, last read
     bool trigger_ready = false;        ///< an edge would be taken now
+    bool start_awaited = false;        ///< acquiring, but the start trigger has not come
     std::uint32_t sequence_step = 0;   ///< that the last frame was taken with
 };
 
@@ -182,6 +200,10 @@ public:
     virtual bool software_trigger(Time edge) = 0;
     /// SFNC Action1 at `edge`; the same rules. A camera without it never accepts.
     virtual bool action_trigger(Time /*edge*/) { return false; }
+
+    /// SFNC TriggerSoftware of the acquisition start trigger at `edge`. False when none is awaited from
+    /// there.
+    virtual bool software_start_trigger(Time /*edge*/) { return false; }
 
     /// What the chip would make of `settings`; by default exactly what they ask for, in no time.
     [[nodiscard]] virtual ReadoutAnswer readout(const CameraSettings& settings) const;

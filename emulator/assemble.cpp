@@ -59,6 +59,15 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Th
     camera.initial = config::camera_settings(config);
     camera.limits =
         camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
+    if (config.trigger.source == "gpio") {
+        camera.limits.line0_rising = config.trigger.edge != "falling";
+        camera.limits.line0_falling = config.trigger.edge != "rising";
+        camera.initial.trigger_activation = config.trigger.edge == "rising" ? TriggerActivation::rising_edge
+                                            : config.trigger.edge == "falling"
+                                                ? TriggerActivation::falling_edge
+                                                : TriggerActivation::any_edge;
+        camera.initial.start_trigger_activation = camera.initial.trigger_activation;
+    }
     camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
     camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch

@@ -28,7 +28,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       frame_settings_(config.initial) {
     gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
-    divider_ = config.initial.trigger_divider;
+    publish_triggers(config.initial);
     thread_ = std::thread([this] {
         enter_thread("pipeline", config_.thread);
         declare_this_thread_realtime();
@@ -74,7 +74,7 @@ bool Camera::apply(const CameraSettings& settings) {
         const std::lock_guard lock(settings_mutex_);
         settings_ = settings;
     }
-    divider_.store(settings.trigger_divider, std::memory_order_relaxed);
+    publish_triggers(settings);
     // Without a rate of its own the free run follows the chip, which depends on windows and exposure.
     const bool paced_differently =
         route_of(before) != route_of(settings) || before.frame_rate_hz != settings.frame_rate_hz ||
@@ -87,6 +87,13 @@ bool Camera::apply(const CameraSettings& settings) {
         if (acquiring()) start_free_run();
     }
     return true;
+}
+
+void Camera::publish_triggers(const CameraSettings& settings) noexcept {
+    divider_.store(settings.trigger_divider, std::memory_order_relaxed);
+    activation_.store(settings.trigger_activation, std::memory_order_relaxed);
+    start_activation_.store(settings.start_trigger_activation, std::memory_order_relaxed);
+    start_source_.store(settings.start_trigger_source, std::memory_order_relaxed);
 }
 
 void Camera::set_trigger_rate(sync::RationalRate rate) {
@@ -110,6 +117,7 @@ bool Camera::acquisition_start() {
     sequence_step_ = sequence_.start;
     for (auto& first : first_id_)
         first.store(0, std::memory_order_relaxed);
+    start_awaited_.store(now.start_trigger_enabled, std::memory_order_release);
     gate_.open();
     moments_changed_.ring();
     start_free_run();
@@ -126,6 +134,7 @@ void Camera::acquisition_stop(bool abort) {
     // A trigger that was taken just now still becomes a frame; close() waits until it is with the transports
     // and, after an abort, until the pipeline has noticed.
     gate_.close(abort);
+    start_awaited_.store(false, std::memory_order_release);
     if (abort) {
         releaser_.abandon_all(); // a frame that was ready and waited for its time
         releaser_.wait_idle();
@@ -138,11 +147,12 @@ bool Camera::acquiring() const {
 }
 
 bool Camera::trigger_ready() const noexcept {
-    return gate_.ready();
+    return gate_.ready() && !start_awaited_.load(std::memory_order_relaxed);
 }
 
 bool Camera::ready_for_line0(Time edge) const noexcept {
-    return gate_.selected() == line0 && gate_.ready_for(edge);
+    return !start_awaited_.load(std::memory_order_relaxed) && gate_.selected() == line0 &&
+           gate_.ready_for(edge);
 }
 
 CameraMoments Camera::moments() const noexcept {
@@ -154,7 +164,7 @@ CameraMoments Camera::moments() const noexcept {
     m.frame_id = moments_.frame_id.load(std::memory_order_relaxed);
     m.exposure_start = instant(moments_.exposure_start_ns);
     m.exposure_end = instant(moments_.exposure_end_ns);
-    m.ready = gate_.ready();
+    m.ready = trigger_ready();
     m.not_before = gate_.not_before();
     return m;
 }
@@ -180,7 +190,20 @@ void Camera::stop_free_run() {
     free_run_.reset();
 }
 
+bool Camera::take_start(TriggerSource source, bool falling) noexcept {
+    if (!start_awaited_.load(std::memory_order_acquire) ||
+        start_source_.load(std::memory_order_relaxed) != source)
+        return false;
+    if (source == TriggerSource::line0 &&
+        !activates(start_activation_.load(std::memory_order_relaxed), falling))
+        return false;
+    const bool taken = start_awaited_.exchange(false, std::memory_order_acq_rel);
+    if (taken) moments_changed_.ring();
+    return taken;
+}
+
 bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
+    if (start_awaited_.load(std::memory_order_acquire)) return false;
     const std::uint32_t divider = divider_.load(std::memory_order_relaxed);
     if (divider <= 1 || !gate_.is_open()) return gate_.offer(trigger, route);
     // The first edge of the acquisition counts, then every so many; ids are renumbered, so that the gate does
@@ -192,18 +215,36 @@ bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
            gate_.offer({n / divider + 1, trigger.edge, trigger.seen, trigger.clock, trigger.scene}, route);
 }
 
+bool Camera::software_start_trigger(Time) {
+    return take_start(TriggerSource::software, false);
+}
+
 bool Camera::software_trigger(Time edge) {
     return offer({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
 }
 
 bool Camera::action_trigger(Time edge) {
+    if (take_start(TriggerSource::action1, false)) return true;
     return offer({action_edges_.fetch_add(1) + 1, edge, clock_.now()}, action);
 }
 
 void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
     line0_edges_.fetch_add(1, std::memory_order_relaxed);
     line0_edge_ns_.store(trigger.edge.ns, std::memory_order_relaxed);
-    offer(trigger, line0);
+    const std::uint64_t lost =
+        last_line0_id_ != 0 && trigger.id > last_line0_id_ ? trigger.id - last_line0_id_ - 1 : 0;
+    last_line0_id_ = trigger.id;
+    // The edge that starts the acquisition makes no frame.
+    if (take_start(TriggerSource::line0, trigger.falling)) return;
+    const TriggerActivation activation = activation_.load(std::memory_order_relaxed);
+    if (!activates(activation, trigger.falling)) return;
+    // Where the source tells of both kinds, ids count those that matter, and half of the lost ones with them.
+    const bool one_of_two = activation != TriggerActivation::any_edge && config_.limits.line0_rising &&
+                            config_.limits.line0_falling;
+    line0_id_ += 1 + lost / 2;
+    sync::Trigger counted = trigger;
+    if (one_of_two) counted.id = line0_id_;
+    offer(counted, line0);
 }
 
 ReadoutAnswer Camera::readout(const CameraSettings& settings) const {
@@ -232,7 +273,8 @@ CameraActivity Camera::activity() const {
     a.frame_end = instant(moments_.frame_end_ns);
     a.exposure_start = instant(moments_.exposure_start_ns);
     a.exposure_end = instant(moments_.exposure_end_ns);
-    a.trigger_ready = gate_.ready();
+    a.trigger_ready = trigger_ready();
+    a.start_awaited = start_awaited_.load(std::memory_order_relaxed);
     a.sequence_step = moments_.sequence_step.load(std::memory_order_relaxed);
     return a;
 }
@@ -258,7 +300,7 @@ void Camera::note_moments(const FrameOrder& order) noexcept {
 }
 
 void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
-    camera.gate_.offer(trigger, free_run);
+    if (!camera.start_awaited_.load(std::memory_order_acquire)) camera.gate_.offer(trigger, free_run);
 }
 
 void Camera::on_missed(Time edge) noexcept {

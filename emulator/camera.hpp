@@ -100,6 +100,7 @@ public:
     [[nodiscard]] bool acquiring() const override;
     bool software_trigger(Time edge) override;
     bool action_trigger(Time edge) override;
+    bool software_start_trigger(Time edge) override;
     [[nodiscard]] ReadoutAnswer readout(const CameraSettings& settings) const override;
     bool set_sequence(const Sequence& sequence) override;
     [[nodiscard]] CameraActivity activity() const override;
@@ -143,6 +144,8 @@ private:
     };
 
     bool offer(const sync::Trigger& trigger, Route route) noexcept;
+    void publish_triggers(const CameraSettings& settings) noexcept;
+    bool take_start(TriggerSource source, bool falling) noexcept;
     void note_moments(const FrameOrder& order) noexcept;
     static Route route_of(const CameraSettings& settings) noexcept;
     void run() noexcept;
@@ -184,6 +187,13 @@ private:
     std::atomic<std::uint64_t> line0_edges_{0};
     std::atomic<std::int64_t> line0_edge_ns_{0};
     std::atomic<std::uint32_t> divider_{1};
+    // What edges are held to, on whichever thread they come; the same values as in settings_.
+    std::atomic<TriggerActivation> activation_{TriggerActivation::rising_edge},
+        start_activation_{TriggerActivation::rising_edge};
+    std::atomic<TriggerSource> start_source_{TriggerSource::line0};
+    std::atomic<bool> start_awaited_{false};
+    // Line0's source only.
+    std::uint64_t last_line0_id_ = 0, line0_id_ = 0;
     std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
     Moments moments_;
     Wakeup moments_changed_;

@@ -31,7 +31,7 @@ void Conditioner::on_trigger(const Trigger& trigger) noexcept {
     }
     passed_.fetch_add(1, std::memory_order_relaxed);
     next_.on_trigger({position / settings_.divider + 1, trigger.edge + settings_.delay_ns, trigger.seen,
-                      trigger.clock, trigger.scene});
+                      trigger.clock, trigger.scene, trigger.falling});
 }
 
 ConditionerCounters Conditioner::counters() const noexcept {

@@ -11,7 +11,8 @@ namespace obscura::sync {
 struct Edge {
     Time at; ///< scheduling clock
     std::uint64_t sequence =
-        0; ///< counts edges where the input does so, a gap means lost ones; 0: it does not
+        0;                ///< counts edges where the input does so, a gap means lost ones; 0: it does not
+    bool falling = false; ///< where the input tells edges apart
 };
 
 /// Opened on construction, closed on destruction.

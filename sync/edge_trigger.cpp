@@ -68,7 +68,8 @@ void EdgeTrigger::run(TriggerSink& sink) {
             const std::int64_t last_ns = last_edge_ns_.exchange(edge.at.ns, std::memory_order_relaxed);
             const bool regular = last_ns != INT64_MIN && punctual(edge.at.ns - last_ns);
             regular_.store(regular, std::memory_order_relaxed);
-            sink.on_trigger({id, edge.at, seen, regular ? ClockState::locked : ClockState::free});
+            sink.on_trigger({id, edge.at, seen, regular ? ClockState::locked : ClockState::free,
+                             Trigger::scene_of_camera, edge.falling});
         }
     }
 }

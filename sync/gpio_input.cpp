@@ -44,7 +44,8 @@ public:
         for (int i = 0; i < count; ++i) {
             const gpiod_line_event& event = events[static_cast<std::size_t>(i)];
             edges[static_cast<std::size_t>(i)] = {Time{event.ts.tv_sec * ns_per_s + event.ts.tv_nsec},
-                                                  sequence_of(event.event_type)};
+                                                  sequence_of(event.event_type),
+                                                  event.event_type == GPIOD_LINE_EVENT_FALLING_EDGE};
         }
         return count;
     }
@@ -116,7 +117,8 @@ public:
                 gpiod_edge_event_buffer_get_event(buffer_.get(), static_cast<unsigned long>(i));
             edges[static_cast<std::size_t>(i)] = {
                 Time{static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(event))},
-                gpiod_edge_event_get_line_seqno(event)};
+                gpiod_edge_event_get_line_seqno(event),
+                gpiod_edge_event_get_event_type(event) == GPIOD_EDGE_EVENT_FALLING_EDGE};
         }
         return count;
     }

@@ -18,6 +18,7 @@ struct Trigger {
     ClockState clock = ClockState::free; ///< of the source when it saw the edge
     /// Lockstep: what the scene's clock shows at the edge; otherwise scene_of_camera, and the camera decides.
     Time scene = scene_of_camera;
+    bool falling = false; ///< of sources that tell edges apart
 
     static constexpr Time scene_of_camera{INT64_MIN};
 };

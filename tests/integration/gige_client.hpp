@@ -72,6 +72,12 @@ public:
         check(error, feature);
         return value;
     }
+    [[nodiscard]] bool flag(const char* feature) {
+        GError* error = nullptr;
+        const bool value = arv_camera_get_boolean(camera_.get(), feature, &error) != FALSE;
+        check(error, feature);
+        return value;
+    }
     [[nodiscard]] double real(const char* feature) {
         GError* error = nullptr;
         const double value = arv_camera_get_float(camera_.get(), feature, &error);

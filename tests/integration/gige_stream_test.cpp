@@ -441,6 +441,94 @@ TEST_CASE("Software triggers make one frame each, stamped with the trigger's ins
     CHECK(bench.source.triggers() == 20);
 }
 
+TEST_CASE("Frames on rising, falling or all edges of Line0, as far as its source tells of them") {
+    CameraLimits both = limits();
+    both.line0_falling = true;
+    Bench bench(both);
+    GigeClient client(address);
+    client.set("TriggerSelector", "FrameStart");
+    client.set("TriggerMode", "On");
+    client.set("TriggerSource", "Line0");
+    client.set("TriggerDivider", std::int64_t{1});
+    client.set("TriggerDelay", 0.0);
+    client.open_stream(8);
+    for (const auto& [activation, frames] :
+         {std::pair{"RisingEdge", 2}, {"FallingEdge", 2}, {"AnyEdge", 4}}) {
+        CAPTURE(activation);
+        client.set("TriggerActivation", activation);
+        CHECK(client.text("TriggerActivation") == activation);
+        client.execute("AcquisitionStart");
+        int made = 0;
+        for (int edge = 0; edge < 4; ++edge)
+            made += bench.source.line_trigger(bench.clock.now(), edge % 2 == 1) ? 1 : 0;
+        CHECK(made == frames);
+        for (int i = 0; i < frames; ++i) {
+            auto buffer = client.next(5000);
+            REQUIRE(buffer != nullptr);
+            CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+            client.give_back(std::move(buffer));
+        }
+        CHECK(client.next(50) == nullptr);
+        client.execute("AcquisitionStop");
+    }
+    client.close_stream();
+    // What a client that clears all triggers first does.
+    GError* error = nullptr;
+    arv_camera_set_trigger(client.camera(), "Software", &error);
+    check(error, "set trigger");
+    CHECK(client.text("TriggerSource") == "Software");
+    CHECK(client.text("TriggerMode") == "On");
+}
+
+TEST_CASE("A source that knows rising edges only does not offer the others") {
+    Bench bench(limits());
+    GigeClient client(address);
+    CHECK(client.text("TriggerActivation") == "RisingEdge");
+    CHECK_THROWS(client.set("TriggerActivation", "FallingEdge"));
+    CHECK_THROWS(client.set("TriggerActivation", "AnyEdge"));
+    CHECK(client.text("TriggerActivation") == "RisingEdge");
+}
+
+TEST_CASE("An acquisition can wait for a trigger of its own") {
+    Bench bench(limits());
+    GigeClient client(address);
+    client.set("TriggerMode", "Off"); // frames come by themselves, once it has begun
+    client.set("AcquisitionFrameRate", 100.0);
+    client.set("TriggerSelector", "AcquisitionStart");
+    client.set("TriggerMode", "On");
+    ArvGcNode* delay = arv_device_get_feature(client.device(), "TriggerDelay"); // of the other trigger
+    CHECK_FALSE(arv_gc_feature_node_is_available(ARV_GC_FEATURE_NODE(delay), nullptr));
+    client.open_stream(8);
+    for (const char* source : {"Software", "Line0", "Action1"}) {
+        CAPTURE(source);
+        client.set("TriggerSource", source);
+        client.execute("AcquisitionStart");
+        client.set("AcquisitionStatusSelector", "AcquisitionTriggerWait");
+        CHECK(client.flag("AcquisitionStatus"));
+        CHECK(client.next(60) == nullptr);
+        CHECK_THROWS(client.set("TriggerSource", "Software")); // locked now
+        if (source == std::string("Software"))
+            client.execute("TriggerSoftware");
+        else if (source == std::string("Line0"))
+            CHECK(bench.source.line_trigger(bench.clock.now()));
+        else
+            CHECK(bench.source.action_trigger(bench.clock.now()));
+        for (std::uint64_t id = 1; id <= 3; ++id) {
+            auto buffer = client.next(5000);
+            REQUIRE(buffer != nullptr);
+            CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+            CHECK(arv_buffer_get_frame_id(buffer.get()) == id); // a new channel each time
+            client.give_back(std::move(buffer));
+        }
+        CHECK_FALSE(client.flag("AcquisitionStatus"));
+        client.execute("AcquisitionStop");
+        client.close_stream();
+        client.open_stream(8);
+    }
+    client.set("TriggerSelector", "FrameStart");
+    CHECK(client.text("TriggerMode") == "Off");
+}
+
 TEST_CASE("SingleFrame and MultiFrame end by themselves and can be started again") {
     Bench bench(limits());
     GigeClient client(address);

@@ -46,6 +46,7 @@ bool PatternCamera::acquisition_start() {
     abort_ = false;
     frame_id_ = 0;
     pending_ = 0;
+    start_awaited_ = settings_.start_trigger_enabled;
     sequence_step_ = sequence_.start;
     next_ = clock_.now();
     starts_.fetch_add(1);
@@ -76,17 +77,36 @@ bool PatternCamera::set_sequence(const Sequence& sequence) {
 CameraActivity PatternCamera::activity() const {
     const std::lock_guard lock(mutex_);
     CameraActivity a = activity_;
-    a.trigger_ready = acquiring_ && !making_;
+    a.trigger_ready = acquiring_ && !making_ && !start_awaited_;
+    a.start_awaited = acquiring_ && start_awaited_;
     return a;
 }
 
-bool PatternCamera::trigger(TriggerSource source, Time edge) {
+bool PatternCamera::take_start(TriggerSource source, bool falling) {
+    if (!acquiring_ || !start_awaited_ || settings_.start_trigger_source != source ||
+        (source == TriggerSource::line0 && !activates(settings_.start_trigger_activation, falling)))
+        return false;
+    start_awaited_ = false;
+    next_ = clock_.now();
+    changed_.notify_all();
+    return true;
+}
+
+bool PatternCamera::software_start_trigger(Time) {
+    const std::lock_guard lock(mutex_);
+    return take_start(TriggerSource::software, false);
+}
+
+bool PatternCamera::trigger(TriggerSource source, Time edge, bool falling) {
     const std::lock_guard lock(mutex_);
     if (source == TriggerSource::line0) {
         ++activity_.line0_edges;
         activity_.line0_edge = edge;
     }
-    if (!acquiring_ || !settings_.trigger_enabled || settings_.trigger_source != source) return false;
+    if (take_start(source, falling)) return true;
+    if (!acquiring_ || start_awaited_ || !settings_.trigger_enabled || settings_.trigger_source != source ||
+        (source == TriggerSource::line0 && !activates(settings_.trigger_activation, falling)))
+        return false;
     triggers_.fetch_add(1);
     ++activity_.frame_triggers;
     ++pending_;
@@ -101,14 +121,14 @@ bool PatternCamera::software_trigger(Time edge) {
 bool PatternCamera::action_trigger(Time edge) {
     return trigger(TriggerSource::action1, edge);
 }
-bool PatternCamera::line_trigger(Time edge) {
-    return trigger(TriggerSource::line0, edge);
+bool PatternCamera::line_trigger(Time edge, bool falling) {
+    return trigger(TriggerSource::line0, edge, falling);
 }
 
 void PatternCamera::loop() {
     std::unique_lock lock(mutex_);
     while (!quit_) {
-        if (!acquiring_ || (settings_.trigger_enabled && pending_ == 0)) {
+        if (!acquiring_ || start_awaited_ || (settings_.trigger_enabled && pending_ == 0)) {
             changed_.wait(lock);
             continue;
         }

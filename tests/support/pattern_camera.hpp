@@ -53,10 +53,11 @@ public:
     [[nodiscard]] bool acquiring() const override;
     bool software_trigger(Time edge) override;
     bool action_trigger(Time edge) override;
+    bool software_start_trigger(Time edge) override;
     bool set_sequence(const Sequence& sequence) override;
     [[nodiscard]] CameraActivity activity() const override;
     /// An edge on Line0.
-    bool line_trigger(Time edge);
+    bool line_trigger(Time edge, bool falling = false);
 
     [[nodiscard]] std::uint64_t triggers() const { return triggers_.load(); }
     [[nodiscard]] std::uint64_t frames() const { return frames_made_.load(); }
@@ -67,7 +68,8 @@ private:
     void loop();
     void make_frame(const CameraSettings& settings, const std::vector<Region>& windows, std::uint64_t id,
                     Time edge, std::uint32_t step);
-    bool trigger(TriggerSource source, Time edge);
+    bool trigger(TriggerSource source, Time edge, bool falling = false);
+    bool take_start(TriggerSource source, bool falling);
 
     const CameraLimits limits_;
     MonotonicClock clock_;
@@ -84,7 +86,7 @@ private:
     Sequence sequence_;
     std::uint32_t sequence_step_ = 0;
     CameraActivity activity_;
-    bool acquiring_ = false, making_ = false, quit_ = false;
+    bool acquiring_ = false, start_awaited_ = false, making_ = false, quit_ = false;
     std::atomic<bool> abort_{false};
     std::uint64_t frame_id_ = 0;
     int pending_ = 0;

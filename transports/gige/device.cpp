@@ -379,7 +379,11 @@ void Device::add_acquisition() {
     constant("AcquisitionFrameRateMin", feature::frame_rate_min, milli(limits_.frame_rate_min_hz));
     constant("AcquisitionFrameRateMax", feature::frame_rate_max, milli(limits_.frame_rate_max_hz));
     bank_.add({.name = "Acquiring", .address = feature::acquiring, .read = [this] {
-                   return std::uint32_t{control_.acquiring()};
+                   // One bit for each AcquisitionStatusSelector.
+                   const CameraActivity a = control_.activity();
+                   const bool acquiring = control_.acquiring();
+                   return (acquiring ? 1U : 0U) | (acquiring && a.start_awaited ? 2U : 0U) |
+                          (acquiring && a.trigger_ready ? 4U : 0U);
                }});
     setting(
         "TriggerMode", feature::trigger_mode, false,
@@ -415,6 +419,16 @@ void Device::add_acquisition() {
             s.trigger_divider = value;
             return value <= 1'000'000;
         });
+    setting(
+        "TriggerActivation", feature::trigger_activation, false,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_activation); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.trigger_activation = static_cast<TriggerActivation>(value);
+            return value <= static_cast<std::uint32_t>(TriggerActivation::any_edge);
+        });
+    constant("Line0Edges", feature::line0_edges,
+             (limits_.line0_rising ? 1U : 0U) | (limits_.line0_falling ? 2U : 0U));
+    add_start_trigger();
     constant("TriggerOverlap", feature::trigger_overlap, std::uint32_t{limits_.overlapped});
     setting(
         "ExposureTime", feature::exposure_time, false,
@@ -444,6 +458,35 @@ void Device::add_acquisition() {
     constant("BlackLevelMin", feature::black_level_min, milli(limits_.black_level_min_dn));
     constant("BlackLevelMax", feature::black_level_max, milli(limits_.black_level_max_dn));
     constant("DeviceTemperature", feature::temperature, milli(limits_.temperature_c));
+}
+
+void Device::add_start_trigger() {
+    using namespace feature;
+    setting(
+        "TriggerMode", trigger_mode + start_trigger_offset, true,
+        [](const CameraSettings& s) { return std::uint32_t{s.start_trigger_enabled}; },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.start_trigger_enabled = value == 1;
+            return value <= 1;
+        });
+    setting(
+        "TriggerSource", trigger_source + start_trigger_offset, true,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.start_trigger_source); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.start_trigger_source = static_cast<TriggerSource>(value);
+            return value <= static_cast<std::uint32_t>(TriggerSource::action1);
+        });
+    command("TriggerSoftware", trigger_software + start_trigger_offset, [this] {
+        control_.software_start_trigger(clock_.now());
+        return Status::success;
+    });
+    setting(
+        "TriggerActivation", trigger_activation + start_trigger_offset, true,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.start_trigger_activation); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.start_trigger_activation = static_cast<TriggerActivation>(value);
+            return value <= static_cast<std::uint32_t>(TriggerActivation::any_edge);
+        });
 }
 
 void Device::add_statistics() {

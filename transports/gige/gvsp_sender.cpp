@@ -393,6 +393,8 @@ void GvspSender::serve_resends() noexcept {
 }
 
 void GvspSender::serve_resend(const ResendRequest& request) noexcept {
+    // Cut to the 16 bits of the stream, an answer would be about another block.
+    if (!session_->config.extended_ids && request.block_id > 0xFFFF) return;
     Block* found = nullptr;
     for (Block& b : session_->blocks)
         if (b.count != 0 && b.frame && b.wire_id == request.block_id) found = &b;

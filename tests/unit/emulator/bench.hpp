@@ -55,7 +55,7 @@ struct CameraBench : MakerBench {
     explicit CameraBench(const SensorDescription& description = small_sensor(), std::size_t keep = 5,
                          std::function<void(CameraSettings&)> adjust = {},
                          sync::OverTrigger policy = sync::OverTrigger::count,
-                         emulator::LatePolicy late = emulator::LatePolicy::late)
+                         emulator::LatePolicy late = emulator::LatePolicy::late, bool falling_edges = false)
         : MakerBench(description),
           loopback({4, keep,
                     [this](const FrameRef&) {
@@ -64,7 +64,7 @@ struct CameraBench : MakerBench {
                     }}),
           releaser({.max_rows = static_cast<std::size_t>(description.readout.height), .policy = late},
                    std::make_unique<MonotonicClock>(), &timing),
-          camera(config(description, adjust, policy), maker, releaser, pool, clock, log) {
+          camera(config(description, adjust, policy, falling_edges), maker, releaser, pool, clock, log) {
         camera.add_transport(loopback);
         loopback.start();
     }
@@ -76,7 +76,7 @@ struct CameraBench : MakerBench {
 
     static emulator::CameraConfig config(const SensorDescription& sensor,
                                          const std::function<void(CameraSettings&)>& adjust,
-                                         sync::OverTrigger policy) {
+                                         sync::OverTrigger policy, bool falling_edges) {
 
         emulator::CameraConfig c;
         c.over_trigger = policy;
@@ -85,6 +85,7 @@ struct CameraBench : MakerBench {
         c.limits.sensor_width = sensor.readout.width;
         c.limits.sensor_height = sensor.readout.height;
         c.limits.black_level_max_dn = 2048;
+        c.limits.line0_falling = falling_edges;
         return c;
     }
     void wait_ended(std::uint32_t n) const {

@@ -446,6 +446,99 @@ TEST_CASE("a trigger divider lets the first of so many edges through, and the ot
     CHECK(a.frame_end >= a.exposure_end);
 }
 
+TEST_CASE("edges of the activation count, and those of the other kind are not missed") {
+    const auto frames_of = [](TriggerActivation activation) {
+        CameraBench bench(
+            small_sensor(), 8, [&](CameraSettings& s) { s.trigger_activation = activation; },
+            sync::OverTrigger::count, LatePolicy::late, true);
+        REQUIRE(bench.camera.acquisition_start());
+        std::uint32_t expected = 0;
+        for (std::uint64_t id = 1; id <= 6; ++id) {
+            sync::Trigger t = edge_now(bench, id);
+            t.falling = id % 2 == 0;
+            bench.wait_ready();
+            bench.camera.on_trigger(t);
+            expected += activates(activation, t.falling) ? 1 : 0;
+            bench.wait_ended(expected);
+        }
+        bench.wait_ready();
+        CHECK(bench.camera.counters().missed_triggers == 0);
+        // Four edges lost: two of them would have counted.
+        if (activation != TriggerActivation::any_edge) {
+            sync::Trigger t = edge_now(bench, 11);
+            t.falling = activation == TriggerActivation::falling_edge;
+            bench.camera.on_trigger(t);
+            CHECK(bench.camera.counters().missed_triggers == 2);
+            bench.wait_ended(expected + 1);
+        }
+        CHECK(bench.camera.activity().line0_edges >= 6);
+        check_balance(bench.camera.counters());
+        return expected;
+    };
+    CHECK(frames_of(TriggerActivation::rising_edge) == 3);
+    CHECK(frames_of(TriggerActivation::falling_edge) == 3);
+    CHECK(frames_of(TriggerActivation::any_edge) == 6);
+
+    const CameraLimits rising_only = CameraBench().camera.limits();
+    CameraSettings s = whole_sensor(small_sensor());
+    CHECK(explain_invalid(s, rising_only).empty());
+    s.trigger_activation = TriggerActivation::any_edge;
+    CHECK(explain_invalid(s, rising_only) == "TriggerActivation: Line0 tells of rising edges only");
+    s.trigger_activation = TriggerActivation::falling_edge;
+    CHECK_FALSE(explain_invalid(s, rising_only).empty());
+}
+
+TEST_CASE("an acquisition that waits for its own trigger takes no frame before") {
+    CameraBench bench(
+        small_sensor(), 8,
+        [](CameraSettings& s) {
+            s.start_trigger_enabled = true;
+            s.start_trigger_activation = TriggerActivation::falling_edge;
+        },
+        sync::OverTrigger::count, LatePolicy::late, true);
+    for (int round = 0; round < 2; ++round) { // anew in each acquisition
+        const std::uint64_t ended = bench.ended;
+        REQUIRE(bench.camera.acquisition_start());
+        CHECK(bench.camera.acquiring());
+        CHECK(bench.camera.activity().start_awaited);
+        CHECK_FALSE(bench.camera.trigger_ready());
+        CHECK_FALSE(bench.camera.software_start_trigger(bench.clock.now())); // another source
+        sync::Trigger t = edge_now(bench, 1);
+        bench.camera.on_trigger(t); // rising
+        CHECK(bench.camera.activity().start_awaited);
+        t = edge_now(bench, 2);
+        t.falling = true;
+        bench.camera.on_trigger(t); // starts, and makes no frame
+        CHECK_FALSE(bench.camera.activity().start_awaited);
+        bench.wait_ready();
+        t = edge_now(bench, 3);
+        bench.camera.on_trigger(t);
+        bench.wait_ended(static_cast<std::uint32_t>(ended + 1));
+        bench.camera.acquisition_stop(false);
+    }
+    bench.releaser.wait_idle();
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 2);
+    CHECK(kept[0]->info.frame_id == 1);
+    CHECK(kept[1]->info.frame_id == 1);
+    CHECK(bench.camera.counters().missed_triggers == 0);
+
+    CameraBench free(small_sensor(), 8, [](CameraSettings& s) {
+        s.start_trigger_enabled = true;
+        s.start_trigger_source = TriggerSource::action1;
+        s.trigger_enabled = false;
+        s.frame_rate_hz = 200;
+    });
+    REQUIRE(free.camera.acquisition_start());
+    std::this_thread::sleep_for(std::chrono::milliseconds(30)); // some ticks
+    CHECK(free.camera.counters().frames == 0);
+    CHECK(free.camera.action_trigger(free.clock.now()));
+    free.wait_ended(3);
+    CHECK(free.camera.counters().missed_triggers <= free.camera.counters().triggers);
+    free.camera.acquisition_stop(false);
+}
+
 TEST_CASE("the sequencer changes settings from frame to frame, and starts anew with each acquisition") {
     CameraBench bench(small_sensor(), 8, [](CameraSettings& s) {
         s.region = {0, 0, 20, 10};

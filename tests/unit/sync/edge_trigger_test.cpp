@@ -62,7 +62,7 @@ public:
         const int step = script_.steps.front();
         script_.steps.pop_front();
         if (step < 0) return gone;
-        edges[0] = {Time{1000 + step}, static_cast<std::uint64_t>(step)};
+        edges[0] = {Time{1000 + step}, static_cast<std::uint64_t>(step), step % 2 == 0};
         return 1;
     }
 
@@ -95,6 +95,8 @@ TEST_CASE("edges get ids; sequence numbers show the lost ones, until the input i
     for (std::size_t i = 0; i < 7; ++i)
         CHECK(sink.triggers[i].id == ids[i]);
     CHECK(sink.triggers[2].edge == Time{1009});
+    CHECK(sink.triggers[1].falling);
+    CHECK_FALSE(sink.triggers[2].falling);
     CHECK(script.opened == 2);
     CHECK(source.reconnects() == 1);
 }
