@@ -95,6 +95,7 @@ std::span<const std::uint8_t> ControlPort::postpone(std::span<const std::uint8_t
     pending_reply_bytes_ = reply.size();
     pending_peer_ = from;
     pending_due_ = now + std::int64_t{delay_ms} * ns_per_ms;
+    if (!device_.announces_slow_commands()) return {};
     // The client is to wait half as long again as we mean to take.
     const std::uint16_t id = load_be16(reply.data() + 6);
     store_be16(reply_.data(), static_cast<std::uint16_t>(Status::success));

@@ -22,6 +22,7 @@ constexpr std::uint32_t scps_do_not_fragment = 0x40000000;
 constexpr std::uint32_t gvsp_extended_ids = 0x40000000;
 constexpr std::uint32_t sccfg_multipart = 0x40, sccfg_chunk_in_image = 0x01;
 constexpr std::uint32_t action_group_count = 1;
+constexpr std::uint32_t pending_ack_enable = 2;
 constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
 
 constexpr std::array pixel_formats{PixelFormat::mono8,  PixelFormat::mono10, PixelFormat::mono12,
@@ -164,19 +165,32 @@ void Device::add_capabilities() {
     constant("MessageCapability", reg::message_capability, 0x80000000); // MCSP register
     // User name, serial, link speed, primary application registers, switchover, unconditional ACTION,
     // scheduled ACTION, ACTION, PENDING_ACK, EVENT, PACKETRESEND, WRITEMEM, concatenation.
-    constant("GVCPCapability", reg::gvcp_capability, 0xD832006F);
+    constexpr std::uint32_t capability = 0xD832006F, ieee1588 = 0x00080000, ieee1588_extended = 0x00010000;
+    bank_.add({.name = "GVCPCapability", .address = reg::gvcp_capability, .read = [this] {
+                   return capability | (ptp_ ? ieee1588 | ieee1588_extended : 0U);
+               }});
     bank_.add({.name = "GevTimestampTickFrequencyHigh", .address = reg::tick_frequency_high});
     constant("GevTimestampTickFrequency", reg::tick_frequency_low, 1'000'000'000);
     constant("DiscoveryAckDelay", reg::discovery_ack_delay, 0);
     bank_.add({.name = "GVCPConfiguration",
                .address = reg::gvcp_configuration,
                .access = Access::read_write,
-               .write = [this](std::uint32_t value) {
-                   constexpr std::uint32_t pending_ack = 2, unconditional_action = 8;
-                   if ((value & ~(pending_ack | unconditional_action)) != 0) return Status::invalid_parameter;
-                   bank_.poke(reg::gvcp_configuration, value);
-                   return Status::success;
-               }});
+               .reset = pending_ack_enable,
+               .read = [this] { return bank_.peek(reg::gvcp_configuration) | (ptp_ ? ieee1588 : 0U); },
+               .write =
+                   [this](std::uint32_t value) {
+                       constexpr std::uint32_t unconditional_action = 8;
+                       // The clock is steered from outside: PTP is on or off as the configuration says.
+                       const std::uint32_t ptp = ptp_ ? ieee1588 : 0U;
+                       if ((value & ~(pending_ack_enable | unconditional_action)) != ptp)
+                           return Status::invalid_parameter;
+                       bank_.poke(reg::gvcp_configuration, value);
+                       return Status::success;
+                   }});
+    constexpr std::uint32_t single_link = 1;
+    constant("PhysicalLinkCapability", reg::link_capability, single_link);
+    constant("PhysicalLinkConfiguration", reg::link_configuration, 0); // that one
+
     constant("ScheduledActionQueueSize", reg::action_queue_size, action_queue_size);
     constant("PendingTimeout", reg::pending_timeout, 1000);
     bank_.add({.name = "GevGVSPExtendedIDMode",
@@ -658,6 +672,10 @@ Status Device::write_word(std::uint32_t address, std::uint32_t value) {
 
 std::string Device::xml_report() const {
     return user_xml_ ? user_xml_->report() : std::string();
+}
+
+bool Device::announces_slow_commands() const {
+    return (bank_.peek(reg::gvcp_configuration) & pending_ack_enable) != 0;
 }
 
 std::uint64_t Device::device_time(Time t) const noexcept {

@@ -7,7 +7,8 @@
 namespace obscura::transports::gige {
 
 std::size_t write_gvsp_header(std::uint8_t* out, bool extended, Status status, std::uint64_t block_id,
-                              PacketFormat format, std::uint32_t packet_id, bool resent) noexcept {
+                              PacketFormat format, std::uint32_t packet_id, bool resent,
+                              std::uint16_t flags) noexcept {
     const auto code = static_cast<std::uint32_t>(format) << 24;
     if (!extended) {
         const Status marked = resent && status == Status::success ? Status::packet_resend : status;
@@ -17,7 +18,7 @@ std::size_t write_gvsp_header(std::uint8_t* out, bool extended, Status status, s
         return gvsp_header_bytes;
     }
     store_be16(out, static_cast<std::uint16_t>(status));
-    store_be16(out + 2, resent ? 1 : 0);
+    store_be16(out + 2, static_cast<std::uint16_t>(flags | (resent ? gvsp_flag::resent : 0)));
     store_be32(out + 4, 0x80000000 | code);
     store_be64(out + 8, block_id);
     store_be32(out + 16, packet_id);

@@ -27,15 +27,23 @@ enum class PayloadType : std::uint16_t {
     image_with_chunks = 0x4001, ///< GigE Vision 2
 };
 
+/// Flags of extended headers.
+namespace gvsp_flag {
+constexpr std::uint16_t resent = 0x0001;
+constexpr std::uint16_t previous_block_dropped = 0x0002; ///< a frame before this one was made but never sent
+constexpr std::uint16_t resend_range_error = 0x0004;     ///< the block has no such packet
+} // namespace gvsp_flag
+
 /// The id of the `count`-th block of a stream (from 1) as it goes on the wire; never 0.
 constexpr std::uint64_t wire_block_id(std::uint64_t count, bool extended) noexcept {
     return extended ? count : (count - 1) % 0xFFFF + 1;
 }
 
 /// Writes the GVSP header and returns its length. A resent packet is marked by status 0x0100 in standard mode
-/// and by a flag in extended mode, where clients discard a status other than 0.
+/// and by a flag in extended mode, where clients discard a status other than 0. Other flags exist there only.
 std::size_t write_gvsp_header(std::uint8_t* out, bool extended, Status status, std::uint64_t block_id,
-                              PacketFormat format, std::uint32_t packet_id, bool resent) noexcept;
+                              PacketFormat format, std::uint32_t packet_id, bool resent,
+                              std::uint16_t flags = 0) noexcept;
 
 /// Leader of an image with or without chunks, without GVSP header; returns its length. `timestamp_ns` is
 /// device time.

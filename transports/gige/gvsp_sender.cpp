@@ -243,6 +243,9 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     block.sent = 0;
     block.resent = {};
     block.count = session_->frames + 1;
+    // The producer numbers all frames, those too that nobody could take.
+    const std::uint64_t before = std::exchange(session_->last_frame_id, frame->info.frame_id);
+    block.flags = before != 0 && frame->info.frame_id > before + 1 ? gvsp_flag::previous_block_dropped : 0;
     std::uint64_t shown_id = block.count;
     if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
         shown_id += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount));
@@ -344,7 +347,7 @@ void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent,
                                 : multipart                    ? PacketFormat::multipart
                                                                : PacketFormat::payload;
     std::size_t n = write_gvsp_header(header, session_->config.extended_ids, Status::success, block.wire_id,
-                                      format, id, resent);
+                                      format, id, resent, block.flags);
     if (format == PacketFormat::leader) {
         if (multipart) set_part_count(header, block.payload.parts().size());
         socket_.add({header, n}, {block.leader.data(), block.leader_bytes});
@@ -374,14 +377,14 @@ void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent,
     }
 }
 
-void GvspSender::queue_error(const ResendRequest& request, Status status) noexcept {
+void GvspSender::queue_error(const ResendRequest& request, Status status, std::uint16_t flags) noexcept {
     counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
     // It goes to the receiver, who takes it as the end of all hope for the block: not because others ask.
     if (!request.trusted) return;
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
     const std::size_t n = write_gvsp_header(header, session_->config.extended_ids, status, request.block_id,
-                                            PacketFormat::payload, request.first, true);
+                                            PacketFormat::payload, request.first, true, flags);
     socket_.add({header, n}, {});
 }
 
@@ -414,7 +417,7 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
     if (!request.trusted && session_->frames - found->count > recent) return;
     const std::uint32_t last_of_block = found->payload.packets() + 1;
     if (request.first > last_of_block) {
-        queue_error(request, Status::packet_unavailable);
+        queue_error(request, Status::packet_unavailable, gvsp_flag::resend_range_error);
         return;
     }
     const std::uint32_t last = std::min(request.last, last_of_block);

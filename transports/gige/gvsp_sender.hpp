@@ -62,6 +62,7 @@ private:
         FrameRef live;  // while it is sent: the frame that was to go out; another only under freeze_frame
         std::uint64_t count = 0;   // from 1; 0: unused
         std::uint64_t wire_id = 0; // as the client knows it
+        std::uint16_t flags = 0;   // of its packets
         Payload payload;
         std::uint32_t sent = 0; // packets that have left or were left out on purpose: ids below this
         // Packets sent again so far, for others and for those whom the stream is for.
@@ -81,6 +82,7 @@ private:
         std::vector<std::uint8_t> zeros;
         std::vector<std::uint8_t> scratch; // one packet, for corrupting it
         FrameRef shown;                    // with fault rules: the last frame that went out unfrozen
+        std::uint64_t last_frame_id = 0;   // of the producer's
         std::uint64_t frames = 0;          // sent so far on this channel; the newest block's count
     };
 
@@ -93,7 +95,7 @@ private:
     void write_trailer(Block& block) noexcept;
     void pace(Time& due, std::uint32_t packets) noexcept;
     void queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt = false) noexcept;
-    void queue_error(const ResendRequest& request, Status status) noexcept;
+    void queue_error(const ResendRequest& request, Status status, std::uint16_t flags = 0) noexcept;
     void serve_resends() noexcept;
     void serve_resend(const ResendRequest& request) noexcept;
     void send_one(Block& block, std::uint32_t id) noexcept;

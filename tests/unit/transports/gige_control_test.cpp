@@ -327,7 +327,10 @@ TEST_CASE("Writes are validated, and a refused one changes nothing") {
         {reg::heartbeat_timeout, 500, ok},
         {reg::timestamp_control, 0, invalid_parameter},
         {reg::timestamp_control, 4, invalid_parameter},
-        {reg::gvcp_configuration, 1, invalid_parameter}, // heartbeat cannot be disabled
+        {reg::gvcp_configuration, 1, invalid_parameter},          // heartbeat cannot be disabled
+        {reg::gvcp_configuration, 0x00080000, invalid_parameter}, // PTP, which is not there
+        {reg::link_configuration, 1, write_protect},
+        {reg::ptp_selected_profile, 1, write_protect},
         {reg::gvsp_configuration, 1, invalid_parameter},
         {reg::gvsp_configuration, 0x40000000, ok},
     };
@@ -612,6 +615,41 @@ TEST_CASE("A slow command is announced with PENDING_ACK and answered in the end"
     CHECK(load_be16(late.data() + 2) == 0x83);
     CHECK(load_be16(late.data() + 6) == id);
     CHECK(b.port.take_due_reply(b.clock.now(), to).empty());
+}
+
+TEST_CASE("Without PENDING_ACK a slow command is answered in the end only") {
+    Bench b;
+    b.take_control();
+    CHECK(b.write(reg::gvcp_configuration, 0) == ok);
+    CHECK(b.ask(0x82, Bench::words({feature::test_pending_ack, 800})).empty());
+    b.clock.advance(800 * ns_per_ms);
+    Peer to;
+    CHECK(b.port.take_due_reply(b.clock.now(), to).size() == 12);
+}
+
+TEST_CASE("Bootstrap registers tell of IEEE 1588 where it is watched") {
+    constexpr std::uint32_t ieee1588 = 0x00080000, extended = 0x00010000;
+    Bench b;
+    b.take_control();
+    CHECK((Bench::word(b.read(reg::gvcp_capability)) & (ieee1588 | extended)) == 0);
+    CHECK(Bench::word(b.read(reg::ptp_status)) == static_cast<std::uint32_t>(PtpState::disabled));
+    CHECK(Bench::word(b.read(reg::ptp_supported_profiles)) == 0);
+    PtpStatus status;
+    status.state = PtpState::slave;
+    b.device.set_ptp([&] { return status; });
+    CHECK((Bench::word(b.read(reg::gvcp_capability)) & (ieee1588 | extended)) == (ieee1588 | extended));
+    CHECK(Bench::word(b.read(reg::ptp_status)) == 9);
+    status.state = PtpState::listening;
+    CHECK(Bench::word(b.read(reg::ptp_status)) == 4);
+    CHECK(Bench::word(b.read(reg::ptp_extended_capability)) == 0x80000000);
+    CHECK(Bench::word(b.read(reg::ptp_supported_profiles)) == 0x80000000);
+    CHECK(Bench::word(b.read(reg::ptp_selected_profile)) == 0);
+    // It is on and stays on: the clock is steered from outside.
+    CHECK(Bench::word(b.read(reg::gvcp_configuration)) == (ieee1588 | 2));
+    CHECK(b.write(reg::gvcp_configuration, 2) == invalid_parameter);
+    CHECK(b.write(reg::gvcp_configuration, ieee1588 | 2) == ok);
+    CHECK(Bench::word(b.read(reg::link_capability)) == 1);
+    CHECK(Bench::word(b.read(reg::link_configuration)) == 0);
 }
 
 TEST_CASE("Strangers are not answered, and nobody gets more than a share") {

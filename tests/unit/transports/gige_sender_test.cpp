@@ -1,0 +1,136 @@
+// The stream sender by the bytes that leave it.
+#include "core/clock.hpp"
+#include "tests/support/catch.hpp"
+#include "transports/gige/bytes.hpp"
+#include "transports/gige/gvsp_sender.hpp"
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::transports::gige;
+
+namespace {
+
+constexpr std::int32_t width = 32, height = 24;
+
+/// A sender that streams to a socket here.
+struct Bench {
+    NetworkInterface network = [] {
+        NetworkInterface n;
+        n.name = "lo";
+        n.address = INADDR_LOOPBACK;
+        n.mask = 0xFF000000;
+        n.loopback = true;
+        return n;
+    }();
+    GigeSettings settings;
+    MonotonicClock clock;
+    MessageChannel messages{network};
+    FramePool pool{12, width* height, height};
+    GvspSender sender{settings, network, messages, clock};
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+
+    explicit Bench(bool extended) {
+        sockaddr_in a{};
+        a.sin_family = AF_INET;
+        a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t bytes = sizeof a;
+        REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+        REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
+        sender.start();
+        StreamConfig config;
+        config.destination_ip = INADDR_LOOPBACK;
+        config.destination_port = ntohs(a.sin_port);
+        config.packet_size = 576;
+        config.extended_ids = extended;
+        config.payload.max_width = width;
+        config.payload.max_height = height;
+        config.payload.max_image_bytes = std::size_t{2} * width * height;
+        REQUIRE(sender.begin(config));
+    }
+    ~Bench() {
+        sender.stop();
+        close(fd);
+    }
+    Bench(const Bench&) = delete;
+    Bench& operator=(const Bench&) = delete;
+
+    void send_frame(std::uint64_t id) {
+        const FrameRef frame = pool.acquire();
+        REQUIRE(bool{frame});
+        frame->info.frame_id = id;
+        frame->info.width = width;
+        frame->info.height = height;
+        frame->info.bits_per_pixel = 16;
+        frame->info.pixel_format = PixelFormat::mono16;
+        frame->info.window_count = 1;
+        frame->info.windows[0].sensor = {0, 0, width, height};
+        REQUIRE(sender.submit(frame));
+        frame->publish_rows(height);
+        REQUIRE(sender.wait_idle(10 * ns_per_s));
+    }
+    /// Status and flags (bytes 2 and 3) of all packets that are there.
+    std::vector<std::array<std::uint16_t, 2>> received() const {
+        std::vector<std::array<std::uint16_t, 2>> all;
+        for (std::array<std::uint8_t, 1500> d{}; recv(fd, d.data(), d.size(), 0) > 0;)
+            all.push_back({load_be16(d.data()), load_be16(d.data() + 2)});
+        return all;
+    }
+    /// The same of the answer to a resend request; a frame is sent after it, whose packets count, too.
+    void ask(std::uint64_t block, std::uint32_t packet, bool extended) {
+        ResendRequest request;
+        request.block_id = block;
+        request.first = request.last = packet;
+        request.extended = extended;
+        sender.resend(request);
+    }
+};
+
+using Packets = std::vector<std::array<std::uint16_t, 2>>;
+
+} // namespace
+
+TEST_CASE("a frame that nobody could take is told of in all packets of the next block, resent ones too") {
+    Bench bench(true);
+    bench.send_frame(1);
+    bench.send_frame(2);
+    const Packets whole = bench.received();
+    REQUIRE(whole.size() == 10); // leader, three of payload, trailer
+    for (const auto& p : whole)
+        CHECK(p == std::array<std::uint16_t, 2>{0, 0});
+    bench.send_frame(4);
+    const Packets after_gap = bench.received();
+    REQUIRE(after_gap.size() == 5);
+    for (const auto& p : after_gap)
+        CHECK(p == std::array<std::uint16_t, 2>{0, gvsp_flag::previous_block_dropped});
+    // Blocks are numbered without gaps all the same: this is the third.
+    bench.ask(3, 1, true);
+    bench.send_frame(5);
+    const Packets resent = bench.received();
+    REQUIRE(resent.size() == 6);
+    CHECK(resent[0] ==
+          std::array<std::uint16_t, 2>{0, gvsp_flag::previous_block_dropped | gvsp_flag::resent});
+    CHECK(resent[1] == std::array<std::uint16_t, 2>{0, 0});
+    bench.ask(3, 5, true); // behind the trailer
+    bench.send_frame(6);
+    const Packets refused = bench.received();
+    REQUIRE(refused.size() == 6);
+    CHECK(refused[0] ==
+          std::array<std::uint16_t, 2>{0x800C, gvsp_flag::resend_range_error | gvsp_flag::resent});
+}
+
+TEST_CASE("standard headers have no flags: there the block id stands in their place") {
+    Bench bench(false);
+    bench.send_frame(1);
+    bench.send_frame(7);
+    const Packets all = bench.received();
+    REQUIRE(all.size() == 10);
+    for (std::size_t i = 0; i < 10; ++i)
+        CHECK(all[i] == std::array<std::uint16_t, 2>{0, static_cast<std::uint16_t>(1 + i / 5)});
+}
