@@ -53,7 +53,7 @@ $3
 END
     obscurad --config daemon.toml --ready-file ready --stats stats.json >daemon.log 2>&1 &
     daemon=$!
-    wait_for 20 test -s ready || fail "the daemon is not ready: $(cat daemon.log)"
+    wait_for 60 test -s ready || fail "the daemon is not ready: $(cat daemon.log)"
 }
 daemon_stop() {
     kill -TERM "$daemon"
