@@ -76,8 +76,7 @@ struct CameraBench : MakerBench {
 
     static emulator::CameraConfig config(const SensorDescription& sensor,
                                          const std::function<void(CameraSettings&)>& adjust,
-                                         sync::OverTrigger policy, bool falling_edges) {
-
+                                         sync::OverTrigger policy, bool falling_edges = false) {
         emulator::CameraConfig c;
         c.over_trigger = policy;
         c.initial = whole_sensor(sensor);
