@@ -160,8 +160,10 @@ TEST_CASE("broken configurations: exit 78") {
     check_config("[scene]\nfile = \"s.toml\"\n[gige]\nport = \"3956\"\n",
                  "c.toml:4:8: gige.port: is a string, allowed an integer, 1 to 65535");
     check_config("[scene]\nfile = \"t.toml\"\n", "c.toml:2:8: scene.file: t.toml: no such file");
-    check_config("[scene]\nfile = \"c.toml\"\n", "c.toml:1:2: scene: unknown key, allowed sun, stars, "
-                                                 "camera, body, lamp, band, name, max_bounces, quantity");
+    check_config(
+        "[scene]\nfile = \"c.toml\"\n",
+        "c.toml:1:2: scene: unknown key, allowed sun, stars, "
+        "camera, body, lamp, band, stray_light, name, max_bounces, light_time, aberration, quantity");
     check_config("[scene]\nfile = 's.toml'\nfile = 's.toml'\n",
                  "c.toml:3:8: not valid TOML: Error while parsing key-value pair: cannot redefine existing "
                  "string 'file'");
