@@ -7,6 +7,7 @@
 #include "renderer/assimp_reader.hpp"
 #include "renderer/mesh_file.hpp"
 #include "renderer/mesh_shape.hpp"
+#include "tests/support/wavy_mesh.hpp"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -32,23 +33,6 @@ double megabytes_at_most(int who) {
     return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-TriangleMesh grid(std::size_t facets) {
-    const auto side = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(facets) / 2));
-    TriangleMesh mesh;
-    for (std::uint32_t y = 0; y <= side; ++y)
-        for (std::uint32_t x = 0; x <= side; ++x)
-            mesh.vertices.push_back({static_cast<float>(x), static_cast<float>(y),
-                                     static_cast<float>(5 * std::sin(0.01 * x) * std::cos(0.013 * y))});
-    for (std::uint32_t y = 0; y < side; ++y)
-        for (std::uint32_t x = 0; x < side; ++x) {
-            const std::uint32_t a = y * (side + 1) + x;
-            mesh.triangles.push_back({a, a + 1, a + side + 2});
-            mesh.triangles.push_back({a, a + side + 2, a + side + 1});
-        }
-    smooth_normals(mesh);
-    return mesh;
-}
-
 } // namespace
 
 int main(int argc, char* argv[]) {
@@ -57,7 +41,7 @@ int main(int argc, char* argv[]) {
         const double start = seconds();
         TriangleMesh mesh;
         if (what.find_first_not_of("0123456789") == std::string::npos)
-            mesh = grid(std::stoul(what));
+            mesh = test::wavy_mesh(static_cast<std::uint32_t>(std::sqrt(std::stod(what) / 2)), 628);
         else if (argc > 2)
             mesh = read_with_assimp(what, 1, true);
         else

@@ -4,6 +4,7 @@
 // of GVCP flags (bit 1: not from the receiver) and, as they say, 12 or 20 bytes of PACKETRESEND. What comes
 // out of the socket must be what was sent before or an error, and no more than each block's allowance.
 #include "core/clock.hpp"
+#include "tests/support/loopback_interface.hpp"
 #include "transports/gige/bytes.hpp"
 #include "transports/gige/gvcp_parser.hpp"
 #include "transports/gige/gvsp_sender.hpp"
@@ -89,14 +90,7 @@ Packet parse(std::span<const std::uint8_t> d, bool extended) {
 
 /// A sender that lives as long as the program, and what it needs.
 struct Bench {
-    NetworkInterface network = [] {
-        NetworkInterface n;
-        n.name = "lo";
-        n.address = INADDR_LOOPBACK;
-        n.mask = 0xFF000000;
-        n.loopback = true;
-        return n;
-    }();
+    const NetworkInterface network = test::loopback_interface();
     GigeSettings settings;
     MonotonicClock clock;
     MessageChannel messages{network};

@@ -7,6 +7,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "tests/support/wavy_mesh.hpp"
 
 #include <cstring>
 #include <limits>
@@ -344,19 +345,7 @@ TEST_CASE("A file's materials colour the body part by part") {
 }
 
 TEST_CASE("A large mesh takes at most 150 bytes a triangle, Embree's tree and all") {
-    TriangleMesh mesh;
-    constexpr std::uint32_t side = 316; // 200 000 triangles
-    for (std::uint32_t y = 0; y <= side; ++y)
-        for (std::uint32_t x = 0; x <= side; ++x)
-            mesh.vertices.push_back({static_cast<float>(x), static_cast<float>(y),
-                                     static_cast<float>(5 * std::sin(0.1 * x) * std::cos(0.13 * y))});
-    for (std::uint32_t y = 0; y < side; ++y)
-        for (std::uint32_t x = 0; x < side; ++x) {
-            const std::uint32_t a = y * (side + 1) + x;
-            mesh.triangles.push_back({a, a + 1, a + side + 2});
-            mesh.triangles.push_back({a, a + side + 2, a + side + 1});
-        }
-    smooth_normals(mesh);
+    TriangleMesh mesh = wavy_mesh(316, 62.8); // 200 000 triangles
     const auto device = std::make_shared<const EmbreeDevice>();
     const std::int64_t before = device->bytes();
     const MeshShape shape(device, std::move(mesh));

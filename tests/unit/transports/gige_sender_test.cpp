@@ -1,6 +1,7 @@
 // The stream sender by the bytes that leave it.
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/loopback_interface.hpp"
 #include "transports/gige/bytes.hpp"
 #include "transports/gige/gvsp_sender.hpp"
 
@@ -21,14 +22,7 @@ constexpr std::int32_t width = 32, height = 24;
 
 /// A sender that streams to a socket here.
 struct Bench {
-    NetworkInterface network = [] {
-        NetworkInterface n;
-        n.name = "lo";
-        n.address = INADDR_LOOPBACK;
-        n.mask = 0xFF000000;
-        n.loopback = true;
-        return n;
-    }();
+    const NetworkInterface network = test::loopback_interface();
     GigeSettings settings;
     MonotonicClock clock;
     MessageChannel messages{network};
