@@ -121,7 +121,8 @@ void give_up_capabilities(int priority) {
         log_warning("capabilities: not all given up: {}", report.why);
     else if (report.had_any)
         log_info("capabilities: given up{}",
-                 report.kept != 0 ? ", but what real time needs and the limits do not give" : "");
+                 report.kept != 0 ? " except those for real time, for which no limit could be set instead"
+                                  : "");
 }
 
 int run(const Options& options) {
