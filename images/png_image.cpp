@@ -37,9 +37,9 @@ struct Reader {
     Reader& operator=(const Reader&) = delete;
 };
 
-} // namespace
-
-bool png_has_colours(const std::filesystem::path& file) {
+/// The result of `use` for a reader that has read the header. What libpng says becomes an InputError.
+template<typename Use>
+auto with_header_read(const std::filesystem::path& file, const Use& use) {
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
@@ -47,21 +47,25 @@ bool png_has_colours(const std::filesystem::path& file) {
         Reader r;
         png_init_io(r.png, in.get());
         png_read_info(r.png, r.info);
-        return (png_get_color_type(r.png, r.info) & PNG_COLOR_MASK_COLOR) != 0;
+        return use(r);
+    } catch (const InputError&) {
+        throw;
     } catch (const std::runtime_error& error) {
         throw InputError(fmt::format("{}: not readable as PNG: {}", file.string(), error.what()));
     }
 }
 
+} // namespace
+
+bool png_has_colours(const std::filesystem::path& file) {
+    return with_header_read(file, [](const Reader& r) {
+        return (png_get_color_type(r.png, r.info) & PNG_COLOR_MASK_COLOR) != 0;
+    });
+}
+
 Image read_png_image(const std::filesystem::path& file, const std::string& plane) {
     const ColourChoice choice = colour_choice(file, plane);
-    const auto close = [](std::FILE* f) { std::fclose(f); };
-    const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
-    try {
-        Reader r;
-        png_init_io(r.png, in.get());
-        png_read_info(r.png, r.info);
+    return with_header_read(file, [&](const Reader& r) {
         const png_uint_32 width = png_get_image_width(r.png, r.info),
                           height = png_get_image_height(r.png, r.info);
         check_image_size(file, width, height);
@@ -102,11 +106,7 @@ Image read_png_image(const std::filesystem::path& file, const std::string& plane
                                                           choice.weight[2] * sample(y, i + 2));
             }
         return image;
-    } catch (const InputError&) {
-        throw;
-    } catch (const std::runtime_error& error) {
-        throw InputError(fmt::format("{}: not readable as PNG: {}", file.string(), error.what()));
-    }
+    });
 }
 
 } // namespace obscura::images

@@ -4,6 +4,7 @@
 #include "renderer/assimp_reader.hpp"
 #include "renderer/obj_reader.hpp"
 #include "renderer/plate_reader.hpp"
+#include "renderer/text_lines.hpp"
 
 #include <fmt/format.h>
 
@@ -23,10 +24,10 @@ std::string lower_extension(const std::filesystem::path& file) {
     return end;
 }
 
-std::string text_of(const std::filesystem::path& file) {
+std::string text_of(const std::filesystem::path& file, const char* kind) {
     std::ifstream in(file, std::ios::binary);
     if (!in || std::filesystem::is_directory(file))
-        throw InputError(fmt::format("{}: cannot open: a readable mesh file is wanted", file.string()));
+        throw InputError(fmt::format("{}: cannot open: a readable {} is wanted", file.string(), kind));
     std::ostringstream text;
     text << in.rdbuf();
     return std::move(text).str();
@@ -35,9 +36,10 @@ std::string text_of(const std::filesystem::path& file) {
 TriangleMesh read(const scene::MeshFile& description) {
     const std::filesystem::path file = description.path;
     const std::string end = lower_extension(file);
-    if (end == ".tab" || end == ".plt") return read_plates(file, description.metres_per_unit);
+    if (end == ".tab" || end == ".plt")
+        return parse_plates(text_of(file, "plate model"), file.string(), description.metres_per_unit);
     if (end == ".obj") {
-        const std::string text = text_of(file);
+        const std::string text = text_of(file, "mesh file");
         if (is_bare_obj(text)) return parse_obj(text, file.string(), description.metres_per_unit);
     }
     constexpr std::array known{".obj", ".stl", ".ply", ".3ds", ".dae", ".gltf", ".glb"};
@@ -52,9 +54,7 @@ TriangleMesh read(const scene::MeshFile& description) {
 
 bool is_bare_obj(std::string_view text) {
     while (!text.empty()) {
-        const auto end = std::min(text.find('\n'), text.size());
-        std::string_view line = text.substr(0, end);
-        text.remove_prefix(std::min(end + 1, text.size()));
+        std::string_view line = take_line(text);
         line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
         for (const std::string_view word : {"vn", "vt", "mtllib", "usemtl"})
             if (line.starts_with(word)) return false;

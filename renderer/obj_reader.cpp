@@ -1,6 +1,7 @@
 #include "renderer/obj_reader.hpp"
 
 #include "core/error.hpp"
+#include "renderer/text_lines.hpp"
 
 #include <fmt/format.h>
 
@@ -104,11 +105,8 @@ private:
 
 TriangleMesh parse_obj(std::string_view text, const std::string& name, double metres_per_unit) {
     Parser parser(name, metres_per_unit);
-    while (!text.empty()) {
-        const auto end = std::min(text.find('\n'), text.size());
-        parser.line(text.substr(0, end));
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
+    while (!text.empty())
+        parser.line(take_line(text));
     return parser.finish();
 }
 

@@ -1,14 +1,13 @@
 #include "renderer/plate_reader.hpp"
 
 #include "core/error.hpp"
+#include "renderer/text_lines.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <vector>
 
 namespace obscura::renderer {
@@ -149,21 +148,9 @@ private:
 
 TriangleMesh parse_plates(std::string_view text, const std::string& name, double metres_per_unit) {
     Parser parser(name, metres_per_unit);
-    while (!text.empty()) {
-        const auto end = std::min(text.find('\n'), text.size());
-        parser.line(text.substr(0, end));
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
+    while (!text.empty())
+        parser.line(take_line(text));
     return parser.finish();
-}
-
-TriangleMesh read_plates(const std::filesystem::path& file, double metres_per_unit) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in || std::filesystem::is_directory(file))
-        throw InputError(fmt::format("{}: cannot open: a readable plate model is wanted", file.string()));
-    std::ostringstream text;
-    text << in.rdbuf();
-    return parse_plates(text.view(), file.string(), metres_per_unit);
 }
 
 } // namespace obscura::renderer

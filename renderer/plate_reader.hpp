@@ -3,7 +3,7 @@
 
 #include "renderer/triangle_mesh.hpp"
 
-#include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace obscura::renderer {
@@ -11,10 +11,7 @@ namespace obscura::renderer {
 /// Reads a shape model of triangular plates, scaled to metres. Two layouts are known: lines `v x y z` and
 /// `f a b c` (NEAR), and tables with the number of vertices, lines `id x y z`, the number of plates, lines
 /// `id a b c` (Gaskell and others). Plates count vertices from 0 if any of them names vertex 0, else from 1.
-/// Throws InputError with `file:line: what is wrong`.
-[[nodiscard]] TriangleMesh read_plates(const std::filesystem::path& file, double metres_per_unit);
-
-/// The same from memory; `name` stands in for the file in messages.
+/// Throws InputError with `name:line: what is wrong`.
 [[nodiscard]] TriangleMesh parse_plates(std::string_view text, const std::string& name,
                                         double metres_per_unit);
 

@@ -295,6 +295,7 @@ bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomi
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band,
                                   Tracer& tracer, Scratch& s) const {
     if (!resolves_any(s.row)) return;
+    const auto width = static_cast<std::size_t>(request.window.width);
     const Sampling how = sampling(request);
     BlockTracer blocks(*s.lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
@@ -305,17 +306,14 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
             continue;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;
-            if (result.covered[i] && column >= 0 && column < request.window.width)
-                for (std::size_t c = 0; c < tracer.channels(); ++c)
-                    s.light[c * static_cast<std::size_t>(request.window.width) +
-                            static_cast<std::size_t>(column)] = result.mean[c][i];
-            if (result.covered[i] && column >= 0 && column < request.window.width) {
-                const std::size_t at = static_cast<std::size_t>(y - request.window.y - request.first_row) *
-                                           static_cast<std::size_t>(request.window.width) +
-                                       static_cast<std::size_t>(column);
-                if (!request.samples.empty()) request.samples[at] = static_cast<float>(result.samples[i]);
-                if (!request.variance.empty()) request.variance[at] = static_cast<float>(result.variance[i]);
-            }
+            if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
+            const auto pixel = static_cast<std::size_t>(column);
+            for (std::size_t c = 0; c < tracer.channels(); ++c)
+                s.light[c * width + pixel] = result.mean[c][i];
+            const std::size_t at =
+                static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
+            if (!request.samples.empty()) request.samples[at] = static_cast<float>(result.samples[i]);
+            if (!request.variance.empty()) request.variance[at] = static_cast<float>(result.variance[i]);
         }
     }
 }

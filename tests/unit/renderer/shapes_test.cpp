@@ -3,6 +3,7 @@
 #include "renderer/box.hpp"
 #include "renderer/cone.hpp"
 #include "renderer/disc.hpp"
+#include "renderer/mesh_file.hpp"
 #include "renderer/plate_reader.hpp"
 #include "renderer/sunlight.hpp"
 #include "support.hpp"
@@ -229,7 +230,10 @@ TEST_CASE("Plate models are read in both layouts, and bad ones are refused by li
 
     const auto file = test::data_file("shapes_misc/eros007790.tab");
     if (!file) return;
-    const TriangleMesh eros = read_plates(*file, 1000);
+    scene::MeshFile description;
+    description.path = *file;
+    description.metres_per_unit = 1000;
+    const TriangleMesh eros = read_mesh_file(description);
     CHECK(eros.vertices.size() == 3897);
     CHECK(eros.triangles.size() == 7790);
     // Closed: every edge is shared by two plates, in opposite senses.

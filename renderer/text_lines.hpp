@@ -1,0 +1,17 @@
+// The lines of a text in memory, for readers of mesh files.
+#pragma once
+
+#include <algorithm>
+#include <string_view>
+
+namespace obscura::renderer {
+
+/// Takes the first line off `text` and returns it without its end.
+inline std::string_view take_line(std::string_view& text) {
+    const auto end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    return line;
+}
+
+} // namespace obscura::renderer
