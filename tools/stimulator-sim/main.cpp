@@ -25,6 +25,7 @@ using namespace obscura;
 using namespace obscura::tools;
 
 constexpr const char* program = "obscura-stimulator-sim";
+constexpr std::size_t max_gadget_name = 32; // FunctionFS takes 40 with its 'ffs.'
 
 /// The screen as PNG: R8 as it is; colour formats as 16 bits, red above green, which is the exact level for
 /// grey coding high_low and the level times 257 for equal.
@@ -61,6 +62,8 @@ public:
         line.option("--functionfs", &functionfs_, "DIR",
                     "Use this mounted FunctionFS instance instead of making a gadget");
         line.option("--serial", &gadget_.serial, "TEXT", "Serial number of the gadget");
+        line.option("--name", &gadget_.name, "NAME",
+                    "Name of the gadget in configfs; two at once need two names and two controllers");
         line.option("--controller", &gadget_.controller, "NAME",
                     "Device controller of /sys/class/udc (default: the first)");
         line.option("--size", &size_, "WxH", "Pixels of the screen");
@@ -77,6 +80,11 @@ public:
         line.flag("-q,--quiet", quiet_, "Print no line for each update");
         line.examples = {"obscura-stimulator-sim --size 1280x1024 --save shown --every 1"};
         if (!line.parse("stimulator-sim", arguments)) return false;
+        if (gadget_.name.empty() || gadget_.name.size() > max_gadget_name ||
+            gadget_.name.find('/') != std::string::npos || gadget_.name.front() == '.')
+            throw UsageError(fmt::format("{}: --name: \"{}\", allowed 1 to {} characters without '/', the "
+                                         "first of them no '.'",
+                                         program, gadget_.name, max_gadget_name));
         std::int32_t width = 0, height = 0;
         parse_size(size_, width, height);
         if (width > static_cast<std::int32_t>(gud::max_dimension) ||

@@ -42,7 +42,9 @@ gboolean done(bool good, GError** error) {
 gboolean read_memory(ArvDevice* device, guint64 address, guint32 size, void* buffer, GError** error) {
     return done(memory_of(device).load(address, {static_cast<std::uint8_t*>(buffer), size}), error);
 }
-gboolean write_memory(ArvDevice* device, guint64 address, guint32 size, void* buffer, GError** error) {
+// Aravis of Debian 13 hands the bytes over as const, that of Debian 12 does not.
+template<typename Bytes>
+gboolean write_memory(ArvDevice* device, guint64 address, guint32 size, Bytes* buffer, GError** error) {
     return done(memory_of(device).store(address, {static_cast<const std::uint8_t*>(buffer), size}), error);
 }
 gboolean read_register(ArvDevice* device, guint64 address, guint32* value, GError** error) {

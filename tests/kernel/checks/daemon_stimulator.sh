@@ -1,7 +1,8 @@
 # GPIO edges to the real daemon to the USB stimulator, raw, LZ4 and partial: every edge a frame, every frame on the screen as it is
-# lane: usb
+# lane: screen
 # time limit: 400 s
 . "$RIG/guest/daemon.sh"
+STIMULATOR=1
 . "$RIG/guest/stimulator.sh"
 gpio_up screen 8 3=SCREEN_TRIG_IN
 total=0
@@ -18,6 +19,7 @@ exposure_us = $exposure
 $more
 [stimulator]
 enabled = true
+serial = \"$SERIAL\"
 queue_frames = 32
 dither = \"none\"
 compression = \"$compression\"" 8

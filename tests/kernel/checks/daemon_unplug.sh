@@ -3,14 +3,15 @@
 # time limit: 300 s
 . "$RIG/guest/daemon.sh"
 . "$RIG/guest/stimulator.sh"
-device_up --size 64x48
-daemon_start 64 48 '[trigger]
-rate_hz = 5
+device_up --size 32x24
+daemon_start 32 24 '[trigger]
+rate_hz = 10
 over_trigger = "latch"
 [camera]
 exposure_us = 2000
 [stimulator]
 enabled = true
+serial = "'"$SERIAL"'"
 dither = "none"'
 wait_for 30 grep -q '^update' device || fail "the screen shows nothing: $(cat daemon.log device)"
 said=$(python3 "$RIG/programs/returns.py" $daemon 100 usb $UDC "$(cat $UDC)" device 2>&1) || fail "$said: $(tail -n 5 daemon.log)"

@@ -1,4 +1,5 @@
 # The rig itself: simulated GPIO chip, PPS and PTP sources and the loopback driver are there and work
+# lane: first
 gpio_up rig-self 8 3=SELF_IN
 gpiomon --num-events=4 --format='%e' "$GPIO_CHIP" 3 >edges &
 monitor=$!

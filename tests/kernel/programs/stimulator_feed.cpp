@@ -1,5 +1,5 @@
 // Feeds a USB stimulator through the transport and says what its screen must show:
-//     stimulator_feed WIDTHxHEIGHT raw|lz4|windows FRAMES
+//     stimulator_feed SERIAL WIDTHxHEIGHT raw|lz4|windows FRAMES
 // Exit status 0 when every frame arrived.
 #include "core/clock.hpp"
 #include "core/philox.hpp"
@@ -38,12 +38,13 @@ std::uint16_t value(std::int32_t x, std::int32_t y, std::uint64_t frame, bool no
 
 class Feed {
 public:
-    Feed(std::int32_t width, std::int32_t height, Compression compression)
+    Feed(std::string serial, std::int32_t width, std::int32_t height, Compression compression)
         : width_(width),
           height_(height),
           pool_(6, static_cast<std::size_t>(width * height) * 2, static_cast<std::size_t>(height) * 2),
           screen_(static_cast<std::size_t>(width * height)) {
         StimulatorSettings settings;
+        settings.serial = std::move(serial);
         settings.sensor_width = width;
         settings.sensor_height = height;
         settings.dn_white = 255;
@@ -163,9 +164,9 @@ int stream(Feed& feed, const std::string& mode, std::uint64_t frames) {
 int main(int argc, char* argv[]) {
     const std::vector<std::string> a(argv + 1, argv + argc);
     int width = 0, height = 0;
-    if (a.size() < 3 || std::sscanf(a[0].c_str(), "%dx%d", &width, &height) != 2) return 64;
-    Feed feed(width, height, a[1] == "raw" ? Compression::off : Compression::always);
-    const int status = stream(feed, a[1], std::strtoull(a[2].c_str(), nullptr, 10));
+    if (a.size() != 4 || std::sscanf(a[1].c_str(), "%dx%d", &width, &height) != 2) return 64;
+    Feed feed(a[0], width, height, a[2] == "raw" ? Compression::off : Compression::always);
+    const int status = stream(feed, a[2], std::strtoull(a[3].c_str(), nullptr, 10));
     feed.output().stop();
     return status;
 }
