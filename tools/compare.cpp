@@ -19,12 +19,15 @@ class Compare final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "compares two images: shift, scale, correlation, residual";
-        line.description = "Finds the sub-pixel shift between two images of the same size, their common "
-                           "brightness scale and offset "
-                           "(IMAGE = scale * REFERENCE + offset), the correlation and what is left. Reads "
-                           "FITS, PNG, OpenEXR and "
-                           "PDS3 (attached label, or the detached label as the file); pixels that are NaN in "
-                           "either are left out.";
+        line.description =
+            "Finds the sub-pixel shift between two images of the same size, their common "
+            "brightness scale and offset "
+            "(IMAGE = scale * REFERENCE + offset), the correlation and what is left. Reads "
+            "FITS, PNG, OpenEXR and "
+            "PDS3 (attached label, or the detached label as the file); pixels that are NaN in "
+            "either are left out. A shift comes with its standard error, from how far parts of "
+            "the images pull apart; there is none where the correlation has no maximum within "
+            "--max-shift: the images do not tell the shift.";
         line.positional("REFERENCE", &reference_, "Image that is taken for the truth");
         line.positional("IMAGE", &image_, "Image to compare with it");
         line.option("--reference-plane", &reference_plane_, "N|NAME",
@@ -58,6 +61,11 @@ public:
         report.add("shift_x_px", "shift, right", std::optional(a.shift_x_px), "px", 3);
         report.add("shift_y_px", "shift, down", std::optional(a.shift_y_px), "px", 3);
         report.add("shift_px", "shift", std::optional(std::hypot(a.shift_x_px, a.shift_y_px)), "px", 3);
+        if (settings_.max_shift_px > 0) {
+            const auto error = [](double px) { return std::isfinite(px) ? std::optional(px) : std::nullopt; };
+            report.add("shift_x_error_px", "standard error, right", error(a.error_x_px), "px", 3);
+            report.add("shift_y_error_px", "standard error, down", error(a.error_y_px), "px", 3);
+        }
         report.add("correlation", "correlation", std::optional(a.correlation), "", 5);
         report.add("correlation_unshifted", "correlation, not shifted",
                    std::optional(a.correlation_unshifted), "", 5);

@@ -114,6 +114,37 @@ Image shifted(const Image& image, double dx, double dy) {
     return pass(pass(image, dx, true), dy, false);
 }
 
+/// The image under a Gaussian of one pixel, of what is not NaN. Interpolation between pixels smooths by an
+/// amount that depends on the shift, and what it takes off noise makes images agree better: without this,
+/// shifts are drawn towards odd numbers of half pixels by a tenth of a pixel or more.
+Image smoothed(const Image& image) {
+    constexpr std::int32_t radius = 3;
+    std::array<double, 2 * radius + 1> kernel{};
+    for (std::int32_t i = -radius; i <= radius; ++i)
+        kernel[static_cast<std::size_t>(i + radius)] = std::exp(-0.5 * i * i);
+    const auto pass = [&](const Image& in, bool along_x) {
+        Image out{in.width, in.height, in.values};
+        const std::int32_t limit = along_x ? in.width : in.height;
+        for (std::int32_t y = 0; y < in.height; ++y)
+            for (std::int32_t x = 0; x < in.width; ++x) {
+                double sum = 0, weights = 0;
+                const std::int32_t centre = along_x ? x : y;
+                for (std::int32_t i = -radius; i <= radius; ++i) {
+                    if (centre + i < 0 || centre + i >= limit) continue;
+                    const double value = along_x ? in.at(x + i, y) : in.at(x, y + i);
+                    if (std::isnan(value)) continue;
+                    const double weight = kernel[static_cast<std::size_t>(i + radius)];
+                    sum += weight * value, weights += weight;
+                }
+                double& value = out.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(in.width) +
+                                           static_cast<std::size_t>(x)];
+                if (!std::isnan(value)) value = sum / weights;
+            }
+        return out;
+    };
+    return pass(pass(image, true), false);
+}
+
 /// Sums over the pixels of both images, each moved by half of the shift towards the other.
 Sums sums_at(const Image& reference, const Image& image, double dx, double dy) {
     const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
@@ -140,6 +171,67 @@ void refine(const Image& reference, const Image& image, double limit, double& x,
     }
 }
 
+/// How much of the correlation each block of a grid over the image gives at a shift.
+constexpr std::int32_t grid_blocks = 8;
+using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
+
+/// With both images brought to mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2: the shares
+/// are what each block takes off.
+BlockShares shares_at(const Image& reference, const Image& image, double dx, double dy) {
+    const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
+    Sums s;
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+        if (!std::isnan(a.values[i] + b.values[i])) s.add(a.values[i], b.values[i]);
+    const auto n = static_cast<double>(s.n);
+    const double mean_a = s.a / n, mean_b = s.b / n;
+    const double sigma_a = std::sqrt(s.aa / n - mean_a * mean_a),
+                 sigma_b = std::sqrt(s.bb / n - mean_b * mean_b);
+    BlockShares out{};
+    for (std::int32_t y = 0; y < a.height; ++y)
+        for (std::int32_t x = 0; x < a.width; ++x) {
+            const double difference = (a.at(x, y) - mean_a) / sigma_a - (b.at(x, y) - mean_b) / sigma_b;
+            if (std::isnan(difference)) continue;
+            const std::int32_t block = y * grid_blocks / a.height * grid_blocks + x * grid_blocks / a.width;
+            out[static_cast<std::size_t>(block)] -= difference * difference / (2 * n);
+        }
+    return out;
+}
+
+/// Standard errors of the shift (x, y) that the search within `limit` ended at.
+void estimate_errors(const Image& reference, const Image& image, double limit, double x, double y,
+                     Agreement& out) {
+    constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
+    const auto at = [&](double dx, double dy) { return shares_at(reference, image, x + dx, y + dy); };
+    const auto total = [](const BlockShares& shares) {
+        double sum = 0;
+        for (const double share : shares)
+            sum += share;
+        return sum;
+    };
+    const BlockShares left = at(-h, 0), right = at(h, 0), up = at(0, -h), down = at(0, h);
+    const double centre = total(at(0, 0));
+    // Curvature of -correlation, and the scatter of the blocks' slopes.
+    const double hxx = -(total(left) - 2 * centre + total(right)) / (h * h);
+    const double hyy = -(total(up) - 2 * centre + total(down)) / (h * h);
+    const double hxy =
+        -(total(at(h, h)) + total(at(-h, -h)) - total(at(h, -h)) - total(at(-h, h))) / (4 * h * h);
+    double jxx = 0, jyy = 0, jxy = 0;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+        const double slope_x = (right[i] - left[i]) / (2 * h), slope_y = (down[i] - up[i]) / (2 * h);
+        jxx += slope_x * slope_x, jyy += slope_y * slope_y, jxy += slope_x * slope_y;
+    }
+    const double determinant = hxx * hyy - hxy * hxy;
+    const bool peak = hxx > 0 && hyy > 0 && determinant > 0;
+    // Inverse curvature times scatter times inverse curvature.
+    const double ixx = hyy / determinant, iyy = hxx / determinant, ixy = -hxy / determinant;
+    const double vx = ixx * ixx * jxx + 2 * ixx * ixy * jxy + ixy * ixy * jyy;
+    const double vy = ixy * ixy * jxx + 2 * ixy * iyy * jxy + iyy * iyy * jyy;
+    constexpr double border_px = 1e-9;
+    const bool border_x = std::abs(x) > limit - border_px, border_y = std::abs(y) > limit - border_px;
+    out.error_x_px = peak && !border_x ? std::sqrt(vx) : infinite;
+    out.error_y_px = peak && !border_y ? std::sqrt(vy) : infinite;
+}
+
 } // namespace
 
 Agreement compare_images(const Image& reference, const Image& image, const RegistrationSettings& settings) {
@@ -153,7 +245,9 @@ Agreement compare_images(const Image& reference, const Image& image, const Regis
     if (limit > 0) {
         const Shift whole = search_pyramid(reference, image, limit);
         out.shift_x_px = whole.x, out.shift_y_px = whole.y;
-        refine(reference, image, limit, out.shift_x_px, out.shift_y_px);
+        const Image a = smoothed(reference), b = smoothed(image);
+        refine(a, b, limit, out.shift_x_px, out.shift_y_px);
+        estimate_errors(a, b, limit, out.shift_x_px, out.shift_y_px, out);
     }
     const Sums s = sums_at(reference, image, out.shift_x_px, out.shift_y_px);
     out.pixels = s.n;

@@ -18,6 +18,9 @@ struct Agreement {
     double residual_rms = 0;      ///< of image - scale * reference - offset
     double image_rms = 0;         ///< of the image over the same pixels
     std::int64_t pixels = 0;      ///< compared ones: inside both, not NaN in either
+    /// Standard errors of the shift; infinite where the correlation has no maximum within the search (it
+    /// still rises at its border, or the images do not change in that direction).
+    double error_x_px = 0, error_y_px = 0;
 };
 
 struct RegistrationSettings {
@@ -26,9 +29,13 @@ struct RegistrationSettings {
 };
 
 /// Registers `image` to `reference` (same size). The integer shift of the highest correlation is searched
-/// from coarse to fine over image pyramids; then the correlation as a function of the shift is maximised,
-/// each image shifted by half of it with cubic convolution (Keys 1981), so that both are smoothed alike.
-/// Throws InputError when the sizes differ, nothing overlaps or an image is flat.
+/// from coarse to fine over image pyramids; then the correlation as a function of the shift is maximised
+/// under a Gaussian of one pixel, each image shifted by half of it with cubic convolution (Keys 1981), so
+/// that both are smoothed alike at any shift. The standard errors are those of an M-estimator (sandwich form,
+/// White 1982) from how far the blocks of an 8 x 8 grid pull apart, so that differences that hang together
+/// over many pixels (another shape, other shading) count for what they are: a shift of several times its
+/// error is real, one below it is not. Throws InputError when the sizes differ, nothing overlaps or an image
+/// is flat.
 [[nodiscard]] Agreement compare_images(const Image& reference, const Image& image,
                                        const RegistrationSettings& settings);
 

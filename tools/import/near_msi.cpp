@@ -173,9 +173,7 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
                     width, height, pixel_pitch_m * 1e6, focal_length_m * 1e3, list(camera_m), list(camera));
     out += fmt::format("\n[[body]]\nname = \"Eros\"\nshape = \"mesh\"\nfile = \"{}\"\nmetres_per_unit = {}\n",
                        options.mesh, options.metres_per_unit);
-    out += "# Hapke parameters as commonly quoted for Eros; not checked against a published fit.\n"
-           "material = \"hapke\"\nsingle_scattering_albedo = 0.43\nphase_b = 0.26\nphase_c = 1.0\n"
-           "shadow_hiding_b0 = 1.0\nshadow_hiding_h = 0.022\nroughness_deg = 36\n";
+    out += "material = \"eros\"\n";
     out += fmt::format("orientation = {}\nspin_axis = [0, 0, 1]\nspin_rate_deg_per_s = {:.10g}\n",
                        list(eros_orientation(days)), rate_deg_per_day / 86400);
     out += fmt::format("\n[[band]] # filter {}\nfrom_nm = {}\nto_nm = {}\n", position,

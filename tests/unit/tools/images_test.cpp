@@ -1,6 +1,7 @@
 // Image readers against the writers' own independent checks, hostile files, and registration against shifts
 // that are known because they were put in.
 #include "core/error.hpp"
+#include "core/geometry.hpp"
 #include "images/image.hpp"
 #include "images/pds_label.hpp"
 #include "tests/support/catch.hpp"
@@ -13,9 +14,12 @@
 #include "transports/file/fits.hpp"
 #include "transports/file/png.hpp"
 
+#include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
+#include <sstream>
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -84,6 +88,72 @@ TEST_CASE("noise is told as a residual, and moves the shift by no more than it m
     CHECK(a.correlation > 0.99);
     CHECK(a.residual_rms > 0.02);
     CHECK(a.residual_rms < 0.06);
+}
+
+TEST_CASE("the standard error of a shift is what shifts scatter by") {
+    // Twelve pairs with noise of their own: errors over standard errors must scatter by about one.
+    double square_x = 0, square_y = 0;
+    constexpr int pairs = 12;
+    for (unsigned i = 0; i < pairs; ++i) {
+        const Agreement a = compare_images(blobs(0, 0, 1, 0, 0.1, 100 + i),
+                                           blobs(0.37, -0.81, 2, 1, 0.2, 200 + i), {2, true});
+        REQUIRE(a.error_x_px > 0);
+        REQUIRE(a.error_y_px > 0);
+        CHECK(a.error_x_px < 0.1);
+        square_x += std::pow((a.shift_x_px - 0.37) / a.error_x_px, 2) / pairs;
+        square_y += std::pow((a.shift_y_px + 0.81) / a.error_y_px, 2) / pairs;
+    }
+    // Chi-square with 12 degrees of freedom, 99.9 % on either side, and 8 x 8 blocks to estimate from.
+    CHECK(std::sqrt(square_x) > 0.4);
+    CHECK(std::sqrt(square_x) < 1.8);
+    CHECK(std::sqrt(square_y) > 0.4);
+    CHECK(std::sqrt(square_y) < 1.8);
+}
+
+TEST_CASE("where images do not tell the shift, it has no standard error") {
+    // A ramp: brighter to the right whatever the shift, so that the search ends at its border or anywhere.
+    Image reference{64, 64, std::vector<double>(64 * 64)}, image = reference;
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal;
+    for (std::int32_t y = 0; y < 64; ++y)
+        for (std::int32_t x = 0; x < 64; ++x) {
+            const auto i = static_cast<std::size_t>(y * 64 + x);
+            reference.values[i] = x;
+            image.values[i] = x + 0.02 * x * x + 0.3 * normal(random);
+        }
+    const Agreement a = compare_images(reference, image, {4, true});
+    CHECK(a.correlation > 0.9);
+    CHECK((!std::isfinite(a.error_x_px) || a.error_x_px > 1));
+    CHECK((!std::isfinite(a.error_y_px) || a.error_y_px > 1));
+}
+
+TEST_CASE("parts of a pixel come back from a real picture") {
+    const auto file = test::data_file("flight_near_msi_eros/m0157063318f4_2p_iof_gbl.fit");
+    if (!file) return;
+    // Means over 4 x 4 pixels, begun at different pixels: the displacement is a number of quarters, exactly.
+    const Image full = read_image(*file);
+    const auto binned = [&](std::int32_t left, std::int32_t top) {
+        Image out{130, 100, {}};
+        for (std::int32_t y = 0; y < out.height; ++y)
+            for (std::int32_t x = 0; x < out.width; ++x) {
+                double sum = 0;
+                for (std::int32_t j = 0; j < 4; ++j)
+                    for (std::int32_t i = 0; i < 4; ++i)
+                        sum += full.at(left + 4 * x + i, top + 4 * y + j);
+                out.values.push_back(sum / 16);
+            }
+        return out;
+    };
+    const Image reference = binned(6, 5);
+    for (const auto& [left, top] : {std::pair{7, 5}, {8, 3}, {3, 6}, {15, 10}}) {
+        const Agreement a = compare_images(reference, binned(left, top), {4, true});
+        CAPTURE(left, top, a.shift_x_px, a.shift_y_px, a.error_x_px, a.error_y_px);
+        // Detail finer than these pixels is folded into them and moves with them, not with the scene.
+        CHECK_THAT(a.shift_x_px, WithinAbs((6 - left) / 4.0, 0.03));
+        CHECK_THAT(a.shift_y_px, WithinAbs((5 - top) / 4.0, 0.03));
+        CHECK(a.error_x_px < 0.02);
+        CHECK(a.error_y_px < 0.02);
+    }
 }
 
 TEST_CASE("no shift is found beyond the limit, none is searched when none is allowed") {
@@ -315,5 +385,35 @@ TEST_CASE("real PDS3 products are read") {
         CHECK(read_image(*label).values == read_image(*fits).values);
         const std::string scene = near_msi_scene(*fits, {"/mesh.obj", 1000, ""});
         CHECK(scene.find("position_m = [-11661, 27530, 20817]") != std::string::npos);
+
+        // What the frame's own processing found its centre to show, from NEAR's pointing and its shape model
+        // of the time: latitude -6.36, longitude 189.76 west, 23.6 km away (CENTER_LATITUDE,
+        // CENTER_LONGITUDE, SLANT_DISTANCE of the label). Where our line of sight is at that longitude it
+        // must be at that latitude and distance: 0.01 degrees are 0.75 pixels there.
+        const auto numbers = [&scene](const std::string& key, std::size_t after) {
+            std::istringstream text(scene.substr(scene.find(key, after) + key.size()));
+            std::array<double, 4> out{};
+            char comma = 0;
+            for (double& v : out)
+                text >> v >> comma;
+            return out;
+        };
+        const std::size_t camera_at = scene.find("[camera]"), body_at = scene.find("[[body]]");
+        const auto [px, py, pz, none] = numbers("position_m = [", camera_at);
+        const auto [cw, cx, cy, cz] = numbers("orientation = [", camera_at);
+        const auto [bw, bx, by, bz] = numbers("orientation = [", body_at);
+        (void)none;
+        const Quat to_body = conjugate(Quat{bw, bx, by, bz});
+        const Vec3 from = rotate(to_body, Vec3{px, py, pz});
+        const Vec3 ahead = rotate(to_body, rotate(Quat{cw, cx, cy, cz}, {0, 0, 1}));
+        constexpr double degree = std::numbers::pi / 180;
+        const double east = (360 - 189.76) * degree;
+        // from + distance * ahead lies in the half plane of that meridian.
+        const Vec3 across{-std::sin(east), std::cos(east), 0};
+        const double distance_m = -dot(from, across) / dot(ahead, across);
+        const Vec3 at = from + ahead * distance_m;
+        CHECK(dot(at, Vec3{std::cos(east), std::sin(east), 0}) > 0);
+        CHECK_THAT(std::asin(at.z / length(at)) / degree, WithinAbs(-6.36, 0.0125));
+        CHECK_THAT(distance_m, WithinAbs(23600, 50));
     }
 }
