@@ -76,6 +76,10 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
     const std::int32_t rows_max = limits.rows_max > 0 ? limits.rows_max : limits.sensor_height;
     if (const std::int32_t rows = composed_size(s).height; rows > rows_max)
         return fmt::format("the windows have {} rows together: allowed 1 to {}", rows, rows_max);
+    if (!(s.auto_target_percent >= 1 && s.auto_target_percent <= 99))
+        return fmt::format("ExposureAutoTarget {} %: allowed 1 to 99", s.auto_target_percent);
+    if (!(s.auto_percentile >= 1 && s.auto_percentile <= 100))
+        return fmt::format("ExposureAutoPercentile {} %: allowed 1 to 100", s.auto_percentile);
     if (!(s.gain_db >= limits.gain_min_db && s.gain_db <= limits.gain_max_db))
         return fmt::format("Gain {} dB: allowed {} to {}", s.gain_db, limits.gain_min_db, limits.gain_max_db);
     if (!(s.frame_rate_hz >= limits.frame_rate_min_hz && s.frame_rate_hz <= limits.frame_rate_max_hz))

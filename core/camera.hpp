@@ -29,6 +29,9 @@ enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edg
            (activation == TriggerActivation::falling_edge) == falling;
 }
 
+/// SFNC ExposureAuto: the camera chooses ExposureTime by what it sees.
+enum class ExposureAuto : std::uint8_t { off, once, continuous };
+
 /// One window of the sensor, with an integration of its own. SFNC calls it a region.
 struct CameraWindow {
     Region region;                             ///< in sensor pixels
@@ -52,6 +55,10 @@ struct CameraSettings {
     std::uint32_t more_count = 0;
     std::array<CameraWindow, max_windows - 1> more_windows{};
 
+    /// What the camera makes of it shows in exposure_ns; `once` turns to `off` by itself.
+    ExposureAuto exposure_auto = ExposureAuto::off;
+    /// The goal: that percentile of the first window's digital numbers, between black level and full scale.
+    double auto_target_percent = 50, auto_percentile = 99;
     double gain_db = 0; ///< SFNC Gain
     AcquisitionMode acquisition_mode = AcquisitionMode::continuous;
     std::uint32_t acquisition_frame_count = 1; ///< MultiFrame only

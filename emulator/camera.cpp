@@ -1,8 +1,10 @@
 #include "emulator/camera.hpp"
 
 #include "core/realtime.hpp"
+#include "emulator/auto_exposure.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace obscura::emulator {
@@ -26,6 +28,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       next_trigger_rate_(config.trigger_rate),
       gate_(config.over_trigger),
       frame_settings_(config.initial) {
+    restart_auto_exposure(config.initial.exposure_ns);
     gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
     publish_triggers(config.initial);
@@ -57,7 +60,42 @@ Camera::Route Camera::route_of(const CameraSettings& s) noexcept {
 
 CameraSettings Camera::settings() const {
     const std::lock_guard lock(settings_mutex_);
-    return settings_;
+    return shown(settings_);
+}
+
+CameraSettings Camera::shown(CameraSettings s) const noexcept {
+    if (s.exposure_auto == ExposureAuto::off) return s;
+    const std::uint64_t state = auto_exposure_.load(std::memory_order_acquire);
+    s.exposure_ns = static_cast<std::int64_t>(state & auto_exposure_mask);
+    if (s.exposure_auto == ExposureAuto::once && (state & auto_done) != 0)
+        s.exposure_auto = ExposureAuto::off;
+    return s;
+}
+
+void Camera::restart_auto_exposure(std::int64_t exposure_ns) noexcept {
+    const std::uint64_t run = auto_exposure_.load(std::memory_order_relaxed) / (2 * auto_done) + 1;
+    auto_exposure_.store(run * 2 * auto_done + static_cast<std::uint64_t>(exposure_ns),
+                         std::memory_order_release);
+}
+
+void Camera::adjust_exposure(const Frame& frame) noexcept {
+    const CameraSettings& s = frame_settings_;
+    ExposureReading reading;
+    reading.signal_dn = maker_.histogram().percentile(s.auto_percentile);
+    reading.black_dn = s.black_level_dn;
+    reading.white_dn = std::exp2(frame.info.bits_per_pixel) - 1;
+    reading.target_percent = s.auto_target_percent;
+    reading.requested_ns = frame.info.exposure_ns;
+    reading.obtained_ns = frame.info.windows[0].exposure_max_ns;
+    reading.min_ns = config_.limits.exposure_min_ns;
+    reading.max_ns = config_.limits.exposure_max_ns;
+    const ExposureStep step = next_exposure(reading);
+    const std::uint64_t done = s.exposure_auto == ExposureAuto::once && step.settled ? auto_done : 0;
+    std::uint64_t expected = frame_auto_exposure_;
+    const std::uint64_t next =
+        (expected & ~auto_exposure_mask) | done | static_cast<std::uint64_t>(step.exposure_ns);
+    // Fails when the control side has started anew meanwhile: then this frame has nothing to say.
+    auto_exposure_.compare_exchange_strong(expected, next, std::memory_order_acq_rel);
 }
 
 std::string Camera::explain(const CameraSettings& settings) const {
@@ -72,6 +110,9 @@ bool Camera::apply(const CameraSettings& settings) {
     const CameraSettings before = this->settings();
     {
         const std::lock_guard lock(settings_mutex_);
+        if (settings.exposure_auto != ExposureAuto::off &&
+            shown(settings_).exposure_auto != settings.exposure_auto)
+            restart_auto_exposure(settings.exposure_ns);
         settings_ = settings;
     }
     publish_triggers(settings);
@@ -329,7 +370,9 @@ void Camera::make_frame() noexcept {
     FrameRef frame;
     if (start_frame(frame)) {
         gate_.started(gate_.current().edge + gate_.held_ns() + maker_.busy_ns());
-        releaser_.end(maker_.fill(*frame, sink_, &releaser_.cancel_flag()));
+        const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag());
+        if (whole && adjusts_exposure_) adjust_exposure(*frame);
+        releaser_.end(whole);
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         notify(transports::CameraEvent::error, gate_.current().edge);
@@ -342,8 +385,18 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     // Whoever holds the lock is about to change settings that were not meant for this frame.
     if (settings_mutex_.try_lock()) {
         frame_settings_ = settings_;
+        frame_auto_exposure_ = auto_exposure_.load(std::memory_order_acquire);
         settings_mutex_.unlock();
+    } else if (const std::uint64_t state = auto_exposure_.load(std::memory_order_acquire);
+               state / (2 * auto_done) == frame_auto_exposure_ / (2 * auto_done)) {
+        frame_auto_exposure_ = state; // the same run goes on
     }
+    if (frame_settings_.exposure_auto != ExposureAuto::off)
+        frame_settings_.exposure_ns = static_cast<std::int64_t>(frame_auto_exposure_ & auto_exposure_mask);
+    adjusts_exposure_ = frame_settings_.exposure_auto != ExposureAuto::off &&
+                        (frame_settings_.exposure_auto == ExposureAuto::continuous ||
+                         (frame_auto_exposure_ & auto_done) == 0) &&
+                        !(frame_sequence_.enabled && (frame_sequence_.features & sequenced_exposure) != 0);
     const sync::Trigger& trigger = gate_.current();
     FrameOrder order;
     order.frame_id = next_frame_id_++;

@@ -143,6 +143,14 @@ private:
         std::atomic<std::uint32_t> sequence_step{0};
     };
 
+    /// Where ExposureAuto has come to, in one word: exposure, whether `once` is through, and which run of it
+    /// this is. The pipeline moves it on, the control side starts it anew.
+    static constexpr std::uint64_t auto_exposure_mask = (std::uint64_t{1} << 40) - 1;
+    static constexpr std::uint64_t auto_done = auto_exposure_mask + 1;
+    [[nodiscard]] CameraSettings shown(CameraSettings settings) const noexcept;
+    void restart_auto_exposure(std::int64_t exposure_ns) noexcept;
+    void adjust_exposure(const Frame& frame) noexcept;
+
     bool offer(const sync::Trigger& trigger, Route route) noexcept;
     void publish_triggers(const CameraSettings& settings) noexcept;
     bool take_start(TriggerSource source, bool falling) noexcept;
@@ -195,12 +203,15 @@ private:
     // Line0's source only.
     std::uint64_t last_line0_id_ = 0, line0_id_ = 0;
     std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
+    std::atomic<std::uint64_t> auto_exposure_{0};
     Moments moments_;
     Wakeup moments_changed_;
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;
     Sequence frame_sequence_;
+    std::uint64_t frame_auto_exposure_ = 0;
+    bool adjusts_exposure_ = false;
     RowSink* sink_ = nullptr;
     bool out_of_frames_ = false;
 

@@ -39,7 +39,8 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
       adc_bits_(sensor.detector.adc_bits),
       offset_dn_(sensor.detector.offset_dn),
       settings_(settings),
-      band_count_(renderer.band_count()) {
+      band_count_(renderer.band_count()),
+      histogram_(sensor.detector.adc_bits) {
     // Planned once in full size, so that later plans find room for every row.
     const sensors::WindowRequest whole{{0, 0, readout_.width, readout_.height}, 10 * ns_per_ms};
     if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, plan_); !refusal.empty())
@@ -129,6 +130,8 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     info.exposure_ns = s.exposure_ns;
     black_shift_dn_ = s.black_level_dn - offset_dn_;
     pattern_ = s.test_pattern;
+    measured_ = s.exposure_auto != ExposureAuto::off;
+    if (measured_) histogram_.clear();
     info.window_count = static_cast<std::uint32_t>(plan_.windows.size());
     std::copy(plan_.windows.begin(), plan_.windows.end(), info.windows.begin());
     const auto clamped = [](const FrameWindow& w) {
@@ -296,6 +299,9 @@ void FrameMaker::expose_band(std::uint32_t number) noexcept {
         detector_.expose(plan_, light, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
                          frame.pixels().subspan(begin, pixels), truth);
     if (saturated != 0) frame.saturated_windows.fetch_or(saturated, std::memory_order_relaxed);
+    if (const FrameWindow& window = plan_.windows[band.window]; measured_ && window.request == 0)
+        for (std::int32_t row = band.first_row; row < band.first_row + band.rows; ++row)
+            histogram_.add(frame.row(row).first(static_cast<std::size_t>(window.sensor.width)));
     if (pattern_ != ImagePattern::off) paint_pattern(band.first_row, band.rows);
     const std::int32_t ready = band.first_row + band.rows;
     if (ready == plan_.height) frame.info.detector_end = clock_.now();

@@ -5,6 +5,7 @@
 #include "core/clock.hpp"
 #include "core/frame.hpp"
 #include "core/realtime.hpp"
+#include "emulator/auto_exposure.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "sensors/sequencer.hpp"
@@ -92,6 +93,9 @@ public:
     }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
+    /// What the detector made of the first window of the frame filled last, before any test pattern; only of
+    /// frames ordered with ExposureAuto.
+    [[nodiscard]] const DnHistogram& histogram() const noexcept { return histogram_; }
     /// From the trigger of the frame prepared last, delays included, until the chip can take another.
     [[nodiscard]] std::int64_t busy_ns() const noexcept {
         return plan_.trigger - asked_start_ + plan_.frame_period_ns;
@@ -146,6 +150,8 @@ private:
     Frame* frame_ = nullptr;
     double black_shift_dn_ = 0;
     ImagePattern pattern_ = ImagePattern::off;
+    bool measured_ = false; ///< its numbers are to be counted
+    DnHistogram histogram_;
     RowSink* sink_ = nullptr;
 
     // Bands of all frames, counted through: posted by the renderer's side, done by the detector thread.

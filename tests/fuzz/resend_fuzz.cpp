@@ -5,6 +5,7 @@
 // out of the socket must be what was sent before or an error, and no more than each block's allowance.
 #include "core/clock.hpp"
 #include "tests/support/loopback_interface.hpp"
+#include "tests/support/plain_frame.hpp"
 #include "transports/gige/bytes.hpp"
 #include "transports/gige/gvcp_parser.hpp"
 #include "transports/gige/gvsp_sender.hpp"
@@ -106,13 +107,7 @@ struct Bench {
     FrameRef submit(std::uint64_t id, std::int32_t rows) {
         FrameRef frame = pool.acquire();
         require(bool{frame});
-        frame->info.frame_id = id;
-        frame->info.width = width;
-        frame->info.height = height;
-        frame->info.bits_per_pixel = 16;
-        frame->info.pixel_format = PixelFormat::mono16;
-        frame->info.window_count = 1;
-        frame->info.windows[0].sensor = {0, 0, width, height};
+        test::describe_mono16(frame->info, id, width, height);
         std::uint16_t value = static_cast<std::uint16_t>(id * 257);
         for (std::int32_t y = 0; y < height; ++y)
             for (std::uint16_t& pixel : frame->row(y))

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -246,4 +247,43 @@ TEST_CASE("without a PTP daemon the Ptp features say so") {
     CHECK(client.integer("PtpOffsetFromMaster") == 0);
     CHECK(client.integer("PtpClockAccuracy") == 0xFE);
     CHECK_THROWS(client.set("PtpStatus", "Slave"));
+}
+
+TEST_CASE("a client lets the camera find the exposure itself") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(16);
+    options.size = 128;
+    options.rate_hz = 20;
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.set("ExposureTime", 20.0);
+    client.set("ExposureAutoPercentile", 100.0); // a star in the dark is all there is to see
+    client.set("ExposureAutoTarget", 70.0);
+    client.set("ExposureAuto", "Once");
+    CHECK_THROWS(client.set("ExposureTime", 30.0)); // it is the camera's now
+    client.open_stream(8);
+    client.execute("AcquisitionStart");
+    const auto brightest = [&] {
+        const auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        std::size_t bytes = 0;
+        const auto* data = static_cast<const std::uint16_t*>(arv_buffer_get_data(buffer.get(), &bytes));
+        const std::uint16_t dn = *std::max_element(data, data + bytes / 2);
+        arv_stream_push_buffer(client.stream(), ARV_BUFFER(g_object_ref(buffer.get())));
+        return dn;
+    };
+    const std::uint16_t before = brightest();
+    int frames = 1;
+    for (; client.text("ExposureAuto") == "Once" && frames < 40; ++frames)
+        brightest();
+    CHECK(client.text("ExposureAuto") == "Off");
+    CHECK(client.real("ExposureTime") > 30.0);
+    for (int i = 0; i < 3; ++i) // what was on its way
+        brightest();
+    CHECK(brightest() > before);
+    client.set("ExposureTime", 30.0);
+    CHECK(client.real("ExposureTime") == 30.0);
+    client.execute("AcquisitionStop");
 }

@@ -204,6 +204,43 @@ TEST_CASE("A region of interest and a small packet size are obeyed") {
     client.execute("AcquisitionStop");
 }
 
+TEST_CASE("ChunkRegionID names the region behind each window") {
+    CameraLimits l = limits(64, 48);
+    l.windows_max = 4;
+    Bench bench(l);
+    GigeClient client(address);
+    client.set("Height", std::int64_t{8});
+    for (const char* region : {"Region1", "Region3"}) {
+        client.set("RegionSelector", region);
+        client.set("Width", std::int64_t{16});
+        client.set("Height", std::int64_t{4});
+        client.set("OffsetY", std::int64_t{20});
+        client.set("RegionMode", "On");
+    }
+    client.set("RegionSelector", "Region1"); // leaves a gap
+    client.set("RegionMode", "Off");
+    client.set_flag("ChunkModeActive", true);
+    client.set("ChunkSelector", "RegionID");
+    client.set_flag("ChunkEnable", true);
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
+    auto buffer = client.next(5000);
+    REQUIRE(buffer != nullptr);
+    GError* error = nullptr;
+    const char* name = arv_chunk_parser_get_string_value(parser.get(), buffer.get(), "ChunkRegionID", &error);
+    check(error, "ChunkRegionID");
+    CHECK(std::string(name) == "Region0"); // of window 0; Aravis cannot choose another
+    std::size_t bytes = 0;
+    const auto* data =
+        static_cast<const std::uint8_t*>(arv_buffer_get_chunk_data(buffer.get(), 0x4F420011, &bytes));
+    REQUIRE(bytes == 4 + 32 * 4);
+    CHECK(data[3] == 2);  // windows
+    CHECK(data[7] == 0);  // the first is Region0
+    CHECK(data[11] == 3); // the second Region3
+    client.execute("AcquisitionStop");
+}
+
 TEST_CASE("Chunks say what the frame is, in both payload types") {
     Bench bench(limits(64, 48));
     for (const bool in_image : {false, true}) {

@@ -192,6 +192,7 @@ void PatternCamera::make_frame(const CameraSettings& settings, const std::vector
         const std::int64_t exposure_ns =
             w < settings.window_count() ? settings.window(w).exposure_ns : settings.exposure_ns;
         frame->info.windows[w] = {windows[w], height, exposure_ns, 0};
+        frame->info.windows[w].request = static_cast<std::uint32_t>(w);
         // As if the chip's grid had taken its toll.
         frame->info.windows[w].exposure_min_ns = exposure_ns - 100'000;
         frame->info.windows[w].exposure_max_ns = exposure_ns + 100'000;

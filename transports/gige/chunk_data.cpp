@@ -27,6 +27,8 @@ std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
         return 4;
     case Chunk::regions:
         return 8 + max_windows * region_bytes;
+    case Chunk::region_id:
+        return 4 + max_windows * 4;
     case Chunk::row_times:
         return 8 + static_cast<std::size_t>(rows) * 16;
     case Chunk::ground_truth:
@@ -88,7 +90,7 @@ std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept {
 
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
-                         std::int64_t timestamp_origin_ns) noexcept {
+                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions) noexcept {
     const FrameInfo& info = frame.info;
     const auto device_time = [&](Time t) {
         return static_cast<std::uint64_t>(t.ns + info.tai_offset_ns - timestamp_origin_ns);
@@ -165,6 +167,11 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
             break;
         case Chunk::sequencer_set_active:
             pen.u32(info.sequence_step);
+            break;
+        case Chunk::region_id:
+            pen.u32(info.window_count);
+            for (std::uint32_t w = 0; w < max_windows; ++w)
+                pen.u32(w < info.window_count ? regions[info.windows[w].request % max_windows] : 0U);
             break;
         case Chunk::ground_truth: {
             const GroundTruth& truth = info.truth;

@@ -3,6 +3,7 @@
 
 #include "core/frame.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -35,14 +36,18 @@ enum class Chunk : std::uint8_t {
     ground_truth,
     line_status_all,      ///< u32: the lines at the trigger's edge, inputs only
     sequencer_set_active, ///< u32
+    region_id,            ///< u32 count, then 32 x u32: of each window in the image, the number of its region
 };
-constexpr std::size_t chunk_count = 16;
+constexpr std::size_t chunk_count = 17;
 constexpr std::uint32_t chunk_id_base = 0x4F420000;
 constexpr std::size_t chunk_tag_bytes = 8;
 
 constexpr std::uint32_t chunk_bit(Chunk c) noexcept {
     return 1U << static_cast<unsigned>(c);
 }
+
+/// The number of the region behind each window that was asked for: regions that are off leave gaps.
+using RegionNumbers = std::array<std::uint8_t, max_windows>;
 
 /// Bytes of the chunks in `selection` with their tags, the image's tag included; 0 for an empty selection.
 [[nodiscard]] std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept;
@@ -51,6 +56,6 @@ constexpr std::uint32_t chunk_bit(Chunk c) noexcept {
 /// `timestamp_origin_ns` is taken from TAI to get device time.
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
-                         std::int64_t timestamp_origin_ns) noexcept;
+                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions) noexcept;
 
 } // namespace obscura::transports::gige

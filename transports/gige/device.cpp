@@ -444,11 +444,36 @@ void Device::add_acquisition() {
              (limits_.line0_rising ? 1U : 0U) | (limits_.line0_falling ? 2U : 0U));
     add_start_trigger();
     constant("TriggerOverlap", feature::trigger_overlap, std::uint32_t{limits_.overlapped});
+    bank_.add({.name = "ExposureTime",
+               .address = feature::exposure_time,
+               .access = Access::read_write,
+               .read = [this] { return time_units(control_.settings().exposure_ns); },
+               .write =
+                   [this](std::uint32_t value) {
+                       CameraSettings wanted = control_.settings();
+                       if (wanted.exposure_auto != ExposureAuto::off) return Status::write_protect;
+                       wanted.exposure_ns = std::int64_t{value} * feature::time_unit_ns;
+                       return control_.apply(wanted) ? Status::success : Status::invalid_parameter;
+                   }});
     setting(
-        "ExposureTime", feature::exposure_time, false,
-        [](const CameraSettings& s) { return time_units(s.exposure_ns); },
+        "ExposureAuto", feature::exposure_auto, false,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.exposure_auto); },
         [](CameraSettings& s, std::uint32_t value) {
-            s.exposure_ns = std::int64_t{value} * feature::time_unit_ns;
+            s.exposure_auto = static_cast<ExposureAuto>(value);
+            return value <= static_cast<std::uint32_t>(ExposureAuto::continuous);
+        });
+    setting(
+        "ExposureAutoTarget", feature::exposure_auto_target, false,
+        [](const CameraSettings& s) { return milli(s.auto_target_percent); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.auto_target_percent = from_milli(value);
+            return true;
+        });
+    setting(
+        "ExposureAutoPercentile", feature::exposure_auto_percentile, false,
+        [](const CameraSettings& s) { return milli(s.auto_percentile); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.auto_percentile = from_milli(value);
             return true;
         });
     constant("ExposureTimeMin", feature::exposure_min,
@@ -700,6 +725,8 @@ StreamConfig Device::stream_config() const {
         c.throughput_limit = bank_.peek(feature::throughput_limit);
     c.payload.timestamp_origin_ns = timestamp_origin_ns_;
     c.payload.chunks = chunk_selection();
+    for (std::uint32_t i = 0, request = 0; i < region_count(); ++i)
+        if (i == 0 || regions_[i].enabled) c.payload.regions[request++] = static_cast<std::uint8_t>(i);
     c.faults = faults_;
     const PixelFormat format = control_.settings().pixel_format;
     // Frames hold 16-bit words; these formats want them as they are, unless the ADC is deeper.

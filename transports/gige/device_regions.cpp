@@ -125,9 +125,9 @@ void Device::add_regions() {
         part(
             "RegionExposureTime", feature::region::exposure, false,
             [](const CameraWindow& w) { return time_units(w.exposure_ns); },
-            [](CameraWindow& w, std::uint32_t value) {
+            [this, i](CameraWindow& w, std::uint32_t value) {
                 w.exposure_ns = std::int64_t{value} * feature::time_unit_ns;
-                return true;
+                return i > 0 || control_.settings().exposure_auto == ExposureAuto::off;
             });
         part(
             "RegionSampling", feature::region::sampling, true,

@@ -49,6 +49,7 @@ constexpr std::uint32_t start_trigger_offset = 0x70; // from FrameStart's trigge
 constexpr std::uint32_t exposure_time = 0xA150;
 constexpr std::uint32_t exposure_min = 0xA154;
 constexpr std::uint32_t exposure_max = 0xA158;
+constexpr std::uint32_t exposure_auto = 0xA15C;
 constexpr std::uint32_t gain = 0xA160;
 constexpr std::uint32_t gain_min = 0xA164;
 constexpr std::uint32_t gain_max = 0xA168;
@@ -56,6 +57,9 @@ constexpr std::uint32_t black_level = 0xA170; // in 1/1000 DN
 constexpr std::uint32_t black_level_min = 0xA174;
 constexpr std::uint32_t black_level_max = 0xA178;
 constexpr std::uint32_t temperature = 0xA180; // in 1/1000 degrees Celsius, two's complement
+
+constexpr std::uint32_t exposure_auto_target = 0xA184;     // in 1/1000 %
+constexpr std::uint32_t exposure_auto_percentile = 0xA188; // in 1/1000 %
 
 constexpr std::uint32_t packet_size_max = 0xA200;
 constexpr std::uint32_t throughput_limit = 0xA204; // bytes per second

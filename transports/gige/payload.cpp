@@ -147,7 +147,7 @@ void Payload::update(const Frame& frame) noexcept {
     if (ready == info.height || abandoned) {
         if (bytes_ > image_bytes_)
             write_chunks(chunk_store_, format_.chunks, frame, frame_id_, image_bytes_, !format_.multipart,
-                         format_.timestamp_origin_ns);
+                         format_.timestamp_origin_ns, format_.regions);
         available_ = bytes_;
     }
 }

@@ -23,6 +23,7 @@ struct PayloadFormat {
     std::size_t max_image_bytes = 0;
     std::int32_t max_width = 0, max_height = 0;
     std::int64_t timestamp_origin_ns = 0;
+    RegionNumbers regions{};
 };
 
 /// Pixels are not copied where the frame holds them as they go out; else they are packed once, each row when

@@ -43,6 +43,7 @@ Status Device::load_features(const std::string& text) {
     if (control_.acquiring()) return Status::write_protect;
     publish_sequence({});
     sequencer_configuring_ = false;
+    bank_.write_word(feature::exposure_auto, 0); // or ExposureTime could not be written
     // Regions but the first go off and offsets to 0, so that any width and height fit; what does not fit the
     // sensor is left alone.
     for (std::uint32_t i = region_count(); i-- > 1;)

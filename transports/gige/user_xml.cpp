@@ -36,6 +36,7 @@ constexpr std::array on_off{Word{"Off", 0}, Word{"On", 1}};
 constexpr std::array trigger_sources{Word{"Line0", 1},    Word{"Line1", 1},  Word{"Line2", 1},
                                      Word{"Line3", 1},    Word{"Line4", 1},  Word{"Line5", 1},
                                      Word{"Software", 0}, Word{"Action1", 2}};
+constexpr std::array exposure_autos{Word{"Off", 0}, Word{"Once", 1}, Word{"Continuous", 2}};
 constexpr std::array pixel_formats{Word{"Mono8", 0x01080001},  Word{"Mono10", 0x01100003},
                                    Word{"Mono12", 0x01100005}, Word{"Mono14", 0x01100025},
                                    Word{"Mono16", 0x01100007}, Word{"Mono10p", 0x010A0046},
@@ -66,6 +67,7 @@ struct UserXml::Feature {
     /// Only the item of a selector that is ours is bound.
     const char* selector = nullptr;
     const char* selected = nullptr;
+    bool moves = false; ///< a setting that the camera changes by itself
 };
 
 namespace {
@@ -114,8 +116,10 @@ constexpr std::array features{
     Feature{"TriggerDelay", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
     Feature{"TriggerDelayAbs", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
     Feature{"TriggerDivider", feature::trigger_divider, setting, 1, false, no_words, trigger, frame_start},
-    Feature{"ExposureTime", feature::exposure_time, setting, 100},
-    Feature{"ExposureTimeAbs", feature::exposure_time, setting, 100},
+    Feature{"ExposureTime", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
+    Feature{"ExposureTimeAbs", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
+    Feature{"ExposureAuto", feature::exposure_auto, setting, 1, false, exposure_autos, nullptr, nullptr,
+            true},
     Feature{"Gain", feature::gain, setting, 1000, true},
     Feature{"BlackLevel", feature::black_level, setting, 1000, true},
     Feature{"DeviceTemperature", feature::temperature, shown, 1000, true},
@@ -455,7 +459,8 @@ Status UserXml::read(std::uint32_t address, std::span<std::uint8_t> out) {
     if (address % 4 != 0) return Status::bad_alignment;
     if (out.size() % 4 != 0) return Status::invalid_parameter;
     for (Binding& b : bindings_)
-        if (b.feature->kind == shown && std::any_of(b.touched.begin(), b.touched.end(), [&](const auto& r) {
+        if ((b.feature->kind == shown || b.feature->moves) &&
+            std::any_of(b.touched.begin(), b.touched.end(), [&](const auto& r) {
                 return overlap(address, std::uint64_t{address} + out.size(), r.begin, r.end);
             }))
             show(b);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -593,4 +594,84 @@ TEST_CASE("without a frame rate the free run is as fast as the chip") {
     REQUIRE(kept.size() >= 2);
     const std::int64_t period = bench.camera.readout(bench.camera.settings()).frame_period_ns;
     CHECK(kept[1]->info.trigger_edge - kept[0]->info.trigger_edge >= period);
+}
+
+TEST_CASE("exposure auto goes where the frames before say, the same way every time") {
+    std::vector<std::int64_t> first_run;
+    for (int run = 0; run < 2; ++run) {
+        CameraBench bench(small_sensor(), 6, [](CameraSettings& s) {
+            s.exposure_ns = 20 * ns_per_us;
+            s.exposure_auto = ExposureAuto::continuous;
+            s.auto_target_percent = 60;
+            s.auto_percentile = 90;
+            s.test_pattern = ImagePattern::off;
+        });
+        REQUIRE(bench.camera.acquisition_start());
+        for (std::uint32_t id = 1; id <= 6; ++id) {
+            bench.wait_ready();
+            bench.camera.on_trigger(edge_now(bench, id));
+            bench.wait_ended(id);
+        }
+        bench.wait_ready();
+        const CameraSettings shown = bench.camera.settings();
+        CHECK(shown.exposure_auto == ExposureAuto::continuous);
+        bench.camera.acquisition_stop(false);
+        bench.loopback.stop();
+        const std::vector<FrameRef> kept = bench.loopback.kept();
+        REQUIRE(kept.size() == 6);
+        std::vector<std::int64_t> exposures;
+        for (const FrameRef& frame : kept)
+            exposures.push_back(frame->info.exposure_ns);
+        CHECK(exposures.front() == 20 * ns_per_us);
+        const double black = shown.black_level_dn, white = 4095;
+        const auto signal = [&](const Frame& frame) {
+            std::vector<std::uint16_t> sorted(frame.pixels().begin(), frame.pixels().end());
+            std::sort(sorted.begin(), sorted.end());
+            return static_cast<double>(sorted[sorted.size() * 9 / 10 - 1]);
+        };
+        // Each exposure from the pixels of the frame before, found here by sorting them.
+        for (std::size_t k = 1; k <= kept.size(); ++k) {
+            CAPTURE(k, exposures);
+            const Frame& before = *kept[k - 1];
+            const double factor = 0.6 * (white - black) / (signal(before) - black);
+            const std::int64_t now = k < kept.size() ? exposures[k] : shown.exposure_ns;
+            const auto obtained = static_cast<double>(before.info.windows[0].exposure_max_ns);
+            if (signal(before) < white && factor > 0.25 && factor < 4 && std::abs(factor - 1) > 0.02)
+                CHECK(now == std::llround(obtained * factor));
+        }
+        if (run == 0) first_run = exposures;
+        CHECK(exposures == first_run);
+    }
+}
+
+TEST_CASE("exposure auto once ends by itself and leaves the exposure it found") {
+    CameraBench bench(small_sensor(), 1, [](CameraSettings& s) { s.exposure_ns = 5 * ns_per_us; });
+    CameraSettings s = bench.camera.settings();
+    s.exposure_auto = ExposureAuto::once;
+    REQUIRE(bench.camera.apply(s));
+    REQUIRE(bench.camera.acquisition_start());
+    std::uint32_t id = 0;
+    const auto take = [&] {
+        bench.wait_ready();
+        bench.camera.on_trigger(edge_now(bench, ++id));
+        bench.wait_ended(id);
+        bench.wait_ready();
+    };
+    while (bench.camera.settings().exposure_auto == ExposureAuto::once && id < 20)
+        take();
+    CHECK(id < 20);
+    const std::int64_t found = bench.camera.settings().exposure_ns;
+    CHECK(found > 5 * ns_per_us);
+    take();
+    CHECK(bench.camera.settings().exposure_ns == found);
+    // Switched on anew it starts from what is set then.
+    s = bench.camera.settings();
+    CHECK(s.exposure_auto == ExposureAuto::off);
+    s.exposure_ns = 2 * found;
+    REQUIRE(bench.camera.apply(s));
+    s.exposure_auto = ExposureAuto::once;
+    REQUIRE(bench.camera.apply(s));
+    CHECK(bench.camera.settings().exposure_auto == ExposureAuto::once);
+    take();
+    CHECK(bench.camera.settings().exposure_ns < 2 * found);
 }

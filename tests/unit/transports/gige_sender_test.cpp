@@ -2,6 +2,7 @@
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/loopback_interface.hpp"
+#include "tests/support/plain_frame.hpp"
 #include "transports/gige/bytes.hpp"
 #include "transports/gige/gvsp_sender.hpp"
 
@@ -58,13 +59,7 @@ struct Bench {
     void send_frame(std::uint64_t id) {
         const FrameRef frame = pool.acquire();
         REQUIRE(bool{frame});
-        frame->info.frame_id = id;
-        frame->info.width = width;
-        frame->info.height = height;
-        frame->info.bits_per_pixel = 16;
-        frame->info.pixel_format = PixelFormat::mono16;
-        frame->info.window_count = 1;
-        frame->info.windows[0].sensor = {0, 0, width, height};
+        test::describe_mono16(frame->info, id, width, height);
         REQUIRE(sender.submit(frame));
         frame->publish_rows(height);
         REQUIRE(sender.wait_idle(10 * ns_per_s));
