@@ -13,7 +13,6 @@
 namespace obscura::sync {
 namespace {
 
-constexpr const char* consumer = "obscura";
 constexpr const char* key = "trigger.line";
 
 #ifdef GPIOD_LINE_BULK_MAX_LINES // libgpiod 1.x
@@ -27,7 +26,7 @@ public:
         const auto request = settings.edge == GpioEdge::rising    ? gpiod_line_request_rising_edge_events
                              : settings.edge == GpioEdge::falling ? gpiod_line_request_falling_edge_events
                                                                   : gpiod_line_request_both_edges_events;
-        if (line_ == nullptr || request(line_, consumer) != 0)
+        if (line_ == nullptr || request(line_, gpio_consumer) != 0)
             refuse_gpio_line(key, settings.line, std::strerror(errno));
     }
 
@@ -68,17 +67,6 @@ private:
 
 #else // libgpiod 2.x
 
-template<auto Free>
-struct FreeWith {
-    template<typename T>
-    void operator()(T* object) const {
-        Free(object);
-    }
-};
-using LineSettings = std::unique_ptr<gpiod_line_settings, FreeWith<gpiod_line_settings_free>>;
-using LineConfig = std::unique_ptr<gpiod_line_config, FreeWith<gpiod_line_config_free>>;
-using RequestConfig = std::unique_ptr<gpiod_request_config, FreeWith<gpiod_request_config_free>>;
-using Request = std::unique_ptr<gpiod_line_request, FreeWith<gpiod_line_request_release>>;
 using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, FreeWith<gpiod_edge_event_buffer_free>>;
 
 class GpioInput final : public EdgeInput {
@@ -86,10 +74,8 @@ public:
     explicit GpioInput(const GpioSettings& settings) : buffer_(gpiod_edge_event_buffer_new(16)) {
         const GpioLine place = find_gpio_line(key, settings.line);
         device_ = place.device;
-        const LineSettings line(gpiod_line_settings_new());
-        const LineConfig config(gpiod_line_config_new());
-        const RequestConfig request(gpiod_request_config_new());
-        if (!buffer_ || !line || !config || !request) throw std::bad_alloc();
+        if (!buffer_) throw std::bad_alloc();
+        const LineSettings line = new_line_settings();
         gpiod_line_settings_set_direction(line.get(), GPIOD_LINE_DIRECTION_INPUT);
         gpiod_line_settings_set_edge_detection(line.get(),
                                                settings.edge == GpioEdge::rising    ? GPIOD_LINE_EDGE_RISING
@@ -98,11 +84,7 @@ public:
         gpiod_line_settings_set_event_clock(line.get(), GPIOD_LINE_CLOCK_MONOTONIC);
         gpiod_line_settings_set_debounce_period_us(line.get(),
                                                    static_cast<unsigned long>(settings.debounce_ns / 1000));
-        gpiod_line_config_add_line_settings(config.get(), &place.offset, 1, line.get());
-        gpiod_request_config_set_consumer(request.get(), consumer);
-        gpiod_request_config_set_event_buffer_size(request.get(), 256);
-        request_.reset(gpiod_chip_request_lines(place.chip.get(), request.get(), config.get()));
-        if (!request_) refuse_gpio_line(key, settings.line, std::strerror(errno));
+        request_ = request_gpio_line(key, settings.line, place, *line, 256);
     }
 
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
@@ -125,7 +107,7 @@ public:
 
 private:
     EventBuffer buffer_;
-    Request request_;
+    LineRequest request_;
     std::string device_;
 };
 

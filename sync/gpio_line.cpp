@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <optional>
 #include <vector>
 
@@ -93,5 +94,29 @@ GpioLine find_gpio_line(const std::string& key, const std::string& line) {
     }
     refuse_gpio_line(key, line, "no chip that can be opened has it");
 }
+
+#ifndef GPIOD_LINE_BULK_MAX_LINES // libgpiod 2.x
+
+LineSettings new_line_settings() {
+    LineSettings settings(gpiod_line_settings_new());
+    if (!settings) throw std::bad_alloc();
+    return settings;
+}
+
+LineRequest request_gpio_line(const std::string& key, const std::string& name, const GpioLine& line,
+                              gpiod_line_settings& settings, std::size_t buffered_events) {
+    const std::unique_ptr<gpiod_line_config, FreeWith<gpiod_line_config_free>> lines(gpiod_line_config_new());
+    const std::unique_ptr<gpiod_request_config, FreeWith<gpiod_request_config_free>> request(
+        gpiod_request_config_new());
+    if (!lines || !request) throw std::bad_alloc();
+    gpiod_line_config_add_line_settings(lines.get(), &line.offset, 1, &settings);
+    gpiod_request_config_set_consumer(request.get(), gpio_consumer);
+    gpiod_request_config_set_event_buffer_size(request.get(), buffered_events);
+    LineRequest held(gpiod_chip_request_lines(line.chip.get(), request.get(), lines.get()));
+    if (!held) refuse_gpio_line(key, name, std::strerror(errno));
+    return held;
+}
+
+#endif
 
 } // namespace obscura::sync

@@ -3,6 +3,7 @@
 
 #include <gpiod.h>
 
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -12,6 +13,9 @@ struct CloseGpioChip {
     void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
 };
 using GpioChip = std::unique_ptr<gpiod_chip, CloseGpioChip>;
+
+/// Whom the kernel names as the holder of our lines.
+inline constexpr const char* gpio_consumer = "obscura";
 
 /// A line of a chip that is open.
 struct GpioLine {
@@ -25,5 +29,28 @@ struct GpioLine {
 
 /// Throws HardwareError: `key`: GPIO line "`line`": `why`; allowed is ...
 [[noreturn]] void refuse_gpio_line(const std::string& key, const std::string& line, const std::string& why);
+
+#ifndef GPIOD_LINE_BULK_MAX_LINES // libgpiod 2.x
+
+template<auto Free>
+struct FreeWith {
+    template<typename T>
+    void operator()(T* object) const {
+        Free(object);
+    }
+};
+using LineSettings = std::unique_ptr<gpiod_line_settings, FreeWith<gpiod_line_settings_free>>;
+using LineRequest = std::unique_ptr<gpiod_line_request, FreeWith<gpiod_line_request_release>>;
+
+/// Throws std::bad_alloc.
+[[nodiscard]] LineSettings new_line_settings();
+
+/// Asks the kernel for the line; `key` and `name` are for messages. `buffered_events`: what the kernel keeps
+/// of edges that were not fetched (0: its default). Throws HardwareError as refuse_gpio_line() does.
+[[nodiscard]] LineRequest request_gpio_line(const std::string& key, const std::string& name,
+                                            const GpioLine& line, gpiod_line_settings& settings,
+                                            std::size_t buffered_events = 0);
+
+#endif
 
 } // namespace obscura::sync

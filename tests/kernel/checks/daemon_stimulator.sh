@@ -1,4 +1,4 @@
-# GPIO edges to the real daemon to the USB stimulator, raw, LZ4 and partial: every edge a frame, every frame on the screen as it is
+# GPIO edges, rising and falling, to the real daemon to the USB stimulator, raw, LZ4 and partial: a frame each, all on the screen
 # lane: screen
 # time limit: 400 s
 . "$RIG/guest/daemon.sh"
@@ -7,13 +7,16 @@ STIMULATOR=1
 gpio_up screen 8 3=SCREEN_TRIG_IN
 total=0
 # Short exposures are all noise, in longer ones the moonlet is saturated and LZ4 has something to do.
-run() { # NAME EDGES COMPRESSION EXPOSURE-US MORE [WINDOW...]
-    local name=$1 edges=$2 compression=$3 exposure=$4 more=$5 said
-    shift 5
+run() { # NAME EDGES EDGE COMPRESSION EXPOSURE-US MORE [WINDOW...]
+    local name=$1 edges=$2 edge=$3 compression=$4 exposure=$5 more=$6 said on=pull-up off=pull-down
+    shift 6
+    [ "$edge" = rising ] || on=pull-down off=pull-up
+    echo $off >"$GPIO_LINES/sim_gpio3/pull"
     device_up --size 96x64
     daemon_start 96 64 "[trigger]
 source = \"gpio\"
 line = \"SCREEN_TRIG_IN\"
+edge = \"$edge\"
 [camera]
 exposure_us = $exposure
 $more
@@ -24,7 +27,7 @@ queue_frames = 32
 dither = \"none\"
 compression = \"$compression\"" 8
     wait_for 20 grep -q '^plugged in' device && wait_for 20 grep -q '^stimulator.*96x64' daemon.log || fail "no stimulator: $(cat daemon.log device)"
-    said=$(python3 "$RIG/programs/fire_edges.py" "$GPIO_LINES/sim_gpio3/pull" frames 1 "$edges" 2>&1) || fail "$name: $said"
+    said=$(python3 "$RIG/programs/fire_edges.py" "$GPIO_LINES/sim_gpio3/pull" frames 1 "$edges" $on $off 2>&1) || fail "$name: $said"
     daemon_stop
     device_down
     mv device "device-$name"
@@ -33,9 +36,9 @@ compression = \"$compression\"" 8
     figure "$name: $said"
     total=$((total + edges))
 }
-run raw 70 off 200 ''
-run lz4 70 always 500 ''
-run windows 60 auto 200 '[[camera.window]]
+run raw 70 rising off 200 ''
+run lz4 70 falling always 500 ''
+run windows 60 falling auto 200 '[[camera.window]]
 width = 40
 height = 16
 offset_x = 8

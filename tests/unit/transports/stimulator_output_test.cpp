@@ -441,7 +441,8 @@ TEST_CASE("Devices that lie are named once, in one line, and asked again") {
         const char* line;
     };
     const auto only = [](std::uint8_t which, UsbResult result, std::vector<std::uint8_t> bytes = {}) {
-        return [=](std::uint8_t request, std::span<std::uint8_t> data) -> std::optional<UsbResult> {
+        return [which, result, bytes = std::move(bytes)](
+                   std::uint8_t request, std::span<std::uint8_t> data) -> std::optional<UsbResult> {
             if (request != which) return std::nullopt;
             std::copy_n(bytes.begin(), std::min(bytes.size(), data.size()), data.begin());
             return result;
