@@ -258,6 +258,12 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     mesh_.triangles.shrink_to_fit();
     mesh_.uvs.shrink_to_fit();
     mesh_.parts.shrink_to_fit();
+    if (emits) find_patches();
+    if (mesh_.triangles.size() <= FewTriangles::most) {
+        few_.emplace(mesh_);
+        mesh_.vertices.pop_back();
+        return;
+    }
     RTCGeometry geometry = rtcNewGeometry(device_->get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh_.vertices.data(),
                                0, sizeof(Vec3f), vertices);
@@ -273,12 +279,32 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
         throw Error(exit_software, fmt::format("Embree could not build a mesh of {} triangles: out of memory",
                                                mesh_.triangles.size()));
     mesh_.vertices.pop_back();
-    if (!emits) return;
-    double sum = 0;
-    for (const auto& t : mesh_.triangles) {
-        const Vec3 a = widen(mesh_.vertices[t[0]]);
-        sum += length(cross(widen(mesh_.vertices[t[1]]) - a, widen(mesh_.vertices[t[2]]) - a)) / 2;
-        area_sums_m2_.push_back(sum);
+}
+
+void MeshShape::find_patches() {
+    double sum_m2 = 0;
+    for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
+        const auto& t = mesh_.triangles[i];
+        const Vec3 corner = widen(mesh_.vertices[t[0]]);
+        const Vec3 first = widen(mesh_.vertices[t[1]]) - corner;
+        const Vec3 diagonal = widen(mesh_.vertices[t[2]]) - corner;
+        Patch patch{corner, first, diagonal, normalized(cross(first, diagonal)), 0, false};
+        double area_m2 = length(cross(first, diagonal)) / 2;
+        if (i + 1 < mesh_.triangles.size()) {
+            // The fan of a quadrilateral face: its second triangle starts with the diagonal.
+            const auto& next = mesh_.triangles[i + 1];
+            const Vec3 second = widen(mesh_.vertices[next[2]]) - corner;
+            if (next[0] == t[0] && next[1] == t[2] &&
+                length(first + second - diagonal) < 1e-6 * length(diagonal)) {
+                patch.second = second;
+                patch.whole = true;
+                area_m2 *= 2;
+                ++i;
+            }
+        }
+        sum_m2 += area_m2;
+        patch.sum_m2 = sum_m2;
+        patches_.push_back(patch);
     }
 }
 
@@ -286,29 +312,37 @@ std::int64_t MeshShape::bytes() const {
     const auto size = [](const auto& list) { return list.capacity() * sizeof list[0]; };
     return static_cast<std::int64_t>(sizeof *this + size(mesh_.vertices) + size(mesh_.normals) +
                                      size(mesh_.triangles) + size(mesh_.uvs) + size(mesh_.parts) +
-                                     size(area_sums_m2_));
+                                     size(patches_));
 }
 
 double MeshShape::sampled_area_m2() const {
-    return area_sums_m2_.empty() ? 0 : area_sums_m2_.back();
+    return patches_.empty() ? 0 : patches_.back().sum_m2;
 }
 
-void MeshShape::sample_area(double choice, double u, double v, Vec3& position, Vec3& normal) const {
-    const auto at =
-        std::upper_bound(area_sums_m2_.begin(), area_sums_m2_.end() - 1, choice * area_sums_m2_.back());
-    const auto& t = mesh_.triangles[static_cast<std::size_t>(at - area_sums_m2_.begin())];
-    const Vec3 a = widen(mesh_.vertices[t[0]]);
-    const Vec3 b = widen(mesh_.vertices[t[1]]);
-    const Vec3 c = widen(mesh_.vertices[t[2]]);
-    const double root = std::sqrt(u);
-    position = a * (1 - root) + b * (root * (1 - v)) + c * (root * v);
-    normal = normalized(cross(b - a, c - a));
+void MeshShape::sample_area(double u, double v, Vec3& position, Vec3& normal) const {
+    // u selects the patch, and what is left of it a place there: well-spread points stay so.
+    const double at_m2 = u * patches_.back().sum_m2;
+    const auto patch = std::upper_bound(patches_.begin(), patches_.end() - 1, at_m2,
+                                        [](double at, const Patch& p) { return at < p.sum_m2; });
+    const double before_m2 = patch == patches_.begin() ? 0 : (patch - 1)->sum_m2;
+    const double left = std::clamp((at_m2 - before_m2) / (patch->sum_m2 - before_m2), 0.0, 1.0);
+    normal = patch->normal;
+    if (patch->whole) {
+        position = patch->corner + patch->first * left + patch->second * v;
+        return;
+    }
+    const double root = std::sqrt(left);
+    position = patch->corner + patch->first * (root * (1 - v)) + patch->second * (root * v);
 }
 
 void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
     Doubles limit;
     for (int i = 0; i < packet_size; ++i)
         limit[i] = rays.t_max[i] < hits.t[i] ? rays.t_max[i] : hits.t[i];
+    if (few_) {
+        few_->intersect(rays, limit, body, hits);
+        return;
+    }
     FloatRays f;
     enter(rays, limit, bounding_radius_m_, f);
     if (!f.active.any()) return;
@@ -331,6 +365,10 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
 
 // Shadow rays start wherever the camera rays ended: Embree's incoherent traversal is the faster one for them.
 void MeshShape::occlude(RayPacket& rays) const {
+    if (few_) {
+        few_->occlude(rays);
+        return;
+    }
     FloatRays f;
     enter(rays, rays.t_max, bounding_radius_m_, f);
     if (!f.active.any()) return;

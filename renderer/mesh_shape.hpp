@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/embree_compat.hpp"
+#include "renderer/few_triangles.hpp"
 #include "renderer/hull.hpp"
 #include "renderer/shape.hpp"
 #include "renderer/triangle_mesh.hpp"
@@ -9,7 +10,9 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <type_traits>
+#include <vector>
 
 namespace obscura::renderer {
 
@@ -59,7 +62,7 @@ public:
     }
 
     [[nodiscard]] double sampled_area_m2() const override;
-    void sample_area(double choice, double u, double v, Vec3& position, Vec3& normal) const override;
+    void sample_area(double u, double v, Vec3& position, Vec3& normal) const override;
 
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
     /// Of the mesh's own arrays; what Embree builds from it counts with the device.
@@ -70,12 +73,21 @@ private:
         void operator()(RTCScene s) const { rtcReleaseScene(s); }
     };
 
+    /// A triangle that emits, or two that make a parallelogram.
+    struct Patch {
+        Vec3 corner, first, second, normal; ///< corner and edges from it; unit normal
+        double sum_m2;                      ///< area of the patches up to this one, itself included
+        bool whole;                         ///< a parallelogram
+    };
+    void find_patches();
+
     std::shared_ptr<const EmbreeDevice> device_;
     TriangleMesh mesh_;
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
     double bounding_radius_m_ = 0;
     Hull hull_;
-    std::vector<double> area_sums_m2_;
+    std::vector<Patch> patches_;      ///< of a mesh that emits
+    std::optional<FewTriangles> few_; ///< instead of Embree's tree
 };
 
 } // namespace obscura::renderer

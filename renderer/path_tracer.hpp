@@ -46,15 +46,24 @@ private:
     struct Paths;
     struct Vertex;
 
-    void meet_light(std::int32_t body, const Vertex& vertex, const HitPacket& hits, Paths& paths,
-                    Channels& out) const;
+    /// The rays of the paths in the frame of `body`.
+    void rays_in(const BodyState& body, const Paths& paths, RayPacket& rays) const;
+    /// Takes from `left` the lanes whose hits are in the frame of the first of them, and finds their
+    /// surfaces.
+    void gather(const HitPacket& hits, Paths& paths, Lanes& left, Vertex& vertex, Channels& out) const;
+    void meet_light(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
+                    const RayPacket& view, const HitPacket& hits, Paths& paths, Channels& out) const;
+    /// What the body's colours and textures multiply its reflectance by; turns normals by its normal map.
+    void colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const Paths& paths,
+                const RayPacket& view, SurfacePacket& surface, Channels& factor) const;
+    /// The reflectance of each lane's material towards the viewer for light from `light`; 0 on mirrors.
+    void reflectance(const Vertex& vertex, const Vec3s& light, Doubles& r) const;
     void add_sun(const Vertex& vertex, const Doubles& u, const Doubles& v, const Paths& paths, Channels& out);
     void add_lamps(const Vertex& vertex, const Paths& paths, Channels& out);
-    void add_area_light(const Vertex& vertex, const Doubles& choice, const Doubles& u, const Doubles& v,
-                        const Paths& paths, bool weighted, Channels& out);
-    /// What the body's colours and textures multiply its reflectance by; turns normals by its normal map.
-    void colour(const HitPacket& hits, const Paths& paths, Vertex& vertex) const;
+    void add_area_light(const Vertex& vertex, const Doubles& u, const Doubles& v, const Paths& paths,
+                        bool weighted, Channels& out);
     void scatter(const Vertex& vertex, const Doubles& u, const Doubles& v, Paths& next) const;
+    /// Switches off the rays towards light that are blocked, by any body or (Sun) by those that can.
     void block(const Vertex& vertex, bool all_bodies, RayPacket& light);
 
     const Lighting& lighting_;

@@ -20,6 +20,15 @@ Mat3 product(const Mat3& a, const Mat3& b) {
     return c;
 }
 
+bool same_pose(const BodyState& a, const BodyState& b) {
+    bool same = a.position_m.x == b.position_m.x && a.position_m.y == b.position_m.y &&
+                a.position_m.z == b.position_m.z;
+    for (int r = 0; r < 3; ++r)
+        for (int k = 0; k < 3; ++k)
+            same = same && a.to_inertial.m[r][k] == b.to_inertial.m[r][k];
+    return same;
+}
+
 /// Whether `b` can reach into the hull of the spheres of `a` and the Sun.
 bool may_shade(const BodyState& a, const BodyState& b, Vec3 sun_m, double sun_radius_m) {
     const Vec3 axis = sun_m - a.position_m;
@@ -117,6 +126,10 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.position_m = pose.position_m;
         s.to_inertial = to_matrix(pose.orientation);
         const Mat3 from_inertial = transposed(s.to_inertial);
+        s.from_inertial = from_inertial;
+        // Bodies that do not move against each other mostly follow each other.
+        s.frame =
+            i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
         s.from_camera = product(from_inertial, inertial_from_camera);
         s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
         s.sun_m = from_inertial * (scene.sun.position_m - pose.position_m);

@@ -33,6 +33,8 @@ struct BodyState {
     const Material* material = nullptr;
     const BuiltBody* built = nullptr;
     Mat3 to_inertial;     ///< body frame -> inertial axes
+    Mat3 from_inertial;   ///< and back
+    std::int32_t frame;   ///< bodies with the same number have the same pose
     Mat3 from_camera;     ///< camera frame -> body frame
     Vec3 camera_m;        ///< the camera in the body frame
     Vec3 sun_m;           ///< the Sun's centre in the body frame

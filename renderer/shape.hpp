@@ -40,9 +40,8 @@ public:
 
     /// Area over which points can be drawn uniformly, m2; 0: not offered.
     [[nodiscard]] virtual double sampled_area_m2() const { return 0; }
-    /// A point of that area and the outer normal there, from `choice`, u, v in [0,1).
-    virtual void sample_area(double /*choice*/, double /*u*/, double /*v*/, Vec3& /*position*/,
-                             Vec3& /*normal*/) const {}
+    /// A point of that area and the outer normal there, from u, v in [0,1).
+    virtual void sample_area(double /*u*/, double /*v*/, Vec3& /*position*/, Vec3& /*normal*/) const {}
 };
 
 } // namespace obscura::renderer

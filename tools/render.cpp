@@ -18,6 +18,7 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <string_view>
 #include <vector>
 
@@ -105,6 +106,7 @@ public:
         const auto start = Clock::now();
         const renderer::Renderer renderer(std::move(scene), settings_);
         const auto built = Clock::now();
+        const std::clock_t built_cpu = std::clock();
         std::vector<float> image(plane * bands.size());
         std::uint64_t written = 0, present = 0;
         Progress progress("render", frames.size() * static_cast<std::uint64_t>(height));
@@ -119,6 +121,7 @@ public:
             ++written;
         }
         const double render_s = seconds_since(built);
+        const double render_cpu_s = static_cast<double>(std::clock() - built_cpu) / CLOCKS_PER_SEC;
         if (written + present < frames.size())
             fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
                        frames.size());
@@ -138,6 +141,7 @@ public:
         report.add("build_s", "scene made ready in", std::chrono::duration<double>(built - start).count(),
                    "s", 3);
         report.add("render_s", "rendered in", render_s, "s", 3);
+        report.add("render_cpu_s", "processor time of it", render_cpu_s, "s", 3);
         report.add("rays", "rays", static_cast<std::int64_t>(renderer.rays_traced()));
         report.add("samples", "samples", static_cast<std::int64_t>(renderer.samples_taken()));
         if (written > 0) {

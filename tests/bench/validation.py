@@ -1,24 +1,35 @@
 #!/usr/bin/env python3
 """Writes docs/validation.md: the renderer beside Blender's Cycles, with pictures and every figure's command.
 
-Usage: validation.py OBSCURA [--samples N] [--size PIXELS] [--threads N] [--output docs/validation.md]
-Needs Blender (Debian package blender); without it nothing is written and the exit status is 77.
-Times are compared within this run only: other programs on the machine slow both.
+Usage: validation.py OBSCURA [--scenes NAME,...] [--samples N] [--size PIXELS] [--rounds N] [--threads N]
+                     [--output docs/validation.md]
+OBSCURA: the program in its build tree, with tests/bench/render_bench beside it. Needs Blender (Debian package blender);
+without it nothing is written and the exit status is 77. Scenes that need files which are not there are skipped, and the
+page says so. Both programs run by turns, and medians count; even so times compare within this run only.
 """
 import argparse
-import json
-import math
 import pathlib
 import shutil
-import subprocess
+import statistics
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+import peer_scenes
+from peer_runs import ROOT, Programs, run
+
+SCENES = {
+    "asteroid": "Asteroid of 199 692 facets, direct light",
+    "moon": "Moon of 2 073 600 facets, direct light",
+    "moon-2-bounces": "The same Moon, two bounces",
+    "limb": "The limb of that Moon from 100 km, direct light",
+    "cornell": "Cornell box, full solution",
+}
 parser = argparse.ArgumentParser()
-parser.add_argument("obscura")
-parser.add_argument("--samples", type=int, default=256)
-parser.add_argument("--size", type=int, default=128)
+parser.add_argument("obscura", type=pathlib.Path)
+parser.add_argument("--scenes", default=",".join(SCENES))
+parser.add_argument("--samples", type=int, default=128)
+parser.add_argument("--size", type=int, default=512)
+parser.add_argument("--rounds", type=int, default=3)
 parser.add_argument("--threads", type=int, default=2)
 parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/validation.md")
 options = parser.parse_args()
@@ -26,82 +37,155 @@ if not shutil.which("blender"):
     print("skipped: blender is not installed (Debian package blender)")
     sys.exit(77)
 folder = pathlib.Path(tempfile.mkdtemp(prefix="obscura-validation-"))
-scene = ROOT / "config/scenes/cornell.toml"
-# Bands of the scene that Cycles renders as red, green and blue: 500, 600 and 700 nm.
-BANDS = [3, 5, 7]
-CHANNELS = "RGB"
+pictures = options.output.parent
+# Bands of the Cornell box that Cycles renders as red, green and blue: 500, 600 and 700 nm.
+CORNELL_BANDS = [3, 5, 7]
+CORNELL_SIZE = 128
+worst_blocks = []
 
 
-def run(*command):
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
-    if done.returncode:
-        sys.exit(f"{' '.join(map(str, command))}: status {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-    return done.stdout
+def median_of(runs):
+    return statistics.median(r.wall_s for r in runs), statistics.median(r.cpu_s for r in runs)
 
 
-def ours(samples, seed):
-    file = folder / f"ours-{samples}-{seed}.fits"
-    report = json.loads(run(options.obscura, "render", scene, "-o", file, "--size", f"{options.size}x{options.size}",
-                            "--samples", samples, "--seed", seed, "--threads", options.threads, "--json"))
-    return file, report["render_s"]
+def rounds(*programs):
+    """Runs each program once in each round, with the round's number as the seed; at least two rounds."""
+    results = [[] for _ in programs]
+    for seed in range(1, max(2, options.rounds) + 1):
+        for program, result in zip(programs, results):
+            result.append(program(seed))
+            print(f"  {result[-1].wall_s:.1f} s, {result[-1].cpu_s:.1f} s of processor", flush=True)
+    return results
 
 
-def cycles(samples, seed):
-    file = folder / f"cycles-{samples}-{seed}.exr"
-    text = run("blender", "-b", "--factory-startup", "-P", ROOT / "tests/bench/cycles_scene.py", "--", scene,
-               ",".join(map(str, BANDS)), samples, options.size, seed, options.threads, file)
-    lines = [line for line in text.splitlines() if line.startswith("RESULT ")]
-    if not lines:
-        sys.exit(f"blender rendered nothing:\n{text[-2000:]}")
-    return file, float(lines[-1].split()[1])
+def at_equal_error(programs, scene, noise):
+    """The settings of adaptive sampling, least first, that reach this noise, and three runs with them."""
+    error = 0.02
+    while error > 1e-5:
+        settings = ["--samples", 16, "--error", f"{error:.2g}", "--max-samples", 2048]
+        pair = [programs.ours(scene, seed, *settings) for seed in (1, 2)]
+        reached = programs.noise_percent(pair[0].file, pair[1].file, 0)
+        print(f"  --error {error:.2g}: noise {reached:.3f} %, aim {noise:.3f} %", flush=True)
+        if reached <= noise:
+            return settings, reached, [*pair, programs.ours(scene, 3, *settings)]
+        error /= 1.5
+    sys.exit(f"{scene}: adaptive sampling does not reach a noise of {noise} %")
 
 
-def compare(reference, image, reference_plane, image_plane, *more):
-    return json.loads(run(options.obscura, "compare", reference, image, "--reference-plane", reference_plane,
-                          "--image-plane", image_plane, "--max-shift", 0, "--no-offset", "--json", *more))
+def direct_scene(name):
+    """Compares a scene of one band under the Sun; returns its part of the page and its row of the table."""
+    programs = Programs(options.obscura, folder, options.size, options.threads)
+    scene = peer_scenes.write(folder, name, options.size, options.obscura.parent.parent / "tests/bench/render_bench")
+    ours, cycles = rounds(lambda seed: programs.ours(scene, seed, "--samples", options.samples),
+                          lambda seed: programs.cycles(scene, [1], options.samples, seed))
+    picture = pictures / f"validation-{name}.png"
+    both = programs.compare(ours[0].file, cycles[0].file, 0, "R", "--blocks", 16, "--picture", picture)
+    worst_blocks.append(both["block_worst_percent"])
+    noise = [programs.noise_percent(ours[0].file, ours[1].file, 0),
+             programs.noise_percent(cycles[0].file, cycles[1].file, "R")]
+    settings, reached, equal = at_equal_error(programs, scene, noise[1])
+    (ours_wall, ours_cpu), (cycles_wall, cycles_cpu) = median_of(ours), median_of(cycles)
+    equal_wall, equal_cpu = median_of(equal)
+    same = noise[1] ** 2 / noise[0] ** 2
+    rates = [options.size**2 * options.samples / t * 1e-6 for t in (ours_cpu, cycles_cpu)]
+    words = " ".join(map(str, settings))
+    text = f"""Scale over the Sun's irradiance aside, the worst block of 16 x 16 pixels is {both['block_worst_percent']:.2f} % off, the median
+one {both['block_median_percent']:.2f} %; correlation {both['correlation']:.5f}.
+
+| | noise | seconds, clock | seconds, processor | M samples/s per core |
+|---|---|---|---|---|
+| ours, {options.samples} samples | {noise[0]:.3f} % | {ours_wall:.2f} | {ours_cpu:.2f} | {rates[0]:.2f} |
+| Cycles, {options.samples} samples | {noise[1]:.3f} % | {cycles_wall:.2f} | {cycles_cpu:.2f} | {rates[1]:.2f} |
+| ours, `{words}` | {reached:.3f} % | {equal_wall:.2f} | {equal_cpu:.2f} | {equal[0].samples / equal_cpu * 1e-6:.2f} of those taken |
+
+Ours, Cycles, difference:
+
+![]({picture.name})
+"""
+    row = (f"| {SCENES[name]} | {cycles_cpu / ours_cpu * same:.1f} | {cycles_cpu / equal_cpu:.1f} | "
+           f"{cycles_wall / equal_wall:.1f} |\n")
+    return text, row
 
 
-# Two renderings with different seeds tell the noise of one: half of the variance of their difference.
-ours_a, ours_s = ours(options.samples, 1)
-ours_b, _ = ours(options.samples, 2)
-cycles_a, cycles_s = cycles(options.samples, 1)
-cycles_b, _ = cycles(options.samples, 2)
-rows, errors = [], {}
-for band, channel in zip(BANDS, CHANNELS):
-    picture = ROOT / f"docs/validation-cornell-{350 + 50 * band}nm.png"
-    both = compare(ours_a, cycles_a, band - 1, channel, "--blocks", 16, "--picture", picture)
-    noise = [compare(a, b, p, p)["residual_percent"] / math.sqrt(2)
-             for a, b, p in ((ours_a, ours_b, band - 1), (cycles_a, cycles_b, channel))]
-    equal = (cycles_s * noise[1] ** 2) / (ours_s * noise[0] ** 2)
-    rows.append((350 + 50 * band, both, noise, equal, picture.name))
-    print(rows[-1], flush=True)
+def cornell():
+    programs = Programs(options.obscura, folder, CORNELL_SIZE, options.threads)
+    scene = peer_scenes.write(folder, "cornell", CORNELL_SIZE, None)
+    three = peer_scenes.with_bands(scene, CORNELL_BANDS, folder)
+    samples = 2 * options.samples
+    cube, ours, cycles = rounds(lambda seed: programs.ours(scene, seed, "--samples", samples),
+                                lambda seed: programs.ours(three, seed, "--samples", samples),
+                                lambda seed: programs.cycles(scene, CORNELL_BANDS, samples, seed))
+    text = """| wavelength | scale | worst block | median block | noise, ours | noise, Cycles |
+|---|---|---|---|---|---|
+"""
+    shown = ""
+    same = []
+    for plane, (band, channel) in enumerate(zip(CORNELL_BANDS, "RGB")):
+        wavelength = 350 + 50 * band
+        picture = pictures / f"validation-cornell-{wavelength}nm.png"
+        both = programs.compare(cube[0].file, cycles[0].file, band - 1, channel, "--blocks", 16, "--picture", picture)
+        worst_blocks.append(both["block_worst_percent"])
+        noise = [programs.noise_percent(ours[0].file, ours[1].file, plane),
+                 programs.noise_percent(cycles[0].file, cycles[1].file, channel)]
+        same.append(noise[1] ** 2 / noise[0] ** 2)
+        text += (f"| {wavelength} nm | {both['scale']:.4f} | {both['block_worst_percent']:.2f} % | "
+                 f"{both['block_median_percent']:.2f} % | {noise[0]:.2f} % | {noise[1]:.2f} % |\n")
+        shown += f"{wavelength} nm: ours, Cycles, difference\n\n![]({picture.name})\n\n"
+    (cube_wall, cube_cpu), (ours_wall, ours_cpu), (cycles_wall, cycles_cpu) = map(median_of, (cube, ours, cycles))
+    gain = statistics.mean(same)
+    text += f"""
+| {CORNELL_SIZE} x {CORNELL_SIZE} pixels, {samples} samples | seconds, clock | seconds, processor | M samples/s per core |
+|---|---|---|---|
+| ours, those three bands | {ours_wall:.2f} | {ours_cpu:.2f} | {CORNELL_SIZE**2 * samples / ours_cpu * 1e-6:.3f} |
+| ours, all seven | {cube_wall:.2f} | {cube_cpu:.2f} | {CORNELL_SIZE**2 * samples / cube_cpu * 1e-6:.3f} |
+| Cycles, three bands | {cycles_wall:.2f} | {cycles_cpu:.2f} | {CORNELL_SIZE**2 * samples / cycles_cpu * 1e-6:.3f} |
+
+{shown}"""
+    row = (f"| {SCENES['cornell']}, three bands | {cycles_cpu / ours_cpu * gain:.2f} | | "
+           f"{cycles_wall / ours_wall * gain:.2f} |\n"
+           f"| the same, all seven: three runs of Cycles | {3 * cycles_cpu / cube_cpu * gain:.2f} | | "
+           f"{3 * cycles_wall / cube_wall * gain:.2f} |\n")
+    return text, row
+
+
+chosen = options.scenes.split(",")
+parts, table = "", ""
+for name, title in SCENES.items():
+    if name not in chosen:
+        continue
+    print(name, flush=True)
+    try:
+        text, row = cornell() if name == "cornell" else direct_scene(name)
+        table += row
+    except peer_scenes.Skipped as reason:
+        print(f"skipped: {reason}")
+        text = f"Skipped: {reason}.\n"
+    parts += f"## {title}\n\n{text.rstrip()}\n\n"
 
 version = run("blender", "--version").splitlines()[0]
+arguments = (f"--scenes {options.scenes} --samples {options.samples} --size {options.size} --rounds {options.rounds} "
+             f"--threads {options.threads}")
 text = f"""# Validation
 
-Generated by `tests/bench/validation.py build/release/tools/obscura --samples {options.samples} --size {options.size}
---threads {options.threads}`; do not edit. Peer: {version} (Cycles on the processor, box filter, no denoising, no
-clamping, the same number of bounces and samples).
+Generated by `tests/bench/validation.py build/release/tools/obscura {arguments}`; do not edit.
+Peer: {version} (Cycles on the processor, box filter, no adaptive sampling, no denoising, no clamping). Both programs get
+the same geometry, Sun, camera, Lambert materials, bounces and samples; `tests/bench/peer_scenes.py` writes the scenes.
 
-## Cornell box, full solution
+Noise is the rms deviation of one picture, from two with different seeds, over the rms of the picture. Times are those of the
+rendering proper, without reading meshes and building trees, medians of {max(2, options.rounds)} runs by turns. Where other programs kept the
+machine busy only processor time means something. Pictures are compared by `obscura compare --no-offset --max-shift 0 --blocks
+16`, which takes out one common scale; in pictures of the difference grey is none, four times its rms black or white.
 
-`obscura render config/scenes/cornell.toml --size {options.size}x{options.size} --samples {options.samples}` against
-`tests/bench/cycles_scene.py`; blocks of 16 x 16 pixels by `obscura compare --no-offset --max-shift 0 --blocks 16`, which takes
-out one common scale. Noise is the rms deviation of one picture, from two with different seeds, over the rms of the picture. The
-time to equal error is the ratio of (time x noise^2); ours renders all seven bands in that time, Cycles three.
-Times are those of the clock on the wall, of whatever else the machine did meanwhile as well: read the ratio as a rough one.
+## Time to equal error, Cycles over ours
 
-| wavelength | scale | worst block | median block | noise, ours | noise, Cycles | time to equal error, Cycles over ours |
-|---|---|---|---|---|---|---|
-"""
-for wavelength, both, noise, equal, _ in rows:
-    text += (f"| {wavelength} nm | {both['scale']:.4f} | {both['block_worst_percent']:.2f} % | "
-             f"{both['block_median_percent']:.2f} % | {noise[0]:.2f} % | {noise[1]:.2f} % | {equal:.2f} |\n")
-text += f"\nTimes of this run: ours {ours_s:.1f} s, Cycles {cycles_s:.1f} s.\n\n"
-for wavelength, _, _, _, name in rows:
-    text += f"{wavelength} nm: ours, Cycles, difference (grey is none, four times its rms is black or white)\n\n![]({name})\n\n"
+At the same number of samples: the ratio of (processor time x noise^2). To the noise of Cycles: its time over ours with
+adaptive sampling, set so that our noise, measured in the same way, is at most that of Cycles.
+
+| scene | same samples, processor time | to the noise of Cycles, processor time | by the clock |
+|---|---|---|---|
+{table}
+{parts}"""
 options.output.write_text(text.rstrip() + "\n")
 shutil.rmtree(folder)
-worst = max(both["block_worst_percent"] for _, both, *_ in rows)
-print(f"{options.output}: worst block {worst:.2f} %")
-sys.exit(0 if worst < 2 else 1)
+print(f"{options.output}: worst block {max(worst_blocks, default=0):.2f} %")
+sys.exit(0 if max(worst_blocks, default=0) < 2 else 1)

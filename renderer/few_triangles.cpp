@@ -1,0 +1,103 @@
+#include "renderer/few_triangles.hpp"
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double edge_slack = 1e-12;
+
+/// What 16 rays make of a triangle, all times the cosine against its face, whose sign is taken out.
+struct Crossing {
+    Doubles scale, distance, first, second;
+};
+
+/// Which active rays meet the triangle at 0 < t < limit; true when any does.
+OBSCURA_VECTOR_CLONES
+bool cross_triangle(const FewTriangles::Triangle& triangle, const RayPacket& rays, const Doubles& limit,
+                    Crossing& out, Lanes& met) {
+    const FewTriangles::Plane f = triangle.face;
+    const FewTriangles::Plane a = triangle.first;
+    const FewTriangles::Plane b = triangle.second;
+    for (int i = 0; i < packet_size; ++i) {
+        const double ox = rays.origin.x.v[i];
+        const double oy = rays.origin.y.v[i];
+        const double oz = rays.origin.z.v[i];
+        const double dx = rays.direction.x.v[i];
+        const double dy = rays.direction.y.v[i];
+        const double dz = rays.direction.z.v[i];
+        const double facing = f.x * dx + f.y * dy + f.z * dz;
+        const double away = f.d - (f.x * ox + f.y * oy + f.z * oz);
+        const double sign = facing < 0 ? -1.0 : 1.0;
+        const double scale = facing * sign;
+        const double distance = away * sign;
+        const double px = scale * ox + distance * dx;
+        const double py = scale * oy + distance * dy;
+        const double pz = scale * oz + distance * dz;
+        const double first = a.x * px + a.y * py + a.z * pz + a.d * scale;
+        const double second = b.x * px + b.y * py + b.z * pz + b.d * scale;
+        const double slack = -edge_slack * scale;
+        out.scale.v[i] = scale;
+        out.distance.v[i] = distance;
+        out.first.v[i] = first;
+        out.second.v[i] = second;
+        // No ray of the limit's infinite reach makes a product of 0 and infinity pass.
+        const bool inside = (first >= slack) & (second >= slack) & (scale - first - second >= slack);
+        const bool near = (distance > 0) & (distance < limit.v[i] * scale);
+        met.on[i] = inside & near ? rays.active.on[i] : 0;
+    }
+    return met.any();
+}
+
+FewTriangles::Plane plane(Vec3 normal, double d) {
+    return {normal.x, normal.y, normal.z, d};
+}
+
+Vec3 widen(Vec3f a) {
+    return {a.x, a.y, a.z};
+}
+
+} // namespace
+
+FewTriangles::FewTriangles(const TriangleMesh& mesh) {
+    for (const auto& t : mesh.triangles) {
+        const Vec3 a = widen(mesh.vertices[t[0]]);
+        const Vec3 ab = widen(mesh.vertices[t[1]]) - a;
+        const Vec3 ac = widen(mesh.vertices[t[2]]) - a;
+        const Vec3 n = cross(ab, ac);
+        const double n2 = length_squared(n);
+        const Vec3 first = cross(ac, n) / n2;
+        const Vec3 second = cross(n, ab) / n2;
+        triangles_.push_back(
+            {plane(n, dot(n, a)), plane(first, -dot(first, a)), plane(second, -dot(second, a))});
+    }
+}
+
+void FewTriangles::intersect(const RayPacket& rays, Doubles& limit, std::int32_t body,
+                             HitPacket& hits) const {
+    Crossing crossing;
+    Lanes met;
+    for (std::size_t k = 0; k < triangles_.size(); ++k) {
+        if (!cross_triangle(triangles_[k], rays, limit, crossing, met)) continue;
+        for (int i = 0; i < packet_size; ++i) {
+            if (met.on[i] == 0) continue;
+            const double inverse = 1 / crossing.scale[i];
+            limit[i] = hits.t[i] = crossing.distance[i] * inverse;
+            hits.body[i] = body;
+            hits.primitive[i] = static_cast<std::uint32_t>(k);
+            hits.u[i] = static_cast<float>(crossing.first[i] * inverse);
+            hits.v[i] = static_cast<float>(crossing.second[i] * inverse);
+        }
+    }
+}
+
+void FewTriangles::occlude(RayPacket& rays) const {
+    Crossing crossing;
+    Lanes met;
+    for (const Triangle& triangle : triangles_) {
+        if (!cross_triangle(triangle, rays, rays.t_max, crossing, met)) continue;
+        for (int i = 0; i < packet_size; ++i)
+            rays.active.on[i] &= ~met.on[i];
+        if (!rays.active.any()) return;
+    }
+}
+
+} // namespace obscura::renderer
