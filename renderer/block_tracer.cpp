@@ -31,6 +31,16 @@ void near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
 
 } // namespace
 
+struct BlockTracer::Batch {
+    CameraRays rays[Tracer::batch_size];
+    Doubles x[Tracer::batch_size], y[Tracer::batch_size];
+    Doubles solid_angle[Tracer::batch_size];
+    Channels worth[Tracer::batch_size]; ///< by the PSF
+    int pixel[Tracer::batch_size][packet_size];
+    std::size_t packets = 0; ///< full ones
+    int lanes = 0;           ///< in the one after those
+};
+
 BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
                          const Sampling& sampling, const RowState& row, Tracer& tracer,
                          std::vector<std::int32_t>& candidates)
@@ -52,11 +62,10 @@ void BlockTracer::set_block(std::int32_t block, std::int32_t y, Vec3s& centre) {
         row_y.v[i] = y;
     }
     projection_.rays(x, row_y, centre, solid_angle_);
+    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
 }
 
-NearBodies BlockTracer::find_near(std::int32_t block, std::int32_t y) {
-    Vec3s centre;
-    set_block(block, y, centre);
+NearBodies BlockTracer::find_near(const Vec3s& centre) {
     NearBodies found;
     candidates_.clear();
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
@@ -132,7 +141,13 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         // Small bodies are not left to one point a pixel.
         if (!near.large) lattice = nullptr;
     }
-    if (lattice == nullptr) near = find_near(block, y);
+    if (lattice != nullptr && near.samples == 0) {
+        std::fill(std::begin(result.covered), std::end(result.covered), false);
+        return false;
+    }
+    Vec3s centre;
+    set_block(block, y, centre);
+    if (lattice == nullptr) near = find_near(centre);
     for (int i = 0; i < packet_size; ++i)
         result.covered[i] = (near.covered >> i & 1u) != 0;
     if (near.samples == 0) return false;
@@ -147,19 +162,17 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     int round = 0;
     double margin = error_margin;
     if (lattice != nullptr) {
-        Vec3s centre;
-        set_block(block, y, centre);
         take_calm(*kernel, *lattice, near, result, wanted);
         if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
             return true;
-        (void)find_near(block, y);
+        // The grid has told whether there is anything; now it counts which bodies.
+        near = find_near(centre);
         round = 1;
         margin = refined_error_margin;
     } else {
         for (int i = 0; i < packet_size; ++i)
             wanted[i] = result.covered[i] ? near.samples : 0;
     }
-    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
     sample(wanted, sums);
 
     for (; sampling_.target_error > 0 && round < 2; ++round) {
@@ -211,46 +224,106 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
 
 void BlockTracer::trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel,
                                 Lattice& lattice) {
-    const NearBodies near = find_near(block, y);
+    Vec3s centre;
+    set_block(block, y, centre);
+    const NearBodies near = find_near(centre);
     lattice.near(block * packet_size, y) = near;
     if (near.samples == 0) return;
-    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
     Doubles x;
     Doubles row_y;
-    Words index{};
     Lanes active;
     for (int i = 0; i < packet_size; ++i) {
         x.v[i] = first_x_ + i + kernel.shift_x;
         row_y.v[i] = y + kernel.shift_y;
         active.on[i] = (near.covered >> i & 1u) != 0 ? -1 : 0;
     }
-    Channels value;
-    trace_points(x, row_y, index, light_seed_, active, value);
+    CameraRays rays;
+    rays.index = {};
+    rays.light_seed = light_seed_;
+    Doubles solid_angle;
+    meet(x, row_y, active, rays, solid_angle);
+    tracer_.radiance({&rays, 1});
     for (std::size_t c = 0; c < tracer_.channels(); ++c) {
         float* out = lattice.row(c, y) + (first_x_ - lattice.first_x());
         for (int i = 0; i < packet_size; ++i)
-            out[i] = active.on[i] != 0 ? static_cast<float>(value.v[c].v[i]) : 0.0F;
+            out[i] =
+                active.on[i] != 0 ? static_cast<float>(rays.radiance.v[c].v[i] * solid_angle.v[i]) : 0.0F;
     }
 }
 
 void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums) {
-    int pixel[packet_size];
-    Words index;
-    Lanes active;
-    int lanes = 0;
-    const std::size_t channels = tracer_.channels();
-    const auto flush = [&] {
-        for (int i = lanes; i < packet_size; ++i) {
-            // Unused lanes repeat the last used one, switched off.
-            pixel[i] = pixel[lanes - 1];
-            index.v[i] = index.v[lanes - 1];
+    Batch batch;
+    for (int p = 0; p < packet_size; ++p) {
+        for (std::uint32_t s = sums.count[p]; s < wanted[p]; ++s) {
+            CameraRays& rays = batch.rays[batch.packets];
+            batch.pixel[batch.packets][batch.lanes] = p;
+            rays.index.v[batch.lanes] = s;
+            if (++batch.lanes < packet_size) continue;
+            aim(batch);
+            ++batch.packets;
+            batch.lanes = 0;
+            if (batch.packets == Tracer::batch_size) trace(batch, sums);
         }
+        sums.count[p] = std::max(sums.count[p], wanted[p]);
+    }
+    if (batch.lanes > 0) aim(batch);
+    if (batch.packets > 0 || batch.lanes > 0) trace(batch, sums);
+}
+
+void BlockTracer::aim(Batch& batch) const {
+    const std::size_t k = batch.packets;
+    CameraRays& rays = batch.rays[k];
+    for (int i = batch.lanes; i < packet_size; ++i) {
+        // Unused lanes repeat the last used one, and will be switched off.
+        batch.pixel[k][i] = batch.pixel[k][batch.lanes - 1];
+        rays.index.v[i] = rays.index.v[batch.lanes - 1];
+    }
+    Words lens;
+    for (int i = 0; i < packet_size; ++i) {
+        lens.v[i] = lens_seed_.v[batch.pixel[k][i]];
+        rays.light_seed.v[i] = light_seed_.v[batch.pixel[k][i]];
+    }
+    Doubles u;
+    Doubles v;
+    sobol_pair(rays.index, lens, u, v);
+    Doubles& x = batch.x[k];
+    Doubles& y = batch.y[k];
+    if (psf_ != nullptr) {
+        for (int i = 0; i < packet_size; ++i) {
+            x.v[i] = first_x_ + batch.pixel[k][i];
+            y.v[i] = y_;
+        }
+        psf_->displace(u, v, tracer_.channels(), x, y, batch.worth[k]);
+        return;
+    }
+    footprint_.offsets(u, x);
+    footprint_.offsets(v, y);
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] += first_x_ + batch.pixel[k][i];
+        y.v[i] += y_;
+    }
+}
+
+void BlockTracer::trace(Batch& batch, Sums& sums) {
+    const std::size_t packets = batch.packets + (batch.lanes > 0 ? 1 : 0);
+    const auto lanes_of = [&](std::size_t k) { return k < batch.packets ? packet_size : batch.lanes; };
+    for (std::size_t k = 0; k < packets; ++k) {
+        Lanes active;
         for (int i = 0; i < packet_size; ++i)
-            active.on[i] = i < lanes ? -1 : 0;
-        Channels value;
-        trace_lanes(pixel, index, active, value);
-        for (int i = 0; i < lanes; ++i) {
-            const int p = pixel[i];
+            active.on[i] = i < lanes_of(k) ? -1 : 0;
+        meet(batch.x[k], batch.y[k], active, batch.rays[k], batch.solid_angle[k]);
+    }
+    tracer_.radiance({batch.rays, packets});
+    const std::size_t channels = tracer_.channels();
+    for (std::size_t k = 0; k < packets; ++k) {
+        Channels& value = batch.rays[k].radiance;
+        for (std::size_t c = 0; c < channels; ++c)
+            for (int i = 0; i < packet_size; ++i) {
+                value.v[c].v[i] *= batch.solid_angle[k].v[i];
+                if (psf_ != nullptr) value.v[c].v[i] *= batch.worth[k].v[c].v[i];
+            }
+        for (int i = 0; i < lanes_of(k); ++i) {
+            const int p = batch.pixel[k][i];
             double v = 0;
             for (std::size_t c = 0; c < channels; ++c) {
                 sums.channel[c][p] += value.v[c].v[i];
@@ -262,69 +335,18 @@ void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums)
             sums.least[p] = std::min(sums.least[p], v);
             sums.most[p] = std::max(sums.most[p], v);
         }
-        lanes = 0;
-    };
-    for (int p = 0; p < packet_size; ++p) {
-        for (std::uint32_t s = sums.count[p]; s < wanted[p]; ++s) {
-            pixel[lanes] = p;
-            index.v[lanes] = s;
-            if (++lanes == packet_size) flush();
-        }
-        sums.count[p] = std::max(sums.count[p], wanted[p]);
     }
-    if (lanes > 0) flush();
+    batch.packets = 0;
+    batch.lanes = 0;
 }
 
-void BlockTracer::trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
-                              Channels& value) {
-    Words lens;
-    Words light;
-    for (int i = 0; i < packet_size; ++i) {
-        lens.v[i] = lens_seed_.v[pixel[i]];
-        light.v[i] = light_seed_.v[pixel[i]];
-    }
-    Doubles u;
-    Doubles v;
-    sobol_pair(index, lens, u, v);
-    Doubles x;
-    Doubles y;
-    if (psf_ != nullptr) {
-        for (int i = 0; i < packet_size; ++i) {
-            x.v[i] = first_x_ + pixel[i];
-            y.v[i] = y_;
-        }
-        Channels worth;
-        psf_->displace(u, v, tracer_.channels(), x, y, worth);
-        trace_points(x, y, index, light, active, value);
-        for (std::size_t c = 0; c < tracer_.channels(); ++c)
-            for (int i = 0; i < packet_size; ++i)
-                value.v[c].v[i] *= worth.v[c].v[i];
-        return;
-    }
-    footprint_.offsets(u, x);
-    footprint_.offsets(v, y);
-    for (int i = 0; i < packet_size; ++i) {
-        x.v[i] += first_x_ + pixel[i];
-        y.v[i] += y_;
-    }
-    trace_points(x, y, index, light, active, value);
-}
-
-void BlockTracer::trace_points(const Doubles& x, const Doubles& y, const Words& index,
-                               const Words& light_seed, const Lanes& active, Channels& value) {
-    Vec3s direction;
-    Doubles solid_angle;
-    projection_.rays(x, y, direction, solid_angle);
-    HitPacket hits;
-    tracer_.intersect(direction, active, candidates_, hits);
+void BlockTracer::meet(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
+                       Doubles& solid_angle) {
+    projection_.rays(x, y, rays.direction, solid_angle);
+    tracer_.intersect(rays.direction, active, candidates_, rays.hits);
     tracer_.count_samples(active);
-    for (std::int32_t& body : hits.body)
+    for (std::int32_t& body : rays.hits.body)
         if (body >= 0 && row_.bodies[static_cast<std::size_t>(body)].targeted) body = -1;
-    SampleStream random(index, light_seed);
-    tracer_.radiance(direction, hits, random, value);
-    for (std::size_t c = 0; c < tracer_.channels(); ++c)
-        for (int i = 0; i < packet_size; ++i)
-            value.v[c].v[i] *= solid_angle.v[i];
 }
 
 } // namespace obscura::renderer

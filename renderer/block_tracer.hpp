@@ -70,9 +70,13 @@ private:
         std::uint32_t count[packet_size] = {};
     };
 
-    /// Sets the block, the solid angles of its pixels and `candidates_`.
-    NearBodies find_near(std::int32_t block, std::int32_t y);
+    /// Samples that are on their way: packets that are traced together.
+    struct Batch;
+
+    /// Sets the block, its seeds and the solid angles of its pixels; `centre`: where these look.
     void set_block(std::int32_t block, std::int32_t y, Vec3s& centre);
+    /// What may be seen from the block's pixels; lists it in `candidates_`.
+    NearBodies find_near(const Vec3s& centre);
     /// Samples wanted for a spread of `spread` where the error `aim` is allowed.
     [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
     /// Takes from the grid what is calm enough; the rest is asked for in `wanted`.
@@ -80,10 +84,12 @@ private:
                    BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
     /// Sums the samples [count, wanted) of every pixel.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
-    void trace_lanes(const int (&pixel)[packet_size], const Words& index, const Lanes& active,
-                     Channels& value);
-    void trace_points(const Doubles& x, const Doubles& y, const Words& index, const Words& light_seed,
-                      const Lanes& active, Channels& value);
+    /// Aims the rays of the batch's last packet.
+    void aim(Batch& batch) const;
+    void trace(Batch& batch, Sums& sums);
+    /// Finds what a packet's rays, aimed at places of the sensor, meet.
+    void meet(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
+              Doubles& solid_angle);
 
     const Projection& projection_;
     const Footprint& footprint_;

@@ -5,6 +5,7 @@
 #include "renderer/sunlight.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace obscura::renderer {
@@ -60,6 +61,10 @@ struct PathTracer::Paths {
     /// camera's own rays and mirrored ones.
     Doubles density;
     Doubles travelled_m; ///< from the camera
+    HitPacket hits;      ///< what they have met
+    Words index, seed;   ///< of their random numbers
+    /// Whose they are: packet of the batch times packet_size plus lane.
+    std::int32_t owner[packet_size];
 };
 
 /// Hits on bodies that have one frame, and what it takes to light them; everything in that frame.
@@ -463,86 +468,156 @@ void PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
     }
 }
 
-void PathTracer::radiance(const Vec3s& direction, const HitPacket& first_hits, SampleStream& random,
-                          Channels& out) {
+void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {
     const std::size_t channels = lighting_.sun_w_m2.size();
-    Paths paths;
-    for (std::size_t c = 0; c < channels; ++c)
-        for (int i = 0; i < packet_size; ++i) {
-            out.v[c][i] = 0;
-            paths.carried.v[c][i] = 1;
-        }
-    transform(row_.inertial_from_camera, direction, {}, paths.direction);
-    set_all(paths.origin, {});
-    set_all(paths.start, row_.camera.position_m);
-    for (int i = 0; i < packet_size; ++i) {
-        paths.alive.on[i] = first_hits.body[i] >= 0 ? -1 : 0;
-        paths.density[i] = no_hit;
-        paths.travelled_m[i] = 0;
-    }
+    // Every bounce has its own four pairs, whether they are used or not.
+    SampleStream random(paths.index, paths.seed, 4 * bounce);
+    Doubles sun_u;
+    Doubles sun_v;
+    Doubles area_u;
+    Doubles area_v;
+    Doubles turn_u;
+    Doubles turn_v;
+    const bool last = bounce >= lighting_.max_bounces;
+    const bool sun = lighting_.has_sun();
+    const bool area = !lighting_.area_lights.empty();
+    if (sun)
+        random.next(sun_u, sun_v);
+    else
+        random.skip();
+    if (area)
+        random.next(area_u, area_v);
+    else
+        random.skip();
+    if (!last) random.next(turn_u, turn_v);
 
-    HitPacket hits = first_hits;
     Vertex vertex;
     for (std::size_t c = 0; c < channels; ++c)
         for (int i = 0; i < packet_size; ++i)
             vertex.colour.v[c][i] = 0;
-    for (std::uint32_t bounce = 0;; ++bounce) {
-        // The same pairs are taken from the stream whatever happens, so that every bounce has its own.
-        Doubles sun_u;
-        Doubles sun_v;
-        Doubles chance_u;
-        Doubles unused;
-        Doubles area_u;
-        Doubles area_v;
-        Doubles turn_u;
-        Doubles turn_v;
-        const bool last = bounce >= lighting_.max_bounces;
-        if (lighting_.has_sun()) random.next(sun_u, sun_v);
-        if (!lighting_.area_lights.empty()) random.next(area_u, area_v);
-        if (!last) random.next(turn_u, turn_v);
-        const bool uncertain = bounce + 1 >= certain_bounces && !last;
-        if (uncertain) random.next(chance_u, unused);
+    Lanes left = paths.alive;
+    while (left.any()) {
+        gather(paths.hits, paths, left, vertex, out);
+        if (vertex.count == 0) continue;
+        if (sun) add_sun(vertex, sun_u, sun_v, paths, out);
+        add_lamps(vertex, paths, out);
+        if (area) add_area_light(vertex, area_u, area_v, paths, !last, out);
+        if (!last) scatter(vertex, turn_u, turn_v, paths);
+    }
+    if (last || bounce + 1 < certain_bounces) return;
+    Doubles chance_u;
+    Doubles unused;
+    random.next(chance_u, unused);
+    for (int i = 0; i < packet_size; ++i) {
+        if (paths.alive.on[i] == 0) continue;
+        double most = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            most = std::max(most, paths.carried.v[c][i]);
+        const double chance = std::clamp(most, 0.05, 1.0);
+        if (chance_u[i] >= chance) paths.alive.on[i] = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            paths.carried.v[c][i] /= chance;
+    }
+}
 
-        Lanes left = paths.alive;
-        while (left.any()) {
-            gather(hits, paths, left, vertex, out);
-            if (vertex.count == 0) continue;
-            if (lighting_.has_sun()) add_sun(vertex, sun_u, sun_v, paths, out);
-            add_lamps(vertex, paths, out);
-            if (!lighting_.area_lights.empty()) add_area_light(vertex, area_u, area_v, paths, !last, out);
-            if (!last) scatter(vertex, turn_u, turn_v, paths);
-        }
-        if (last) return;
-        if (uncertain)
-            for (int i = 0; i < packet_size; ++i) {
-                if (paths.alive.on[i] == 0) continue;
-                double most = 0;
+std::size_t PathTracer::compact(std::span<Paths> paths) const {
+    const std::size_t channels = lighting_.sun_w_m2.size();
+    std::size_t packet = 0; // the next free place
+    int lane = 0;
+    for (std::size_t k = 0; k < paths.size(); ++k)
+        for (int i = 0; i < packet_size; ++i) {
+            const Paths& from = paths[k];
+            if (from.alive.on[i] == 0) continue;
+            if (k != packet || i != lane) {
+                // Places are taken in order, so that none is overwritten before it has moved.
+                Paths& to = paths[packet];
+                to.origin.set(lane, from.origin.lane(i));
+                to.direction.set(lane, from.direction.lane(i));
+                to.start.set(lane, from.start.lane(i));
                 for (std::size_t c = 0; c < channels; ++c)
-                    most = std::max(most, paths.carried.v[c][i]);
-                const double chance = std::clamp(most, 0.05, 1.0);
-                if (chance_u[i] >= chance) paths.alive.on[i] = 0;
-                for (std::size_t c = 0; c < channels; ++c)
-                    paths.carried.v[c][i] /= chance;
+                    to.carried.v[c][lane] = from.carried.v[c][i];
+                to.density[lane] = from.density[i];
+                to.travelled_m[lane] = from.travelled_m[i] + from.hits.t[i];
+                to.index[lane] = from.index[i];
+                to.seed[lane] = from.seed[i];
+                to.owner[lane] = from.owner[i];
+            } else {
+                paths[k].travelled_m[i] += from.hits.t[i];
             }
-        if (!paths.alive.any()) return;
-
-        for (int i = 0; i < packet_size; ++i)
-            if (hits.body[i] >= 0) paths.travelled_m[i] += hits.t[i];
-        hits.clear();
-        counts_.rays += static_cast<std::uint64_t>(paths.alive.count());
-        RayPacket rays;
-        rays.active = paths.alive;
-        for (double& t : rays.t_max.v)
-            t = no_hit;
-        std::int32_t frame = -1;
-        for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
-            const BodyState& body = row_.bodies[b];
-            if (body.frame != frame) rays_in(body, paths, rays);
-            frame = body.frame;
-            body.shape->intersect(rays, static_cast<std::int32_t>(b), hits);
+            lane = (lane + 1) % packet_size;
+            packet += lane == 0 ? 1 : 0;
         }
+    const std::size_t filled = packet + (lane > 0 ? 1 : 0);
+    for (std::size_t k = 0; k < filled; ++k)
         for (int i = 0; i < packet_size; ++i)
-            if (hits.body[i] < 0) paths.alive.on[i] = 0;
+            paths[k].alive.on[i] = k < packet || i < lane ? -1 : 0;
+    return filled;
+}
+
+void PathTracer::follow(Paths& paths) {
+    HitPacket& hits = paths.hits;
+    hits.clear();
+    counts_.rays += static_cast<std::uint64_t>(paths.alive.count());
+    RayPacket rays;
+    rays.active = paths.alive;
+    for (double& t : rays.t_max.v)
+        t = no_hit;
+    std::int32_t frame = -1;
+    for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
+        const BodyState& body = row_.bodies[b];
+        if (body.frame != frame) rays_in(body, paths, rays);
+        frame = body.frame;
+        body.shape->intersect(rays, static_cast<std::int32_t>(b), hits);
+    }
+    for (int i = 0; i < packet_size; ++i)
+        if (hits.body[i] < 0) paths.alive.on[i] = 0;
+}
+
+void PathTracer::radiance(std::span<CameraRays> batch) {
+    const std::size_t channels = lighting_.sun_w_m2.size();
+    std::array<Paths, batch_size> all;
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+        CameraRays& rays = batch[k];
+        Paths& paths = all[k];
+        for (std::size_t c = 0; c < channels; ++c)
+            for (int i = 0; i < packet_size; ++i) {
+                rays.radiance.v[c][i] = 0;
+                paths.carried.v[c][i] = 1;
+            }
+        transform(row_.inertial_from_camera, rays.direction, {}, paths.direction);
+        set_all(paths.origin, {});
+        set_all(paths.start, row_.camera.position_m);
+        paths.hits = rays.hits;
+        paths.index = rays.index;
+        paths.seed = rays.light_seed;
+        for (int i = 0; i < packet_size; ++i) {
+            paths.alive.on[i] = rays.hits.body[i] >= 0 ? -1 : 0;
+            paths.density[i] = no_hit;
+            paths.travelled_m[i] = 0;
+            paths.owner[i] = static_cast<std::int32_t>(k) * packet_size + i;
+        }
+    }
+    std::span<Paths> left = std::span(all).first(batch.size());
+    for (std::uint32_t bounce = 0; !left.empty(); ++bounce) {
+        for (Paths& paths : left) {
+            if (!paths.alive.any()) continue;
+            Channels light;
+            for (std::size_t c = 0; c < channels; ++c)
+                for (double& value : light.v[c].v)
+                    value = 0;
+            const Lanes lit = paths.alive;
+            shade(bounce, paths, light);
+            for (int i = 0; i < packet_size; ++i) {
+                if (lit.on[i] == 0) continue;
+                Channels& out = batch[static_cast<std::size_t>(paths.owner[i] / packet_size)].radiance;
+                for (std::size_t c = 0; c < channels; ++c)
+                    out.v[c][paths.owner[i] % packet_size] += light.v[c][i];
+            }
+        }
+        if (bounce >= lighting_.max_bounces) return;
+        left = left.first(compact(left));
+        for (Paths& paths : left)
+            follow(paths);
     }
 }
 

@@ -32,6 +32,8 @@ struct Lighting {
 /// 1997, ch. 9). Paths are ended at random from the third reflection on, in proportion to what they still
 /// carry. The Sun is met by chance only through mirrors.
 ///
+/// Paths that end leave lanes free: the others of a batch move together, so that packets stay full.
+///
 /// Rays between bodies are kept relative to the body they leave, so that no precision is lost at any distance
 /// from the camera.
 class PathTracer final : public Tracer {
@@ -39,8 +41,7 @@ public:
     PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
     [[nodiscard]] std::size_t channels() const override { return lighting_.sun_w_m2.size(); }
-    void radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random,
-                  Channels& out) override;
+    void radiance(std::span<CameraRays> batch) override;
 
 private:
     struct Paths;
@@ -63,6 +64,13 @@ private:
     void add_area_light(const Vertex& vertex, const Doubles& u, const Doubles& v, const Paths& paths,
                         bool weighted, Channels& out);
     void scatter(const Vertex& vertex, const Doubles& u, const Doubles& v, Paths& next) const;
+    /// Adds to `out` what the surfaces met by the paths send back, and turns the paths to their next
+    /// direction.
+    void shade(std::uint32_t bounce, Paths& paths, Channels& out);
+    /// The nearest surfaces on the paths' ways.
+    void follow(Paths& paths);
+    /// Moves the paths that are alive together; the number of packets that they fill.
+    std::size_t compact(std::span<Paths> paths) const;
     /// Switches off the rays towards light that are blocked, by any body or (Sun) by those that can.
     void block(const Vertex& vertex, bool all_bodies, RayPacket& light);
 

@@ -391,18 +391,16 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     const double weight = body.solid_angle_sr / samples;
     tracer.set_ray_width(std::sqrt(weight));
     for (std::uint32_t first = 0; first < samples; first += packet_size) {
-        Words sample;
+        CameraRays rays;
         Words seed0;
-        Words seed1;
         for (std::uint32_t i = 0; i < packet_size; ++i) {
-            sample.v[i] = first + i;
+            rays.index.v[i] = first + i;
             seed0.v[i] = seeds[0];
-            seed1.v[i] = seeds[1];
+            rays.light_seed.v[i] = seeds[1];
         }
         Doubles u;
         Doubles v;
-        sobol_pair(sample, seed0, u, v);
-        Vec3s direction;
+        sobol_pair(rays.index, seed0, u, v);
         Lanes active;
         for (int i = 0; i < packet_size; ++i) {
             const double h = u.v[i] * one_minus_cos;
@@ -410,25 +408,23 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
             double sin_phi;
             double cos_phi;
             sincos_turn(v.v[i], sin_phi, cos_phi);
-            direction.set(i, body.direction * (1 - h) + (e1 * cos_phi + e2 * sin_phi) * sin_theta);
+            rays.direction.set(i, body.direction * (1 - h) + (e1 * cos_phi + e2 * sin_phi) * sin_theta);
             active.on[i] = -1;
         }
-        HitPacket hits;
-        tracer.intersect(direction, active, s.candidates, hits);
+        tracer.intersect(rays.direction, active, s.candidates, rays.hits);
         tracer.count_samples(active);
-        for (std::int32_t& hit : hits.body)
+        for (std::int32_t& hit : rays.hits.body)
             hit = hit == index ? hit : -1;
-        SampleStream random(sample, seed1);
-        Channels radiance;
-        tracer.radiance(direction, hits, random, radiance);
+        tracer.radiance({&rays, 1});
         for (int i = 0; i < packet_size; ++i) {
-            if (hits.body[i] < 0) continue;
-            const auto at = s.lens->project(direction.lane(i));
+            if (rays.hits.body[i] < 0) continue;
+            const Vec3 direction = rays.direction.lane(i);
+            const auto at = s.lens->project(direction);
             if (!at) continue;
-            const double dim = weight * s.lens->transmission(direction.lane(i));
+            const double dim = weight * s.lens->transmission(direction);
             double amount[max_channels];
             for (std::size_t c = 0; c < tracer.channels(); ++c)
-                amount[c] = dim * radiance.v[c].v[i];
+                amount[c] = dim * rays.radiance.v[c].v[i];
             splat_point(request, y, *at, {amount, tracer.channels()}, parts, s.light);
         }
     }

@@ -9,7 +9,9 @@ namespace obscura::renderer {
 /// samples of a pixel together are well spread in each pair, and the pairs are independent.
 class SampleStream {
 public:
-    SampleStream(const Words& index, const Words& seed) : index_(index), seed_(seed) {}
+    /// `first_pair`: pairs to leave out.
+    SampleStream(const Words& index, const Words& seed, std::uint32_t first_pair = 0)
+        : index_(index), seed_(seed), pair_(first_pair) {}
 
     void next(Doubles& u, Doubles& v) {
         Words seed;
@@ -19,10 +21,13 @@ public:
         sobol_pair(index_, seed, u, v);
     }
 
+    /// Leaves one pair out.
+    void skip() { ++pair_; }
+
 private:
     const Words& index_;
     const Words& seed_;
-    std::uint32_t pair_ = 0;
+    std::uint32_t pair_;
 };
 
 } // namespace obscura::renderer

@@ -38,23 +38,26 @@ void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<co
     }
 }
 
-void Tracer::radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random, Channels& out) {
-    Doubles& radiance = out.v[0];
-    Doubles u;
-    Doubles v;
-    random.next(u, v);
-    for (double& r : radiance.v)
-        r = 0;
-    // One pass for each body that was met; nearly always there is one.
-    Lanes left;
-    for (int i = 0; i < packet_size; ++i)
-        left.on[i] = hits.body[i] >= 0 ? -1 : 0;
-    for (int i = 0; i < packet_size; ++i) {
-        if (left.on[i] == 0) continue;
-        const std::int32_t body = hits.body[i];
-        reflect(body, direction, hits, u, v, radiance);
-        for (int k = i; k < packet_size; ++k)
-            left.on[k] = hits.body[k] == body ? 0 : left.on[k];
+void Tracer::radiance(std::span<CameraRays> batch) {
+    for (CameraRays& rays : batch) {
+        Doubles& radiance = rays.radiance.v[0];
+        Doubles u;
+        Doubles v;
+        SampleStream(rays.index, rays.light_seed).next(u, v);
+        for (double& r : radiance.v)
+            r = 0;
+        // One pass for each body that was met; nearly always there is one.
+        const HitPacket& hits = rays.hits;
+        Lanes left;
+        for (int i = 0; i < packet_size; ++i)
+            left.on[i] = hits.body[i] >= 0 ? -1 : 0;
+        for (int i = 0; i < packet_size; ++i) {
+            if (left.on[i] == 0) continue;
+            const std::int32_t body = hits.body[i];
+            reflect(body, rays.direction, hits, u, v, radiance);
+            for (int k = i; k < packet_size; ++k)
+                left.on[k] = hits.body[k] == body ? 0 : left.on[k];
+        }
     }
 }
 

@@ -16,6 +16,14 @@ struct RayCounts {
     std::uint64_t samples = 0;
 };
 
+/// 16 camera rays, what they met, and what they bring.
+struct CameraRays {
+    Vec3s direction; ///< unit, camera frame
+    HitPacket hits;
+    Words index, light_seed; ///< see SampleStream
+    Channels radiance;
+};
+
 /// The angles that a scattering law asks for, from unit vectors in one frame: `view` towards the surface,
 /// `light` away from it.
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
@@ -38,9 +46,12 @@ public:
 
     [[nodiscard]] virtual std::size_t channels() const { return 1; }
 
+    /// Packets that it pays to hand over together.
+    static constexpr std::size_t batch_size = 8;
     /// Radiance towards the camera at the hits: emitted by the Sun, or its light reflected once, from one
-    /// direction to the Sun's disc. 0 where there is no hit.
-    virtual void radiance(const Vec3s& direction, const HitPacket& hits, SampleStream& random, Channels& out);
+    /// direction to the Sun's disc. 0 where there is no hit. At most `batch_size` packets, which do not
+    /// influence each other's result.
+    virtual void radiance(std::span<CameraRays> batch);
 
     /// How wide the camera's rays are in what follows: the angle between neighbouring samples, for filtering
     /// textures.
