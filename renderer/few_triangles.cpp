@@ -1,5 +1,8 @@
 #include "renderer/few_triangles.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace obscura::renderer {
 namespace {
 
@@ -47,6 +50,28 @@ bool cross_triangle(const FewTriangles::Triangle& triangle, const RayPacket& ray
     return met.any();
 }
 
+/// Which rays' lines pass a sphere, and not behind them.
+OBSCURA_VECTOR_CLONES
+bool any_near(const RayPacket& rays, Vec3 centre, double radius2) {
+    Lanes near;
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = centre.x - rays.origin.x.v[i];
+        const double y = centre.y - rays.origin.y.v[i];
+        const double z = centre.z - rays.origin.z.v[i];
+        const double dx = rays.direction.x.v[i];
+        const double dy = rays.direction.y.v[i];
+        const double dz = rays.direction.z.v[i];
+        const double along = x * dx + y * dy + z * dz;
+        const double lx = x - along * dx;
+        const double ly = y - along * dy;
+        const double lz = z - along * dz;
+        const bool passes = lx * lx + ly * ly + lz * lz <= radius2;
+        const bool ahead = (along > 0) | (x * x + y * y + z * z <= radius2);
+        near.on[i] = passes & ahead ? rays.active.on[i] : 0;
+    }
+    return near.any();
+}
+
 FewTriangles::Plane plane(Vec3 normal, double d) {
     return {normal.x, normal.y, normal.z, d};
 }
@@ -58,6 +83,18 @@ Vec3 widen(Vec3f a) {
 } // namespace
 
 FewTriangles::FewTriangles(const TriangleMesh& mesh) {
+    constexpr double infinite = no_hit;
+    Vec3 least{infinite, infinite, infinite};
+    Vec3 largest{-infinite, -infinite, -infinite};
+    for (const auto& t : mesh.triangles)
+        for (const std::uint32_t corner : t) {
+            const Vec3 p = widen(mesh.vertices[corner]);
+            least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+            largest = {std::max(largest.x, p.x), std::max(largest.y, p.y), std::max(largest.z, p.z)};
+        }
+    centre_ = (least + largest) / 2;
+    // A little more than the boxes' diagonal, for the slack of edges and rounding.
+    radius2_ = length_squared(largest - centre_) * (1 + 1e-6);
     for (const auto& t : mesh.triangles) {
         const Vec3 a = widen(mesh.vertices[t[0]]);
         const Vec3 ab = widen(mesh.vertices[t[1]]) - a;
@@ -71,8 +108,14 @@ FewTriangles::FewTriangles(const TriangleMesh& mesh) {
     }
 }
 
+bool FewTriangles::reached(const RayPacket& rays) const {
+    // Not worth asking for a panel.
+    return triangles_.size() <= 4 || any_near(rays, centre_, radius2_);
+}
+
 void FewTriangles::intersect(const RayPacket& rays, Doubles& limit, std::int32_t body,
                              HitPacket& hits) const {
+    if (!reached(rays)) return;
     Crossing crossing;
     Lanes met;
     for (std::size_t k = 0; k < triangles_.size(); ++k) {
@@ -90,6 +133,7 @@ void FewTriangles::intersect(const RayPacket& rays, Doubles& limit, std::int32_t
 }
 
 void FewTriangles::occlude(RayPacket& rays) const {
+    if (!reached(rays)) return;
     Crossing crossing;
     Lanes met;
     for (const Triangle& triangle : triangles_) {

@@ -36,7 +36,12 @@ public:
     };
 
 private:
+    /// Whether any active ray comes near enough to look at the triangles.
+    [[nodiscard]] bool reached(const RayPacket& rays) const;
+
     std::vector<Triangle> triangles_;
+    Vec3 centre_; ///< of a sphere about them
+    double radius2_ = 0;
 };
 
 } // namespace obscura::renderer

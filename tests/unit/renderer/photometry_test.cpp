@@ -180,6 +180,7 @@ TEST_CASE("The shadow of a ball has the umbra and penumbra of the Sun's disc") {
     const Pose& pose = s.camera.motion.samples[0].pose;
     double bias = 0;
     double penumbra_bias = 0;
+    double penumbra_square = 0;
     int umbra = 0;
     int penumbra = 0;
     for (int row = 0; row < 96; ++row)
@@ -201,9 +202,15 @@ TEST_CASE("The shadow of a ball has the umbra and penumbra of the Sun's disc") {
             }
             const double share =
                 static_cast<double>(shaded.at(column, row)) / static_cast<double>(clear.at(column, row));
-            CHECK_THAT(share, WithinAbs(expected, 0.1));
+            // What is left is noise. Independent samples would scatter by sqrt(p (1 - p) / 256), 3.1 % in the
+            // middle of the penumbra; well-spread ones by less than 1 %, and the worst of these 900 points is
+            // three to four times that off. (A concentric map of the square onto the disc does no better.)
+            CHECK_THAT(share, WithinAbs(expected, 0.04));
             bias += (share - expected) / (96 * 96);
-            if (expected > 0.05 && expected < 0.95) penumbra_bias += share - expected;
+            if (expected > 0.05 && expected < 0.95) {
+                penumbra_bias += share - expected;
+                penumbra_square += (share - expected) * (share - expected);
+            }
             umbra += expected == 0 ? 1 : 0;
             penumbra += expected > 0.05 && expected < 0.95 ? 1 : 0;
         }
@@ -212,6 +219,7 @@ TEST_CASE("The shadow of a ball has the umbra and penumbra of the Sun's disc") {
     // Noise of single pixels aside, the profile is that of the formula.
     CHECK_THAT(bias, WithinAbs(0, 2e-4));
     CHECK_THAT(penumbra_bias / penumbra, WithinAbs(0, 2e-3));
+    CHECK(std::sqrt(penumbra_square / penumbra) < 0.01);
 }
 
 TEST_CASE("A fine mesh of a ball looks like the ball") {

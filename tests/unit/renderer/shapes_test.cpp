@@ -4,14 +4,18 @@
 #include "renderer/cone.hpp"
 #include "renderer/disc.hpp"
 #include "renderer/mesh_file.hpp"
+#include "renderer/mesh_shape.hpp"
 #include "renderer/plate_reader.hpp"
 #include "renderer/sunlight.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 
+#include <array>
 #include <functional>
 #include <map>
+#include <memory>
+#include <vector>
 
 using namespace obscura;
 using namespace obscura::renderer;
@@ -80,7 +84,89 @@ void check_surface(const Shape& shape, const std::function<double(Vec3)>& on) {
     CHECK(met > 500);
 }
 
+/// The box of `Box`, of twelve triangles.
+TriangleMesh box_mesh(Vec3 size) {
+    TriangleMesh mesh;
+    for (int k = 0; k < 8; ++k)
+        mesh.vertices.push_back({static_cast<float>((k & 1 ? 0.5 : -0.5) * size.x),
+                                 static_cast<float>((k & 2 ? 0.5 : -0.5) * size.y),
+                                 static_cast<float>((k & 4 ? 0.5 : -0.5) * size.z)});
+    for (const auto& face : std::vector<std::array<std::uint32_t, 4>>{
+             {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+        mesh.triangles.push_back({face[0], face[1], face[2]});
+        mesh.triangles.push_back({face[0], face[2], face[3]});
+    }
+    return mesh;
+}
+
 } // namespace
+
+TEST_CASE("A box of twelve triangles is met like the box, and no ray gets out of it") {
+    const Vec3 size{2, 3, 5};
+    const Box exact(scene::Box{size});
+    const MeshShape mesh(std::make_shared<const EmbreeDevice>(), box_mesh(size));
+    std::uint32_t state = 5;
+    const auto random = [&] {
+        state = state * 1664525u + 1013904223u;
+        return state / 4294967296.0 - 0.5;
+    };
+    int met = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Vec3 origin{20 * random(), 20 * random(), 20 * random()};
+        const Vec3 direction = Vec3{4 * random(), 6 * random(), 10 * random()} - origin;
+        const Met a = meet(exact, origin, direction);
+        const Met b = meet(mesh, origin, direction);
+        REQUIRE((a.t == no_hit) == (b.t == no_hit));
+        if (a.t == no_hit) continue;
+        ++met;
+        CHECK_THAT(b.t, WithinAbs(a.t, 1e-12 * (1 + a.t)));
+        CHECK(length(b.point - a.point) < 1e-6); // by barycentric coordinates, floats, where rays graze
+        CHECK(length(b.normal - a.normal) < 1e-12);
+        CHECK(a.outside == b.outside);
+    }
+    CHECK(met > 5000);
+    // From inside, at the edges of the box and the diagonals of its faces, where two triangles meet.
+    for (int i = 0; i < 20000; ++i) {
+        const double along = 2 * random();
+        const int axis = i % 3;
+        Vec3 aim = i % 2 == 0 ? Vec3{1, 1, along} : Vec3{1, along, along};
+        if (axis == 1) aim = {aim.y, aim.z, aim.x};
+        if (axis == 2) aim = {aim.z, aim.x, aim.y};
+        const Vec3 origin{0.9 * random(), 0.9 * random(), 0.9 * random()};
+        const Vec3 edge{aim.x * size.x / 2, aim.y * size.y / 2, aim.z * size.z / 2};
+        REQUIRE(meet(mesh, origin, edge - origin).t != no_hit);
+    }
+}
+
+TEST_CASE("Points drawn from a mesh lie on it, each part by its area") {
+    // A square of 2 x 2 m and, beside it, a triangle of 1 m2: a parallelogram and a patch by itself.
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {4, 0, 0}, {5, 0, 0}, {4, 2, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}};
+    const MeshShape shape(std::make_shared<const EmbreeDevice>(), mesh, true);
+    CHECK_THAT(shape.sampled_area_m2(), WithinRel(5.0, 1e-12));
+    constexpr int n = 200;
+    int square = 0;
+    Vec3 of_square;
+    Vec3 of_triangle;
+    for (int i = 0; i < n * n; ++i) {
+        Vec3 p;
+        Vec3 normal;
+        shape.sample_area((i % n + 0.5) / n, (i / n + 0.5) / n, p, normal);
+        CHECK(length(normal - Vec3{0, 0, 1}) < 1e-12);
+        if (p.x <= 2) {
+            ++square;
+            of_square = of_square + p;
+            REQUIRE((p.x >= 0 && p.y >= 0 && p.y <= 2));
+        } else {
+            of_triangle = of_triangle + p;
+            REQUIRE((p.x >= 4 && p.y >= 0 && p.y <= 2 - 2 * (p.x - 4) + 1e-12));
+        }
+    }
+    CHECK(square == n * n * 4 / 5);
+    CHECK(length(of_square / square - Vec3{1, 1, 0}) < 1e-3);
+    CHECK(length(of_triangle / (n * n - square) - Vec3{4 + 1.0 / 3, 2.0 / 3, 0}) < 2e-3);
+}
 
 TEST_CASE("Boxes, cylinders and cones are met on their surfaces, from near and far") {
     check_surface(Box(scene::Box{{2, 3, 4}}), [](Vec3 p) {
