@@ -3,7 +3,7 @@
 
 install(TARGETS obscurad RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
-install(FILES config/demo.toml DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
+install(FILES config/demo.toml config/realtime.toml DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
 install(DIRECTORY config/scenes config/sensors config/stars DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
 install(FILES README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 if(EXISTS "${PROJECT_SOURCE_DIR}/docs")

@@ -339,6 +339,16 @@ TEST_CASE("the shipped configuration and scene load") {
     CHECK_THAT(config.scene.stars[0].declination_rad / degree, WithinAbs(-16.71612, 1e-4));
 }
 
+TEST_CASE("the shipped configuration for 10 Hz asks for one per cent") {
+    const auto config = config::load(OBSCURA_SOURCE_DIR "/config/realtime.toml");
+    CHECK(config.trigger.rate_hz == 10);
+    CHECK(config.render.target_error == 0.01);
+    CHECK(config.sensor.readout.width == 1024);
+    CHECK(config.sensor.readout.height == 1024);
+    CHECK(config.scene.camera.width == 1024);
+    CHECK(config.scene.stars.size() > 4000);
+}
+
 TEST_CASE("the Cornell box loads with its measured spectra") {
     const scene::Scene scene = config::load_scene(OBSCURA_SOURCE_DIR "/config/scenes/cornell.toml");
     REQUIRE(scene.bodies.size() == 8);
