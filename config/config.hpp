@@ -31,7 +31,8 @@ struct RenderSection {
     std::int32_t samples_per_pixel = 4;
     double target_error = 0; ///< 0: samples_per_pixel everywhere; else more where needed
     std::int32_t max_samples_per_pixel = 64;
-    std::int32_t threads = 0; ///< 0: one per core
+    std::int32_t max_instants = 256; ///< of one exposure, where something moves
+    std::int32_t threads = 0;        ///< 0: one per core
     std::int32_t band_rows = 64;
 };
 

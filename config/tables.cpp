@@ -83,6 +83,13 @@ Keys keys_of(RenderSection& s) {
          {1, 65536},
          {},
          "Limit that goes with target_error"},
+        {"max_instants",
+         &s.max_instants,
+         {},
+         {1, 4096},
+         {},
+         "Instants that an exposure is made of, at most, where something moves in it; 1: all is seen at its "
+         "middle"},
         {"threads", &s.threads, {}, {0, 1024}, {}, "Render threads; 0: one per core"},
         {"band_rows", &s.band_rows, {}, {1, 16384}, {}, "Rows rendered, exposed and sent together"},
     };

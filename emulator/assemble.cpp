@@ -51,7 +51,8 @@ std::unique_ptr<renderer::Renderer> make_renderer(const config::Config& config, 
         renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
                                  static_cast<std::uint32_t>(config.render.threads), config.daemon.seed,
                                  config.render.target_error,
-                                 static_cast<std::uint32_t>(config.render.max_samples_per_pixel)});
+                                 static_cast<std::uint32_t>(config.render.max_samples_per_pixel), 0,
+                                 static_cast<std::uint32_t>(config.render.max_instants)});
 }
 
 Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const ThreadPlan& threads,

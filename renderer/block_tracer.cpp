@@ -173,6 +173,8 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         for (int i = 0; i < packet_size; ++i)
             wanted[i] = result.covered[i] ? near.samples : 0;
     }
+    first_sample_ =
+        sampling_.part * std::max(near.samples, sampling_.target_error > 0 ? sampling_.max_samples : 0);
     sample(wanted, sums);
 
     for (; sampling_.target_error > 0 && round < 2; ++round) {
@@ -257,7 +259,7 @@ void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums)
         for (std::uint32_t s = sums.count[p]; s < wanted[p]; ++s) {
             CameraRays& rays = batch.rays[batch.packets];
             batch.pixel[batch.packets][batch.lanes] = p;
-            rays.index.v[batch.lanes] = s;
+            rays.index.v[batch.lanes] = first_sample_ + s;
             if (++batch.lanes < packet_size) continue;
             aim(batch);
             ++batch.packets;

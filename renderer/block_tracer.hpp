@@ -18,9 +18,9 @@ namespace obscura::renderer {
 struct Sampling {
     std::uint64_t seed = 1;
     std::uint64_t frame_id = 0;
-    std::uint32_t samples = 4;     ///< per pixel, at least
-    std::uint32_t max_samples = 4; ///< per pixel, at most
-    double target_error = 0;       ///< 0: `samples` everywhere
+    std::uint32_t max_samples = 4; ///< per pixel, at most, unless the row's bodies ask for more
+    double target_error = 0;       ///< 0: what the row's bodies ask for everywhere
+    std::uint32_t part = 0;        ///< number of the row's instant among those that share a pixel's samples
 };
 
 /// The means of a block's pixels: the tracer's radiance times the pixel's solid angle.
@@ -82,7 +82,7 @@ private:
     /// Takes from the grid what is calm enough; the rest is asked for in `wanted`.
     void take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
                    BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
-    /// Sums the samples [count, wanted) of every pixel.
+    /// Sums the samples [count, wanted) of every pixel, counted from `first_sample_`.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
     /// Aims the rays of the batch's last packet.
     void aim(Batch& batch) const;
@@ -99,6 +99,7 @@ private:
     Tracer& tracer_;
     std::vector<std::int32_t>& candidates_;
     std::int32_t first_x_ = 0, y_ = 0;
+    std::uint32_t first_sample_ = 0; ///< of a pixel's sequence: those before are other instants'
     Doubles solid_angle_;
     Words lens_seed_, light_seed_;
 };

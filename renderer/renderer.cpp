@@ -4,6 +4,7 @@
 #include "renderer/aberration.hpp"
 #include "renderer/block_tracer.hpp"
 #include "renderer/build.hpp"
+#include "renderer/exposure.hpp"
 #include "renderer/footprint.hpp"
 #include "renderer/kinematics.hpp"
 #include "renderer/lattice.hpp"
@@ -32,6 +33,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -77,6 +79,8 @@ struct Scratch {
     std::vector<double> per_pixel;         ///< from irradiance to the quantity asked for
     std::vector<std::int32_t> candidates;
     RayCounts counts;
+    RowTime measured{}; ///< the exposure that `motion` belongs to
+    double motion = 0;  ///< see motion_px()
 };
 
 /// What the rows of a band have in common.
@@ -129,6 +133,7 @@ struct Renderer::Impl {
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
         settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
+        settings.max_instants = std::max(1u, settings.max_instants);
         settings.max_bounces = std::max(settings.max_bounces, scene.max_bounces);
         for (const scene::SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
@@ -147,27 +152,51 @@ struct Renderer::Impl {
         const double distance = length(scene.sun.position_m - place_m) / astronomical_unit_m;
         return scene.sun.irradiance_scale / (distance * distance);
     }
-    /// Sets the row's state and lens.
-    void begin_row(double time_s, Scratch& s) const {
+    /// The instants that row `y` of the sensor is rendered at.
+    [[nodiscard]] Exposure exposure(const RenderRequest& request, const RowTime& row, std::int32_t y,
+                                    Scratch& s) const {
+        if (s.measured.reset != row.reset || s.measured.read != row.read) {
+            s.measured = row;
+            s.motion = motion_px(scene, bodies, *lens, splat_reach_px(), row);
+        }
+        const double chance =
+            seed_words(settings.seed, request.frame_id, SamplePurpose::instant, 0, y)[0] * 0x1p-32;
+        // Adaptive sampling takes what it needs, two for each instant at least.
+        const std::uint32_t samples = settings.target_error > 0
+                                          ? std::max(1u, settings.max_samples_per_pixel / 2)
+                                          : settings.samples_per_pixel;
+        return Exposure::of(row, s.motion, settings.max_instants, samples, chance);
+    }
+    /// Sets the row's state and lens. `parts`: instants that share the samples of its pixels.
+    void begin_row(double time_s, std::uint32_t parts, Scratch& s) const {
         s.lens = lens.get();
         const Vec3 beta = camera_beta(scene, time_s);
         if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
-        set_row_state(scene, bodies, *s.lens, sample_reach_px(), settings.samples_per_pixel, time_s, s.row);
+        const std::uint32_t least = parts > 1 && settings.target_error > 0 ? 2 : 1;
+        set_row_state(scene, bodies, *s.lens, sample_reach_px(),
+                      std::max(least, settings.samples_per_pixel / parts), parts, time_s, s.row);
     }
     void find_stars(const RenderRequest& request, std::vector<std::uint32_t>& found) const;
     /// Calls `use(tracer)` with the tracer that the scene needs.
     template<typename Use>
     void with_tracer(Scratch& s, const Use& use) const;
     /// Whether the rows can share one grid of samples: they see one instant.
-    [[nodiscard]] bool shares_samples(const RenderRequest& request) const;
+    [[nodiscard]] bool shares_samples(const RenderRequest& request, Scratch& s) const;
     bool fill_lattice(const RenderRequest& request, const std::atomic<bool>* cancel, Band& band) const;
     void render_row(const RenderRequest& request, const Band& band, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
-    void trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band, Tracer& tracer,
-                      Scratch& s) const;
-    [[nodiscard]] Sampling sampling(const RenderRequest& request) const {
-        return {settings.seed, request.frame_id, settings.samples_per_pixel, settings.max_samples_per_pixel,
-                settings.target_error};
+    /// Adds the light of the row's instant, number `part` of `parts` that share the samples of pixels.
+    void trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
+                      std::uint32_t parts, Tracer& tracer, Scratch& s) const;
+    /// Adds the light of stars and of bodies that are splatted at the row's instant, number `part` of
+    /// `parts`.
+    void splat(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
+               std::uint32_t parts, Tracer& tracer, Scratch& s) const;
+    [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t part = 0,
+                                    std::uint32_t parts = 1) const {
+        // The parts' errors add up like chance, and their mean is taken.
+        return {settings.seed, request.frame_id, (settings.max_samples_per_pixel + parts - 1) / parts,
+                settings.target_error * std::sqrt(parts), part};
     }
     /// The farthest that a camera sample is displaced, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : footprint.reach_px(); }
@@ -179,10 +208,10 @@ struct Renderer::Impl {
     /// Adds what row `y` gets of the light `amount`, by channel, of a point.
     void splat_point(const RenderRequest& request, std::int32_t y, ImagePoint at,
                      std::span<const double> amount, SplatParts parts, std::vector<double>& light) const;
-    void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, SplatParts parts,
-                    Tracer& tracer, Scratch& s) const;
+    void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, SplatParts splat_parts,
+                    std::uint32_t part, std::uint32_t parts, Tracer& tracer, Scratch& s) const;
     void splat_stars(const RenderRequest& request, std::int32_t y, const std::vector<std::uint32_t>& in_view,
-                     Tracer& tracer, Scratch& s) const;
+                     std::uint32_t parts, Tracer& tracer, Scratch& s) const;
 };
 
 template<typename DoRow>
@@ -231,15 +260,14 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
     found.clear();
     if (stars.size() == 0 || request.row_times.empty()) return;
     // The field at the middle row, grown by the largest turn of the camera within the band.
-    const auto attitude = [&](const RowTime& t) {
-        return pose_at(scene.camera.motion, to_seconds(t.mid().ns)).orientation;
-    };
-    const Quat middle = attitude(request.row_times[request.row_times.size() / 2]);
+    const auto attitude = [&](Time t) { return pose_at(scene.camera.motion, to_seconds(t.ns)).orientation; };
+    const Quat middle = attitude(request.row_times[request.row_times.size() / 2].mid());
     double turn_rad = 0;
-    for (const RowTime& t : request.row_times) {
-        const double cosine = std::min(1.0, std::abs(dot(middle, attitude(t))));
-        turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
-    }
+    for (const RowTime& t : request.row_times)
+        for (const Time edge : {t.reset, t.mid(), t.read}) {
+            const double cosine = std::min(1.0, std::abs(dot(middle, attitude(edge))));
+            turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
+        }
     double moved_rad = 0; // by aberration
     if (scene.aberration)
         for (const RowTime& t : request.row_times)
@@ -262,25 +290,26 @@ void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
     }
 }
 
-bool Renderer::Impl::shares_samples(const RenderRequest& request) const {
+bool Renderer::Impl::shares_samples(const RenderRequest& request, Scratch& s) const {
     // More than two samples a pixel are somebody's wish.
     return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
            LatticeKernel::fits(footprint) &&
-           std::all_of(request.row_times.begin(), request.row_times.end(),
-                       [&](const RowTime& t) { return t.mid().ns == request.row_times.front().mid().ns; });
+           std::all_of(request.row_times.begin(), request.row_times.end(), [&](const RowTime& t) {
+               return t.mid() == request.row_times.front().mid() && exposure(request, t, 0, s).points == 1;
+           });
 }
 
 bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomic<bool>* cancel,
                                   Band& band) const {
     band.kernel.reset();
-    if (request.rows == 0 || !shares_samples(request)) return true;
+    if (request.rows == 0 || !shares_samples(request, scratch.local())) return true;
     band.kernel.emplace(footprint, settings.seed, request.frame_id);
     Lattice& lattice = band.lattice;
     lattice.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
                   band.kernel->reach);
     const double time_s = to_seconds(request.row_times.front().mid().ns);
     return for_rows(lattice.height(), cancel, [&](std::int32_t r, Scratch& s) {
-        begin_row(time_s, s);
+        begin_row(time_s, 1, s);
         if (!resolves_any(s.row)) return;
         with_tracer(s, [&](Tracer& tracer) {
             const Sampling how = sampling(request);
@@ -293,10 +322,11 @@ bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomi
 }
 
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band,
-                                  Tracer& tracer, Scratch& s) const {
+                                  std::uint32_t part, std::uint32_t parts, Tracer& tracer, Scratch& s) const {
     if (!resolves_any(s.row)) return;
     const auto width = static_cast<std::size_t>(request.window.width);
-    const Sampling how = sampling(request);
+    const Sampling how = sampling(request, part, parts);
+    const double share = 1.0 / parts;
     BlockTracer blocks(*s.lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
@@ -309,11 +339,12 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
             if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
             const auto pixel = static_cast<std::size_t>(column);
             for (std::size_t c = 0; c < tracer.channels(); ++c)
-                s.light[c * width + pixel] = result.mean[c][i];
+                s.light[c * width + pixel] += share * result.mean[c][i];
             const std::size_t at =
                 static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
-            if (!request.samples.empty()) request.samples[at] = static_cast<float>(result.samples[i]);
-            if (!request.variance.empty()) request.variance[at] = static_cast<float>(result.variance[i]);
+            if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
+            if (!request.variance.empty())
+                request.variance[at] += static_cast<float>(share * share * result.variance[i]);
         }
     }
 }
@@ -350,12 +381,23 @@ void Renderer::Impl::splat_point(const RenderRequest& request, std::int32_t y, I
         });
 }
 
+void Renderer::Impl::splat(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
+                           std::uint32_t parts, Tracer& tracer, Scratch& s) const {
+    for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
+        if (s.row.bodies[b].targeted)
+            splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::all, part, parts, tracer, s);
+        else if (psf && psf->wings_px() > 0)
+            splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::wings, part, parts, tracer, s);
+    splat_stars(request, y, band.stars, parts, tracer, s);
+}
+
 void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
-                                SplatParts parts, Tracer& tracer, Scratch& s) const {
+                                SplatParts splat_parts, std::uint32_t part, std::uint32_t parts,
+                                Tracer& tracer, Scratch& s) const {
     const BodyState& body = s.row.bodies[static_cast<std::size_t>(index)];
     const double sine = body.cone_sine;
     std::uint32_t samples = samples_per_target;
-    if (parts == SplatParts::all) {
+    if (splat_parts == SplatParts::all) {
         const auto centre = s.lens->project(body.direction);
         if (!centre) return;
         const double reach = splat_reach_px() + 2 * targeted_radius_px;
@@ -374,6 +416,9 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
             samples *= 2;
     }
 
+    // The instants share them. Fewer would leave out too much of the body.
+    if (parts > 1) samples = std::bit_floor(std::max(64u, samples / parts));
+
     // Every body whose cone meets this one's can hide it.
     s.candidates.clear();
     for (std::size_t b = 0; b < s.row.bodies.size(); ++b) {
@@ -388,9 +433,9 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
     orthonormal_basis(body.direction, e1, e2);
     const double one_minus_cos = sine * sine / (1 + body.cos_cone);
     const SeedWords seeds = seed_words(settings.seed, request.frame_id, SamplePurpose::body, index, 0);
-    const double weight = body.solid_angle_sr / samples;
+    const double weight = body.solid_angle_sr / samples / parts;
     tracer.set_ray_width(std::sqrt(weight));
-    for (std::uint32_t first = 0; first < samples; first += packet_size) {
+    for (std::uint32_t first = part * samples; first < (part + 1) * samples; first += packet_size) {
         CameraRays rays;
         Words seed0;
         for (std::uint32_t i = 0; i < packet_size; ++i) {
@@ -425,14 +470,14 @@ void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, st
             double amount[max_channels];
             for (std::size_t c = 0; c < tracer.channels(); ++c)
                 amount[c] = dim * rays.radiance.v[c].v[i];
-            splat_point(request, y, *at, {amount, tracer.channels()}, parts, s.light);
+            splat_point(request, y, *at, {amount, tracer.channels()}, splat_parts, s.light);
         }
     }
 }
 
 void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
-                                 const std::vector<std::uint32_t>& in_view, Tracer& tracer,
-                                 Scratch& s) const {
+                                 const std::vector<std::uint32_t>& in_view, std::uint32_t parts,
+                                 Tracer& tracer, Scratch& s) const {
     const double reach = splat_reach_px();
     for (const std::uint32_t star : in_view) {
         const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
@@ -454,7 +499,7 @@ void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
             tracer.intersect(directions, active, s.candidates, hits);
             if (hits.body[0] >= 0) continue;
         }
-        const double through = s.lens->transmission(direction);
+        const double through = s.lens->transmission(direction) / parts;
         double amount[max_channels];
         for (std::size_t band = 0; band < scene.bands.size(); ++band)
             amount[band] = through * stars.irradiance(star, band);
@@ -466,24 +511,26 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
                                 std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
-    const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-    begin_row(time_s, s);
+    const Exposure when = exposure(request, request.row_times[static_cast<std::size_t>(r)], y, s);
     s.starlight.assign(width * scene.bands.size(), 0);
     const auto row_of = [&](std::span<float> plane) {
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
     };
     for (const std::span<float> plane : {row_of(request.samples), row_of(request.variance)})
         std::fill(plane.begin(), plane.end(), 0.0F);
-    with_tracer(s, [&](Tracer& tracer) {
-        s.light.assign(width * tracer.channels(), 0);
-        trace_pixels(request, y, band, tracer, s);
-        for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
-            if (s.row.bodies[b].targeted)
-                splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::all, tracer, s);
-            else if (psf && psf->wings_px() > 0)
-                splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::wings, tracer, s);
-        splat_stars(request, y, band.stars, tracer, s);
-    });
+    s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
+    const bool together = when.pixels == when.points;
+    for (std::uint32_t i = 0; i < when.points; ++i) {
+        begin_row(when.point_s(i), when.pixels, s);
+        with_tracer(s, [&](Tracer& tracer) {
+            if (together) trace_pixels(request, y, band, i, when.pixels, tracer, s);
+            splat(request, y, band, i, when.points, tracer, s);
+        });
+    }
+    for (std::uint32_t i = 0; !together && i < when.pixels; ++i) {
+        begin_row(when.pixel_s(i), when.pixels, s);
+        with_tracer(s, [&](Tracer& tracer) { trace_pixels(request, y, band, i, when.pixels, tracer, s); });
+    }
     s.per_pixel.assign(width, 1);
     if (scene.quantity == scene::Quantity::radiance)
         for (std::size_t x = 0; x < width; ++x) {
@@ -546,7 +593,7 @@ bool Renderer::render_layers(const RenderRequest& request, std::span<float> laye
     assert(layers.size() == layer_count * plane);
     return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-        impl_->begin_row(time_s, s);
+        impl_->begin_row(time_s, 1, s);
         trace_layers(*s.lens, s.row, request.window.x, request.window.y + request.first_row + r,
                      request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,
                      layers.data() + static_cast<std::size_t>(r) * width, plane);

@@ -35,6 +35,10 @@ struct RenderSettings {
     /// Reflections after the first, at least the scene's own number: 0 is direct light only. Needed for light
     /// between bodies and for mirrors.
     std::uint32_t max_bounces = 0;
+    /// Where something moves in the picture during a row's exposure, its light is that of several instants,
+    /// half a pixel of motion apart, and of so many at most; a pixel's samples are shared out to them, so
+    /// that they cost no more. 1: all is seen at mid-exposure.
+    std::uint32_t max_instants = 256;
 };
 
 /// One piece of work: some rows of a window, each to be seen at its own time. The result depends on nothing
@@ -44,7 +48,7 @@ struct RenderRequest {
     Region window;              ///< in sensor pixels; the image is `window.width` wide
     std::int32_t first_row = 0; ///< rows [first_row, first_row + rows) of the window
     std::int32_t rows = 0;
-    std::span<const RowTime> row_times; ///< one per requested row; the row is seen at its mid-exposure
+    std::span<const RowTime> row_times; ///< one per requested row; see RenderSettings::max_instants
     std::uint64_t frame_id = 0;         ///< decorrelates the sampling of successive frames
     /// Where they are wanted, rows x window.width each: how many samples each pixel got, and the estimated
     /// variance of the mean of its bands, in the square of the image's unit. Bodies smaller than pixels and

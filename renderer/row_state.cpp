@@ -105,7 +105,7 @@ Vec3 camera_beta(const scene::Scene& scene, double time_s) {
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
-                   double time_s, RowState& row) {
+                   std::uint32_t parts, double time_s, RowState& row) {
     row.camera = pose_at(scene.camera.motion, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
     row.inertial_from_camera = inertial_from_camera;
@@ -163,7 +163,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.large = radius_px > large_radius_px;
         s.samples = 0;
         if (!s.targeted) {
-            const double wanted = samples_per_body / (std::numbers::pi * radius_px * radius_px);
+            const double wanted = samples_per_body / parts / (std::numbers::pi * radius_px * radius_px);
             s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
         }
     }

@@ -85,10 +85,11 @@ constexpr std::uint32_t samples_per_target = 1024;
 /// The camera's velocity over that of light, in camera axes; 0 without Scene::aberration.
 [[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, double time_s);
 
-/// Fills `row` for `time_s` of scene time; camera samples are displaced by up to `sample_reach_px`. Re-uses
-/// its vectors.
+/// Fills `row` for `time_s` of scene time; camera samples are displaced by up to `sample_reach_px`. Bodies
+/// get `samples_per_pixel` at least; `parts` such rows share those that a small one needs. Re-uses its
+/// vectors.
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
-                   double time_s, RowState& row);
+                   std::uint32_t parts, double time_s, RowState& row);
 
 } // namespace obscura::renderer

@@ -62,6 +62,9 @@ public:
         line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
         line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
         line.number("--time", &time_s_, "S", "Scene time of the first frame", -1e9, 1e9);
+        line.number("--exposure", &exposure_s_, "S",
+                    "Time over which light is gathered, half of it before the frame's; what moves is blurred",
+                    0, 1e6);
         line.number("--frames", &frames_, "N", "Frames of a sequence", 1, 1e6);
         line.number("--step", &step_s_, "S", "Scene time from frame to frame", -1e9, 1e9);
         line.flag("--trajectory", trajectory_, "One frame at each time of the camera's trajectory instead");
@@ -250,7 +253,9 @@ private:
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::size_t planes = image.size() / plane;
         const Time when{std::llround(time_s * 1e9)};
-        const std::vector<RowTime> times(static_cast<std::size_t>(band_rows), {when, when});
+        const std::int64_t half_ns = std::llround(exposure_s_ * 0.5e9);
+        const std::vector<RowTime> times(static_cast<std::size_t>(band_rows),
+                                         {when - half_ns, when + half_ns});
         std::vector<float> band;
         for (std::int32_t y = 0; y < height; y += band_rows) {
             if (interrupted()) return false;
@@ -302,6 +307,7 @@ private:
                                           const std::vector<scene::SpectralBand>& bands) const {
         transports::Cards out{
             {"TIME", frame.time_s, "[s] scene time"},
+            {"EXPTIME", exposure_s_, "[s] exposure, half of it before TIME"},
             {"FRAMEID", static_cast<std::int64_t>(frame.number), "frame of the sequence, from 1"},
             {"SAMPLES", static_cast<std::int64_t>(settings_.samples_per_pixel), "rays per pixel"},
             {"SEED", static_cast<std::int64_t>(settings_.seed), "of the sampling"},
@@ -358,6 +364,7 @@ private:
     std::string scene_, output_, size_, window_text_;
     std::int32_t window_x_ = 0, window_y_ = 0;
     renderer::RenderSettings settings_;
+    double exposure_s_ = 0;
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;
     bool trajectory_ = false, resume_ = false;

@@ -29,11 +29,12 @@ struct Image {
     }
 };
 
-/// All bands of the window, in bands of `band_rows` rows, all rows at `t`.
+/// All bands of the window, in bands of `band_rows` rows, all rows exposed for `exposure_ns` about `t`.
 inline std::vector<float> render_window(const renderer::Renderer& r, Region window,
-                                        std::int32_t band_rows = 64, std::uint64_t frame_id = 1,
-                                        Time t = {}) {
-    const std::vector<RowTime> times(static_cast<std::size_t>(window.height), RowTime{t, t});
+                                        std::int32_t band_rows = 64, std::uint64_t frame_id = 1, Time t = {},
+                                        std::int64_t exposure_ns = 0) {
+    const std::vector<RowTime> times(static_cast<std::size_t>(window.height),
+                                     RowTime{t - exposure_ns / 2, t + exposure_ns / 2});
     const auto width = static_cast<std::size_t>(window.width);
     const std::size_t plane = width * static_cast<std::size_t>(window.height);
     std::vector<float> image(r.band_count() * plane);
