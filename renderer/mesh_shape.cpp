@@ -350,14 +350,14 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
         RTCRayHit16 p;
         load<16>(f, 0, p.ray);
         begin_hits<16>(p.hit);
-        embree::intersect16(f.active.on, scene_.get(), p, true);
+        embree::intersect16(f.active.on, scene_.get(), p, rays.coherent);
         take_hits<16>(f, 0, p, body, hits);
     } else {
         for (const int first : {0, 8}) {
             RTCRayHit8 p;
             load<8>(f, first, p.ray);
             begin_hits<8>(p.hit);
-            embree::intersect8(f.active.on + first, scene_.get(), p, true);
+            embree::intersect8(f.active.on + first, scene_.get(), p, rays.coherent);
             take_hits<8>(f, first, p, body, hits);
         }
     }

@@ -60,6 +60,7 @@ struct RayPacket {
     Vec3s origin, direction;
     Doubles t_max;
     Lanes active;
+    bool coherent = true; ///< they go much the same way: a hint to who looks for what they meet
 };
 
 /// What the rays of a packet met. A shape only ever replaces a farther hit by a nearer one.

@@ -11,9 +11,6 @@
 namespace obscura::renderer {
 namespace {
 
-/// Paths are followed without question up to this many reflections.
-constexpr std::uint32_t certain_bounces = 3;
-
 /// Share of a lamp's axial intensity at an angle to its axis.
 double beam_share(const scene::Lamp& lamp, double cos_angle) {
     const double angle = std::acos(std::clamp(cos_angle, -1.0, 1.0));
@@ -504,16 +501,20 @@ void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {
         if (area) add_area_light(vertex, area_u, area_v, paths, !last, out);
         if (!last) scatter(vertex, turn_u, turn_v, paths);
     }
-    if (last || bounce + 1 < certain_bounces) return;
+    if (last) return;
     Doubles chance_u;
     Doubles unused;
     random.next(chance_u, unused);
     for (int i = 0; i < packet_size; ++i) {
         if (paths.alive.on[i] == 0) continue;
         double most = 0;
-        for (std::size_t c = 0; c < channels; ++c)
+        bool lit = bounce > 0;
+        for (std::size_t c = 0; c < channels; ++c) {
             most = std::max(most, paths.carried.v[c][i]);
-        const double chance = std::clamp(most, 0.05, 1.0);
+            lit = lit || out.v[c][i] > 0;
+        }
+        if (!lit) continue;
+        const double chance = std::clamp(std::sqrt(most), 0.05, 1.0);
         if (chance_u[i] >= chance) paths.alive.on[i] = 0;
         for (std::size_t c = 0; c < channels; ++c)
             paths.carried.v[c][i] /= chance;
@@ -560,6 +561,7 @@ void PathTracer::follow(Paths& paths) {
     counts_.rays += static_cast<std::uint64_t>(paths.alive.count());
     RayPacket rays;
     rays.active = paths.alive;
+    rays.coherent = false;
     for (double& t : rays.t_max.v)
         t = no_hit;
     std::int32_t frame = -1;

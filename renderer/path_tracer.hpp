@@ -29,8 +29,10 @@ struct Lighting {
 /// lamp, and one point of the emitting bodies (next-event estimation), and follows one direction drawn from
 /// the scattering law. Emission that such a direction meets by chance is weighted against the drawing of
 /// light points by the balance heuristic (Veach, Robust Monte Carlo Methods for Light Transport Simulation,
-/// 1997, ch. 9). Paths are ended at random from the third reflection on, in proportion to what they still
-/// carry. The Sun is met by chance only through mirrors.
+/// 1997, ch. 9). Paths go on with the root of what they still carry as their chance (measured: less noise in
+/// the same time than in proportion to it, or than after certain reflections); but the first reflection is
+/// always followed from places that no light reaches directly, where it is all there is: mirrors, shadows,
+/// planetshine. The Sun is met by chance only through mirrors.
 ///
 /// Paths that end leave lanes free: the others of a batch move together, so that packets stay full.
 ///
