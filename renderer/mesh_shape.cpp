@@ -363,7 +363,8 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
     }
 }
 
-// Shadow rays start wherever the camera rays ended: Embree's incoherent traversal is the faster one for them.
+// Shadow rays start wherever the camera rays ended: of sixteen at a time Embree's incoherent traversal is the
+// faster one for them, of eight (measured on AVX2, 10 % of whole frames) the coherent one.
 void MeshShape::occlude(RayPacket& rays) const {
     if (few_) {
         few_->occlude(rays);
@@ -382,7 +383,7 @@ void MeshShape::occlude(RayPacket& rays) const {
         for (const int first : {0, 8}) {
             RTCRay8 p;
             load<8>(f, first, p);
-            embree::occluded8(f.active.on + first, scene_.get(), p, false);
+            embree::occluded8(f.active.on + first, scene_.get(), p, rays.coherent);
             for (int i = 0; i < 8; ++i)
                 if (f.active.on[first + i] != 0 && p.tfar[i] < 0) rays.active.on[first + i] = 0;
         }

@@ -72,6 +72,7 @@ struct PathTracer::Vertex {
     std::int32_t bodies[packet_size];
     Lanes on[packet_size]; ///< the lanes on each of `bodies`
     int count = 0;
+    bool coherent = true; ///< reached by camera rays
     RayPacket view;
     SurfacePacket surface;
     Channels colour; ///< factor on the material's reflectance
@@ -141,7 +142,9 @@ void PathTracer::rays_in(const BodyState& body, const Paths& paths, RayPacket& r
 
 void PathTracer::block(const Vertex& vertex, bool all_bodies, RayPacket& light) {
     light.origin = vertex.surface.shadow_origin;
+    light.coherent = vertex.coherent;
     RayPacket turned; // for the frame of the body before
+    turned.coherent = vertex.coherent;
     std::int32_t turned_to = -1;
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
         const BodyState& other = row_.bodies[b];
@@ -489,6 +492,7 @@ void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {
     if (!last) random.next(turn_u, turn_v);
 
     Vertex vertex;
+    vertex.coherent = bounce == 0;
     for (std::size_t c = 0; c < channels; ++c)
         for (int i = 0; i < packet_size; ++i)
             vertex.colour.v[c][i] = 0;

@@ -124,6 +124,7 @@ void Tracer::occlude_by(const BodyState& body, std::int32_t other, const Vec3s& 
     transform(turn, rays.direction, {}, moved.direction);
     moved.t_max = rays.t_max;
     moved.active = rays.active;
+    moved.coherent = rays.coherent;
     occluder.shape->occlude(moved);
     rays.active = moved.active;
 }
