@@ -90,13 +90,18 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
                            static_cast<double>(s.trigger_delay_ns) / 1e3);
     for (const auto& [name, activation] :
          {std::pair{"TriggerActivation", s.trigger_activation},
-          {"TriggerActivation[AcquisitionStart]", s.start_trigger_activation}}) {
+          {"TriggerActivation[AcquisitionStart]", s.start_trigger_activation},
+          {"TriggerActivation[FrameBurstStart]", s.burst_trigger.activation},
+          {"TriggerActivation[ExposureStart]", s.exposure_trigger.activation}}) {
         const bool rising = limits.line0_rising || activation == TriggerActivation::falling_edge;
         const bool falling = limits.line0_falling || activation == TriggerActivation::rising_edge;
         if (!rising || !falling)
             return fmt::format("{}: Line0 tells of {} edges only", name,
                                limits.line0_rising ? "rising" : "falling");
     }
+    if (s.burst_frame_count < 1) return "AcquisitionBurstFrameCount 0: allowed 1 and more";
+    if (s.exposure_trigger.enabled && s.trigger_divider != 1)
+        return "TriggerDivider: allowed 1 with a trigger for ExposureStart";
     if (s.trigger_divider < 1) return "TriggerDivider 0: allowed 1 and more";
     if (!(s.black_level_dn >= limits.black_level_min_dn && s.black_level_dn <= limits.black_level_max_dn))
         return fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn, limits.black_level_min_dn,

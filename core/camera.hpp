@@ -32,6 +32,14 @@ enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edg
 /// SFNC ExposureAuto: the camera chooses ExposureTime by what it sees.
 enum class ExposureAuto : std::uint8_t { off, once, continuous };
 
+/// A trigger beside that of FrameStart.
+struct TriggerChoice {
+    bool enabled = false;
+    TriggerSource source = TriggerSource::line0;
+    TriggerActivation activation = TriggerActivation::rising_edge; ///< line0 only
+    constexpr bool operator==(const TriggerChoice&) const = default;
+};
+
 /// One window of the sensor, with an integration of its own. SFNC calls it a region.
 struct CameraWindow {
     Region region;                             ///< in sensor pixels
@@ -72,6 +80,13 @@ struct CameraSettings {
     bool start_trigger_enabled = false;
     TriggerSource start_trigger_source = TriggerSource::line0;
     TriggerActivation start_trigger_activation = TriggerActivation::rising_edge; ///< line0 only
+    // SFNC TriggerSelector FrameBurstStart: lets the next burst_frame_count frames through. Without a trigger
+    // for FrameStart the first of them begins at its edge, the others follow at the free run's rate.
+    TriggerChoice burst_trigger;
+    std::uint32_t burst_frame_count = 1; ///< SFNC AcquisitionBurstFrameCount
+    // SFNC TriggerSelector ExposureStart: the edge that a frame is exposed at. A trigger for FrameStart then
+    // only readies the camera for one such edge; without one it is always ready.
+    TriggerChoice exposure_trigger;
     bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
     double black_level_dn = 0;      ///< SFNC BlackLevel
     ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern
@@ -211,6 +226,10 @@ public:
     /// SFNC TriggerSoftware of the acquisition start trigger at `edge`. False when none is awaited from
     /// there.
     virtual bool software_start_trigger(Time /*edge*/) { return false; }
+
+    /// SFNC TriggerSoftware of the burst trigger and of the exposure trigger, the same way.
+    virtual bool software_burst_trigger(Time /*edge*/) { return false; }
+    virtual bool software_exposure_trigger(Time /*edge*/) { return false; }
 
     /// What the chip would make of `settings`; by default exactly what they ask for, in no time.
     [[nodiscard]] virtual ReadoutAnswer readout(const CameraSettings& settings) const;

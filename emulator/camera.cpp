@@ -46,8 +46,12 @@ Camera::~Camera() {
 }
 
 Camera::Route Camera::route_of(const CameraSettings& s) noexcept {
-    if (!s.trigger_enabled) return free_run;
-    switch (s.trigger_source) {
+    if (s.exposure_trigger.enabled) return route_of(s.exposure_trigger.source);
+    return s.trigger_enabled ? route_of(s.trigger_source) : free_run;
+}
+
+Camera::Route Camera::route_of(TriggerSource source) noexcept {
+    switch (source) {
     case TriggerSource::software:
         return software;
     case TriggerSource::action1:
@@ -125,6 +129,7 @@ bool Camera::apply(const CameraSettings& settings) {
     if (paced_differently) {
         stop_free_run();
         gate_.select(route_of(settings));
+        if (route_of(before) != route_of(settings)) forget_triggers();
         if (acquiring()) start_free_run();
     }
     return true;
@@ -132,9 +137,29 @@ bool Camera::apply(const CameraSettings& settings) {
 
 void Camera::publish_triggers(const CameraSettings& settings) noexcept {
     divider_.store(settings.trigger_divider, std::memory_order_relaxed);
-    activation_.store(settings.trigger_activation, std::memory_order_relaxed);
-    start_activation_.store(settings.start_trigger_activation, std::memory_order_relaxed);
-    start_source_.store(settings.start_trigger_source, std::memory_order_relaxed);
+    frame_trigger_.set({settings.trigger_enabled, settings.trigger_source, settings.trigger_activation});
+    start_trigger_.set(
+        {settings.start_trigger_enabled, settings.start_trigger_source, settings.start_trigger_activation});
+    burst_trigger_.set(settings.burst_trigger);
+    burst_frames_.store(settings.burst_frame_count, std::memory_order_relaxed);
+    exposure_trigger_.set(settings.exposure_trigger);
+}
+
+void Camera::LiveTrigger::set(const TriggerChoice& choice) noexcept {
+    source.store(choice.source, std::memory_order_relaxed);
+    activation.store(choice.activation, std::memory_order_relaxed);
+    enabled.store(choice.enabled, std::memory_order_release);
+}
+
+bool Camera::LiveTrigger::wants(TriggerSource from, bool falling) const noexcept {
+    return enabled.load(std::memory_order_acquire) && source.load(std::memory_order_relaxed) == from &&
+           (from != TriggerSource::line0 || activates(activation.load(std::memory_order_relaxed), falling));
+}
+
+void Camera::forget_triggers() noexcept {
+    burst_left_.store(0, std::memory_order_relaxed);
+    exposure_readied_.store(false, std::memory_order_relaxed);
+    alarm_.clear(next_of_burst);
 }
 
 void Camera::set_trigger_rate(sync::RationalRate rate) {
@@ -158,6 +183,9 @@ bool Camera::acquisition_start() {
     sequence_step_ = sequence_.start;
     for (auto& first : first_id_)
         first.store(0, std::memory_order_relaxed);
+    for (auto& used_up : used_up_)
+        used_up.store(0, std::memory_order_relaxed);
+    forget_triggers();
     start_awaited_.store(now.start_trigger_enabled, std::memory_order_release);
     gate_.open();
     moments_changed_.ring();
@@ -188,11 +216,11 @@ bool Camera::acquiring() const {
 }
 
 bool Camera::trigger_ready() const noexcept {
-    return gate_.ready() && !start_awaited_.load(std::memory_order_relaxed);
+    return gate_.ready() && !start_awaited_.load(std::memory_order_relaxed) && !burst_awaited();
 }
 
 bool Camera::ready_for_line0(Time edge) const noexcept {
-    return !start_awaited_.load(std::memory_order_relaxed) && gate_.selected() == line0 &&
+    return !start_awaited_.load(std::memory_order_relaxed) && !burst_awaited() && gate_.selected() == line0 &&
            gate_.ready_for(edge);
 }
 
@@ -219,7 +247,10 @@ double Camera::free_run_rate_hz() const {
 }
 
 void Camera::start_free_run() {
-    if (route_of(settings()) != free_run) return;
+    const CameraSettings now = settings();
+    if (route_of(now) != free_run) return;
+    burst_period_ns_.store(std::llround(1e9 / free_run_rate_hz()), std::memory_order_relaxed);
+    if (now.burst_trigger.enabled) return; // it begins the frames, and the alarm goes on with them
     sync::TimerSettings timer;
     timer.rate = sync::rational_rate(free_run_rate_hz());
     timer.thread = config_.trigger_thread;
@@ -232,41 +263,128 @@ void Camera::stop_free_run() {
 }
 
 bool Camera::take_start(TriggerSource source, bool falling) noexcept {
-    if (!start_awaited_.load(std::memory_order_acquire) ||
-        start_source_.load(std::memory_order_relaxed) != source)
-        return false;
-    if (source == TriggerSource::line0 &&
-        !activates(start_activation_.load(std::memory_order_relaxed), falling))
+    if (!start_awaited_.load(std::memory_order_acquire) || !start_trigger_.wants(source, falling))
         return false;
     const bool taken = start_awaited_.exchange(false, std::memory_order_acq_rel);
     if (taken) moments_changed_.ring();
     return taken;
 }
 
-bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
+bool Camera::burst_awaited() const noexcept {
+    return burst_trigger_.enabled.load(std::memory_order_acquire) &&
+           burst_left_.load(std::memory_order_acquire) == 0;
+}
+
+bool Camera::take_burst(const sync::Trigger& trigger) noexcept {
+    if (!gate_.is_open() || start_awaited_.load(std::memory_order_acquire)) return false;
+    std::uint32_t none = 0;
+    if (!burst_left_.compare_exchange_strong(none, burst_frames_.load(std::memory_order_relaxed),
+                                             std::memory_order_acq_rel)) {
+        gate_.miss(trigger); // in the middle of a burst
+        return false;
+    }
+    if (gate_.selected() == free_run) alarm_.set(next_of_burst, trigger.edge);
+    moments_changed_.ring();
+    return true;
+}
+
+bool Camera::taken_of_burst(bool taken) noexcept {
+    if (taken && burst_trigger_.enabled.load(std::memory_order_relaxed))
+        burst_left_.fetch_sub(1, std::memory_order_acq_rel);
+    return taken;
+}
+
+void Camera::ring(std::size_t alarm, Time due) noexcept {
+    if (alarm != next_of_burst || gate_.selected() != free_run || !gate_.is_open() || burst_awaited()) return;
+    // A frame that the camera was not ready for is missed, and the burst goes on until it is complete.
+    taken_of_burst(gate_.offer({burst_ids_.fetch_add(1) + 1, due, clock_.now()}, free_run));
+    if (!burst_awaited()) alarm_.set(next_of_burst, due + burst_period_ns_.load(std::memory_order_relaxed));
+}
+
+/// An edge is for the first trigger that waits for one: of the acquisition, the burst, the frame, the
+/// exposure.
+bool Camera::serve(const sync::Trigger& trigger, Route route, TriggerSource source) noexcept {
+    if (take_start(source, trigger.falling)) return true;
     if (start_awaited_.load(std::memory_order_acquire)) return false;
+    const bool for_burst = burst_trigger_.wants(source, trigger.falling);
+    if (burst_awaited()) {
+        if (!for_burst || !take_burst(trigger)) return false;
+        used_up_[route].fetch_add(1, std::memory_order_relaxed);
+        return true;
+    }
+    const bool for_exposure = exposure_trigger_.wants(source, trigger.falling);
+    const bool readied = exposure_readied_.load(std::memory_order_acquire);
+    if (frame_trigger_.wants(source, trigger.falling) && !(for_exposure && readied))
+        return take_frame(trigger, route);
+    if (for_exposure) return take_exposure(trigger, route);
+    if (for_burst)
+        gate_.miss(trigger);
+    else if (gate_.selected() != route)
+        gate_.offer(trigger, route); // counts it as ignored
+    return false;
+}
+
+/// Edges that made no frame because they were for something else are not lost ones.
+bool Camera::offer_to_gate(sync::Trigger trigger, Route route) noexcept {
+    const std::uint64_t used_up = used_up_[route].load(std::memory_order_relaxed);
+    if (trigger.id > used_up) trigger.id -= used_up;
+    return taken_of_burst(gate_.offer(trigger, route));
+}
+
+bool Camera::take_frame(const sync::Trigger& trigger, Route route) noexcept {
+    if (!exposure_trigger_.enabled.load(std::memory_order_acquire)) return offer(trigger, route);
+    if (!gate_.is_open()) return false;
+    used_up_[route].fetch_add(1, std::memory_order_relaxed);
+    if (!exposure_readied_.exchange(true, std::memory_order_acq_rel)) return true;
+    gate_.miss(trigger);
+    return false;
+}
+
+bool Camera::take_exposure(const sync::Trigger& trigger, Route route) noexcept {
+    const bool by_frame_trigger = frame_trigger_.enabled.load(std::memory_order_acquire);
+    if (by_frame_trigger && !exposure_readied_.load(std::memory_order_acquire)) return false;
+    const bool taken = offer_to_gate(trigger, route);
+    if (taken) exposure_readied_.store(false, std::memory_order_release);
+    return taken;
+}
+
+bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
     const std::uint32_t divider = divider_.load(std::memory_order_relaxed);
-    if (divider <= 1 || !gate_.is_open()) return gate_.offer(trigger, route);
+    if (divider <= 1 || !gate_.is_open()) return offer_to_gate(trigger, route);
     // The first edge of the acquisition counts, then every so many; ids are renumbered, so that the gate does
     // not take the others for lost. Each route has one thread that calls.
     std::uint64_t first = first_id_[route].load(std::memory_order_relaxed);
     if (first == 0) first_id_[route].store(first = trigger.id, std::memory_order_relaxed);
     const std::uint64_t n = trigger.id - first;
     return n % divider != 0 ||
-           gate_.offer({n / divider + 1, trigger.edge, trigger.seen, trigger.clock, trigger.scene}, route);
+           offer_to_gate({n / divider + 1, trigger.edge, trigger.seen, trigger.clock, trigger.scene}, route);
 }
 
 bool Camera::software_start_trigger(Time) {
     return take_start(TriggerSource::software, false);
 }
 
+bool Camera::software_burst_trigger(Time edge) {
+    return burst_trigger_.wants(TriggerSource::software, false) && take_burst({0, edge, clock_.now()});
+}
+
+bool Camera::software_exposure_trigger(Time edge) {
+    if (start_awaited_.load(std::memory_order_acquire) || burst_awaited() ||
+        !exposure_trigger_.wants(TriggerSource::software, false))
+        return false;
+    return take_exposure({exposure_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
+}
+
 bool Camera::software_trigger(Time edge) {
-    return offer({software_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
+    const sync::Trigger trigger{software_edges_.fetch_add(1) + 1, edge, clock_.now()};
+    if (start_awaited_.load(std::memory_order_acquire) || burst_awaited()) return false;
+    return frame_trigger_.wants(TriggerSource::software, false) ? take_frame(trigger, software)
+                                                                : offer_to_gate(trigger, software);
 }
 
 bool Camera::action_trigger(Time edge) {
-    if (take_start(TriggerSource::action1, false)) return true;
-    return offer({action_edges_.fetch_add(1) + 1, edge, clock_.now()}, action);
+    const sync::Trigger trigger{action_edges_.fetch_add(1) + 1, edge, clock_.now()};
+    return serve(trigger, action, TriggerSource::action1);
 }
 
 void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
@@ -275,17 +393,18 @@ void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
     const std::uint64_t lost =
         last_line0_id_ != 0 && trigger.id > last_line0_id_ ? trigger.id - last_line0_id_ - 1 : 0;
     last_line0_id_ = trigger.id;
-    // The edge that starts the acquisition makes no frame.
-    if (take_start(TriggerSource::line0, trigger.falling)) return;
-    const TriggerActivation activation = activation_.load(std::memory_order_relaxed);
-    if (!activates(activation, trigger.falling)) return;
     // Where the source tells of both kinds, ids count those that matter, and half of the lost ones with them.
+    const LiveTrigger& counting =
+        exposure_trigger_.enabled.load(std::memory_order_relaxed) ? exposure_trigger_ : frame_trigger_;
+    const TriggerActivation activation = counting.activation.load(std::memory_order_relaxed);
     const bool one_of_two = activation != TriggerActivation::any_edge && config_.limits.line0_rising &&
                             config_.limits.line0_falling;
-    line0_id_ += 1 + lost / 2;
     sync::Trigger counted = trigger;
-    if (one_of_two) counted.id = line0_id_;
-    offer(counted, line0);
+    if (one_of_two && activates(activation, trigger.falling)) {
+        line0_id_ += 1 + lost / 2;
+        counted.id = line0_id_;
+    }
+    serve(counted, line0, TriggerSource::line0);
 }
 
 ReadoutAnswer Camera::readout(const CameraSettings& settings) const {

@@ -7,6 +7,7 @@
 #include "core/log.hpp"
 #include "core/realtime.hpp"
 #include "core/wakeup.hpp"
+#include "emulator/alarm.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/releaser.hpp"
 #include "sync/schedule.hpp"
@@ -101,6 +102,8 @@ public:
     bool software_trigger(Time edge) override;
     bool action_trigger(Time edge) override;
     bool software_start_trigger(Time edge) override;
+    bool software_burst_trigger(Time edge) override;
+    bool software_exposure_trigger(Time edge) override;
     [[nodiscard]] ReadoutAnswer readout(const CameraSettings& settings) const override;
     bool set_sequence(const Sequence& sequence) override;
     [[nodiscard]] CameraActivity activity() const override;
@@ -123,6 +126,19 @@ public:
 private:
     /// Where edges are taken from at the moment.
     enum Route : std::size_t { line0, software, action, free_run };
+
+    enum AlarmNumber : std::size_t { next_of_burst };
+
+    /// TriggerChoice as the threads of the sources see it.
+    struct LiveTrigger {
+        std::atomic<bool> enabled{false};
+        std::atomic<TriggerSource> source{TriggerSource::line0};
+        std::atomic<TriggerActivation> activation{TriggerActivation::rising_edge};
+
+        void set(const TriggerChoice& choice) noexcept;
+        /// Whether an edge of `source` counts for it.
+        [[nodiscard]] bool wants(TriggerSource from, bool falling) const noexcept;
+    };
 
     /// Free run: the camera's own timer.
     struct FreeRunSink final : sync::TriggerSink {
@@ -152,9 +168,19 @@ private:
     void adjust_exposure(const Frame& frame) noexcept;
 
     bool offer(const sync::Trigger& trigger, Route route) noexcept;
+    bool serve(const sync::Trigger& trigger, Route route, TriggerSource source) noexcept;
+    bool take_burst(const sync::Trigger& trigger) noexcept;
+    bool take_frame(const sync::Trigger& trigger, Route route) noexcept;
+    bool take_exposure(const sync::Trigger& trigger, Route route) noexcept;
+    [[nodiscard]] bool burst_awaited() const noexcept;
+    bool taken_of_burst(bool taken) noexcept;
+    bool offer_to_gate(sync::Trigger trigger, Route route) noexcept;
+    void ring(std::size_t alarm, Time due) noexcept;
+    void forget_triggers() noexcept;
     void publish_triggers(const CameraSettings& settings) noexcept;
     bool take_start(TriggerSource source, bool falling) noexcept;
     void note_moments(const FrameOrder& order) noexcept;
+    static Route route_of(TriggerSource source) noexcept;
     static Route route_of(const CameraSettings& settings) noexcept;
     void run() noexcept;
     void make_frame() noexcept;
@@ -191,18 +217,22 @@ private:
     sync::RationalRate trigger_rate_;
 
     std::atomic<std::uint64_t> software_edges_{0};
+    std::atomic<std::uint64_t> exposure_edges_{0};
     std::atomic<std::uint64_t> action_edges_{0};
     std::atomic<std::uint64_t> line0_edges_{0};
     std::atomic<std::int64_t> line0_edge_ns_{0};
     std::atomic<std::uint32_t> divider_{1};
     // What edges are held to, on whichever thread they come; the same values as in settings_.
-    std::atomic<TriggerActivation> activation_{TriggerActivation::rising_edge},
-        start_activation_{TriggerActivation::rising_edge};
-    std::atomic<TriggerSource> start_source_{TriggerSource::line0};
+    LiveTrigger frame_trigger_, start_trigger_, burst_trigger_, exposure_trigger_;
     std::atomic<bool> start_awaited_{false};
+    std::atomic<std::uint32_t> burst_frames_{1}, burst_left_{0};
+    std::atomic<std::int64_t> burst_period_ns_{0}; ///< of frames that the burst makes itself
+    std::atomic<std::uint64_t> burst_ids_{0};
+    std::atomic<bool> exposure_readied_{false}; ///< by a trigger for FrameStart
     // Line0's source only.
     std::uint64_t last_line0_id_ = 0, line0_id_ = 0;
     std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
+    std::array<std::atomic<std::uint64_t>, free_run> used_up_{};  ///< edges that were no frame's
     std::atomic<std::uint64_t> auto_exposure_{0};
     Moments moments_;
     Wakeup moments_changed_;
@@ -218,6 +248,7 @@ private:
     std::uint64_t last_progress_ = UINT64_MAX; ///< alive()
     std::atomic<std::uint64_t> dropped_{0}, frames_{0};
     std::thread thread_;
+    Alarm alarm_{config_.trigger_thread, [this](std::size_t alarm, Time due) { ring(alarm, due); }};
 };
 
 } // namespace obscura::emulator

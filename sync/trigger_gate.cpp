@@ -60,6 +60,12 @@ bool TriggerGate::offer(const Trigger& trigger, std::size_t input) noexcept {
     return refuse(trigger);
 }
 
+void TriggerGate::miss(const Trigger& trigger) noexcept {
+    if (!is_open()) return;
+    edges_.fetch_add(1, std::memory_order_relaxed);
+    count_missed(1, trigger.edge);
+}
+
 void TriggerGate::count_missed(std::uint64_t edges, Time edge) noexcept {
     missed_.fetch_add(edges, std::memory_order_relaxed);
     if (listener_ != nullptr) listener_->on_missed(edge);

@@ -76,6 +76,9 @@ public:
     /// True when the edge was taken or latched.
     bool offer(const Trigger& trigger, std::size_t input) noexcept;
 
+    /// For who can tell without the gate that an edge comes too soon: while open it counts as missed.
+    void miss(const Trigger& trigger) noexcept;
+
     // Consumer side, in this order: wait(), current(), perhaps end_acquisition(), started() or not,
     // finished().
 

@@ -287,3 +287,55 @@ TEST_CASE("a client lets the camera find the exposure itself") {
     CHECK(client.real("ExposureTime") == 30.0);
     client.execute("AcquisitionStop");
 }
+
+TEST_CASE("a client takes bursts, and frames that wait for an exposure trigger") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(17);
+    options.size = 64;
+    options.rate_hz = 20;
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.set("TriggerSelector", "FrameStart");
+    client.set("TriggerMode", "Off");
+    client.set("AcquisitionFrameRate", 50.0);
+    client.set("TriggerSelector", "FrameBurstStart");
+    client.set("TriggerMode", "On");
+    client.set("TriggerSource", "Software");
+    client.set("AcquisitionBurstFrameCount", std::int64_t{4});
+    client.open_stream(8);
+    client.execute("AcquisitionStart");
+    CHECK_THROWS(client.set("AcquisitionBurstFrameCount", std::int64_t{2})); // locked while streaming
+    CHECK(client.next(200) == nullptr);
+    client.execute("TriggerSoftware");
+    std::uint64_t before = 0;
+    for (std::uint64_t id = 1; id <= 4; ++id) {
+        const auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        CHECK(arv_buffer_get_frame_id(buffer.get()) == id);
+        const std::uint64_t at = arv_buffer_get_timestamp(buffer.get());
+        // Whole periods, but for how well the offset to TAI is known at each frame.
+        if (id > 1) CHECK((at - before + 100'000) % 20'000'000 < 200'000);
+        before = at;
+    }
+    CHECK(client.next(200) == nullptr); // no fifth
+    client.execute("AcquisitionStop");
+    client.set("TriggerMode", "Off");
+
+    client.set("TriggerSelector", "ExposureStart");
+    client.set("TriggerMode", "On");
+    client.set("TriggerSource", "Software");
+    client.set("TriggerSelector", "FrameStart");
+    client.set("TriggerMode", "On");
+    client.set("TriggerSource", "Software");
+    client.execute("AcquisitionStart");
+    client.execute("TriggerSoftware"); // ready
+    CHECK(client.next(200) == nullptr);
+    client.set("TriggerSelector", "ExposureStart");
+    client.execute("TriggerSoftware");
+    CHECK(client.next(5000) != nullptr);
+    client.execute("TriggerSoftware"); // nothing is ready
+    CHECK(client.next(200) == nullptr);
+    client.execute("AcquisitionStop");
+}

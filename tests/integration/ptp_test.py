@@ -102,7 +102,7 @@ class Camera:
         self.write(0x90C, 0xCAFE)  # action device key, group key, group mask
         self.write(0x9800, 1)
         self.write(0x9804, 1)
-        self.write(0xA134, 2)  # TriggerSource = Action1
+        self.write(0xAA04, 2)  # TriggerSource = Action1
         self.write(0xD18, struct.unpack(">I", socket.inet_aton(self.address))[0])
         self.write(0xD00, self.stream.getsockname()[1])
         self.write(0xA104, 1)  # AcquisitionStart

@@ -442,7 +442,7 @@ void Device::add_acquisition() {
         });
     constant("Line0Edges", feature::line0_edges,
              (limits_.line0_rising ? 1U : 0U) | (limits_.line0_falling ? 2U : 0U));
-    add_start_trigger();
+    add_more_triggers();
     constant("TriggerOverlap", feature::trigger_overlap, std::uint32_t{limits_.overlapped});
     bank_.add({.name = "ExposureTime",
                .address = feature::exposure_time,
@@ -499,32 +499,69 @@ void Device::add_acquisition() {
     constant("DeviceTemperature", feature::temperature, milli(limits_.temperature_c));
 }
 
-void Device::add_start_trigger() {
-    using namespace feature;
-    setting(
-        "TriggerMode", trigger_mode + start_trigger_offset, true,
-        [](const CameraSettings& s) { return std::uint32_t{s.start_trigger_enabled}; },
-        [](CameraSettings& s, std::uint32_t value) {
-            s.start_trigger_enabled = value == 1;
-            return value <= 1;
+void Device::add_more_triggers() {
+    using Choice = TriggerChoice;
+    struct More {
+        Choice (*get)(const CameraSettings&);
+        void (*set)(CameraSettings&, const Choice&);
+        bool (CameraControl::*software)(Time);
+    };
+    // In the order of TriggerSelector, after FrameStart.
+    static constexpr std::array all{
+        More{[](const CameraSettings& s) {
+                 return Choice{s.start_trigger_enabled, s.start_trigger_source, s.start_trigger_activation};
+             },
+             [](CameraSettings& s, const Choice& c) {
+                 s.start_trigger_enabled = c.enabled;
+                 s.start_trigger_source = c.source;
+                 s.start_trigger_activation = c.activation;
+             },
+             &CameraControl::software_start_trigger},
+        More{[](const CameraSettings& s) { return s.burst_trigger; },
+             [](CameraSettings& s, const Choice& c) { s.burst_trigger = c; },
+             &CameraControl::software_burst_trigger},
+        More{[](const CameraSettings& s) { return s.exposure_trigger; },
+             [](CameraSettings& s, const Choice& c) { s.exposure_trigger = c; },
+             &CameraControl::software_exposure_trigger},
+    };
+    for (std::uint32_t i = 0; i < all.size(); ++i) {
+        const More& more = all[i];
+        const std::uint32_t offset = (i + 1) * feature::trigger_stride;
+        const auto part = [&](std::string_view name, std::uint32_t address, std::uint32_t maximum,
+                              std::uint32_t (*get)(const Choice&), void (*set)(Choice&, std::uint32_t)) {
+            setting(
+                name, address + offset, true,
+                [&more, get](const CameraSettings& s) { return get(more.get(s)); },
+                [&more, set, maximum](CameraSettings& s, std::uint32_t value) {
+                    Choice c = more.get(s);
+                    set(c, value);
+                    more.set(s, c);
+                    return value <= maximum;
+                });
+        };
+        part(
+            "TriggerMode", feature::trigger_mode, 1, [](const Choice& c) { return std::uint32_t{c.enabled}; },
+            [](Choice& c, std::uint32_t value) { c.enabled = value == 1; });
+        part(
+            "TriggerSource", feature::trigger_source, static_cast<std::uint32_t>(TriggerSource::action1),
+            [](const Choice& c) { return static_cast<std::uint32_t>(c.source); },
+            [](Choice& c, std::uint32_t value) { c.source = static_cast<TriggerSource>(value); });
+        part(
+            "TriggerActivation", feature::trigger_activation,
+            static_cast<std::uint32_t>(TriggerActivation::any_edge),
+            [](const Choice& c) { return static_cast<std::uint32_t>(c.activation); },
+            [](Choice& c, std::uint32_t value) { c.activation = static_cast<TriggerActivation>(value); });
+        command("TriggerSoftware", feature::trigger_software + offset, [this, &more] {
+            (control_.*more.software)(clock_.now());
+            return Status::success;
         });
+    }
     setting(
-        "TriggerSource", trigger_source + start_trigger_offset, true,
-        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.start_trigger_source); },
+        "AcquisitionBurstFrameCount", feature::burst_frame_count, true,
+        [](const CameraSettings& s) { return s.burst_frame_count; },
         [](CameraSettings& s, std::uint32_t value) {
-            s.start_trigger_source = static_cast<TriggerSource>(value);
-            return value <= static_cast<std::uint32_t>(TriggerSource::action1);
-        });
-    command("TriggerSoftware", trigger_software + start_trigger_offset, [this] {
-        control_.software_start_trigger(clock_.now());
-        return Status::success;
-    });
-    setting(
-        "TriggerActivation", trigger_activation + start_trigger_offset, true,
-        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.start_trigger_activation); },
-        [](CameraSettings& s, std::uint32_t value) {
-            s.start_trigger_activation = static_cast<TriggerActivation>(value);
-            return value <= static_cast<std::uint32_t>(TriggerActivation::any_edge);
+            s.burst_frame_count = value;
+            return true;
         });
 }
 

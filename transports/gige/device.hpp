@@ -89,7 +89,7 @@ private:
     void add_actions();
     void add_image_format();
     void add_acquisition();
-    void add_start_trigger();
+    void add_more_triggers();
     void add_statistics();
     void add_chunks();
     void add_messages();

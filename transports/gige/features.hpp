@@ -37,15 +37,8 @@ constexpr std::uint32_t acquiring = 0xA120; // bits of AcquisitionStatusSelector
 constexpr std::uint32_t frame_rate_enable = 0xA124;
 constexpr std::uint32_t resulting_frame_rate = 0xA128; // mHz
 constexpr std::uint32_t readout_time = 0xA12C;
-constexpr std::uint32_t trigger_mode = 0xA130;
-constexpr std::uint32_t trigger_source = 0xA134;
-constexpr std::uint32_t trigger_software = 0xA138;
-constexpr std::uint32_t trigger_delay = 0xA13C;
-constexpr std::uint32_t trigger_divider = 0xA140;
-constexpr std::uint32_t trigger_overlap = 0xA144;
-constexpr std::uint32_t trigger_activation = 0xA148;
-constexpr std::uint32_t line0_edges = 0xA14C;        // bit 0: rising ones are told of, bit 1: falling ones
-constexpr std::uint32_t start_trigger_offset = 0x70; // from FrameStart's trigger to AcquisitionStart's
+constexpr std::uint32_t burst_frame_count = 0xA130;
+constexpr std::uint32_t line0_edges = 0xA14C; // bit 0: rising ones are told of, bit 1: falling ones
 constexpr std::uint32_t exposure_time = 0xA150;
 constexpr std::uint32_t exposure_min = 0xA154;
 constexpr std::uint32_t exposure_max = 0xA158;
@@ -134,6 +127,16 @@ constexpr std::uint32_t ptp_path_delay = 0xA920;
 constexpr std::uint32_t ptp_clock_id = 0xA928;
 constexpr std::uint32_t ptp_parent_id = 0xA930;
 constexpr std::uint32_t ptp_grandmaster_id = 0xA938;
+
+// Of the trigger for FrameStart; those for AcquisitionStart, FrameBurstStart and ExposureStart follow.
+constexpr std::uint32_t trigger_mode = 0xAA00;
+constexpr std::uint32_t trigger_source = 0xAA04;
+constexpr std::uint32_t trigger_software = 0xAA08;
+constexpr std::uint32_t trigger_delay = 0xAA0C; // the first has it alone, as the two after it
+constexpr std::uint32_t trigger_divider = 0xAA10;
+constexpr std::uint32_t trigger_overlap = 0xAA14;
+constexpr std::uint32_t trigger_activation = 0xAA18;
+constexpr std::uint32_t trigger_stride = 0x40;
 
 constexpr std::uint32_t regions = 0xB000; // windows_max times region_stride bytes
 constexpr std::uint32_t region_stride = 0x40;

@@ -104,6 +104,7 @@ constexpr std::array features{
     Feature{"PayloadSize", feature::payload_size, shown},
     Feature{"AcquisitionMode", feature::acquisition_mode, setting, 1, false, acquisition_modes},
     Feature{"AcquisitionFrameCount", feature::acquisition_frame_count},
+    Feature{"AcquisitionBurstFrameCount", feature::burst_frame_count},
     Feature{"AcquisitionFrameRate", feature::frame_rate, setting, 1000},
     Feature{"AcquisitionFrameRateAbs", feature::frame_rate, setting, 1000},
     Feature{"AcquisitionFrameRateEnable", feature::frame_rate_enable},

@@ -675,3 +675,106 @@ TEST_CASE("exposure auto once ends by itself and leaves the exposure it found") 
     take();
     CHECK(bench.camera.settings().exposure_ns < 2 * found);
 }
+
+TEST_CASE("a burst is so many frames from its trigger on, at the rate of the free run") {
+    CameraBench bench(small_sensor(), 6, [](CameraSettings& s) {
+        s.trigger_enabled = false;
+        s.frame_rate_hz = 200;
+        s.burst_trigger = {true, TriggerSource::software, TriggerActivation::rising_edge};
+        s.burst_frame_count = 3;
+    });
+    CHECK_FALSE(bench.camera.software_burst_trigger(bench.clock.now())); // not acquiring
+    REQUIRE(bench.camera.acquisition_start());
+    bench.clock.sleep_until(bench.clock.now() + 30 * ns_per_ms); // several periods without a frame
+    CHECK(bench.camera.counters().frames == 0);
+    CHECK_FALSE(bench.camera.trigger_ready());
+    const Time first = bench.clock.now();
+    REQUIRE(bench.camera.software_burst_trigger(first));
+    CHECK_FALSE(bench.camera.software_burst_trigger(first + 1)); // in the middle of it
+    CHECK(bench.camera.counters().missed_triggers >= 1);
+    bench.wait_ended(3);
+    bench.clock.sleep_until(bench.clock.now() + 30 * ns_per_ms);
+    CHECK(bench.camera.counters().frames == 3);
+    const Time second = bench.clock.now();
+    REQUIRE(bench.camera.software_burst_trigger(second));
+    bench.wait_ended(6);
+    bench.camera.acquisition_stop(true);
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 6);
+    // At the trigger itself, and whole periods after it; a period may be skipped on a busy machine.
+    CHECK(kept[0]->info.trigger_edge == first);
+    for (const std::size_t k : {1U, 2U, 3U, 4U, 5U}) {
+        const std::int64_t since = kept[k]->info.trigger_edge - (k < 3 ? first : second);
+        CHECK(since % (5 * ns_per_ms) == 0);
+        CHECK(since >= static_cast<std::int64_t>(k % 3) * 5 * ns_per_ms);
+    }
+    check_balance(bench.camera.counters());
+}
+
+TEST_CASE("with one line for burst and frames, its first edge begins the burst, the next are its frames") {
+    CameraBench bench(small_sensor(), 5, [](CameraSettings& s) {
+        s.burst_trigger.enabled = true;
+        s.burst_frame_count = 2;
+    });
+    REQUIRE(bench.camera.acquisition_start());
+    std::vector<Time> edges;
+    std::uint32_t frames = 0;
+    for (std::uint64_t id = 1; id <= 6; ++id) {
+        if (id % 3 != 1) bench.wait_ready();
+        const sync::Trigger edge = edge_now(bench, id);
+        bench.camera.on_trigger(edge);
+        if (id % 3 == 1) continue; // the burst's
+        edges.push_back(edge.edge);
+        bench.wait_ended(++frames);
+    }
+    bench.camera.acquisition_stop(false);
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 4);
+    for (std::size_t k = 0; k < 4; ++k)
+        CHECK(kept[k]->info.trigger_edge == edges[k]);
+    CHECK(bench.camera.counters().missed_triggers == 0); // the burst's edges were not lost
+    check_balance(bench.camera.counters());
+}
+
+TEST_CASE("with a trigger for the exposure, that of the frame only readies the camera") {
+    CameraBench bench(small_sensor(), 5, [](CameraSettings& s) {
+        s.trigger_source = TriggerSource::software;
+        s.exposure_trigger = {true, TriggerSource::line0, TriggerActivation::rising_edge};
+    });
+    REQUIRE(bench.camera.acquisition_start());
+    bench.camera.on_trigger(edge_now(bench, 1)); // nothing is ready for it
+    CHECK(bench.camera.counters().triggers == 0);
+    REQUIRE(bench.camera.software_trigger(bench.clock.now()));
+    CHECK_FALSE(bench.camera.software_trigger(bench.clock.now())); // it is ready already
+    CHECK(bench.camera.counters().missed_triggers == 1);
+    CHECK(bench.camera.counters().frames == 0);
+    const sync::Trigger edge = edge_now(bench, 2);
+    bench.camera.on_trigger(edge);
+    bench.wait_ended(1);
+    bench.wait_ready();
+    bench.camera.on_trigger(edge_now(bench, 3)); // once only
+    CHECK(bench.camera.counters().frames == 1);
+    bench.camera.acquisition_stop(false);
+
+    // Without a trigger for frames every edge exposes one.
+    CameraSettings s = bench.camera.settings();
+    s.trigger_enabled = false;
+    s.trigger_divider = 2;
+    CHECK_FALSE(bench.camera.apply(s));
+    s.trigger_divider = 1;
+    REQUIRE(bench.camera.apply(s));
+    REQUIRE(bench.camera.acquisition_start());
+    for (std::uint32_t n = 2; n <= 3; ++n) {
+        bench.wait_ready();
+        bench.camera.on_trigger(edge_now(bench, n + 2));
+        bench.wait_ended(n);
+    }
+    bench.camera.acquisition_stop(false);
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 3);
+    CHECK(kept[0]->info.trigger_edge == edge.edge);
+    check_balance(bench.camera.counters());
+}

@@ -1,0 +1,49 @@
+#include "emulator/alarm.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace obscura::emulator {
+
+Alarm::Alarm(ThreadSettings thread, Ring ring) : ring_(std::move(ring)) {
+    for (auto& due : due_ns_)
+        due.store(never_ns, std::memory_order_relaxed);
+    thread_ = std::thread([this, thread] {
+        enter_thread("alarm", thread);
+        declare_this_thread_realtime();
+        run();
+    });
+}
+
+Alarm::~Alarm() {
+    stopping_ = true;
+    bell_.ring();
+    thread_.join();
+}
+
+void Alarm::set(std::size_t alarm, Time due) noexcept {
+    due_ns_[alarm].store(due.ns, std::memory_order_release);
+    bell_.ring();
+}
+
+void Alarm::run() noexcept {
+    for (;;) {
+        const std::uint32_t seen = bell_.value();
+        if (stopping_) return;
+        std::int64_t next_ns = never_ns;
+        for (const auto& due : due_ns_)
+            next_ns = std::min(next_ns, due.load(std::memory_order_acquire));
+        if (next_ns > clock_.now().ns) {
+            bell_.wait(seen, Time{next_ns});
+            continue;
+        }
+        for (std::size_t i = 0; i < alarm_count; ++i) {
+            // Somebody may have set it anew since.
+            std::int64_t expected = next_ns;
+            if (due_ns_[i].compare_exchange_strong(expected, never_ns, std::memory_order_acq_rel))
+                ring_(i, Time{next_ns});
+        }
+    }
+}
+
+} // namespace obscura::emulator
