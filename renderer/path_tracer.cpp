@@ -49,9 +49,9 @@ Lighting make_lighting(const scene::Scene& scene, const std::vector<BuiltBody>& 
 
 /// 16 paths: the ray each is on, and what it carries.
 struct PathTracer::Paths {
-    Vec3s origin;    ///< inertial axes, relative to the anchor
+    Vec3s origin;    ///< inertial axes, relative to `start`
     Vec3s direction; ///< inertial axes
-    Vec3s start;     ///< where the anchor is, inertial
+    Vec3s start;     ///< where the body is that the path left, or the camera; inertial
     Lanes alive;
     Channels carried;
     /// Density with which the direction was drawn; no_hit where no other technique could have found it: the
