@@ -8,6 +8,7 @@ without it nothing is written and the exit status is 77. Scenes that need files 
 page says so. Both programs run by turns, and medians count; even so times compare within this run only.
 """
 import argparse
+import os
 import pathlib
 import shutil
 import statistics
@@ -162,6 +163,7 @@ for name, title in SCENES.items():
         text = f"Skipped: {reason}.\n"
     parts += f"## {title}\n\n{text.rstrip()}\n\n"
 
+load = os.getloadavg()[2]
 version = run("blender", "--version").splitlines()[0]
 arguments = (f"--scenes {options.scenes} --samples {options.samples} --size {options.size} --rounds {options.rounds} "
              f"--threads {options.threads}")
@@ -172,8 +174,9 @@ Peer: {version} (Cycles on the processor, box filter, no adaptive sampling, no d
 the same geometry, Sun, camera, Lambert materials, bounces and samples; `tests/bench/peer_scenes.py` writes the scenes.
 
 Noise is the rms deviation of one picture, from two with different seeds, over the rms of the picture. Times are those of the
-rendering proper, without reading meshes and building trees, medians of {max(2, options.rounds)} runs by turns. Where other programs kept the
-machine busy only processor time means something. Pictures are compared by `obscura compare --no-offset --max-shift 0 --blocks
+rendering proper, without reading meshes and building trees, medians of {max(2, options.rounds)} runs by turns. The machine's load was {load:.0f} on {os.cpu_count()} cores:
+where that is more than the threads, other programs were at work, times by the clock mean nothing, and those of the processor
+are upper bounds. Pictures are compared by `obscura compare --no-offset --max-shift 0 --blocks
 16`, which takes out one common scale; in pictures of the difference grey is none, four times its rms black or white.
 
 ## Time to equal error, Cycles over ours
