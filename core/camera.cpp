@@ -99,6 +99,8 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
             return fmt::format("{}: Line0 tells of {} edges only", name,
                                limits.line0_rising ? "rising" : "falling");
     }
+    if (s.trigger_overlap == TriggerOverlap::readout && !limits.overlapped)
+        return "TriggerOverlap ReadOut: the sensor is not exposed while it is read out";
     if (s.burst_frame_count < 1) return "AcquisitionBurstFrameCount 0: allowed 1 and more";
     if (s.exposure_trigger.enabled && s.trigger_divider != 1)
         return "TriggerDivider: allowed 1 with a trigger for ExposureStart";

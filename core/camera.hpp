@@ -32,6 +32,11 @@ enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edg
 /// SFNC ExposureAuto: the camera chooses ExposureTime by what it sees.
 enum class ExposureAuto : std::uint8_t { off, once, continuous };
 
+/// SFNC TriggerOverlap: from when on an edge is taken. `off`: when the frame before has been read out;
+/// `readout`: as soon as the chip can begin another exposure; `previous_frame`: an edge that comes sooner is
+/// remembered, and takes effect then.
+enum class TriggerOverlap : std::uint8_t { off, readout, previous_frame };
+
 /// A trigger beside that of FrameStart.
 struct TriggerChoice {
     bool enabled = false;
@@ -74,6 +79,7 @@ struct CameraSettings {
     TriggerSource trigger_source = TriggerSource::line0;
     TriggerActivation trigger_activation = TriggerActivation::rising_edge; ///< line0 only
     std::int64_t trigger_delay_ns = 0;
+    TriggerOverlap trigger_overlap = TriggerOverlap::off;
     std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts
     // SFNC TriggerSelector AcquisitionStart: after AcquisitionStart no frame is taken before this trigger.
     // The edge itself makes none.

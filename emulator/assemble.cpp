@@ -74,6 +74,10 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Th
     camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch
                           : config.trigger.over_trigger == "ignore" ? sync::OverTrigger::ignore
                                                                     : sync::OverTrigger::count;
+    camera.initial.trigger_overlap = camera.over_trigger == sync::OverTrigger::latch
+                                         ? TriggerOverlap::previous_frame
+                                     : camera.limits.overlapped ? TriggerOverlap::readout
+                                                                : TriggerOverlap::off;
     if (const std::string complaint = explain_invalid(camera.initial, camera.limits); !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
 

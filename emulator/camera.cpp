@@ -137,6 +137,12 @@ bool Camera::apply(const CameraSettings& settings) {
 
 void Camera::publish_triggers(const CameraSettings& settings) noexcept {
     divider_.store(settings.trigger_divider, std::memory_order_relaxed);
+    // An edge that comes too soon is what the configuration says, unless it is to be remembered.
+    const sync::OverTrigger forgotten = config_.over_trigger == sync::OverTrigger::ignore
+                                            ? sync::OverTrigger::ignore
+                                            : sync::OverTrigger::count;
+    gate_.set_policy(settings.trigger_overlap == TriggerOverlap::previous_frame ? sync::OverTrigger::latch
+                                                                                : forgotten);
     frame_trigger_.set({settings.trigger_enabled, settings.trigger_source, settings.trigger_activation});
     start_trigger_.set(
         {settings.start_trigger_enabled, settings.start_trigger_source, settings.start_trigger_activation});
@@ -485,10 +491,18 @@ void Camera::run() noexcept {
         make_frame();
 }
 
+/// A chip that cannot expose while it reads out says so in its frame period.
+bool Camera::waits_for_readout(const CameraSettings& s) const noexcept {
+    return config_.limits.overlapped && s.trigger_overlap == TriggerOverlap::off && route_of(s) != free_run;
+}
+
 void Camera::make_frame() noexcept {
     FrameRef frame;
     if (start_frame(frame)) {
-        gate_.started(gate_.current().edge + gate_.held_ns() + maker_.busy_ns());
+        Time next = gate_.current().edge + gate_.held_ns() + maker_.busy_ns();
+        if (waits_for_readout(frame_settings_))
+            next = std::max(next, maker_.plan().release.back() + maker_.scene_to_clock_ns());
+        gate_.started(next);
         const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag());
         if (whole && adjusts_exposure_) adjust_exposure(*frame);
         releaser_.end(whole);

@@ -184,6 +184,7 @@ private:
     static Route route_of(const CameraSettings& settings) noexcept;
     void run() noexcept;
     void make_frame() noexcept;
+    [[nodiscard]] bool waits_for_readout(const CameraSettings& settings) const noexcept;
     bool start_frame(FrameRef& frame) noexcept;
     [[nodiscard]] double free_run_rate_hz() const;
     void start_free_run();

@@ -90,12 +90,13 @@ bool TriggerGate::try_take(const Trigger& trigger, std::int64_t held_ns) noexcep
 }
 
 bool TriggerGate::refuse(const Trigger& trigger) noexcept {
-    if (policy_ == OverTrigger::ignore) {
+    const OverTrigger policy = policy_.load(std::memory_order_relaxed);
+    if (policy == OverTrigger::ignore) {
         masked_.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
     std::uint32_t empty = latch_empty;
-    if (policy_ == OverTrigger::count ||
+    if (policy == OverTrigger::count ||
         !latch_.compare_exchange_strong(empty, latch_writing, std::memory_order_acq_rel)) {
         count_missed(1, trigger.edge);
         return false;

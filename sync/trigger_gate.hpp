@@ -48,6 +48,8 @@ public:
 
     /// Before the first open(); `listener` must outlive the gate's use.
     void set_missed_listener(MissedListener* listener) noexcept { listener_ = listener; }
+    /// From now on.
+    void set_policy(OverTrigger policy) noexcept { policy_.store(policy, std::memory_order_relaxed); }
     /// Lets edges of the selected input through. Waits until an edge taken before is no longer new.
     void open() noexcept;
     /// After the return no edge is taken; a latched one is missed. Also waits until the consumer has started
@@ -116,7 +118,7 @@ private:
     void change_phase(std::uint32_t from, std::uint32_t to) noexcept;
     void wait_while(std::uint32_t phases) const noexcept;
 
-    const OverTrigger policy_;
+    std::atomic<OverTrigger> policy_;
     MissedListener* listener_ = nullptr;
     std::atomic<std::uint32_t> state_{phase_ready};
     std::atomic<std::size_t> selected_{0};

@@ -96,6 +96,16 @@ TEST_CASE("Writing features by their own registers drives the camera") {
     CHECK(bench.source.settings().region == Region{5, 7, 64, 48});
     client.set("ExposureTime", 1234.0);
     CHECK(bench.source.settings().exposure_ns == 1'234'000);
+    CHECK(client.text("ExposureAuto") == "Off");
+    client.set("ExposureAuto", "Once");
+    CHECK(bench.source.settings().exposure_auto == ExposureAuto::once);
+    CHECK_THROWS(client.set("ExposureTime", 1300.0)); // the camera's own now
+    CameraSettings found = bench.source.settings();
+    found.exposure_auto = ExposureAuto::off; // it has found what it looked for
+    found.exposure_ns = 777'000;
+    REQUIRE(bench.source.apply(found));
+    CHECK(client.text("ExposureAuto") == "Off");
+    CHECK(client.real("ExposureTime") == 777.0);
     client.set("Gain", 3.25);
     CHECK(bench.source.settings().gain_db == 3.25);
     client.set("AcquisitionFrameRate", 40.0);

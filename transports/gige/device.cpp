@@ -443,7 +443,13 @@ void Device::add_acquisition() {
     constant("Line0Edges", feature::line0_edges,
              (limits_.line0_rising ? 1U : 0U) | (limits_.line0_falling ? 2U : 0U));
     add_more_triggers();
-    constant("TriggerOverlap", feature::trigger_overlap, std::uint32_t{limits_.overlapped});
+    setting(
+        "TriggerOverlap", feature::trigger_overlap, false,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_overlap); },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.trigger_overlap = static_cast<TriggerOverlap>(value);
+            return value <= static_cast<std::uint32_t>(TriggerOverlap::previous_frame);
+        });
     bank_.add({.name = "ExposureTime",
                .address = feature::exposure_time,
                .access = Access::read_write,

@@ -37,6 +37,7 @@ constexpr std::array trigger_sources{Word{"Line0", 1},    Word{"Line1", 1},  Wor
                                      Word{"Line3", 1},    Word{"Line4", 1},  Word{"Line5", 1},
                                      Word{"Software", 0}, Word{"Action1", 2}};
 constexpr std::array exposure_autos{Word{"Off", 0}, Word{"Once", 1}, Word{"Continuous", 2}};
+constexpr std::array overlaps{Word{"Off", 0}, Word{"ReadOut", 1}, Word{"PreviousFrame", 2}};
 constexpr std::array pixel_formats{Word{"Mono8", 0x01080001},  Word{"Mono10", 0x01100003},
                                    Word{"Mono12", 0x01100005}, Word{"Mono14", 0x01100025},
                                    Word{"Mono16", 0x01100007}, Word{"Mono10p", 0x010A0046},
@@ -117,6 +118,7 @@ constexpr std::array features{
     Feature{"TriggerDelay", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
     Feature{"TriggerDelayAbs", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
     Feature{"TriggerDivider", feature::trigger_divider, setting, 1, false, no_words, trigger, frame_start},
+    Feature{"TriggerOverlap", feature::trigger_overlap, setting, 1, false, overlaps, trigger, frame_start},
     Feature{"ExposureTime", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
     Feature{"ExposureTimeAbs", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
     Feature{"ExposureAuto", feature::exposure_auto, setting, 1, false, exposure_autos, nullptr, nullptr,

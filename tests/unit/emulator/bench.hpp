@@ -80,6 +80,9 @@ struct CameraBench : MakerBench {
         emulator::CameraConfig c;
         c.over_trigger = policy;
         c.initial = whole_sensor(sensor);
+        c.limits.overlapped = sensor.readout.overlapped;
+        if (c.limits.overlapped) c.initial.trigger_overlap = TriggerOverlap::readout;
+        if (policy == sync::OverTrigger::latch) c.initial.trigger_overlap = TriggerOverlap::previous_frame;
         if (adjust) adjust(c.initial);
         c.limits.sensor_width = sensor.readout.width;
         c.limits.sensor_height = sensor.readout.height;

@@ -270,6 +270,11 @@ TEST_CASE("Small features are the camera's, not numbers on their own") {
     CHECK(b.write(feature::test_pattern, image_pattern_count) == Status::invalid_parameter);
     b.set(feature::frame_rate_enable, 0);
     CHECK_FALSE(b.camera.settings_.frame_rate_enabled);
+    CHECK(b.read(feature::trigger_overlap) == 0);
+    b.set(feature::trigger_overlap, 2);
+    CHECK(b.camera.settings_.trigger_overlap == TriggerOverlap::previous_frame);
+    CHECK(b.write(feature::trigger_overlap, 1) == Status::invalid_parameter); // not this chip
+    CHECK(b.write(feature::trigger_overlap, 3) == Status::invalid_parameter);
     b.set(feature::trigger_divider, 4);
     CHECK(b.camera.settings_.trigger_divider == 4);
     CHECK(b.write(feature::trigger_divider, 0) == Status::invalid_parameter);
