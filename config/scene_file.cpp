@@ -90,13 +90,41 @@ scene::Motion motion_of(const PlaceKeys& place, const Given& given, const Value&
     return motion;
 }
 
+scene::Joint joint_of(const JointKeys& keys, const Given& given, const Where& where) {
+    using Kind = scene::Joint::Kind;
+    const auto only_with = [&](const char* key, bool fits, const char* kinds) {
+        if (has(given, key) && !fits)
+            fail(where.in(key), given.find(key)->second, fmt::format("belongs to joint = {}", kinds));
+    };
+    only_with("joint", !keys.parent.empty() || keys.kind == Kind::fixed,
+              "\"fixed\" where there is no parent");
+    only_with("joint_axis", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");
+    only_with("joint_table", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");
+    only_with("joint_angle_deg", keys.kind == Kind::hinge, "\"hinge\"");
+    only_with("joint_offset_m", keys.kind == Kind::slide, "\"slide\"");
+    exclude(given, "joint_angle_deg", "joint_table", where);
+    exclude(given, "joint_offset_m", "joint_table", where);
+    require_direction(keys.axis, "joint_axis", given, where);
+    scene::Joint joint{keys.kind, keys.axis, {}};
+    if (joint.kind == Kind::fixed) return joint;
+    const bool hinge = joint.kind == Kind::hinge;
+    if (has(given, "joint_table"))
+        joint.samples = read_joint_table(keys.table, hinge ? "angle_deg" : "offset_m", hinge ? degree : 1);
+    else
+        joint.samples = {{0, hinge ? keys.angle_deg * degree : keys.offset_m}};
+    return joint;
+}
+
 scene::Camera read_camera(const Value& table, const Where& where) {
     scene::Camera camera;
     PlaceKeys place;
+    JointKeys joint;
     Keys keys = keys_of(camera);
-    const Keys place_keys = camera_place_keys(place);
-    keys.insert(keys.end(), place_keys.begin(), place_keys.end());
+    for (const Keys& more : {camera_place_keys(place), keys_of(joint)})
+        keys.insert(keys.end(), more.begin(), more.end());
     const Given given = read_keys(table, where, keys);
+    camera.parent = joint.parent;
+    camera.joint = joint_of(joint, given, where);
     if (camera.psf.model == scene::PointSpread::Model::table) require(given, "psf_file", table, where);
     camera.motion = motion_of(place, given, table, where);
     return camera;
@@ -127,32 +155,6 @@ void refuse_strangers(const Value& table, const Where& where, const Keys& known,
                  fmt::format("belongs to {} = \"{}\", this body's is \"{}\"", what,
                              fmt::join(owners, "\" or \""), kind.name));
     }
-}
-
-scene::Joint joint_of(const BodyKeys& keys, const Given& given, const Where& where) {
-    using Kind = scene::Joint::Kind;
-    const auto only_with = [&](const char* key, bool fits, const char* kinds) {
-        if (has(given, key) && !fits)
-            fail(where.in(key), given.find(key)->second, fmt::format("belongs to joint = {}", kinds));
-    };
-    only_with("joint", !keys.parent.empty() || keys.joint == Kind::fixed,
-              "\"fixed\" where there is no parent");
-    only_with("joint_axis", keys.joint != Kind::fixed, "\"hinge\" or \"slide\"");
-    only_with("joint_table", keys.joint != Kind::fixed, "\"hinge\" or \"slide\"");
-    only_with("joint_angle_deg", keys.joint == Kind::hinge, "\"hinge\"");
-    only_with("joint_offset_m", keys.joint == Kind::slide, "\"slide\"");
-    exclude(given, "joint_angle_deg", "joint_table", where);
-    exclude(given, "joint_offset_m", "joint_table", where);
-    require_direction(keys.joint_axis, "joint_axis", given, where);
-    scene::Joint joint{keys.joint, keys.joint_axis, {}};
-    if (joint.kind == Kind::fixed) return joint;
-    const bool hinge = joint.kind == Kind::hinge;
-    if (has(given, "joint_table"))
-        joint.samples =
-            read_joint_table(keys.joint_table, hinge ? "angle_deg" : "offset_m", hinge ? degree : 1);
-    else
-        joint.samples = {{0, hinge ? keys.joint_angle_deg * degree : keys.joint_offset_m}};
-    return joint;
 }
 
 /// Mean over a band of a curve that is linear between its points and held outside; exact.
@@ -193,16 +195,27 @@ scene::Body read_body(const Value& table, const Where& where, std::vector<Spectr
     body.shape = shape.make();
     body.material = material.make();
     Keys list = keys_of(keys);
-    for (const Keys& more :
-         {body_place_keys(keys.place), shape.keys(body.shape), material.keys(body.material)})
+    std::vector<ParameterTextureKeys> textures = parameter_textures(material.keys(body.material));
+    for (const Keys& more : {keys_of(keys.joint), body_place_keys(keys.place), shape.keys(body.shape),
+                             material.keys(body.material), keys_of(textures)})
         list.insert(list.end(), more.begin(), more.end());
     refuse_strangers(table, where, list, "shape", shape, shape_kinds());
     refuse_strangers(table, where, list, "material", material, material_kinds());
     const Given given = read_keys(table, where, list);
     for (const std::string_view key : shape.required)
         require(given, key, table, where);
-    for (const std::string_view key : material.required)
-        require(given, key, table, where);
+    for (const ParameterTextureKeys& t : textures) {
+        exclude(given, t.file_key, t.constant_key, where);
+        if (has(given, t.range_key)) require(given, t.file_key, table, where);
+        if (!t.file.empty())
+            keys.textures.parameters.push_back({t.parameter, t.file, t.range[0] * t.si, t.range[1] * t.si});
+    }
+    for (const std::string_view key : material.required) {
+        const bool by_texture = std::any_of(textures.begin(), textures.end(), [&](const auto& t) {
+            return t.constant_key == key && !t.file.empty();
+        });
+        if (!by_texture) require(given, key, table, where);
+    }
     exclude(given, "colour_curve", "colour", where);
     body.name = keys.name;
     body.motion = motion_of(keys.place, given, table, where);
@@ -210,19 +223,21 @@ scene::Body read_body(const Value& table, const Where& where, std::vector<Spectr
     curve = keys.colour_curve;
     body.emission_w_m2_sr = keys.emission_w_m2_sr;
     body.textures = keys.textures;
-    body.parent = keys.parent;
-    body.joint = joint_of(keys, given, where);
+    body.parent = keys.joint.parent;
+    body.joint = joint_of(keys.joint, given, where);
     return body;
 }
 
 scene::Lamp read_lamp(const Value& table, const Where& where) {
     LampKeys keys;
     Keys list = keys_of(keys);
-    const Keys place_keys = camera_place_keys(keys.place);
-    list.insert(list.end(), place_keys.begin(), place_keys.end());
+    for (const Keys& more : {camera_place_keys(keys.place), keys_of(keys.joint)})
+        list.insert(list.end(), more.begin(), more.end());
     const Given given = read_keys(table, where, list);
     require(given, "intensity_w_sr", table, where);
     scene::Lamp lamp;
+    lamp.parent = keys.joint.parent;
+    lamp.joint = joint_of(keys.joint, given, where);
     lamp.name = keys.name;
     lamp.motion = motion_of(keys.place, given, table, where);
     lamp.beam = keys.beam == "uniform"    ? scene::Lamp::Beam::uniform
@@ -237,13 +252,20 @@ scene::Lamp read_lamp(const Value& table, const Where& where) {
 
 std::string read_view(const Value& table, const Where& where, scene::Camera& camera) {
     PlaceKeys place;
+    JointKeys joint;
+    Keys place_keys = camera_place_keys(place);
+    const Keys joint_keys = keys_of(joint);
+    place_keys.insert(place_keys.end(), joint_keys.begin(), joint_keys.end());
     Keys keys = keys_of(camera);
-    const Keys place_keys = camera_place_keys(place);
     keys.insert(keys.end(), place_keys.begin(), place_keys.end());
     const Given given = read_keys(table, where, keys);
     const bool placed = std::any_of(place_keys.begin(), place_keys.end(),
                                     [&](const Key& key) { return has(given, key.name); });
-    if (placed) camera.motion = motion_of(place, given, table, where);
+    if (placed) {
+        camera.motion = motion_of(place, given, table, where);
+        camera.parent = joint.parent;
+        camera.joint = joint_of(joint, given, where);
+    }
     keys.erase(
         std::remove_if(keys.begin(), keys.end(), [&](const Key& key) { return !has(given, key.name); }),
         keys.end());
@@ -282,17 +304,21 @@ scene::Scene load_scene(const std::filesystem::path& file) {
                      fmt::format("\"{}\" is the name of an earlier body", body.name));
         }
     }
-    try {
-        (void)scene::parents_of(scene.bodies);
-    } catch (const ConfigError& error) {
-        throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
-    }
     if (const Member* lamps = root.find("lamp")) {
         const std::vector<Value>& tables = expect_tables(*lamps, top.in("lamp"));
         for (std::size_t i = 0; i < tables.size(); ++i) {
             scene.lamps.push_back(read_lamp(tables[i], top.in(fmt::format("lamp[{}]", i))));
             if (scene.lamps.back().name.empty()) scene.lamps.back().name = fmt::format("lamp{}", i);
         }
+    }
+    try {
+        (void)scene::parents_of(scene.bodies);
+        (void)scene::parent_of(scene.bodies, scene.camera.parent, scene.camera.joint, "camera");
+        for (const scene::Lamp& lamp : scene.lamps)
+            (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint,
+                                   fmt::format("lamp '{}'", lamp.name));
+    } catch (const ConfigError& error) {
+        throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
     }
     if (const Member* bands = root.find("band")) {
         const std::vector<Value>& tables = expect_tables(*bands, top.in("band"));

@@ -250,17 +250,58 @@ Keys keys_of(BodyKeys& s) {
          {-360, 360},
          {},
          "Longitude of the left edge of an image that is mapped by longitude"},
+    };
+}
+
+std::vector<ParameterTextureKeys> parameter_textures(const Keys& material) {
+    std::vector<ParameterTextureKeys> out;
+    for (const Key& key : material) {
+        // Of the reflectance of these albedo_texture is a factor.
+        if (key.name == "albedo" || key.name == "reflectance") continue;
+        const auto* scaled = std::get_if<Scaled>(&key.target);
+        const bool number = scaled != nullptr || std::holds_alternative<double*>(key.target);
+        if (!number && key.name != "weight") continue;
+        ParameterTextureKeys texture;
+        texture.constant_key = key.name;
+        texture.unit = key.unit;
+        texture.parameter = key.name;
+        if (!key.unit.empty()) texture.parameter.erase(texture.parameter.size() - key.unit.size() - 1);
+        texture.file_key = texture.parameter + "_texture";
+        texture.range_key = texture.parameter + "_texture_range";
+        texture.help = "Instead: image of one plane that gives " + texture.constant_key;
+        if (scaled != nullptr) texture.si = scaled->si;
+        out.push_back(std::move(texture));
+    }
+    return out;
+}
+
+Keys keys_of(std::vector<ParameterTextureKeys>& textures) {
+    Keys keys;
+    for (ParameterTextureKeys& t : textures) {
+        keys.push_back({t.file_key, Path{&t.file, true, true}, {}, {}, {}, t.help});
+        keys.push_back({t.range_key,
+                        Numbers{t.range.data(), t.range.size()},
+                        t.unit,
+                        {-1e6, 1e6},
+                        {},
+                        "What a texel of 0 and one of 1 (of integers: full scale) stand for"});
+    }
+    return keys;
+}
+
+Keys keys_of(JointKeys& s) {
+    return {
         {"parent", &s.parent, {}, {}, {}, "Body in whose frame position, orientation or trajectory are"},
-        word_key("joint", &s.joint,
+        word_key("joint", &s.kind,
                  {{"fixed", scene::Joint::Kind::fixed},
                   {"hinge", scene::Joint::Kind::hinge},
                   {"slide", scene::Joint::Kind::slide}},
                  "How it moves besides: turns about joint_axis, or slides along it"),
-        {"joint_axis", &s.joint_axis, {}, anywhere, {}, "Axis of the joint, body frame"},
-        {"joint_angle_deg", &s.joint_angle_deg, "deg", {-1e6, 1e6}, {}, "Angle of a hinge"},
-        {"joint_offset_m", &s.joint_offset_m, "m", anywhere, {}, "Offset of a slide"},
+        {"joint_axis", &s.axis, {}, anywhere, {}, "Axis of the joint, in its own frame"},
+        {"joint_angle_deg", &s.angle_deg, "deg", {-1e6, 1e6}, {}, "Angle of a hinge"},
+        {"joint_offset_m", &s.offset_m, "m", anywhere, {}, "Offset of a slide"},
         {"joint_table",
-         Path{&s.joint_table, true, true},
+         Path{&s.table, true, true},
          {},
          {},
          {},
@@ -299,7 +340,7 @@ Keys keys_of(LampKeys& s) {
 
 Keys keys_of(scene::StrayLight& s) {
     return {
-        {"file", Path{&s.file}, {}, {}, {}, "FITS of the sensor's size: one plane, or one for each band"},
+        {"file", Path{&s.file}, {}, {}, {}, "FITS or OpenEXR of the sensor's size: one plane, or one for each band"},
         {"w_m2_per_unit", &s.w_m2_per_unit, "W/m2", {0, 1e12}, {}, "What 1 in the file adds to a pixel"},
         {"follows_sun",
          &s.follows_sun,

@@ -4,8 +4,10 @@
 #include "config/keys.hpp"
 #include "core/scene.hpp"
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura::config {
@@ -36,6 +38,15 @@ struct PlaceKeys {
     double spin_rate_deg_per_s = 0;
 };
 
+/// How a body, a lamp or the camera hangs on a body.
+struct JointKeys {
+    std::string parent;
+    scene::Joint::Kind kind = scene::Joint::Kind::fixed;
+    Vec3 axis{0, 0, 1};
+    double angle_deg = 0, offset_m = 0;
+    std::string table;
+};
+
 /// [[body]]: what every body has; shape and material add their own keys (config/kinds.hpp).
 struct BodyKeys {
     std::string name;
@@ -44,13 +55,25 @@ struct BodyKeys {
     std::vector<double> colour, emission_w_m2_sr;
     std::vector<SpectralPoint> colour_curve;
     scene::Textures textures;
-    std::string parent;
-    scene::Joint::Kind joint = scene::Joint::Kind::fixed;
-    Vec3 joint_axis{0, 0, 1};
-    double joint_angle_deg = 0, joint_offset_m = 0;
-    std::string joint_table;
+    JointKeys joint;
     PlaceKeys place;
 };
+
+/// The keys that let an image give one parameter of a body's material.
+struct ParameterTextureKeys {
+    std::string parameter;    ///< without the unit
+    std::string constant_key; ///< the key of the constant
+    std::string file_key, range_key;
+    std::string help;
+    std::string_view unit;
+    double si = 1; ///< the key's unit in SI
+    std::string file;
+    std::array<double, 2> range{0, 1};
+};
+/// One for each number among `material`, the keys of a material, but the albedo.
+[[nodiscard]] std::vector<ParameterTextureKeys> parameter_textures(const Keys& material);
+/// `textures` must stay where it is while the keys are used.
+[[nodiscard]] Keys keys_of(std::vector<ParameterTextureKeys>& textures);
 
 /// [[lamp]]
 struct LampKeys {
@@ -58,6 +81,7 @@ struct LampKeys {
     std::string beam = "point";
     double half_angle_deg = 10;
     std::vector<double> intensity_w_sr;
+    JointKeys joint;
     PlaceKeys place;
 };
 
@@ -72,6 +96,7 @@ std::string read_view(const Value& table, const Where& where, scene::Camera& cam
 [[nodiscard]] Keys camera_place_keys(PlaceKeys& place);
 [[nodiscard]] Keys keys_of(BodyKeys& body);
 [[nodiscard]] Keys body_place_keys(PlaceKeys& place);
+[[nodiscard]] Keys keys_of(JointKeys& joint);
 [[nodiscard]] Keys keys_of(LampKeys& lamp);
 [[nodiscard]] Keys keys_of(scene::SpectralBand& band);
 [[nodiscard]] Keys keys_of(scene::StrayLight& stray);

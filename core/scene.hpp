@@ -133,6 +133,13 @@ struct Textures {
     bool srgb = false;         ///< the albedo image is coded for display
     bool by_longitude = false; ///< even where the shape has coordinates
     double left_longitude_rad = -3.141592653589793; ///< of the image's left edge
+    /// A parameter of the scattering law from an image of one plane, in the parameter's SI unit.
+    struct Parameter {
+        std::string name; ///< as in renderer/parameters.hpp
+        std::string file;
+        double at_zero = 0, at_one = 1; ///< what a texel of 0 and one of 1 (integers: full scale) stand for
+    };
+    std::vector<Parameter> parameters{};
 };
 
 /// How a body hangs on its parent.
@@ -180,6 +187,8 @@ struct Lamp {
     Beam beam = Beam::point;
     double half_angle_rad = 0.2;
     std::vector<double> intensity_w_sr; ///< on the axis, in each band
+    std::string parent{};               ///< as of a body
+    Joint joint{};
 };
 
 struct Sun {
@@ -260,6 +269,8 @@ struct Camera {
     double psf_sigma_px = 0.5; ///< Gaussian; 0 puts every star into one pixel
     PointSpread psf{};
     Motion motion;
+    std::string parent{}; ///< as of a body
+    Joint joint{};
     /// With Scene::aberration: if not zero, instead of the motion's own velocity.
     Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;
@@ -274,7 +285,7 @@ struct Camera {
 
 /// Light that the optics put where it does not belong: ghosts, reflections in the housing.
 struct StrayLight {
-    std::string file; ///< FITS of the sensor's size, one plane or one for each band
+    std::string file; ///< FITS or OpenEXR of the sensor's size, one plane or one for each band
     double w_m2_per_unit = 1;
     bool follows_sun = false; ///< times the Sun's irradiance at the camera over that at 1 au
 };

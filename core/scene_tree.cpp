@@ -9,32 +9,30 @@
 
 namespace obscura::scene {
 
+std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& parent, const Joint& joint,
+                       const std::string& place) {
+    if (joint.kind != Joint::Kind::fixed && !(length(joint.axis) > 0 && is_finite(joint.axis)))
+        throw ConfigError(fmt::format("{}: its joint needs a finite axis that is not zero", place));
+    for (std::size_t i = 0; i < joint.samples.size(); ++i) {
+        const Joint::Sample& s = joint.samples[i];
+        if (!std::isfinite(s.time_s) || !std::isfinite(s.value))
+            throw ConfigError(fmt::format("{}: value {} of its joint is not finite", place, i + 1));
+        if (i > 0 && !(s.time_s > joint.samples[i - 1].time_s))
+            throw ConfigError(fmt::format(
+                "{}: time of value {} of its joint is not later than that of value {}", place, i + 1, i));
+    }
+    if (parent.empty()) return -1;
+    const auto at =
+        std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == parent; });
+    if (at == bodies.end())
+        throw ConfigError(fmt::format("{}: its parent '{}' is no body of the scene", place, parent));
+    return static_cast<std::int32_t>(at - bodies.begin());
+}
+
 std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies) {
     std::vector<std::int32_t> parents;
-    for (const Body& body : bodies) {
-        const auto place = fmt::format("body '{}'", body.name);
-        std::int32_t parent = -1;
-        if (!body.parent.empty()) {
-            const auto at = std::find_if(bodies.begin(), bodies.end(),
-                                         [&](const Body& b) { return b.name == body.parent; });
-            if (at == bodies.end())
-                throw ConfigError(
-                    fmt::format("{}: its parent '{}' is no body of the scene", place, body.parent));
-            parent = static_cast<std::int32_t>(at - bodies.begin());
-        }
-        parents.push_back(parent);
-        const Joint& joint = body.joint;
-        if (joint.kind != Joint::Kind::fixed && !(length(joint.axis) > 0 && is_finite(joint.axis)))
-            throw ConfigError(fmt::format("{}: its joint needs a finite axis that is not zero", place));
-        for (std::size_t i = 0; i < joint.samples.size(); ++i) {
-            const Joint::Sample& s = joint.samples[i];
-            if (!std::isfinite(s.time_s) || !std::isfinite(s.value))
-                throw ConfigError(fmt::format("{}: value {} of its joint is not finite", place, i + 1));
-            if (i > 0 && !(s.time_s > joint.samples[i - 1].time_s))
-                throw ConfigError(fmt::format(
-                    "{}: time of value {} of its joint is not later than that of value {}", place, i + 1, i));
-        }
-    }
+    for (const Body& body : bodies)
+        parents.push_back(parent_of(bodies, body.parent, body.joint, fmt::format("body '{}'", body.name)));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         // A way up that is longer than there are bodies has come round.
         std::size_t steps = 0;

@@ -22,6 +22,14 @@ bool exr_has_colours(const std::filesystem::path& file) {
     }
 }
 
+bool exr_has_channel(const std::filesystem::path& file, const std::string& channel) {
+    try {
+        return Imf::InputFile(file.c_str()).header().channels().findChannel(channel) != nullptr;
+    } catch (const std::exception& error) {
+        throw InputError(fmt::format("{}: not readable as OpenEXR: {}", file.string(), error.what()));
+    }
+}
+
 Image read_exr_image(const std::filesystem::path& file, const std::string& plane) {
     try {
         Imf::InputFile in(file.c_str());

@@ -88,6 +88,10 @@ std::vector<std::string> colour_planes(const std::filesystem::path& file) {
     return numbers(pds3_planes(file));
 }
 
+bool has_plane(const std::filesystem::path& file, const std::string& channel) {
+    return kind_of(file) == Kind::exr && exr_has_channel(file, channel);
+}
+
 ColourChoice colour_choice(const std::filesystem::path& file, const std::string& plane) {
     if (plane.empty()) return {{0.2126, 0.7152, 0.0722}};
     if (plane == "red") return {{1, 0, 0}};

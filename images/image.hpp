@@ -37,6 +37,9 @@ constexpr std::int64_t max_image_pixels = std::int64_t{1} << 28;
 /// cube or a PDS3 image. Throws InputError.
 [[nodiscard]] std::vector<std::string> colour_planes(const std::filesystem::path& file);
 
+/// Whether `file` is an OpenEXR file with a channel of that name. Throws InputError.
+[[nodiscard]] bool has_plane(const std::filesystem::path& file, const std::string& channel);
+
 // One file pair of readers each; `plane` as above.
 [[nodiscard]] Image read_fits_image(const std::filesystem::path& file, const std::string& plane);
 [[nodiscard]] Image read_png_image(const std::filesystem::path& file, const std::string& plane);
@@ -50,6 +53,7 @@ constexpr std::int64_t max_image_pixels = std::int64_t{1} << 28;
 [[nodiscard]] bool tiff_has_colours(const std::filesystem::path& file);
 [[nodiscard]] bool jpeg_has_colours(const std::filesystem::path& file);
 [[nodiscard]] bool exr_has_colours(const std::filesystem::path& file);
+[[nodiscard]] bool exr_has_channel(const std::filesystem::path& file, const std::string& channel);
 [[nodiscard]] std::int64_t pds3_planes(const std::filesystem::path& label);
 
 /// What a picture's pixels give for a plane that was asked for.

@@ -28,6 +28,12 @@ namespace {
 
 constexpr std::uint64_t most_triangles = 200'000'000;
 constexpr unsigned most_depth = 1000; ///< of nodes in nodes
+/// What even the smallest file may take: twenty times what small files do.
+#ifdef OBSCURA_SANITIZED
+constexpr rlim_t least_cpu_s = 5;
+#else
+constexpr rlim_t least_cpu_s = 1;
+#endif
 
 /// The scene's triangles as one mesh. Runs in the child only.
 class Collector {
@@ -292,7 +298,7 @@ struct Descriptor {
     // It reads some 5 MB of text a second; damaged PLY files keep it busy for ever.
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
-    limit(RLIMIT_CPU, unknown ? 5 : 5 + static_cast<rlim_t>(bytes >> 18));
+    limit(RLIMIT_CPU, least_cpu_s + (unknown ? 0 : static_cast<rlim_t>(bytes >> 18)));
 #ifndef OBSCURA_SANITIZED
     limit(RLIMIT_DATA, rlim_t{8} << 30);
 #endif

@@ -11,7 +11,7 @@ namespace obscura::renderer {
 /// (colour and texture files) where the file has them; without `normals` none. Normals that the file lacks
 /// (and the facet normals of STL) are means over the facets that meet at less than 80 degrees. assimp is not
 /// written for hostile files: it runs in a child process, so that whatever a file does to it ends as an
-/// InputError with one line here. The file is bounded by 8 GB and by 5 s of computing and 4 s more for each
+/// InputError with one line here. The file is bounded by 8 GB and by 1 s of computing and 4 s more for each
 /// megabyte of the file.
 [[nodiscard]] TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_per_unit,
                                             bool normals);

@@ -11,6 +11,7 @@
 #include "renderer/mesh_shape.hpp"
 #include "renderer/motion.hpp"
 #include "renderer/paint.hpp"
+#include "renderer/parameters.hpp"
 #include "renderer/procedural_body.hpp"
 
 #include <fmt/format.h>
@@ -146,8 +147,10 @@ class PaintMaker {
 public:
     explicit PaintMaker(const std::vector<scene::SpectralBand>& bands) : bands_(bands) {}
 
-    /// None where the body is the same all over.
-    std::shared_ptr<const Paint> make(const scene::Body& body, const Shape& shape) {
+    /// None where the body is the same all over. Sets the parameters of `material` that textures give to
+    /// their means.
+    std::shared_ptr<const Paint> make(const scene::Body& body, const Shape& shape,
+                                      scene::Material& material) {
         const std::string place = name_of(body);
         const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
         const bool own_chart = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
@@ -161,24 +164,71 @@ public:
             if (mesh->mesh().materials.empty())
                 throw ConfigError(
                     fmt::format("{}: {} brings no materials: the body needs one", place, file->path));
-            if (!body.textures.albedo.empty() || !body.textures.normal.empty())
+            if (!body.textures.albedo.empty() || !body.textures.normal.empty() ||
+                !body.textures.parameters.empty())
                 throw ConfigError(
                     fmt::format("{}: textures cannot stand beside the materials of its file", place));
             for (const MeshMaterial& m : mesh->mesh().materials)
                 parts.push_back(part_of(file->path, m, own_chart, edge, place));
         } else {
-            if (body.textures.albedo.empty() && body.textures.normal.empty()) return nullptr;
+            if (body.textures.albedo.empty() && body.textures.normal.empty() &&
+                body.textures.parameters.empty())
+                return nullptr;
             Paint::Part part;
             if (!body.textures.albedo.empty())
                 part.albedo = albedo(body.textures.albedo, coding, edge, place);
             if (!body.textures.normal.empty()) part.normal = normal(body.textures.normal, edge, place);
             parts.push_back(std::move(part));
         }
-        return std::make_shared<const Paint>(std::move(parts), bands_, body.textures.by_longitude,
+        auto paint = std::make_shared<Paint>(std::move(parts), bands_, body.textures.by_longitude,
                                              body.textures.left_longitude_rad);
+        if (!body.textures.parameters.empty())
+            set_maps(body.textures.parameters, edge, place, material, *paint);
+        return paint;
     }
 
 private:
+    void set_maps(const std::vector<scene::Textures::Parameter>& given, Texture::Edge edge,
+                  const std::string& place, scene::Material& material, Paint& paint) {
+        const std::vector<Parameter> parameters = parameters_of(material);
+        std::vector<Paint::Map> maps;
+        scene::Material least = material;
+        scene::Material most = material;
+        for (const scene::Textures::Parameter& map : given) {
+            const auto found = std::find_if(parameters.begin(), parameters.end(),
+                                            [&](const Parameter& p) { return p.name == map.name; });
+            if (found == parameters.end()) {
+                std::vector<std::string_view> names;
+                for (const Parameter& p : parameters)
+                    names.push_back(p.name);
+                throw ConfigError(
+                    fmt::format("{}: no texture can give its material's {}: allowed are albedo{}{}", place,
+                                map.name, names.empty() ? "" : ", ", fmt::join(names, ", ")));
+            }
+            const auto index = static_cast<std::size_t>(found - parameters.begin());
+            auto texture = shelf_.get(map.file, TextureCoding::linear, edge);
+            if (texture->planes() != 1)
+                throw InputError(fmt::format("{}: {} planes: the {} of {} needs 1", map.file,
+                                             texture->planes(), map.name, place));
+            const double gain = map.at_one - map.at_zero;
+            const double a = map.at_zero + gain * texture->least(0);
+            const double b = map.at_zero + gain * texture->largest(0);
+            // A limit that is met exactly must not be lost by rounding.
+            const double slack = 1e-12 * std::abs(gain);
+            set_parameter(least, index, std::min(a, b) + slack);
+            set_parameter(most, index, std::max(a, b) - slack);
+            set_parameter(material, index, map.at_zero + gain * texture->mean(0));
+            maps.push_back({index, std::move(texture), map.at_zero, gain});
+        }
+        // Whatever the law refuses, it refuses at its extremes.
+        (void)make_material(least, place + ", least texels of its parameters");
+        (void)make_material(most, place + ", largest texels of its parameters");
+        std::vector<double> constants;
+        for (const Parameter& p : parameters_of(material))
+            constants.push_back(p.value);
+        paint.set_maps(std::move(maps), std::move(constants));
+    }
+
     Paint::Part part_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_chart,
                         Texture::Edge edge, const std::string& place) {
         Paint::Part part;
@@ -273,6 +323,7 @@ void validate(const scene::Scene& scene) {
     if (scene.bands.size() > 16)
         throw ConfigError(fmt::format("bands: {}: allowed 1 to 16", scene.bands.size()));
     (void)scene::parents_of(scene.bodies);
+    (void)scene::parent_of(scene.bodies, c.parent, c.joint, "camera");
     for (const scene::Body& body : scene.bodies) {
         validate(body.motion, name_of(body));
         validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
@@ -281,6 +332,7 @@ void validate(const scene::Scene& scene) {
     for (const scene::Lamp& lamp : scene.lamps) {
         const std::string place = fmt::format("lamp '{}'", lamp.name);
         validate(lamp.motion, place);
+        (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint, place);
         validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
         if (!(lamp.half_angle_rad > 0 && lamp.half_angle_rad <= 3.1416))
             throw ConfigError(
@@ -296,9 +348,11 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     std::uint32_t materials = 1;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const scene::Body& body = scene.bodies[i];
-        auto material = make_material(body.material, name_of(body));
+        (void)make_material(body.material, name_of(body));
         auto shape = shapes.make(body);
-        auto paint = paints.make(body, *shape);
+        scene::Material typical = body.material;
+        auto paint = paints.make(body, *shape, typical);
+        auto material = make_material(typical, name_of(body));
         const auto parts = static_cast<std::uint32_t>(paint ? paint->parts() : 1);
         built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
                          body.emission_w_m2_sr, std::move(paint), parents[i], body.joint, materials});

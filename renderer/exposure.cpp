@@ -1,6 +1,6 @@
 #include "renderer/exposure.hpp"
 
-#include "renderer/motion.hpp"
+#include "renderer/kinematics.hpp"
 
 #include <algorithm>
 #include <array>
@@ -39,7 +39,7 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     const std::array times{to_seconds(row.reset.ns), to_seconds(row.mid().ns), to_seconds(row.read.ns)};
     std::array<Pose, 3> camera;
     for (std::size_t i = 0; i < 3; ++i)
-        camera[i] = pose_at(scene.camera.motion, times[i]);
+        camera[i] = camera_pose(scene, bodies, times[i]);
     const double turn_rad = angle_between(camera[0].orientation, camera[1].orientation) +
                             angle_between(camera[1].orientation, camera[2].orientation);
     const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;

@@ -26,22 +26,16 @@ inline double ggx_density(double cos_h, double alpha2) {
     return alpha2 * std::numbers::inv_pi / (q * q);
 }
 
-} // namespace
-
-Ggx::Ggx(const scene::Ggx& d)
-    : alpha_(std::fmax(d.roughness * d.roughness, least_alpha)),
-      f0_(d.reflectance_f0),
-      base_(d.base_albedo),
-      specular_share_(d.base_albedo > 0 ? 0.5 : 1.0) {}
-
-void Ggx::reflectance(const ScatterPacket& s, Doubles& r) const {
-    evaluate(s, r);
+double alpha_of(double roughness) {
+    return std::fmax(roughness * roughness, least_alpha);
 }
 
-OBSCURA_VECTOR_CLONES void Ggx::evaluate(const ScatterPacket& s, Doubles& r) const {
-    const double alpha2 = alpha_ * alpha_;
-    const double base = 28.0 / 23.0 * std::numbers::inv_pi * base_ * (1 - f0_);
+template<typename Parameter>
+[[gnu::always_inline]] inline void loop(const ScatterPacket& s, const Parameter& alpha, const Parameter& f0,
+                                        const Parameter& base_albedo, Doubles& r) {
     for (int i = 0; i < packet_size; ++i) {
+        const double alpha2 = alpha[i] * alpha[i];
+        const double base = 28.0 / 23.0 * std::numbers::inv_pi * base_albedo[i] * (1 - f0[i]);
         const double mu0 = s.cos_in[i] > 1e-9 ? s.cos_in[i] : 1e-9;
         const double mu = s.cos_out[i] > 1e-9 ? s.cos_out[i] : 1e-9;
         // |in + out|^2 = 2 + 2 cos g; the half vector's cosines follow.
@@ -52,12 +46,39 @@ OBSCURA_VECTOR_CLONES void Ggx::evaluate(const ScatterPacket& s, Doubles& r) con
         const double cos_d = 0.5 / inv;
         const double d = ggx_density(cos_h, alpha2);
         const double g2 = 1 / (1 + smith_lambda(mu0, alpha2) + smith_lambda(mu, alpha2));
-        const double f = f0_ + (1 - f0_) * fifth_power(1 - (cos_d < 1 ? cos_d : 1.0));
+        const double f = f0[i] + (1 - f0[i]) * fifth_power(1 - (cos_d < 1 ? cos_d : 1.0));
         const double diffuse =
             base * mu0 * (1 - fifth_power(1 - 0.5 * mu0)) * (1 - fifth_power(1 - 0.5 * mu));
         const double value = d * g2 * f / (4 * mu) + diffuse;
         r[i] = s.cos_in[i] > 0 ? value : 0.0;
     }
+}
+
+scene::Ggx at(const ParameterPacket& varied, int lane) {
+    return {varied.value[0][lane], varied.value[1][lane], varied.value[2][lane]};
+}
+
+} // namespace
+
+Ggx::Ggx(const scene::Ggx& d)
+    : alpha_(alpha_of(d.roughness)),
+      f0_(d.reflectance_f0),
+      base_(d.base_albedo),
+      specular_share_(d.base_albedo > 0 ? 0.5 : 1.0) {}
+
+void Ggx::reflectance(const ScatterPacket& s, Doubles& r) const {
+    s.varied != nullptr ? evaluate_varied(s, r) : evaluate(s, r);
+}
+
+OBSCURA_VECTOR_CLONES void Ggx::evaluate(const ScatterPacket& s, Doubles& r) const {
+    loop(s, SameInAllLanes{alpha_}, SameInAllLanes{f0_}, SameInAllLanes{base_}, r);
+}
+
+OBSCURA_VECTOR_CLONES void Ggx::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
+    Doubles alpha;
+    for (int i = 0; i < packet_size; ++i)
+        alpha[i] = alpha_of(s.varied->value[0][i]);
+    loop(s, alpha, s.varied->value[1], s.varied->value[2], r);
 }
 
 Vec3 Ggx::sample(Vec3 out, double u, double v) const {
@@ -87,6 +108,14 @@ double Ggx::pdf(Vec3 out, Vec3 in) const {
     const double g1 = 1 / (1 + smith_lambda(out.z, alpha2));
     const double visible = g1 * ggx_density(h.z, alpha2) / (4 * out.z);
     return specular_share_ * visible + (1 - specular_share_) * in.z * std::numbers::inv_pi;
+}
+
+Vec3 Ggx::sample_varied(const ParameterPacket& varied, int lane, Vec3 out, double u, double v) const {
+    return Ggx(at(varied, lane)).sample(out, u, v);
+}
+
+double Ggx::pdf_varied(const ParameterPacket& varied, int lane, Vec3 out, Vec3 in) const {
+    return Ggx(at(varied, lane)).pdf(out, in);
 }
 
 } // namespace obscura::renderer

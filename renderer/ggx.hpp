@@ -16,10 +16,15 @@ public:
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
     [[nodiscard]] Vec3 sample(Vec3 out, double u, double v) const override;
     [[nodiscard]] double pdf(Vec3 out, Vec3 in) const override;
+    [[nodiscard]] Vec3 sample_varied(const ParameterPacket& varied, int lane, Vec3 out, double u,
+                                     double v) const override;
+    [[nodiscard]] double pdf_varied(const ParameterPacket& varied, int lane, Vec3 out,
+                                    Vec3 in) const override;
 
 private:
     /// The loop itself: a virtual function cannot be compiled for several instruction sets.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     double alpha_;          ///< square of the roughness
     double f0_;             ///< reflectance at normal incidence
     double base_;           ///< albedo of the base, 0 for metals

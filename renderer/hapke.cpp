@@ -21,37 +21,34 @@ inline double root(double x) {
     return __builtin_sqrt(x > 0 ? x : 0.0);
 }
 
-} // namespace
+/// What the law is computed from; Value is a number that is the same in all lanes, or one for each.
+template<typename Value>
+struct Terms {
+    Value w, phase_b, phase_c, shadow_hiding_b0, shadow_hiding_h, backscatter_b0, backscatter_h;
+    Value tan_roughness, cot_roughness, chi;
+    Value porosity_factor, r0;
+};
 
-Hapke::Hapke(const scene::Hapke& d) : d_(d) {
-    const double filling = 1.209 * std::cbrt(d.filling_factor * d.filling_factor);
-    porosity_factor_ = filling > 1e-9 ? -std::log1p(-filling) / filling : 1.0;
-    const double gamma = std::sqrt(1 - d.single_scattering_albedo);
-    r0_ = (1 - gamma) / (1 + gamma);
-    rough_ = d.roughness_rad > least_roughness_rad;
-    tan_roughness_ = rough_ ? std::tan(d.roughness_rad) : 0.0;
-    cot_roughness_ = rough_ ? 1 / tan_roughness_ : 0.0;
-    chi_ = 1 / std::sqrt(1 + std::numbers::pi * tan_roughness_ * tan_roughness_);
+double porosity_factor(double filling_factor) {
+    const double filling = 1.209 * std::cbrt(filling_factor * filling_factor);
+    return filling > 1e-9 ? -std::log1p(-filling) / filling : 1.0;
+}
+double diffusive_reflectance(double w) {
+    const double gamma = std::sqrt(1 - w);
+    return (1 - gamma) / (1 + gamma);
 }
 
-void Hapke::reflectance(const ScatterPacket& s, Doubles& r) const {
-    evaluate(s, r);
-}
-
-OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) const {
+template<typename Value>
+[[gnu::always_inline]] inline void loops(const ScatterPacket& s, const Terms<Value>& p, bool rough,
+                                         Doubles& r) {
     constexpr double inv_pi = std::numbers::inv_pi;
-    const double w = d_.single_scattering_albedo;
-    const double inv_k = 1 / porosity_factor_;
     // Divisions cost most here: numerators and denominators are kept apart, and one division ends it all.
     Doubles mu0e;
     Doubles mue;
     Doubles over; // mu0e / (mu0e + mue) times the shadowing function, as a quotient
     Doubles under;
 
-    if (rough_) {
-        const double tan_t = tan_roughness_;
-        const double e1_scale = -2 * inv_pi * cot_roughness_;
-        const double e2_scale = -inv_pi * cot_roughness_ * cot_roughness_;
+    if (rough) {
         // Several short loops: each vectorises, and none runs out of registers.
         Doubles ci;
         Doubles ce;
@@ -68,8 +65,8 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
             ce[i] = clamp(s.cos_out[i], 1e-5, 1);
             const double si = root(1 - ci[i] * ci[i]);
             const double se = root(1 - ce[i] * ce[i]);
-            si_tan[i] = si * tan_t;
-            se_tan[i] = se * tan_t;
+            si_tan[i] = si * p.tan_roughness[i];
+            se_tan[i] = se * p.tan_roughness[i];
             // Azimuth between the planes of incidence and emission, from the phase angle. With the Sun or the
             // viewer in the zenith there is none: the added tiny number makes it 0, and keeps the cotangents
             // as large as they need to be.
@@ -87,13 +84,13 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
         Doubles e2_i;
         Doubles e2_e;
         for (int i = 0; i < packet_size; ++i)
-            e1_i[i] = quick_exp(e1_scale * cot_i[i]);
+            e1_i[i] = quick_exp(-2 * inv_pi * p.cot_roughness[i] * cot_i[i]);
         for (int i = 0; i < packet_size; ++i)
-            e1_e[i] = quick_exp(e1_scale * cot_e[i]);
+            e1_e[i] = quick_exp(-2 * inv_pi * p.cot_roughness[i] * cot_e[i]);
         for (int i = 0; i < packet_size; ++i)
-            e2_i[i] = quick_exp(e2_scale * cot_i[i] * cot_i[i]);
+            e2_i[i] = quick_exp(-inv_pi * p.cot_roughness[i] * p.cot_roughness[i] * cot_i[i] * cot_i[i]);
         for (int i = 0; i < packet_size; ++i)
-            e2_e[i] = quick_exp(e2_scale * cot_e[i] * cot_e[i]);
+            e2_e[i] = quick_exp(-inv_pi * p.cot_roughness[i] * p.cot_roughness[i] * cot_e[i] * cot_e[i]);
         for (int i = 0; i < packet_size; ++i) {
             const double sin2_half = 0.5 * (1 - cos_psi[i]);
             // The two cases i <= e and e <= i are one formula with the roles exchanged: "low" is the larger
@@ -117,7 +114,7 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
             const double a_high = i_first ? a_i : a_e;
             const double b_high = i_first ? b_i : b_e;
             const double b_low = i_first ? b_e : b_i;
-            const double scale = chi_ / n;
+            const double scale = p.chi[i] / n;
             mu0e[i] = m_i * scale;
             mue[i] = m_e * scale;
             over[i] = m_i * m_e * (2 - e1_e[i]) * a_i;
@@ -132,14 +129,6 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
         }
     }
 
-    const double b = d_.phase_b;
-    const double back = 0.5 * (1 + d_.phase_c) * (1 - b * b);
-    const double forward = 0.5 * (1 - d_.phase_c) * (1 - b * b);
-    const double scale = porosity_factor_ * w * inv_pi / 4;
-    const double hiding_h = d_.shadow_hiding_h;
-    const double hiding_sum = hiding_h * (1 + d_.shadow_hiding_b0);
-    const double inv_back_h = 1 / d_.backscatter_h;
-    const double back_b0 = d_.backscatter_b0;
     Doubles tan_half_g;
     Doubles exp_z;
     for (int i = 0; i < packet_size; ++i) {
@@ -148,18 +137,25 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
         tan_half_g[i] = clamp(root((1 - cos_g) / (1 + cos_g + 1e-300)), 0, 1e6);
     }
     for (int i = 0; i < packet_size; ++i)
-        exp_z[i] = quick_exp(-tan_half_g[i] * inv_back_h);
+        exp_z[i] = quick_exp(-tan_half_g[i] * (1 / p.backscatter_h[i]));
     Doubles d0;
     Doubles d;
     for (int i = 0; i < packet_size; ++i) {
-        const double x = mu0e[i] * inv_k;
-        d0[i] = 1 - w * x * (r0_ + 0.5 * (1 - 2 * r0_ * x) * quick_log_1_plus_inverse(x));
+        const double x = mu0e[i] * (1 / p.porosity_factor[i]);
+        d0[i] = 1 - p.w[i] * x * (p.r0[i] + 0.5 * (1 - 2 * p.r0[i] * x) * quick_log_1_plus_inverse(x));
     }
     for (int i = 0; i < packet_size; ++i) {
-        const double x = mue[i] * inv_k;
-        d[i] = 1 - w * x * (r0_ + 0.5 * (1 - 2 * r0_ * x) * quick_log_1_plus_inverse(x));
+        const double x = mue[i] * (1 / p.porosity_factor[i]);
+        d[i] = 1 - p.w[i] * x * (p.r0[i] + 0.5 * (1 - 2 * p.r0[i] * x) * quick_log_1_plus_inverse(x));
     }
     for (int i = 0; i < packet_size; ++i) {
+        const double b = p.phase_b[i];
+        const double back = 0.5 * (1 + p.phase_c[i]) * (1 - b * b);
+        const double forward = 0.5 * (1 - p.phase_c[i]) * (1 - b * b);
+        const double scale = p.porosity_factor[i] * p.w[i] * inv_pi / 4;
+        const double hiding_h = p.shadow_hiding_h[i];
+        const double hiding_sum = hiding_h * (1 + p.shadow_hiding_b0[i]);
+        const double back_b0 = p.backscatter_b0[i];
         const double cos_g = clamp(s.cos_phase[i], -1, 1);
         const double q_back = 1 - 2 * b * cos_g + b * b;
         const double q_forward = 1 + 2 * b * cos_g + b * b;
@@ -170,7 +166,7 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
         const double p_under = back3 * forward3 * (hiding_h + tan_half_g[i]);
         // Coherent backscatter 1 + B0 [1 + (1 - e^-z)/z] / 2 (1 + z)^2; the series of (1 - e^-z)/z where the
         // quotient would cancel.
-        const double z = tan_half_g[i] * inv_back_h;
+        const double z = tan_half_g[i] * (1 / p.backscatter_h[i]);
         const bool small = z < 1e-3;
         const double c_over = back_b0 * (small ? 2 - z / 2 + z * z / 6 : z + 1 - exp_z[i]);
         const double c_under = 2 * (1 + z) * (1 + z) * (small ? 1 : z);
@@ -180,6 +176,54 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) c
             scale * over[i] * multiple * (c_under + c_over) / (under[i] * p_under * h_under * c_under);
         r[i] = s.cos_in[i] > 0 ? value : 0.0;
     }
+}
+
+} // namespace
+
+Hapke::Hapke(const scene::Hapke& d) : d_(d) {
+    porosity_factor_ = porosity_factor(d.filling_factor);
+    r0_ = diffusive_reflectance(d.single_scattering_albedo);
+    rough_ = d.roughness_rad > least_roughness_rad;
+    tan_roughness_ = rough_ ? std::tan(d.roughness_rad) : 0.0;
+    cot_roughness_ = rough_ ? 1 / tan_roughness_ : 0.0;
+    chi_ = 1 / std::sqrt(1 + std::numbers::pi * tan_roughness_ * tan_roughness_);
+}
+
+void Hapke::reflectance(const ScatterPacket& s, Doubles& r) const {
+    s.varied != nullptr ? evaluate_varied(s, r) : evaluate(s, r);
+}
+
+OBSCURA_VECTOR_CLONES void Hapke::evaluate(const ScatterPacket& s, Doubles& r) const {
+    const Terms<SameInAllLanes> terms{{d_.single_scattering_albedo},
+                                      {d_.phase_b},
+                                      {d_.phase_c},
+                                      {d_.shadow_hiding_b0},
+                                      {d_.shadow_hiding_h},
+                                      {d_.backscatter_b0},
+                                      {d_.backscatter_h},
+                                      {tan_roughness_},
+                                      {cot_roughness_},
+                                      {chi_},
+                                      {porosity_factor_},
+                                      {r0_}};
+    loops(s, terms, rough_, r);
+}
+
+OBSCURA_VECTOR_CLONES void Hapke::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
+    const Doubles* const v = s.varied->value;
+    Terms<Doubles> terms{v[0], v[1], v[2], v[3], v[4], v[5], v[6], {}, {}, {}, {}, {}};
+    bool rough = false;
+    for (int i = 0; i < packet_size; ++i) {
+        // Where some lanes are rough, the smooth ones are as good as smooth.
+        const double slope = v[7][i] > least_roughness_rad ? v[7][i] : least_roughness_rad;
+        rough = rough || v[7][i] > least_roughness_rad;
+        terms.tan_roughness[i] = slope == d_.roughness_rad && rough_ ? tan_roughness_ : std::tan(slope);
+        terms.cot_roughness[i] = 1 / terms.tan_roughness[i];
+        terms.chi[i] = 1 / root(1 + std::numbers::pi * terms.tan_roughness[i] * terms.tan_roughness[i]);
+        terms.r0[i] = diffusive_reflectance(v[0][i]);
+        terms.porosity_factor[i] = v[8][i] == d_.filling_factor ? porosity_factor_ : porosity_factor(v[8][i]);
+    }
+    loops(s, terms, rough, r);
 }
 
 } // namespace obscura::renderer

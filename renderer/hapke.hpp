@@ -18,6 +18,7 @@ public:
 private:
     /// The loop itself: a virtual function cannot be compiled for several instruction sets.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     scene::Hapke d_;
     double porosity_factor_; ///< K
     double r0_;              ///< diffusive reflectance (1 - gamma) / (1 + gamma)

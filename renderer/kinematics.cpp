@@ -29,28 +29,54 @@ double value_in(const scene::Joint& joint, const Pose& mount, const Pose& live) 
     return 2 * std::atan2(turn.x * axis.x + turn.y * axis.y + turn.z * axis.z, turn.w);
 }
 
-Pose pose_in_parent(const BuiltBody& body, double time_s) {
-    if (body.joint.kind == scene::Joint::Kind::fixed) return pose_at(body.motion, time_s);
-    Pose pose = scripted_pose(body.motion, time_s);
+Pose pose_in_parent(const scene::Motion& motion, const scene::Joint& joint, double time_s) {
+    if (joint.kind == scene::Joint::Kind::fixed) return pose_at(motion, time_s);
+    Pose pose = scripted_pose(motion, time_s);
     Pose live;
-    const bool from_outside = body.motion.live && body.motion.live->at(time_s, live);
-    const double value = from_outside ? value_in(body.joint, pose, live) : joint_value(body.joint, time_s);
-    if (body.joint.kind == scene::Joint::Kind::hinge)
-        pose.orientation = pose.orientation * axis_angle(body.joint.axis, value);
+    const bool from_outside = motion.live && motion.live->at(time_s, live);
+    const double value = from_outside ? value_in(joint, pose, live) : joint_value(joint, time_s);
+    if (joint.kind == scene::Joint::Kind::hinge)
+        pose.orientation = pose.orientation * axis_angle(joint.axis, value);
     else
-        pose.position_m = pose.position_m + rotate(pose.orientation, normalized(body.joint.axis) * value);
+        pose.position_m = pose.position_m + rotate(pose.orientation, normalized(joint.axis) * value);
     return pose;
+}
+
+/// The inertial pose of what has `pose` in the frame of body `parent`.
+Pose inertial_pose(std::span<const BuiltBody> bodies, std::int32_t parent, Pose pose, double time_s) {
+    for (std::int32_t up = parent; up >= 0; up = bodies[static_cast<std::size_t>(up)].parent) {
+        const BuiltBody& body = bodies[static_cast<std::size_t>(up)];
+        const Pose outer = pose_in_parent(body.motion, body.joint, time_s);
+        pose = {to_parent(outer, pose.position_m), outer.orientation * pose.orientation};
+    }
+    return pose;
+}
+
+/// The bodies of `scene` and those built from it stand in the same order.
+Pose hung_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
+               const scene::Motion& motion, const scene::Joint& joint, double time_s) {
+    const Pose pose = pose_in_parent(motion, joint, time_s);
+    if (parent.empty()) return pose;
+    const auto at = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                 [&](const scene::Body& b) { return b.name == parent; });
+    return inertial_pose(bodies, static_cast<std::int32_t>(at - scene.bodies.begin()), pose, time_s);
 }
 
 } // namespace
 
 Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s) {
-    Pose pose = pose_in_parent(bodies[index], time_s);
-    for (std::int32_t up = bodies[index].parent; up >= 0; up = bodies[static_cast<std::size_t>(up)].parent) {
-        const Pose outer = pose_in_parent(bodies[static_cast<std::size_t>(up)], time_s);
-        pose = {to_parent(outer, pose.position_m), outer.orientation * pose.orientation};
-    }
-    return pose;
+    const BuiltBody& body = bodies[index];
+    return inertial_pose(bodies, body.parent, pose_in_parent(body.motion, body.joint, time_s), time_s);
+}
+
+Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
+    const scene::Camera& camera = scene.camera;
+    return hung_pose(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
+}
+
+Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Lamp& lamp,
+               double time_s) {
+    return hung_pose(scene, bodies, lamp.parent, lamp.motion, lamp.joint, time_s);
 }
 
 } // namespace obscura::renderer

@@ -11,4 +11,9 @@ namespace obscura::renderer {
 /// without a parent. The parents must form no circle (core/scene_tree.hpp).
 [[nodiscard]] Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
 
+/// The same for the scene's camera and a lamp, which may hang on bodies. Neither allocates.
+[[nodiscard]] Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s);
+[[nodiscard]] Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                             const scene::Lamp& lamp, double time_s);
+
 } // namespace obscura::renderer

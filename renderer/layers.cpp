@@ -46,27 +46,32 @@ void paint(const BodyState& body, const RayPacket& rays, const HitPacket& hits, 
     const bool charted = paint != nullptr ? paint->chart(*body.shape, hits, index, surface, chart)
                                           : body.shape->chart(hits, index, surface, chart);
     Channels factor;
+    ParameterPacket varied;
     if (paint != nullptr) {
         Doubles width_m;
         for (int i = 0; i < packet_size; ++i)
             width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad : 0.0;
-        paint->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor);
+        paint->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor, varied);
     }
-    double albedo = unknown;
+    Doubles albedo;
+    for (double& value : albedo.v)
+        value = unknown;
     if (body.material != nullptr) {
         ScatterPacket upright;
         Doubles r;
         for (int i = 0; i < packet_size; ++i)
             upright.cos_in[i] = upright.cos_out[i] = upright.cos_phase[i] = 1;
+        if (paint != nullptr && paint->varies()) upright.varied = &varied;
         body.material->reflectance(upright, r);
         const double mirror = body.material->mirror_reflectance();
-        albedo = mirror >= 0 ? mirror : r[0] * std::numbers::pi;
-        if (!body.built->colour.empty()) albedo *= body.built->colour[0];
+        const double colour = body.built->colour.empty() ? 1 : body.built->colour[0];
+        for (int i = 0; i < packet_size; ++i)
+            albedo[i] = (mirror >= 0 ? mirror : r[i] * std::numbers::pi) * colour;
     }
     for (int i = 0; i < packet_size; ++i) {
         look.u[i] = charted ? chart.u[i] : unknown;
         look.v[i] = charted ? chart.v[i] : unknown;
-        look.albedo[i] = paint != nullptr ? albedo * factor.v[0][i] : albedo;
+        look.albedo[i] = paint != nullptr ? albedo[i] * factor.v[0][i] : albedo[i];
         look.part[i] = paint != nullptr && paint->parts() > 1 && hits.body[i] == index
                            ? body.shape->part(hits.primitive[i])
                            : 0;

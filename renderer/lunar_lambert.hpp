@@ -16,6 +16,8 @@ public:
 private:
     /// The loop itself: a virtual function cannot be compiled for several instruction sets.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
+    /// L is a number of its own in each lane, whatever the phase angle.
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     scene::LunarLambert d_;
 };
 

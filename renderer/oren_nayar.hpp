@@ -17,6 +17,7 @@ public:
 private:
     /// The loop itself: a virtual function cannot be compiled for several instruction sets.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     double scale_, a_, b_;
 };
 

@@ -79,6 +79,11 @@ Paint::Paint(std::vector<Part> parts, const std::vector<scene::SpectralBand>& ba
     typical_ = sum / static_cast<double>(parts_.size());
 }
 
+void Paint::set_maps(std::vector<Map> maps, std::vector<double> constants) {
+    maps_ = std::move(maps);
+    constants_ = std::move(constants);
+}
+
 bool Paint::chart(const Shape& shape, const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
                   ChartPacket& out) const {
     if (!latlon_ && shape.chart(hits, body, surface, out)) return true;
@@ -87,10 +92,13 @@ bool Paint::chart(const Shape& shape, const HitPacket& hits, std::int32_t body, 
 }
 
 void Paint::apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
-                  const Doubles& width_m, std::size_t channels, SurfacePacket& surface,
-                  Channels& factor) const {
+                  const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
+                  ParameterPacket& varied) const {
     bool charted = false;
     ChartPacket at;
+    for (std::size_t k = 0; varies() && k < constants_.size(); ++k)
+        for (int i = 0; i < packet_size; ++i)
+            varied.value[k][i] = constants_[k];
     for (int i = 0; i < packet_size; ++i) {
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = 1;
@@ -100,7 +108,7 @@ void Paint::apply(const Shape& shape, const RayPacket& view, const HitPacket& hi
         if (!part.factor.empty())
             for (std::size_t c = 0; c < channels; ++c)
                 factor.v[c][i] = part.factor[c];
-        if (!part.albedo && !part.normal) continue;
+        if (!part.albedo && !part.normal && maps_.empty()) continue;
         if (!charted) {
             chart(shape, hits, body, surface, at);
             charted = true;
@@ -121,6 +129,10 @@ void Paint::apply(const Shape& shape, const RayPacket& view, const HitPacket& hi
                     value += weights_[number][c * count + k] * planes[k];
                 factor.v[c][i] *= value > 0 ? value : 0.0;
             }
+        }
+        for (const Map& map : maps_) {
+            map.texture->sample(at.u[i], at.v[i], longer, shorter, planes);
+            varied.value[map.parameter][i] = map.at_zero + map.gain * planes[0];
         }
         if (part.normal) {
             part.normal->sample(at.u[i], at.v[i], longer, shorter, planes);

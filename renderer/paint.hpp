@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/scene.hpp"
+#include "renderer/material.hpp"
 #include "renderer/shape.hpp"
 #include "renderer/texture.hpp"
 #include "renderer/triangle_mesh.hpp"
@@ -42,13 +43,23 @@ public:
         std::vector<double> factor; ///< per band; empty: 1
         std::shared_ptr<const Texture> albedo, normal;
     };
+    /// One parameter of the body's law from an image of one plane: `at_zero` + texel * `gain`.
+    struct Map {
+        std::size_t parameter; ///< in the order of parameters_of()
+        std::shared_ptr<const Texture> texture;
+        double at_zero, gain;
+    };
 
     /// `parts`, at least one, in the order of Shape::part(). `latlon`: by the place's longitude and latitude
     /// even where the shape has coordinates of its own; the image's left edge is at `left_longitude_rad`, its
     /// first row at +90 degrees.
     Paint(std::vector<Part> parts, const std::vector<scene::SpectralBand>& bands, bool latlon,
           double left_longitude_rad);
+    /// Has `maps` give the parameters that differ from place to place; `constants` has the law's others.
+    void set_maps(std::vector<Map> maps, std::vector<double> constants);
 
+    /// Whether the law's parameters differ from place to place.
+    [[nodiscard]] bool varies() const { return !maps_.empty(); }
     /// Whether all bands see the same.
     [[nodiscard]] bool grey() const { return grey_; }
     /// Mean factor over parts and textures, for the first band.
@@ -57,9 +68,10 @@ public:
 
     /// Fills `factor[0, channels)` with what the body's reflectance is multiplied by at the hits of `body`,
     /// seen by rays `width_m` wide there, and turns the normals of `surface` by the normal map. Other lanes
-    /// get 1.
+    /// get 1. Fills `varied` if the parameters differ: 16 lanes that the law can work with.
     void apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
-               const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor) const;
+               const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
+               ParameterPacket& varied) const;
     /// The texture coordinates alone; false where the body has neither textures nor coordinates.
     bool chart(const Shape& shape, const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
                ChartPacket& out) const;
@@ -71,6 +83,8 @@ private:
 
     std::vector<Part> parts_;
     std::vector<std::vector<double>> weights_; ///< per part: band x plane, for the albedo texture
+    std::vector<Map> maps_;
+    std::vector<double> constants_;
     std::size_t bands_;
     bool latlon_, grey_ = true;
     double left_turns_;

@@ -75,7 +75,15 @@ struct PathTracer::Vertex {
     bool coherent = true; ///< reached by camera rays
     RayPacket view;
     SurfacePacket surface;
-    Channels colour; ///< factor on the material's reflectance
+    Channels colour;                     ///< factor on the material's reflectance
+    bool varies[packet_size];            ///< whether each of `bodies` has parameters of its own in each lane
+    ParameterPacket varied[packet_size]; ///< and which
+    std::int32_t place[packet_size];     ///< of each lane's body among `bodies`
+
+    /// A lane's own parameters; null: those of its material.
+    [[nodiscard]] const ParameterPacket* varied_at(int lane) const {
+        return varies[place[lane]] ? &varied[place[lane]] : nullptr;
+    }
 };
 
 namespace {
@@ -250,7 +258,10 @@ void PathTracer::gather(const HitPacket& hits, Paths& paths, Lanes& left, Vertex
             if (vertex.count == 0) vertex.body = nullptr;
             continue;
         }
-        colour(index, here, hits, paths, vertex.view, surface, vertex.colour);
+        vertex.varies[vertex.count] = colour(index, here, hits, paths, vertex.view, surface, vertex.colour,
+                                             vertex.varied[vertex.count]);
+        for (int i = 0; i < packet_size; ++i)
+            if (here.on[i] != 0) vertex.place[i] = vertex.count;
         if (vertex.count > 0) take(here, own, vertex.surface);
         vertex.bodies[vertex.count] = index;
         vertex.on[vertex.count++] = here;
@@ -267,6 +278,7 @@ void PathTracer::reflectance(const Vertex& vertex, const Vec3s& light, Doubles& 
     for (int k = 0; k < vertex.count; ++k) {
         const Material& material = *row_.bodies[static_cast<std::size_t>(vertex.bodies[k])].material;
         if (material.mirror_reflectance() >= 0) continue;
+        angles.varied = vertex.varies[k] ? &vertex.varied[k] : nullptr;
         Doubles own;
         material.reflectance(angles, own);
         take(vertex.on[k], own, r);
@@ -379,8 +391,11 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& u, const Do
             orthonormal_basis(n, a, b);
             const auto local = [&](Vec3 w) { return Vec3{dot(w, a), dot(w, b), dot(w, n)}; };
             const Material& material = *row_.bodies[static_cast<std::size_t>(vertex.of[i])].material;
+            const Vec3 seen = local(-vertex.view.direction.lane(i));
+            const Vec3 lit = local(light.direction.lane(i));
+            const ParameterPacket* const varied = vertex.varied_at(i);
             const double other =
-                material.pdf(local(-vertex.view.direction.lane(i)), local(light.direction.lane(i)));
+                varied != nullptr ? material.pdf_varied(*varied, i, seen, lit) : material.pdf(seen, lit);
             const double own = 1 / share[i]; // density of this direction, per steradian
             value *= own / (own + other);
         }
@@ -413,8 +428,11 @@ void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& 
             Vec3 b;
             orthonormal_basis(n, a, b);
             const Vec3 out{-dot(d, a), -dot(d, b), std::max(-dot(d, n), 1e-6)};
-            const Vec3 w = material.sample(out, u[i], v[i]);
-            const double density = material.pdf(out, w);
+            const ParameterPacket* const varied = vertex.varied_at(i);
+            const Vec3 w = varied != nullptr ? material.sample_varied(*varied, i, out, u[i], v[i])
+                                             : material.sample(out, u[i], v[i]);
+            const double density =
+                varied != nullptr ? material.pdf_varied(*varied, i, out, w) : material.pdf(out, w);
             if (!(w.z > 0 && density > 0)) continue;
             in.set(i, a * w.x + b * w.y + n * w.z);
             scale[i] = 1 / density;
@@ -442,8 +460,9 @@ void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& 
             next.carried.v[c][i] *= vertex.here.on[i] != 0 ? scale[i] * vertex.colour.v[c][i] : 1;
 }
 
-void PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const Paths& paths,
-                        const RayPacket& view, SurfacePacket& surface, Channels& factor) const {
+bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const Paths& paths,
+                        const RayPacket& view, SurfacePacket& surface, Channels& factor,
+                        ParameterPacket& varied) const {
     const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
     const BuiltBody& built = *body.built;
     const std::size_t channels = lighting_.sun_w_m2.size();
@@ -453,19 +472,20 @@ void PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
             for (int i = 0; i < packet_size; ++i)
                 factor.v[c][i] = here.on[i] != 0 ? value : factor.v[c][i];
         }
-        return;
+        return false;
     }
     // Bounced rays are taken to be as wide as a camera ray that has come as far.
     Doubles width_m;
     for (int i = 0; i < packet_size; ++i)
         width_m[i] = here.on[i] != 0 ? (paths.travelled_m[i] + hits.t[i]) * ray_width_rad_ : 0.0;
     Channels painted;
-    built.paint->apply(*body.shape, view, hits, index, width_m, channels, surface, painted);
+    built.paint->apply(*body.shape, view, hits, index, width_m, channels, surface, painted, varied);
     for (std::size_t c = 0; c < channels; ++c) {
         const double value = built.colour.empty() ? 1.0 : built.colour[c];
         for (int i = 0; i < packet_size; ++i)
             factor.v[c][i] = here.on[i] != 0 ? painted.v[c][i] * value : factor.v[c][i];
     }
+    return built.paint->varies();
 }
 
 void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {

@@ -57,8 +57,10 @@ private:
     void meet_light(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
                     const RayPacket& view, const HitPacket& hits, Paths& paths, Channels& out) const;
     /// What the body's colours and textures multiply its reflectance by; turns normals by its normal map.
-    void colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const Paths& paths,
-                const RayPacket& view, SurfacePacket& surface, Channels& factor) const;
+    /// True when its material's parameters differ: they are in `varied`.
+    bool colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const Paths& paths,
+                const RayPacket& view, SurfacePacket& surface, Channels& factor,
+                ParameterPacket& varied) const;
     /// The reflectance of each lane's material towards the viewer for light from `light`; 0 on mirrors.
     void reflectance(const Vertex& vertex, const Vec3s& light, Doubles& r) const;
     void add_sun(const Vertex& vertex, const Doubles& u, const Doubles& v, const Paths& paths, Channels& out);

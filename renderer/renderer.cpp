@@ -9,7 +9,6 @@
 #include "renderer/kinematics.hpp"
 #include "renderer/lattice.hpp"
 #include "renderer/layers.hpp"
-#include "renderer/motion.hpp"
 #include "renderer/path_tracer.hpp"
 #include "renderer/projection.hpp"
 #include "renderer/psf.hpp"
@@ -170,7 +169,7 @@ struct Renderer::Impl {
     /// Sets the row's state and lens. `parts`: instants that share the samples of its pixels.
     void begin_row(double time_s, std::uint32_t parts, Scratch& s) const {
         s.lens = lens.get();
-        const Vec3 beta = camera_beta(scene, time_s);
+        const Vec3 beta = camera_beta(scene, bodies, time_s);
         if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
         const std::uint32_t least = parts > 1 && settings.target_error > 0 ? 2 : 1;
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
@@ -260,7 +259,7 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
     found.clear();
     if (stars.size() == 0 || request.row_times.empty()) return;
     // The field at the middle row, grown by the largest turn of the camera within the band.
-    const auto attitude = [&](Time t) { return pose_at(scene.camera.motion, to_seconds(t.ns)).orientation; };
+    const auto attitude = [&](Time t) { return camera_pose(scene, bodies, to_seconds(t.ns)).orientation; };
     const Quat middle = attitude(request.row_times[request.row_times.size() / 2].mid());
     double turn_rad = 0;
     for (const RowTime& t : request.row_times)
@@ -271,7 +270,7 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
     double moved_rad = 0; // by aberration
     if (scene.aberration)
         for (const RowTime& t : request.row_times)
-            moved_rad = std::max(moved_rad, 2 * length(camera_beta(scene, to_seconds(t.mid().ns))));
+            moved_rad = std::max(moved_rad, 2 * length(camera_beta(scene, bodies, to_seconds(t.mid().ns))));
     stars.inside(rotate(middle, {0, 0, 1}),
                  lens->field_angle_rad(splat_reach_px() + 1) + turn_rad + moved_rad + 1e-9, found);
 }
@@ -623,7 +622,7 @@ const char* layer_name(LayerId layer) {
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     const double time_s = to_seconds(t.ns);
     truth.mid_exposure = t;
-    truth.camera = pose_at(impl_->scene.camera.motion, time_s);
+    truth.camera = camera_pose(impl_->scene, impl_->bodies, time_s);
     truth.sun_position_m = impl_->scene.sun.position_m;
     truth.seed = impl_->settings.seed;
     const auto& bodies = impl_->scene.bodies;

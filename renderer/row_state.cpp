@@ -3,7 +3,6 @@
 #include "core/solar_spectrum.hpp"
 #include "renderer/aberration.hpp"
 #include "renderer/kinematics.hpp"
-#include "renderer/motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -89,24 +88,24 @@ Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, 
     return pose;
 }
 
-Vec3 camera_beta(const scene::Scene& scene, double time_s) {
+Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, double time_s) {
     if (!scene.aberration) return {0, 0, 0};
-    const scene::Motion& motion = scene.camera.motion;
     Vec3 velocity = scene.camera.velocity_m_s;
     if (length(velocity) == 0) {
         // Short against the samples of a trajectory, long against the rounding of positions at 1 au.
         constexpr double half_s = 0.05;
-        velocity =
-            (pose_at(motion, time_s + half_s).position_m - pose_at(motion, time_s - half_s).position_m) /
-            (2 * half_s);
+        velocity = (camera_pose(scene, bodies, time_s + half_s).position_m -
+                    camera_pose(scene, bodies, time_s - half_s).position_m) /
+                   (2 * half_s);
     }
-    return transposed(to_matrix(pose_at(motion, time_s).orientation)) * (velocity / light_speed_m_s);
+    return transposed(to_matrix(camera_pose(scene, bodies, time_s).orientation)) *
+           (velocity / light_speed_m_s);
 }
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
                    std::uint32_t parts, double time_s, RowState& row) {
-    row.camera = pose_at(scene.camera.motion, time_s);
+    row.camera = camera_pose(scene, bodies, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
     row.inertial_from_camera = inertial_from_camera;
     row.camera_from_inertial = transposed(inertial_from_camera);
@@ -169,7 +168,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     }
     row.lamps.clear();
     for (const scene::Lamp& lamp : scene.lamps)
-        row.lamps.push_back(pose_at(lamp.motion, time_s));
+        row.lamps.push_back(lamp_pose(scene, bodies, lamp, time_s));
     for (std::size_t a = 0; a < bodies.size(); ++a) {
         if (row.bodies[a].material == nullptr) continue;
         for (std::size_t b = 0; b < bodies.size(); ++b)

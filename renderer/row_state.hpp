@@ -83,7 +83,8 @@ constexpr std::uint32_t samples_per_target = 1024;
 [[nodiscard]] Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, std::size_t i,
                              Vec3 camera_m, double time_s);
 /// The camera's velocity over that of light, in camera axes; 0 without Scene::aberration.
-[[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, double time_s);
+[[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                               double time_s);
 
 /// Fills `row` for `time_s` of scene time; camera samples are displaced by up to `sample_reach_px`. Bodies
 /// get `samples_per_pixel` at least; `parts` such rows share those that a small one needs. Re-uses its

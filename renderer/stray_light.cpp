@@ -1,11 +1,78 @@
 #include "renderer/stray_light.hpp"
 
 #include "core/error.hpp"
+#include "images/image.hpp"
+#include "renderer/paint.hpp"
 #include "renderer/psf_file.hpp"
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <string>
+#include <string_view>
+
 namespace obscura::renderer {
+
+namespace {
+
+/// One plane of a map.
+struct Plane {
+    std::int32_t width, height;
+    std::vector<double> values;
+};
+
+/// Of FITS files every image and plane, of others one for all bands or one for each: OpenEXR channels that
+/// are named as `obscura render` names them, or red, green and blue by wavelength.
+std::vector<Plane> read_planes(const std::filesystem::path& file,
+                               const std::vector<scene::SpectralBand>& bands) {
+    std::vector<Plane> planes;
+    std::array<char, 6> first{};
+    std::ifstream(file, std::ios::binary).read(first.data(), first.size());
+    if (std::string_view(first.data(), first.size()) == "SIMPLE") {
+        for (PsfImage& image : read_psf_file(file))
+            planes.push_back({image.width, image.height, std::move(image.values)});
+        return planes;
+    }
+    const auto add = [&](const std::string& name) {
+        images::Image image = images::read_image(file, name);
+        for (const double v : image.values)
+            if (!(v >= 0 && std::isfinite(v)))
+                throw InputError(
+                    fmt::format("{}: {}: stray light has numbers from 0 up", file.string(), v));
+        planes.push_back({image.width, image.height, std::move(image.values)});
+    };
+    const std::vector<std::string> names = images::colour_planes(file);
+    if (names.size() != 3 || names[0] == "0") {
+        std::vector<std::string> channels;
+        for (const scene::SpectralBand& band : bands)
+            channels.push_back(fmt::format("irradiance.{}-{}nm", std::lround(1e9 * band.from_m),
+                                           std::lround(1e9 * band.to_m)));
+        if (images::has_plane(file, channels[0])) {
+            for (const std::string& name : channels)
+                add(name);
+        } else {
+            for (const std::string& name : names)
+                add(name);
+        }
+        return planes;
+    }
+    for (const std::string& name : names)
+        add(name);
+    std::vector<Plane> mixed;
+    for (const scene::SpectralBand& band : bands) {
+        const std::array<double, 3> shares = colour_shares(band);
+        Plane plane{planes[0].width, planes[0].height, std::vector<double>(planes[0].values.size(), 0)};
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t i = 0; i < plane.values.size(); ++i)
+                plane.values[i] += shares[k] * planes[k].values[i];
+        mixed.push_back(std::move(plane));
+    }
+    return mixed;
+}
+
+} // namespace
 
 void StrayMap::add(std::int32_t x, std::int32_t y, double sun, std::size_t bands,
                    std::span<double> light) const {
@@ -27,7 +94,7 @@ void StrayMap::add(std::int32_t x, std::int32_t y, double sun, std::size_t bands
 std::vector<StrayMap> read_stray_light(const scene::Scene& scene) {
     std::vector<StrayMap> maps;
     for (const scene::StrayLight& description : scene.stray_light) {
-        const std::vector<PsfImage> planes = read_psf_file(description.file);
+        std::vector<Plane> planes = read_planes(description.file, scene.bands);
         if (planes.size() != 1 && planes.size() != scene.bands.size())
             throw ConfigError(
                 fmt::format("stray light: {} has {} planes: allowed are 1, or one for each of the "
@@ -36,12 +103,12 @@ std::vector<StrayMap> read_stray_light(const scene::Scene& scene) {
         StrayMap map;
         map.width = scene.camera.width;
         map.follows_sun = description.follows_sun;
-        for (const PsfImage& plane : planes) {
+        for (Plane& plane : planes) {
             if (plane.width != scene.camera.width || plane.height != scene.camera.height)
                 throw ConfigError(fmt::format("stray light: {} is {} x {}: the sensor has {} x {} pixels",
                                               description.file, plane.width, plane.height, scene.camera.width,
                                               scene.camera.height));
-            map.w_m2.push_back(plane.values);
+            map.w_m2.push_back(std::move(plane.values));
             for (double& v : map.w_m2.back())
                 v *= description.w_m2_per_unit;
         }

@@ -98,6 +98,10 @@ double Texture::mean(std::size_t plane) const {
     return planes_[plane].offset + planes_[plane].scale * texels_[levels_.back().first + plane];
 }
 
+double Texture::largest(std::size_t plane) const {
+    return planes_[plane].offset + planes_[plane].scale * code_max;
+}
+
 void Texture::add_bilinear(const Level& level, double u, double v, double weight, double* out) const {
     const double x = u * level.width - 0.5;
     const double y = v * level.height - 0.5;

@@ -35,6 +35,8 @@ public:
     [[nodiscard]] std::int32_t width() const { return levels_[0].width; }
     [[nodiscard]] std::int32_t height() const { return levels_[0].height; }
     [[nodiscard]] double mean(std::size_t plane) const;
+    [[nodiscard]] double least(std::size_t plane) const { return planes_[plane].offset; }
+    [[nodiscard]] double largest(std::size_t plane) const;
     [[nodiscard]] std::size_t bytes() const { return texels_.size() * sizeof texels_[0]; }
 
     /// Means over the parallelogram about (u, v) with the edges `a` and `b`: up to 16 probes along the longer

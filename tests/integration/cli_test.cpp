@@ -96,6 +96,29 @@ TEST_CASE("a render has the same bytes on any number of threads, in every format
         CHECK(same);
         CHECK_FALSE(dark);
     }
+    // OpenEXR: every channel, pixel for pixel, truth layers too.
+    const auto whole = folder.path() / "whole.exr", part = folder.path() / "part.exr";
+    run(folder, {"render", scene, "-o", whole, "--size", "160x128", "--layers"});
+    run(folder, {"render", scene, "-o", part, "--size", "160x128", "--layers", "--window", "37,41,75x50",
+                 "--threads", "7"});
+    double light = 0;
+    for (int channel = 0; channel < 12; ++channel) {
+        INFO("channel " << channel);
+        const images::Image all = images::read_image(whole, std::to_string(channel));
+        const images::Image some = images::read_image(part, std::to_string(channel));
+        REQUIRE(all.width == 160);
+        REQUIRE(some.width == 75);
+        REQUIRE(some.height == 50);
+        int different = 0;
+        for (std::int32_t y = 0; y < 50; ++y)
+            for (std::int32_t x = 0; x < 75; ++x) {
+                const double a = all.at(x + 37, y + 41), b = some.at(x, y);
+                different += a == b || (std::isnan(a) && std::isnan(b)) ? 0 : 1;
+                light += std::isnan(b) ? 0 : std::abs(b);
+            }
+        CHECK(different == 0);
+    }
+    CHECK(light > 0);
     run(folder,
         {"render", scene, "-o", folder.path() / "x.fits", "--size", "160x128", "--window", "150,0,20x20"},
         64);

@@ -125,6 +125,59 @@ TEST_CASE("A colour over wavelength becomes the mean of each band") {
           "s.toml:6:16: body[0].colour_curve: cannot stand beside \"colour\"");
 }
 
+TEST_CASE("Images give parameters of materials, camera and lamps hang on bodies") {
+    const test::TempFolder folder;
+    (void)folder.write("t.png", "x");
+    const std::string ball = "[[body]]\nname = \"ball\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\n";
+    const scene::Scene s = config::load_scene(folder.write("s.toml", R"(
+[camera]
+parent = "ball"
+position_m = [0, 0, 5]
+joint = "hinge"
+joint_axis = [0, 1, 0]
+joint_angle_deg = 90
+[[lamp]]
+name = "torch"
+intensity_w_sr = [1]
+parent = "ball"
+joint = "slide"
+joint_axis = [1, 0, 0]
+joint_offset_m = 2
+)" + ball + R"(material = "hapke"
+single_scattering_albedo_texture = "t.png"
+roughness_texture = "t.png"
+roughness_texture_range = [10, 40]
+)"));
+    const auto& maps = s.bodies[0].textures.parameters;
+    REQUIRE(maps.size() == 2);
+    CHECK(maps[0].name == "single_scattering_albedo");
+    CHECK(maps[0].file == (folder.path() / "t.png").string());
+    CHECK(maps[0].at_zero == 0);
+    CHECK(maps[0].at_one == 1);
+    CHECK(maps[1].name == "roughness");
+    CHECK_THAT(maps[1].at_zero, WithinAbs(10 * std::numbers::pi / 180, 1e-12));
+    CHECK_THAT(maps[1].at_one, WithinAbs(40 * std::numbers::pi / 180, 1e-12));
+    CHECK(s.camera.parent == "ball");
+    CHECK(s.camera.joint.kind == scene::Joint::Kind::hinge);
+    CHECK_THAT(s.camera.joint.samples.at(0).value, WithinAbs(std::numbers::pi / 2, 1e-12));
+    CHECK(s.lamps[0].parent == "ball");
+    CHECK(s.lamps[0].joint.samples.at(0).value == 2);
+
+    CHECK(refusal(folder, ball + "material = \"ggx\"\nroughness = 0.2\nroughness_texture = \"t.png\"\n") ==
+          "s.toml:7:21: body[0].roughness_texture: cannot stand beside \"roughness\"");
+    CHECK(refusal(folder, ball + "material = \"ggx\"\nroughness_texture_range = [0, 1]\n")
+              .find("the key \"roughness_texture\" is missing") != std::string::npos);
+    CHECK(refusal(folder, ball + "material = \"minnaert\"\nalbedo = 0.1\nroughness_texture = \"t.png\"\n")
+              .find("roughness_texture") != std::string::npos);
+    CHECK(refusal(folder, ball + "albedo = 0.1\n[camera]\nparent = \"lander\"\n") ==
+          "s.toml: camera: its parent 'lander' is no body of the scene");
+    CHECK(refusal(folder, ball + "albedo = 0.1\n[[lamp]]\nintensity_w_sr = [1]\nparent = \"camera\"\n") ==
+          "s.toml: lamp 'lamp0': its parent 'camera' is no body of the scene");
+    CHECK(refusal(folder, ball + "albedo = 0.1\n[camera]\njoint = \"hinge\"\n")
+              .find("camera.joint: belongs to joint = \"fixed\" where there is no parent") !=
+          std::string::npos);
+}
+
 TEST_CASE("Impossible bodies are refused with file and place") {
     const test::TempFolder folder;
     const std::string box = "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nalbedo = 0.1\n";

@@ -110,6 +110,66 @@ TEST_CASE("Of a pose from outside a joint takes what it can do, fixed bodies tak
                rotate(mount.orientation * axis_angle({0, 0, 1}, -2.5), {1, 2, 3}));
 }
 
+TEST_CASE("Camera and lamps hang on bodies") {
+    scene::Scene s;
+    s.bodies = {box("bus", {1, 1, 1}), box("mast", {0.1, 0.1, 3}, "bus"), box("target", {2, 2, 2})};
+    s.bodies[0].motion.samples[0].pose.position_m = {10, 20, 30};
+    s.bodies[0].motion.spin_rate_rad_s = 0.1;
+    s.bodies[1].motion.samples[0].pose.position_m = {0, 0, 5};
+    s.bodies[1].joint = {scene::Joint::Kind::slide, {0, 0, 1}, {{0, 0}, {10, 2}}};
+    s.bodies[2].motion.samples[0].pose.position_m = {10, 20, -100};
+    // A camera on the mast, 1 m along x, that a hinge turns by 0.3 rad; a lamp on the bus that slides along
+    // y.
+    s.camera.parent = "mast";
+    s.camera.motion.samples[0].pose.position_m = {1, 0, 0};
+    s.camera.joint = {scene::Joint::Kind::hinge, {0, 0, 1}, {{0, 0.3}}};
+    scene::Lamp lamp;
+    lamp.parent = "bus";
+    lamp.motion.samples[0].pose.position_m = {0, 1, 0};
+    lamp.joint = {scene::Joint::Kind::slide, {0, 1, 0}, {{0, 0}, {10, 5}}};
+    lamp.intensity_w_sr = {1};
+    s.lamps.push_back(lamp);
+    const auto built = build_bodies(s);
+    for (const double t : {0.0, 4.0, 10.0, 12.0}) {
+        const double turn = 0.1 * t;
+        const double along = std::min(t, 10.0) / 10;
+        const Pose camera = camera_pose(s, built, t);
+        check_near(camera.position_m, {10 + std::cos(turn), 20 + std::sin(turn), 35 + 2 * along});
+        check_near(rotate(camera.orientation, {1, 0, 0}), {std::cos(turn + 0.3), std::sin(turn + 0.3), 0});
+        const Pose light = lamp_pose(s, built, s.lamps[0], t);
+        const double out = 1 + 5 * along;
+        check_near(light.position_m, {10 - out * std::sin(turn), 20 + out * std::cos(turn), 30});
+    }
+    // The picture is the one from the pose worked out by hand.
+    s.camera.width = s.camera.height = 32;
+    s.camera.focal_length_m = 0.01;
+    s.camera.motion.samples[0].pose.orientation = look_along({0, 0, -1}, {0, 1, 0});
+    s.camera.joint = {};
+    scene::Scene by_hand = s;
+    by_hand.camera.parent.clear();
+    by_hand.camera.motion.samples[0].pose = {{10 + std::cos(0.4), 20 + std::sin(0.4), 35.8},
+                                             axis_angle({0, 0, 1}, 0.4) *
+                                                 s.camera.motion.samples[0].pose.orientation};
+    const Time four = Time{4'000'000'000};
+    const Image hung = render(renderer::Renderer(s, {}), 1, four);
+    const Image wanted = render(renderer::Renderer(by_hand, {}), 1, four);
+    CHECK(wanted.sum() > 0);
+    CHECK_THAT(hung.sum(), Catch::Matchers::WithinRel(wanted.sum(), 1e-6));
+
+    const auto complaint = [&](const std::string& parent) {
+        s.lamps[0].parent = parent;
+        try {
+            const renderer::Renderer r(s, {});
+        } catch (const ConfigError& e) {
+            return std::string(e.what());
+        }
+        return std::string("accepted");
+    };
+    CHECK(complaint("lander") == "lamp '': its parent 'lander' is no body of the scene");
+    s.camera.parent = "camera";
+    CHECK(complaint("bus") == "camera: its parent 'camera' is no body of the scene");
+}
+
 TEST_CASE("Circles of parents are named, and other impossible trees") {
     CHECK(refusal({box("a", {1, 1, 1}), box("b", {1, 1, 1}, "a")}) == "accepted");
     CHECK(refusal({box("a", {1, 1, 1}, "a")}) == "body 'a': parents go in a circle: a -> a");

@@ -5,9 +5,11 @@
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "transports/file/exr.hpp"
 
 #include <fitsio.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -205,4 +207,51 @@ TEST_CASE("Stray light is added as its map says, in windows too, and may follow 
             }
     s.camera.width = 41;
     CHECK_THROWS_AS(renderer::Renderer(s, {}), ConfigError);
+}
+
+TEST_CASE("Stray light comes from OpenEXR as well") {
+    const TempFolder folder;
+    scene::Scene s;
+    s.camera.width = 40;
+    s.camera.height = 30;
+    s.bands = {{400e-9, 500e-9}, {1000e-9, 1100e-9}, {500e-9, 600e-9}};
+    constexpr std::size_t pixels = 40 * 30;
+    const auto plane = [](float value) {
+        std::vector<float> values(pixels);
+        for (std::size_t i = 0; i < pixels; ++i)
+            values[i] = value * static_cast<float>(i);
+        return values;
+    };
+    const std::vector<float> one = plane(1), two = plane(2), three = plane(3);
+    const auto stray = [&](const std::string& name) {
+        s.stray_light = {{(folder.path() / name).string(), 1e-9, false}};
+        return render_window(renderer::Renderer(s, {}), {0, 0, 40, 30});
+    };
+    const auto check = [&](const std::vector<float>& frame, std::array<double, 3> wanted) {
+        for (std::size_t band = 0; band < 3; ++band)
+            for (std::size_t i = 1; i < pixels; i += 7)
+                REQUIRE_THAT(static_cast<double>(frame[band * pixels + i]),
+                             WithinRel(1e-9 * wanted[band] * static_cast<double>(i), 1e-6));
+    };
+    transports::write_exr(folder.path() / "grey.exr", 40, 30, {{"Y", "", two}}, {});
+    check(stray("grey.exr"), {2, 2, 2});
+    // Channels as `obscura render` names them; the order in the file is the alphabet's.
+    transports::write_exr(folder.path() / "bands.exr", 40, 30,
+                          {{"irradiance.400-500nm", "", one},
+                           {"irradiance.1000-1100nm", "", two},
+                           {"irradiance.500-600nm", "", three}},
+                          {});
+    check(stray("bands.exr"), {1, 2, 3});
+    // Red, green and blue at 650, 550 and 450 nm.
+    transports::write_exr(folder.path() / "rgb.exr", 40, 30,
+                          {{"R", "", one}, {"G", "", two}, {"B", "", three}}, {});
+    check(stray("rgb.exr"), {3, 1, 2});
+    transports::write_exr(folder.path() / "small.exr", 30, 30, {{"Y", "", std::vector<float>(900, 1)}}, {});
+    CHECK_THROWS_AS(stray("small.exr"), ConfigError);
+    std::vector<float> negative = one;
+    negative[7] = -1;
+    transports::write_exr(folder.path() / "negative.exr", 40, 30, {{"Y", "", negative}}, {});
+    CHECK_THROWS_AS(stray("negative.exr"), InputError);
+    (void)folder.write("text.exr", "no picture");
+    CHECK_THROWS_AS(stray("text.exr"), InputError);
 }
