@@ -340,7 +340,12 @@ Keys keys_of(LampKeys& s) {
 
 Keys keys_of(scene::StrayLight& s) {
     return {
-        {"file", Path{&s.file}, {}, {}, {}, "FITS or OpenEXR of the sensor's size: one plane, or one for each band"},
+        {"file",
+         Path{&s.file},
+         {},
+         {},
+         {},
+         "FITS or OpenEXR of the sensor's size: one plane, or one for each band"},
         {"w_m2_per_unit", &s.w_m2_per_unit, "W/m2", {0, 1e12}, {}, "What 1 in the file adds to a pixel"},
         {"follows_sun",
          &s.follows_sun,

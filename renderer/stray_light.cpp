@@ -39,8 +39,7 @@ std::vector<Plane> read_planes(const std::filesystem::path& file,
         images::Image image = images::read_image(file, name);
         for (const double v : image.values)
             if (!(v >= 0 && std::isfinite(v)))
-                throw InputError(
-                    fmt::format("{}: {}: stray light has numbers from 0 up", file.string(), v));
+                throw InputError(fmt::format("{}: {}: stray light has numbers from 0 up", file.string(), v));
         planes.push_back({image.width, image.height, std::move(image.values)});
     };
     const std::vector<std::string> names = images::colour_planes(file);

@@ -1,4 +1,5 @@
 // The command line doing what it is asked: help, check, render, capture, bench.
+#include "images/image.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
@@ -6,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 using namespace obscura::test;
 using namespace std::chrono_literals;
@@ -104,8 +106,8 @@ TEST_CASE("a render has the same bytes on any number of threads, in every format
     double light = 0;
     for (int channel = 0; channel < 12; ++channel) {
         INFO("channel " << channel);
-        const images::Image all = images::read_image(whole, std::to_string(channel));
-        const images::Image some = images::read_image(part, std::to_string(channel));
+        const obscura::images::Image all = obscura::images::read_image(whole, std::to_string(channel));
+        const obscura::images::Image some = obscura::images::read_image(part, std::to_string(channel));
         REQUIRE(all.width == 160);
         REQUIRE(some.width == 75);
         REQUIRE(some.height == 50);
