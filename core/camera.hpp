@@ -88,11 +88,11 @@ struct CameraSettings {
     TriggerActivation start_trigger_activation = TriggerActivation::rising_edge; ///< line0 only
     // SFNC TriggerSelector FrameBurstStart: lets the next burst_frame_count frames through. Without a trigger
     // for FrameStart the first of them begins at its edge, the others follow at the free run's rate.
-    TriggerChoice burst_trigger;
+    TriggerChoice burst_trigger{};
     std::uint32_t burst_frame_count = 1; ///< SFNC AcquisitionBurstFrameCount
     // SFNC TriggerSelector ExposureStart: the edge that a frame is exposed at. A trigger for FrameStart then
     // only readies the camera for one such edge; without one it is always ready.
-    TriggerChoice exposure_trigger;
+    TriggerChoice exposure_trigger{};
     bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
     double black_level_dn = 0;      ///< SFNC BlackLevel
     ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern

@@ -259,9 +259,9 @@ TEST_CASE("Files that are no meshes are refused with one line, whatever is in th
                ContainsSubstring("p.ply: "));
     CHECK_THAT(complaint(folder, folder.write("n.obj", "vt 0 0\nv 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")),
                ContainsSubstring("n.obj: "));
-    // assimp would look for the end of this line for ever.
-    CHECK(complaint(folder, folder.write("h.ply", "ply\nformat ascii ")) ==
-          "h.ply: not readable as a mesh: it takes too long or too much memory");
+    // The assimp of Debian 12 would look for the end of this line for ever, that of Debian 13 does not.
+    CHECK_THAT(complaint(folder, folder.write("h.ply", "ply\nformat ascii ")),
+               ContainsSubstring("h.ply: not readable as a mesh: "));
     // Cut short or with flipped bytes: refused or read, never worse.
     std::mt19937 random(5);
     for (const auto& [name, good] : {std::pair{std::string("f.3ds"), studio()}, {"f.gltf", gltf()}})
