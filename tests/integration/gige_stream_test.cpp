@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -188,6 +189,132 @@ TEST_CASE("Every pixel format carries the digital numbers as PFNC lays them out"
         CHECK(wrong == 0);
         client.execute("AcquisitionStop");
     }
+}
+
+TEST_CASE("A binned frame is the unbinned one of the same trigger, put together") {
+    Bench bench(limits());
+    bench.source.set_bands(7, 0); // bands that do not end with binned rows
+    const struct {
+        const char* name;
+        int bits;
+    } formats[] = {{"Mono16", 16}, {"Mono12", 12}, {"Mono8", 8}};
+    const struct {
+        std::int32_t x, y;
+        const char *x_mode, *y_mode;
+    } binnings[] = {{2, 1, "Sum", "Sum"},         {2, 2, "Sum", "Sum"},     {4, 4, "Sum", "Sum"},
+                    {2, 1, "Average", "Average"}, {2, 2, "Average", "Sum"}, {4, 4, "Average", "Average"}};
+    for (const auto& f : formats)
+        for (const auto& b : binnings) {
+            CAPTURE(f.name, b.x, b.y, b.x_mode, b.y_mode);
+            GigeClient client(address);
+            client.set("PixelFormat", f.name);
+            client.set("BinningHorizontal", std::int64_t{b.x});
+            client.set("BinningVertical", std::int64_t{b.y});
+            client.set("BinningHorizontalMode", b.x_mode);
+            client.set("BinningVerticalMode", b.y_mode);
+            client.set("OffsetX", std::int64_t{0});
+            client.set("OffsetY", std::int64_t{0});
+            CHECK(client.integer("WidthMax") == 256 / b.x);
+            CHECK(client.integer("HeightMax") == 200 / b.y);
+            CHECK_THROWS(client.set("Width", std::int64_t{256 / b.x + 1}));
+            const std::int32_t width = 31, height = 21, left = 9, top = 5; // binned pixels
+            client.set("Width", std::int64_t{width});
+            client.set("Height", std::int64_t{height});
+            client.set("OffsetX", std::int64_t{left});
+            client.set("OffsetY", std::int64_t{top});
+            CHECK(bench.source.settings().region == Region{left * b.x, top * b.y, width * b.x, height * b.y});
+            const std::size_t expected = width * height * (f.bits == 8 ? 1U : 2U);
+            CHECK(static_cast<std::size_t>(client.integer("PayloadSize")) == expected);
+            client.open_stream(4);
+            client.execute("AcquisitionStart");
+            CHECK_THROWS(client.set("BinningHorizontal", std::int64_t{1}));
+            for (std::uint64_t id = 1; id <= 2; ++id) {
+                auto buffer = client.next(5000);
+                REQUIRE(buffer != nullptr);
+                REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+                CHECK(arv_buffer_get_image_width(buffer.get()) == width);
+                CHECK(arv_buffer_get_image_height(buffer.get()) == height);
+                CHECK(arv_buffer_get_image_x(buffer.get()) == left);
+                CHECK(arv_buffer_get_image_y(buffer.get()) == top);
+                std::size_t bytes = 0;
+                const auto* data =
+                    static_cast<const std::uint8_t*>(arv_buffer_get_data(buffer.get(), &bytes));
+                REQUIRE(bytes == expected);
+                std::uint64_t wrong = 0;
+                for (std::int32_t y = 0; y < height; ++y)
+                    for (std::int32_t x = 0; x < width; ++x) {
+                        double value = 0;
+                        for (std::int32_t i = 0; i < b.x * b.y; ++i)
+                            value +=
+                                pattern_pixel(id, (left + x) * b.x + i % b.x, (top + y) * b.y + i / b.x, 12);
+                        if (b.x_mode[0] == 'A') value /= b.x;
+                        if (b.y_mode[0] == 'A') value /= b.y;
+                        value = std::min(std::floor(value + 0.5), f.bits == 16 ? 65535.0 : 4095.0);
+                        const auto at = static_cast<std::size_t>(y * width + x);
+                        const int got = f.bits == 8 ? data[at] : data[2 * at] | data[2 * at + 1] << 8;
+                        wrong += got != static_cast<int>(value) >> (f.bits == 8 ? 4 : 0);
+                    }
+                CHECK(wrong == 0);
+                client.give_back(std::move(buffer));
+            }
+            client.execute("AcquisitionStop");
+        }
+}
+
+TEST_CASE("Chunks and zeros of an abandoned frame are those of the binned image") {
+    Bench bench(limits(64, 48));
+    bench.source.set_bands(11, 0);
+    bench.source.abandon_after(22); // five binned rows and half of a sixth
+    GigeClient client(address);
+    client.set("BinningHorizontal", std::int64_t{2});
+    client.set("BinningVertical", std::int64_t{4});
+    client.set("OffsetX", std::int64_t{0});
+    client.set("Width", std::int64_t{30});
+    client.set("OffsetX", std::int64_t{2});
+    client.set_flag("ChunkModeActive", true);
+    for (const char* chunk : {"Width", "Height", "OffsetX", "Regions", "RowTimes"}) {
+        client.set("ChunkSelector", chunk);
+        client.set_flag("ChunkEnable", true);
+    }
+    client.set_flag("GevSCCFGExtendedChunkData", true);
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    auto buffer = client.next(5000);
+    REQUIRE(buffer != nullptr);
+    REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+    Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
+    const auto integer = [&](const char* name) {
+        GError* error = nullptr;
+        const gint64 v = arv_chunk_parser_get_integer_value(parser.get(), buffer.get(), name, &error);
+        check(error, name);
+        return v;
+    };
+    CHECK(integer("ChunkWidth") == 30);
+    CHECK(integer("ChunkHeight") == 12);
+    CHECK(integer("ChunkOffsetX") == 2);
+    CHECK(integer("ChunkRegionWidth") == 60); // where it lies on the sensor
+    CHECK(integer("ChunkRowCount") == 12);
+    std::size_t bytes = 0;
+    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(buffer.get(), &bytes));
+    REQUIRE(bytes >= 30 * 12 * 2);
+    for (std::size_t row = 0; row < 12; ++row) {
+        CAPTURE(row);
+        CHECK(std::any_of(data + row * 60, data + (row + 1) * 60, [](std::uint8_t b) { return b != 0; }) ==
+              (row < 5));
+    }
+    std::size_t chunk_bytes = 0;
+    const auto* times =
+        static_cast<const std::uint8_t*>(arv_buffer_get_chunk_data(buffer.get(), 0x4F42000D, &chunk_bytes));
+    REQUIRE(chunk_bytes == 8 + 12 * 16);
+    const auto instant = [&](std::size_t row, std::size_t which) {
+        std::int64_t ns = 0;
+        for (std::size_t i = 0; i < 8; ++i)
+            ns = ns << 8 | times[8 + row * 16 + which * 8 + i];
+        return ns;
+    };
+    for (std::size_t row = 0; row < 5; ++row) // a global shutter
+        CHECK(instant(row, 1) - instant(row, 0) == bench.source.settings().exposure_ns);
+    client.execute("AcquisitionStop");
 }
 
 TEST_CASE("A region of interest and a small packet size are obeyed") {

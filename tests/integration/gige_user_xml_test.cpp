@@ -113,6 +113,18 @@ TEST_CASE("Writing features by their own registers drives the camera") {
     client.set("PixelFormat", "Mono8");
     CHECK(bench.source.settings().pixel_format == PixelFormat::mono8);
     CHECK(client.integer("PayloadSize") == 64 * 48);
+    CHECK(client.text("BinningHorizontalMode") == "Sum");
+    client.set("BinningHorizontalMode", "Average");
+    client.set("BinningHorizontal", std::int64_t{4}); // the file's Width follows
+    CHECK(client.integer("Width") == 16);
+    CHECK(client.integer("OffsetX") == 1);
+    CHECK(bench.source.settings().region == Region{4, 7, 64, 48});
+    CHECK(client.integer("PayloadSize") == 16 * 48);
+    CHECK_THROWS(client.set("BinningHorizontal", std::int64_t{3}));
+    CHECK(client.integer("BinningHorizontal") == 4);
+    client.set("BinningHorizontal", std::int64_t{1});
+    client.set("OffsetX", std::int64_t{5});
+    CHECK(client.integer("Width") == 64);
 
     // What the camera cannot do is refused, and the registers show what it does.
     CHECK_THROWS(client.set("OffsetX", std::int64_t{100}));

@@ -90,8 +90,11 @@ std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept {
 
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
-                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions) noexcept {
+                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions,
+                         const Binning& binning) noexcept {
     const FrameInfo& info = frame.info;
+    const Region& first = info.windows[0].sensor;
+    const Region image = binning.of({first.x, first.y, info.width, info.height});
     const auto device_time = [&](Time t) {
         return static_cast<std::uint64_t>(t.ns + info.tai_offset_ns - timestamp_origin_ns);
     };
@@ -118,16 +121,16 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
             pen.u64(frame_id);
             break;
         case Chunk::width:
-            pen.i32(info.width);
+            pen.i32(image.width);
             break;
         case Chunk::height:
-            pen.i32(info.height);
+            pen.i32(image.height);
             break;
         case Chunk::offset_x:
-            pen.i32(info.windows[0].sensor.x);
+            pen.i32(image.x);
             break;
         case Chunk::offset_y:
-            pen.i32(info.windows[0].sensor.y);
+            pen.i32(image.y);
             break;
         case Chunk::pixel_format:
             pen.u32(static_cast<std::uint32_t>(info.pixel_format));
@@ -147,7 +150,7 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                 pen.i32(window.sensor.y);
                 pen.i32(window.sensor.width);
                 pen.i32(window.sensor.height);
-                pen.i32(window.image_y);
+                pen.i32(window.image_y / binning.vertical);
                 pen.u32(w < info.window_count ? frame.window_flags(w) : 0);
                 for (const std::int64_t ns :
                      {window.exposure_requested_ns, window.exposure_min_ns, window.exposure_max_ns})
@@ -155,11 +158,13 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
             }
             break;
         case Chunk::row_times:
-            pen.i32(info.height);
+            pen.i32(image.height);
             pen.u32(0);
-            for (const RowTime& row : frame.row_times()) {
-                pen.u64(device_time(row.reset));
-                pen.u64(device_time(row.read));
+            for (std::int32_t row = 0; row < image.height; ++row) {
+                const auto rows = frame.row_times().subspan(static_cast<std::size_t>(row * binning.vertical),
+                                                            static_cast<std::size_t>(binning.vertical));
+                pen.u64(device_time(rows.front().reset));
+                pen.u64(device_time(rows.back().read));
             }
             break;
         case Chunk::line_status_all:
@@ -193,7 +198,7 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
         }
         }
         const auto bytes = static_cast<std::size_t>(pen.at() - begin);
-        assert(bytes == data_bytes(chunk, info.height));
+        assert(bytes == data_bytes(chunk, image.height));
         pen.u32(chunk_id_base + i + 1);
         pen.u32(static_cast<std::uint32_t>(bytes));
     }

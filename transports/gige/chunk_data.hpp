@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "transports/gige/binning.hpp"
 
 #include <array>
 #include <cstddef>
@@ -53,9 +54,11 @@ using RegionNumbers = std::array<std::uint8_t, max_windows>;
 [[nodiscard]] std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept;
 
 /// Writes the image's tag (when `tag_image`) and the selected chunks; `out` has room for chunk_bytes().
-/// `timestamp_origin_ns` is taken from TAI to get device time.
+/// `timestamp_origin_ns` is taken from TAI to get device time. A binned row is reset with the first of its
+/// rows and read with the last; regions are in sensor pixels still.
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
-                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions) noexcept;
+                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions,
+                         const Binning& binning = {}) noexcept;
 
 } // namespace obscura::transports::gige

@@ -20,7 +20,6 @@ constexpr std::uint32_t packet_size_limit = 16'384;
 constexpr std::uint32_t scps_fire_test_packet = 0x80000000;
 constexpr std::uint32_t scps_do_not_fragment = 0x40000000;
 constexpr std::uint32_t gvsp_extended_ids = 0x40000000;
-constexpr std::uint32_t sccfg_multipart = 0x40, sccfg_chunk_in_image = 0x01;
 constexpr std::uint32_t action_group_count = 1;
 constexpr std::uint32_t pending_ack_enable = 2;
 constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
@@ -54,6 +53,7 @@ Device::Device(const GigeSettings& settings, const NetworkInterface& network, Ca
     add_actions();
     add_image_format();
     add_image_extras();
+    add_binning();
     add_regions();
     add_acquisition();
     add_digital_io();
@@ -267,6 +267,7 @@ void Device::add_stream() {
                .write = [this](std::uint32_t value) {
                    if ((value & ~(sccfg_multipart | sccfg_chunk_in_image)) != 0)
                        return Status::invalid_parameter;
+                   if ((value & sccfg_multipart) != 0 && binning_.active()) return Status::write_protect;
                    bank_.poke(reg::stream_configuration, value);
                    return Status::success;
                }});
@@ -299,10 +300,6 @@ void Device::add_actions() {
 void Device::add_image_format() {
     constant("SensorWidth", feature::sensor_width, static_cast<std::uint32_t>(limits_.sensor_width));
     constant("SensorHeight", feature::sensor_height, static_cast<std::uint32_t>(limits_.sensor_height));
-    constant("WidthMin", feature::width_min, static_cast<std::uint32_t>(limits_.width_min));
-    constant("WidthStep", feature::width_step, static_cast<std::uint32_t>(limits_.width_step));
-    constant("HeightMin", feature::height_min, static_cast<std::uint32_t>(limits_.height_min));
-    constant("HeightStep", feature::height_step, static_cast<std::uint32_t>(limits_.height_step));
     constant("AdcBits", feature::adc_bits, static_cast<std::uint32_t>(limits_.adc_bits));
 
     setting(
@@ -315,11 +312,11 @@ void Device::add_image_format() {
         });
     bank_.add({.name = "PayloadSize", .address = feature::payload_size, .read = [this] {
                    const CameraSettings s = control_.settings();
-                   const ImageSize size = composed_size(s);
+                   const ImageSize whole = composed_size(s);
+                   const Region size = binning_.of({0, 0, whole.width, whole.height});
                    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
-                   return static_cast<std::uint32_t>(payload_size(s.pixel_format,
-                                                                  std::int64_t{size.width} * size.height,
-                                                                  size.height, multipart, chunk_selection()));
+                   return static_cast<std::uint32_t>(
+                       payload_size(s.pixel_format, size.area(), size.height, multipart, chunk_selection()));
                }});
 }
 
@@ -331,9 +328,6 @@ void Device::add_image_extras() {
             s.test_pattern = static_cast<ImagePattern>(value);
             return value < image_pattern_count;
         });
-    // None of the sensors adds up pixels.
-    constant("BinningHorizontal", feature::binning_horizontal, 1);
-    constant("BinningVertical", feature::binning_vertical, 1);
     constant("SensorShutterMode", feature::shutter_mode, limits_.global_shutter ? 0 : 1);
     bank_.add_string("SensorType", feature::sensor_name, 32, Access::read_only, limits_.sensor_name);
 }
@@ -768,6 +762,7 @@ StreamConfig Device::stream_config() const {
         c.throughput_limit = bank_.peek(feature::throughput_limit);
     c.payload.timestamp_origin_ns = timestamp_origin_ns_;
     c.payload.chunks = chunk_selection();
+    c.payload.binning = binning_;
     for (std::uint32_t i = 0, request = 0; i < region_count(); ++i)
         if (i == 0 || regions_[i].enabled) c.payload.regions[request++] = static_cast<std::uint8_t>(i);
     c.faults = faults_;

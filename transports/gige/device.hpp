@@ -4,6 +4,7 @@
 #include "core/camera.hpp"
 #include "core/clock.hpp"
 #include "core/ptp_status.hpp"
+#include "transports/gige/binning.hpp"
 #include "transports/gige/fault_injector.hpp"
 #include "transports/gige/features.hpp"
 #include "transports/gige/io_state.hpp"
@@ -96,6 +97,7 @@ private:
     void add_user_sets();
     void add_faults();
     void add_image_extras();
+    void add_binning();
     void add_regions();
     void add_digital_io();
     void add_counters();
@@ -119,6 +121,9 @@ private:
     [[nodiscard]] const ReadoutAnswer& readout_answer();
     [[nodiscard]] std::uint32_t region_count() const noexcept;
     [[nodiscard]] CameraWindow region_window(std::uint32_t i) const;
+    /// The others are off while Region0 is binned, and in sensor pixels.
+    [[nodiscard]] Binning region_binning(std::uint32_t i) const { return i == 0 ? binning_ : Binning{}; }
+    [[nodiscard]] Status write_binning(const Binning& wanted);
     [[nodiscard]] CameraSettings with_regions(const CameraWindow& first) const;
     Status write_region(std::uint32_t i, const CameraWindow& window, bool enabled);
     [[nodiscard]] FrameWindow region_obtained(std::uint32_t i);
@@ -168,6 +173,7 @@ private:
         CameraWindow window;
     };
     std::array<RegionSlot, max_windows> regions_;
+    Binning binning_;
     std::array<EventCounter, feature::counter_count> counters_;
     std::array<PulseTimer, feature::timer_count> timers_;
     std::uint64_t acquisitions_ = 0;

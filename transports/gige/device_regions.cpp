@@ -30,6 +30,9 @@ Status Device::write_region(std::uint32_t i, const CameraWindow& window, bool en
     CameraSettings alone = control_.settings();
     alone.set_windows({&window, 1});
     if (!explain_invalid(alone, limits_).empty()) return Status::invalid_parameter;
+    // What is binned is one picture of one window.
+    if (binning_.active() && (i == 0 ? window.sampling == Sampling::non_destructive : enabled))
+        return Status::write_protect;
     const RegionSlot before = regions_[i];
     const bool concerned = i == 0 || enabled || before.enabled;
     regions_[i] = {enabled, window};
@@ -97,20 +100,23 @@ void Device::add_regions() {
                            }});
         };
         const auto extent = [&](std::string_view name, std::uint32_t offset, bool locked,
-                                std::int32_t Region::*member) {
+                                std::int32_t Region::*member, std::int32_t Binning::*binning) {
             part(
                 name, offset, locked,
-                [member](const CameraWindow& w) { return static_cast<std::uint32_t>(w.region.*member); },
-                [member](CameraWindow& w, std::uint32_t value) {
-                    w.region.*member = static_cast<std::int32_t>(value);
-                    return true;
+                [this, i, member, binning](const CameraWindow& w) {
+                    return static_cast<std::uint32_t>(w.region.*member / region_binning(i).*binning);
+                },
+                [this, i, member, binning](CameraWindow& w, std::uint32_t value) {
+                    const std::int64_t pixels = std::int64_t{value} * (region_binning(i).*binning);
+                    w.region.*member = static_cast<std::int32_t>(pixels);
+                    return pixels <= INT32_MAX;
                 });
         };
         // Width and height, and what else changes the size of the image, stay while streaming.
-        extent("Width", feature::region::width, true, &Region::width);
-        extent("Height", feature::region::height, true, &Region::height);
-        extent("OffsetX", feature::region::offset_x, false, &Region::x);
-        extent("OffsetY", feature::region::offset_y, false, &Region::y);
+        extent("Width", feature::region::width, true, &Region::width, &Binning::horizontal);
+        extent("Height", feature::region::height, true, &Region::height, &Binning::vertical);
+        extent("OffsetX", feature::region::offset_x, false, &Region::x, &Binning::horizontal);
+        extent("OffsetY", feature::region::offset_y, false, &Region::y, &Binning::vertical);
         bank_.add({.name = "RegionMode",
                    .address = base + feature::region::mode,
                    .access = Access::read_write,

@@ -23,6 +23,10 @@ constexpr std::uint32_t binning_horizontal = 0xA03C;
 constexpr std::uint32_t binning_vertical = 0xA040;
 constexpr std::uint32_t shutter_mode = 0xA044;
 constexpr std::uint32_t regions_max = 0xA048;
+constexpr std::uint32_t binning_horizontal_mode = 0xA04C; // BinningMode
+constexpr std::uint32_t binning_vertical_mode = 0xA050;
+constexpr std::uint32_t width_max = 0xA054; // in binned pixels, as width_min and width_step
+constexpr std::uint32_t height_max = 0xA058;
 constexpr std::uint32_t sensor_name = 0xA060; // 32 bytes
 
 constexpr std::uint32_t acquisition_mode = 0xA100;

@@ -25,16 +25,16 @@ std::size_t write_gvsp_header(std::uint8_t* out, bool extended, Status status, s
     return gvsp_extended_header_bytes;
 }
 
-std::size_t write_image_leader(std::uint8_t* out, PayloadType type, const FrameInfo& info,
+std::size_t write_image_leader(std::uint8_t* out, PayloadType type, PixelFormat format, const Region& image,
                                std::uint64_t timestamp_ns) noexcept {
     store_be16(out, 0);
     store_be16(out + 2, static_cast<std::uint16_t>(type));
     store_be64(out + 4, timestamp_ns);
-    store_be32(out + 12, static_cast<std::uint32_t>(info.pixel_format));
-    store_be32(out + 16, static_cast<std::uint32_t>(info.width));
-    store_be32(out + 20, static_cast<std::uint32_t>(info.height));
-    store_be32(out + 24, static_cast<std::uint32_t>(info.windows[0].sensor.x));
-    store_be32(out + 28, static_cast<std::uint32_t>(info.windows[0].sensor.y));
+    store_be32(out + 12, static_cast<std::uint32_t>(format));
+    store_be32(out + 16, static_cast<std::uint32_t>(image.width));
+    store_be32(out + 20, static_cast<std::uint32_t>(image.height));
+    store_be32(out + 24, static_cast<std::uint32_t>(image.x));
+    store_be32(out + 28, static_cast<std::uint32_t>(image.y));
     store_be32(out + 32, 0); // no padding after rows or image
     return 36;
 }

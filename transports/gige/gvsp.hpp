@@ -47,7 +47,7 @@ std::size_t write_gvsp_header(std::uint8_t* out, bool extended, Status status, s
 
 /// Leader of an image with or without chunks, without GVSP header; returns its length. `timestamp_ns` is
 /// device time.
-std::size_t write_image_leader(std::uint8_t* out, PayloadType type, const FrameInfo& info,
+std::size_t write_image_leader(std::uint8_t* out, PayloadType type, PixelFormat format, const Region& image,
                                std::uint64_t timestamp_ns) noexcept;
 /// `payload_bytes` is the whole length of the payload when it is made of chunks.
 std::size_t write_image_trailer(std::uint8_t* out, PayloadType type, std::int32_t rows,

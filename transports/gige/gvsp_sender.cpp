@@ -267,7 +267,8 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
         stamp += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount * 1000));
     block.leader_bytes = session_->type == PayloadType::multipart
                              ? write_multipart_leader(block.leader.data(), info, block.payload, stamp)
-                             : write_image_leader(block.leader.data(), session_->type, info, stamp);
+                             : write_image_leader(block.leader.data(), session_->type, info.pixel_format,
+                                                  block.payload.image(), stamp);
     block.trailer_bytes = 0;
     return true;
 }
@@ -276,7 +277,7 @@ void GvspSender::write_trailer(Block& block) noexcept {
     block.trailer_bytes =
         session_->type == PayloadType::multipart
             ? write_multipart_trailer(block.trailer.data())
-            : write_image_trailer(block.trailer.data(), session_->type, block.frame->info.height,
+            : write_image_trailer(block.trailer.data(), session_->type, block.payload.image().height,
                                   block.payload.bytes(), block.payload.chunks());
 }
 

@@ -36,20 +36,25 @@ std::size_t payload_size(PixelFormat pixel_format, std::int64_t pixels, std::int
 
 void Payload::reserve(const PayloadFormat& format) {
     format_ = format;
-    if (format.packs_pixels || format.multipart) packed_.resize(format.max_image_bytes + max_windows);
+    if (format.packs_pixels || format.multipart || format.binning.active())
+        packed_.resize(format.max_image_bytes + max_windows);
     carry_.resize(static_cast<std::size_t>(format.max_width) + byte_group);
     chunk_store_.resize(chunk_bytes(format.chunks, format.max_height));
+    if (format.binning.active()) binner_.reserve(format.max_width);
 }
 
 bool Payload::begin(const Frame& frame, std::uint64_t frame_id, std::size_t packet_bytes) noexcept {
     const FrameInfo& info = frame.info;
-    const std::int64_t pixels = std::int64_t{info.width} * info.height;
     if (info.width <= 0 || info.height <= 0 || info.width > format_.max_width ||
         info.height > format_.max_height)
         return false;
+    const Region& first = info.windows[0].sensor;
+    image_ = format_.binning.of({first.x, first.y, info.width, info.height});
+    if (image_.area() == 0) return false;
     frame_id_ = frame_id;
     packet_bytes_ = packet_bytes;
-    direct_ = !format_.multipart && bits_in_words(info.pixel_format) >= info.bits_per_pixel;
+    direct_ = !format_.multipart && !format_.binning.active() &&
+              bits_in_words(info.pixel_format) >= info.bits_per_pixel;
     valid_ = available_ = 0;
     packing_part_ = carried_ = 0;
     packing_row_ = 0;
@@ -67,14 +72,14 @@ bool Payload::begin(const Frame& frame, std::uint64_t frame_id, std::size_t pack
             image_bytes_ += bytes;
         }
     } else {
-        image_bytes_ = packed_bytes(info.pixel_format, pixels);
+        image_bytes_ = packed_bytes(info.pixel_format, image_.area());
         parts_[part_count_++] = {0, image_bytes_, 0, 0, 0};
     }
     if (image_bytes_ > format_.max_image_bytes + max_windows || (!direct_ && packed_.size() < image_bytes_))
         return false;
     data_ = direct_ ? reinterpret_cast<const std::uint8_t*>(frame.pixels().data()) : packed_.data();
 
-    std::size_t chunks = chunk_bytes(format_.chunks, info.height);
+    std::size_t chunks = chunk_bytes(format_.chunks, image_.height);
     if (chunks > 0 && format_.multipart) {
         chunks -= chunk_tag_bytes; // no image in the chunk part, so no tag of one
         parts_[part_count_++] = {image_bytes_, chunks, 0, 0, max_windows};
@@ -91,10 +96,10 @@ bool Payload::begin(const Frame& frame, std::uint64_t frame_id, std::size_t pack
     return true;
 }
 
-void Payload::append_row(const Frame& frame, std::int32_t image_row, std::size_t width) noexcept {
-    const PixelFormat format = frame.info.pixel_format;
-    const int bits = frame.info.bits_per_pixel;
-    const auto row = frame.row(image_row).first(width);
+void Payload::append_row(const FrameInfo& info, std::span<const std::uint16_t> row) noexcept {
+    const PixelFormat format = info.pixel_format;
+    const int bits = info.bits_per_pixel;
+    const std::size_t width = row.size();
     std::uint8_t* const out = packed_.data() + valid_;
     const bool whole_bytes = format != PixelFormat::mono10p && format != PixelFormat::mono12p;
     if (whole_bytes || (carried_ == 0 && width % byte_group == 0)) {
@@ -133,13 +138,20 @@ void Payload::update(const Frame& frame) noexcept {
     const FrameInfo& info = frame.info;
     if (direct_) {
         valid_ = 2 * static_cast<std::size_t>(ready) * static_cast<std::size_t>(info.width);
+    } else if (format_.binning.active()) {
+        const Binning& binning = format_.binning;
+        while (packing_part_ == 0 && (packing_row_ + 1) * binning.vertical <= ready) {
+            append_row(info, binner_.row(frame, packing_row_, image_.width, info.pixel_format, binning));
+            if (++packing_row_ == image_.height) finish_part(frame);
+        }
     } else {
         const std::size_t image_parts = format_.multipart ? info.window_count : 1;
         while (packing_part_ < image_parts) {
             const FrameWindow whole{{0, 0, info.width, info.height}, 0, 0, 0};
             const FrameWindow& window = format_.multipart ? info.windows[packing_part_] : whole;
             if (window.image_y + packing_row_ >= ready) break;
-            append_row(frame, window.image_y + packing_row_, static_cast<std::size_t>(window.sensor.width));
+            append_row(info, frame.row(window.image_y + packing_row_)
+                                 .first(static_cast<std::size_t>(window.sensor.width)));
             if (++packing_row_ == window.sensor.height) finish_part(frame);
         }
     }
@@ -147,7 +159,7 @@ void Payload::update(const Frame& frame) noexcept {
     if (ready == info.height || abandoned) {
         if (bytes_ > image_bytes_)
             write_chunks(chunk_store_, format_.chunks, frame, frame_id_, image_bytes_, !format_.multipart,
-                         format_.timestamp_origin_ns, format_.regions);
+                         format_.timestamp_origin_ns, format_.regions, format_.binning);
         available_ = bytes_;
     }
 }

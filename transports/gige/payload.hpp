@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "transports/gige/binning.hpp"
 #include "transports/gige/chunk_data.hpp"
 
 #include <array>
@@ -24,6 +25,7 @@ struct PayloadFormat {
     std::int32_t max_width = 0, max_height = 0;
     std::int64_t timestamp_origin_ns = 0;
     RegionNumbers regions{};
+    Binning binning; ///< none together with multipart
 };
 
 /// Pixels are not copied where the frame holds them as they go out; else they are packed once, each row when
@@ -58,9 +60,11 @@ public:
                                 std::size_t& offset) const noexcept;
     [[nodiscard]] std::uint32_t chunks() const noexcept { return format_.chunks; }
     [[nodiscard]] bool multipart() const noexcept { return format_.multipart; }
+    /// The image as the client gets it: its first window's offset, its own size.
+    [[nodiscard]] const Region& image() const noexcept { return image_; }
 
 private:
-    void append_row(const Frame& frame, std::int32_t image_row, std::size_t width) noexcept;
+    void append_row(const FrameInfo& info, std::span<const std::uint16_t> row) noexcept;
     void finish_part(const Frame& frame) noexcept;
     [[nodiscard]] bool done() const noexcept { return available_ == bytes_; }
 
@@ -68,6 +72,8 @@ private:
     std::size_t packet_bytes_ = 0;
     std::uint64_t frame_id_ = 0;
     bool direct_ = false;
+    Region image_;
+    RowBinner binner_;
     const std::uint8_t* data_ = nullptr;
     std::size_t image_bytes_ = 0, bytes_ = 0;
     std::size_t valid_ = 0, available_ = 0; // image bytes that are pixels; payload bytes that may be sent

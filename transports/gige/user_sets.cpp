@@ -1,6 +1,7 @@
 // The part of Device that saves and loads user sets.
 #include "transports/gige/bytes.hpp"
 #include "transports/gige/device.hpp"
+#include "transports/gige/device_words.hpp"
 #include "transports/gige/features.hpp"
 
 #include <fcntl.h>
@@ -25,6 +26,15 @@ bool belongs_to_user_set(const Register& r) {
            r.address != feature::test_pending_ack;
 }
 
+bool binned(const std::string& text) {
+    std::istringstream lines(text);
+    lines >> std::hex;
+    for (std::uint32_t address = 0, value = 0; lines >> address >> value;)
+        if ((address == feature::binning_horizontal || address == feature::binning_vertical) && value > 1)
+            return true;
+    return false;
+}
+
 constexpr std::uint32_t set_default = 0, set_user_1 = 1;
 
 } // namespace
@@ -41,6 +51,9 @@ std::string Device::saved_features() const {
 
 Status Device::load_features(const std::string& text) {
     if (control_.acquiring()) return Status::write_protect;
+    // A binned picture comes in one part, and that is the stream's, not the set's.
+    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
+    if (multipart && binned(text)) return Status::write_protect;
     publish_sequence({});
     sequencer_configuring_ = false;
     bank_.write_word(feature::exposure_auto, 0); // or ExposureTime could not be written
@@ -53,6 +66,8 @@ Status Device::load_features(const std::string& text) {
         bank_.write_word(base + feature::region::offset_x, 0);
         bank_.write_word(base + feature::region::offset_y, 0);
     }
+    // Several reads of one window cannot be binned.
+    bank_.write_word(feature::regions + feature::region::sampling, 0);
     std::istringstream lines(text);
     lines >> std::hex;
     for (std::uint32_t address = 0, value = 0; lines >> address >> value;) {

@@ -38,6 +38,7 @@ constexpr std::array trigger_sources{Word{"Line0", 1},    Word{"Line1", 1},  Wor
                                      Word{"Software", 0}, Word{"Action1", 2}};
 constexpr std::array exposure_autos{Word{"Off", 0}, Word{"Once", 1}, Word{"Continuous", 2}};
 constexpr std::array overlaps{Word{"Off", 0}, Word{"ReadOut", 1}, Word{"PreviousFrame", 2}};
+constexpr std::array binning_modes{Word{"Sum", 0}, Word{"Average", 1}};
 constexpr std::array pixel_formats{Word{"Mono8", 0x01080001},  Word{"Mono10", 0x01100003},
                                    Word{"Mono12", 0x01100005}, Word{"Mono14", 0x01100025},
                                    Word{"Mono16", 0x01100007}, Word{"Mono10p", 0x010A0046},
@@ -93,8 +94,12 @@ constexpr std::array features{
     Feature{"DeviceUserID", reg::user_name, text},
     Feature{"SensorWidth", feature::sensor_width, shown},
     Feature{"SensorHeight", feature::sensor_height, shown},
-    Feature{"WidthMax", feature::sensor_width, shown},
-    Feature{"HeightMax", feature::sensor_height, shown},
+    Feature{"BinningHorizontal", feature::binning_horizontal},
+    Feature{"BinningVertical", feature::binning_vertical},
+    Feature{"BinningHorizontalMode", feature::binning_horizontal_mode, setting, 1, false, binning_modes},
+    Feature{"BinningVerticalMode", feature::binning_vertical_mode, setting, 1, false, binning_modes},
+    Feature{"WidthMax", feature::width_max, shown},
+    Feature{"HeightMax", feature::height_max, shown},
     Feature{"OffsetX", feature::offset_x, setting, 1, false, no_words, region, region0},
     Feature{"OffsetY", feature::offset_y, setting, 1, false, no_words, region, region0},
     Feature{"Width", feature::width, setting, 1, false, no_words, region, region0},

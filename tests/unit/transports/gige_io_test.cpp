@@ -1,6 +1,7 @@
 // Lines, counters, timers and sequencer: against a camera whose activity the test makes up.
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"
+#include "transports/gige/binning.hpp"
 #include "transports/gige/control_port.hpp"
 
 #include <cstdlib>
@@ -261,7 +262,6 @@ TEST_CASE("Small features are the camera's, not numbers on their own") {
     Bench b;
     CHECK(static_cast<std::int32_t>(b.read(feature::temperature)) == -31'500);
     CHECK(b.read(feature::binning_horizontal) == 1);
-    CHECK(b.write(feature::binning_horizontal, 2) == Status::write_protect);
     b.set(feature::black_level, 100'500);
     CHECK(b.camera.settings_.black_level_dn == 100.5);
     CHECK(b.write(feature::black_level, 2'048'001) == Status::invalid_parameter);
@@ -278,6 +278,182 @@ TEST_CASE("Small features are the camera's, not numbers on their own") {
     b.set(feature::trigger_divider, 4);
     CHECK(b.camera.settings_.trigger_divider == 4);
     CHECK(b.write(feature::trigger_divider, 0) == Status::invalid_parameter);
+}
+
+TEST_CASE("Binning changes the sizes of the image, and is refused where it makes no sense") {
+    Bench b;
+    PaperCamera& camera = b.camera;
+    const auto put = [&](Region r) { camera.settings_.region = r; };
+    put({10, 6, 321, 239});
+    CHECK(b.read(feature::binning_horizontal) == 1);
+    CHECK(b.read(feature::width_max) == 640);
+    b.set(feature::binning_horizontal, 2);
+    CHECK(camera.settings_.region == Region{10, 6, 320, 239}); // whole binned pixels
+    b.set(feature::binning_vertical, 4);
+    CHECK(camera.settings_.region == Region{10, 4, 320, 236});
+    CHECK(b.read(feature::width) == 160);
+    CHECK(b.read(feature::height) == 59);
+    CHECK(b.read(feature::offset_x) == 5);
+    CHECK(b.read(feature::offset_y) == 1);
+    CHECK(b.read(feature::width_max) == 320);
+    CHECK(b.read(feature::height_max) == 120);
+    CHECK(b.read(feature::sensor_width) == 640);
+    CHECK(b.read(feature::payload_size) == 160 * 59 * 2);
+    b.set(feature::width, 315);
+    CHECK(b.write(feature::width, 316) == Status::invalid_parameter); // 5 + 316 > 320
+    CHECK(b.write(feature::width, 0x7FFFFFFF) == Status::invalid_parameter);
+    b.set(feature::offset_y, 2);
+    CHECK(camera.settings_.region == Region{10, 8, 630, 236});
+    for (const std::uint32_t bad : {0U, 3U, 5U, 8U, 0x80000002U}) {
+        CHECK(b.write(feature::binning_horizontal, bad) == Status::invalid_parameter);
+        CHECK(b.write(feature::binning_vertical, bad) == Status::invalid_parameter);
+    }
+    CHECK(b.write(feature::binning_vertical_mode, 2) == Status::invalid_parameter);
+    b.set(feature::binning_vertical_mode, 1);
+    CHECK(b.read(feature::binning_horizontal_mode) == 0);
+    CHECK(b.read(feature::binning_vertical_mode) == 1);
+
+    // One window, one part, one read; and not while streaming.
+    constexpr std::uint32_t multipart = 0x40, region1 = feature::regions + feature::region_stride;
+    constexpr std::uint32_t non_destructive = static_cast<std::uint32_t>(Sampling::non_destructive);
+    CHECK(b.write(reg::stream_configuration, multipart) == Status::write_protect);
+    CHECK(b.write(region1 + feature::region::mode, 1) == Status::write_protect);
+    CHECK(b.write(feature::regions + feature::region::sampling, non_destructive) == Status::write_protect);
+    b.set(region1 + feature::region::width, 33); // while it is off, in sensor pixels
+    CHECK(b.read(region1 + feature::region::width) == 33);
+    camera.running = true;
+    CHECK(b.write(feature::binning_horizontal, 1) == Status::write_protect);
+    CHECK(b.write(feature::binning_vertical_mode, 0) == Status::write_protect);
+    b.set(feature::offset_x, 0);
+    camera.running = false;
+    b.set(feature::binning_horizontal, 1);
+    b.set(feature::binning_vertical, 1);
+    CHECK(camera.settings_.region == Region{0, 8, 630, 236});
+    const auto refused = [&] {
+        CHECK(b.write(feature::binning_horizontal, 2) == Status::write_protect);
+        CHECK(b.write(feature::binning_vertical, 2) == Status::write_protect);
+        CHECK(b.write(feature::binning_vertical, 1) == Status::success);
+    };
+    b.set(reg::stream_configuration, multipart);
+    refused();
+    b.set(reg::stream_configuration, 0);
+    b.set(region1 + feature::region::mode, 1);
+    refused();
+    b.set(region1 + feature::region::mode, 0);
+    b.set(feature::regions + feature::region::sampling, non_destructive);
+    refused();
+    b.set(feature::regions + feature::region::sampling, 0);
+
+    // A user set brings it back, whatever the region is meanwhile; in several parts the set cannot be had.
+    b.set(feature::binning_horizontal, 4);
+    b.set(feature::binning_vertical, 2);
+    b.set(feature::offset_x, 3);
+    b.set(feature::width, 100);
+    b.set(feature::user_set_selector, 1);
+    b.set(feature::user_set_save, 1);
+    b.set(feature::user_set_selector, 0);
+    b.set(feature::user_set_load, 1);
+    CHECK(b.read(feature::binning_horizontal) == 1);
+    CHECK(b.read(feature::binning_vertical_mode) == 0);
+    CHECK(camera.settings_.region == Region{0, 0, 320, 240});
+    b.set(feature::user_set_selector, 1);
+    b.set(reg::stream_configuration, multipart);
+    CHECK(b.write(feature::user_set_load, 1) == Status::write_protect);
+    CHECK(camera.settings_.region == Region{0, 0, 320, 240});
+    b.set(reg::stream_configuration, 0);
+    put({639, 479, 1, 1}); // less than one binned pixel
+    b.set(feature::regions + feature::region::sampling, non_destructive);
+    b.set(feature::user_set_load, 1);
+    CHECK(b.read(feature::binning_horizontal) == 4);
+    CHECK(b.read(feature::binning_vertical) == 2);
+    CHECK(b.read(feature::binning_vertical_mode) == 1);
+    CHECK(camera.settings_.region == Region{12, 8, 400, 236});
+    b.set(feature::device_reset, 1);
+    CHECK(b.read(feature::binning_vertical) == 1);
+}
+
+TEST_CASE("Steps of the chip and of binning are obeyed together") {
+    FakeClock clock;
+    PaperCamera camera;
+    camera.limits_.width_step = 6;
+    camera.limits_.width_min = 18;
+    camera.limits_.sensor_width = 642;
+    camera.settings_.region = {18, 0, 306, 240};
+    SilentStream stream;
+    MessageChannel messages{NetworkInterface{}};
+    Device device{GigeSettings{}, NetworkInterface{}, camera, stream, messages, clock};
+    RegisterBank& bank = device.registers();
+    const auto read = [&](std::uint32_t address) {
+        std::uint32_t value = 0;
+        REQUIRE(bank.read_word(address, value) == Status::success);
+        return value;
+    };
+    REQUIRE(bank.write_word(feature::binning_horizontal, 4) == Status::success);
+    CHECK(camera.settings_.region == Region{12, 0, 300, 240});
+    CHECK(read(feature::width_min) == 6);   // 24 pixels, the first multiple of 12 from 18 on
+    CHECK(read(feature::width_max) == 159); // 636 pixels
+    CHECK(read(feature::width_step) == 3);  // 12 pixels
+    for (std::uint32_t width = 0; width < 161; ++width) {
+        CAPTURE(width);
+        const bool fits = width >= 6 && width <= 156 && width % 3 == 0; // 3 + 156 = 159
+        CHECK((bank.write_word(feature::width, width) == Status::success) == fits);
+    }
+}
+
+TEST_CASE("A sum stops at full scale, an average rounds half up") {
+    FramePool pool(1, 64, 8);
+    const FrameRef frame = pool.acquire();
+    frame->info.width = 8;
+    frame->info.height = 4;
+    RowBinner binner;
+    binner.reserve(8);
+    const auto first = [&](PixelFormat format, int bits, std::uint16_t fill, std::uint16_t corner,
+                           const Binning& binning) {
+        frame->info.bits_per_pixel = bits;
+        std::fill_n(frame->pixels().data(), 32, fill);
+        frame->pixels()[0] = corner;
+        return binner.row(*frame, 0, 8 / binning.horizontal, format, binning)[0];
+    };
+    const auto sum = BinningMode::sum, average = BinningMode::average;
+    CHECK(first(PixelFormat::mono16, 16, 65535, 65535, {4, 4, sum, sum}) == 65535);
+    CHECK(first(PixelFormat::mono16, 12, 4095, 4095, {4, 4, sum, sum}) == 16 * 4095);
+    CHECK(first(PixelFormat::mono14, 12, 4095, 4095, {4, 4, sum, sum}) == 16383);
+    CHECK(first(PixelFormat::mono12p, 12, 1024, 1023, {2, 2, sum, sum}) == 4095);
+    CHECK(first(PixelFormat::mono12, 12, 1024, 1024, {2, 2, sum, sum}) == 4095);
+    CHECK(first(PixelFormat::mono12, 10, 1023, 1023, {2, 2, sum, sum}) == 4092);
+    CHECK(first(PixelFormat::mono8, 12, 1024, 1022, {2, 2, sum, sum}) == 4094); // 255 on the wire
+    CHECK(first(PixelFormat::mono16, 16, 65535, 65535, {4, 4, average, average}) == 65535);
+    CHECK(first(PixelFormat::mono16, 16, 7, 8, {2, 1, average, sum}) == 8);     // 7.5
+    CHECK(first(PixelFormat::mono16, 16, 7, 8, {2, 2, average, average}) == 7); // 7.25
+    CHECK(first(PixelFormat::mono16, 16, 7, 9, {2, 2, average, average}) == 8); // 7.5
+    CHECK(first(PixelFormat::mono16, 16, 0, 7, {4, 4, average, average}) == 0); // 7/16
+    CHECK(first(PixelFormat::mono16, 16, 0, 8, {4, 4, average, average}) == 1); // 8/16
+    CHECK(first(PixelFormat::mono16, 16, 7, 8, {2, 4, average, sum}) == 29);    // 28.5
+}
+
+TEST_CASE("A binned row is reset with its first row and read with its last") {
+    FramePool pool(1, 64, 8);
+    const FrameRef frame = pool.acquire();
+    frame->info.width = 8;
+    frame->info.height = 7; // the last three rows are of no binned one
+    for (std::int64_t row = 0; row < 7; ++row)
+        frame->row_times()[static_cast<std::size_t>(row)] = {Time{100 + 10 * row}, Time{500 + 10 * row}};
+    const std::uint32_t selection = chunk_bit(Chunk::row_times);
+    std::vector<std::uint8_t> out(chunk_bytes(selection, 1));
+    for (const std::int32_t vertical : {4, 2}) {
+        out.assign(chunk_bytes(selection, 7 / vertical), 0);
+        REQUIRE(write_chunks(out, selection, *frame, 1, 0, false, 0, {}, {1, vertical}) ==
+                out.size() - chunk_tag_bytes); // no tag of an image
+        CHECK(out[3] == 7 / vertical);
+        for (std::int32_t row = 0; row < 7 / vertical; ++row) {
+            const auto low_word = [&](std::int32_t at) {
+                const auto i = static_cast<std::size_t>(8 + 16 * row + at);
+                return out[i + 6] << 8 | out[i + 7];
+            };
+            CHECK(low_word(0) == 100 + 10 * vertical * row);
+            CHECK(low_word(8) == 500 + 10 * (vertical * row + vertical - 1));
+        }
+    }
 }
 
 TEST_CASE("Regions are the windows of the sensor, each with an integration time of its own") {
