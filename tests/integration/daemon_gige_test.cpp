@@ -84,6 +84,62 @@ TEST_CASE("a client hears of frames that could not be made in time") {
     CHECK(daemon.camera().counters().late_dropped >= 1);
 }
 
+TEST_CASE("a binned frame of the detector is the whole one of the same trigger, put together") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(29);
+    options.size = 128;
+    options.rate_hz = 20;
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.set("PixelFormat", "Mono16");
+    // Every acquisition begins with the same frames.
+    const auto receive = [&] {
+        std::vector<std::vector<int>> frames;
+        client.open_stream(6);
+        client.execute("AcquisitionStart");
+        for (int i = 0; i < 3; ++i) {
+            const auto buffer = client.next(5000);
+            REQUIRE(buffer != nullptr);
+            REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+            std::size_t bytes = 0;
+            const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(buffer.get(), &bytes));
+            std::vector<int>& pixels = frames.emplace_back();
+            for (std::size_t at = 0; at + 1 < bytes; at += 2)
+                pixels.push_back(data[at] | data[at + 1] << 8);
+        }
+        client.execute("AcquisitionStop");
+        client.close_stream();
+        return frames;
+    };
+    const auto whole = receive();
+    REQUIRE(whole[0].size() == 128 * 128);
+    CHECK(whole[0] != whole[1]);
+    for (const auto& [x_size, y_size] : {std::pair{2, 1}, {2, 2}, {4, 4}})
+        for (const char* mode : {"Sum", "Average"}) {
+            CAPTURE(x_size, y_size, mode);
+            client.set("BinningHorizontal", std::int64_t{x_size});
+            client.set("BinningVertical", std::int64_t{y_size});
+            client.set("BinningHorizontalMode", mode);
+            client.set("BinningVerticalMode", mode);
+            const auto binned = receive();
+            for (std::size_t f = 0; f < binned.size(); ++f) {
+                std::vector<int> expected;
+                for (int y = 0; y < 128; y += y_size)
+                    for (int x = 0; x < 128; x += x_size) {
+                        int sum = 0;
+                        for (int j = 0; j < y_size; ++j)
+                            for (int i = 0; i < x_size; ++i)
+                                sum += whole[f][static_cast<std::size_t>((y + j) * 128 + x + i)];
+                        const int n = x_size * y_size;
+                        expected.push_back(mode[0] == 'S' ? std::min(sum, 65535) : (2 * sum + n) / (2 * n));
+                    }
+                CHECK((binned[f] == expected));
+            }
+        }
+}
+
 TEST_CASE("fault rules of the configuration strike the stream") {
     const TempFolder folder;
     DaemonOptions options;

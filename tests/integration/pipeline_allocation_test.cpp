@@ -7,6 +7,7 @@
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/catch.hpp"
+#include "transports/gige/payload.hpp"
 #include "transports/loopback/loopback.hpp"
 
 #include <atomic>
@@ -43,6 +44,39 @@ TEST_CASE("the guard sees allocations of real-time threads and no others") {
     });
     thread.join();
     CHECK(allocation_counts().realtime == 2);
+}
+
+TEST_CASE("binning a frame on its way out allocates nothing") {
+    if (!allocations_are_counted()) return;
+    FramePool pool(1, 64 * 48, 48);
+    const FrameRef frame = pool.acquire();
+    frame->info.width = 64;
+    frame->info.height = 48;
+    frame->info.bits_per_pixel = 12;
+    frame->info.pixel_format = PixelFormat::mono12p;
+    transports::gige::PayloadFormat format;
+    format.max_width = 64;
+    format.max_height = 48;
+    format.max_image_bytes = 64 * 48 * 2;
+    format.chunks = 0x1FFFF;
+    format.binning = {2, 4};
+    transports::gige::Payload payload;
+    payload.reserve(format);
+    bool fits = false;
+    std::thread thread([&] {
+        declare_this_thread_realtime();
+        reset_allocation_counts();
+        fits = payload.begin(*frame, 1, 500);
+        for (std::int32_t rows = 0; fits && rows <= 48; rows += 6) {
+            frame->publish_rows(rows);
+            payload.update(*frame);
+        }
+    });
+    thread.join();
+    CHECK(allocation_counts().realtime == 0);
+    REQUIRE(fits);
+    CHECK(payload.image() == Region{0, 0, 32, 12});
+    CHECK(payload.ready_packets() == payload.packets());
 }
 
 TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
