@@ -154,7 +154,7 @@ struct Renderer::Impl {
     /// The instants that row `y` of the sensor is rendered at.
     [[nodiscard]] Exposure exposure(const RenderRequest& request, const RowTime& row, std::int32_t y,
                                     Scratch& s) const {
-        if (s.measured.reset != row.reset || s.measured.read != row.read) {
+        if (settings.max_instants > 1 && (s.measured.reset != row.reset || s.measured.read != row.read)) {
             s.measured = row;
             s.motion = motion_px(scene, bodies, *lens, splat_reach_px(), row);
         }

@@ -37,6 +37,7 @@ realtime = "off"
 autostart = true
 [render]
 samples_per_pixel = 1
+max_instants = 1
 [gige]
 enabled = false
 [file]
