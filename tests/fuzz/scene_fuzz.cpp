@@ -4,72 +4,45 @@
 #include "config/config.hpp"
 #include "core/error.hpp"
 #include "renderer/renderer.hpp"
+#include "tests/fuzz/scratch_folder.hpp"
 
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
 using namespace obscura;
+using test::require;
 
 namespace {
 
-void require(bool truth) {
-    if (!truth) std::abort();
+/// Four texels of 8 bits: 0, 64, 128, 255.
+std::string fits() {
+    std::string text;
+    for (const std::string_view card : {"SIMPLE  =                    T", "BITPIX  =                    8",
+                                        "NAXIS   =                    2", "NAXIS1  =                    2",
+                                        "NAXIS2  =                    2", "END"}) {
+        text += card;
+        text.resize((text.size() + 79) / 80 * 80, ' ');
+    }
+    text.resize(2880, ' ');
+    for (const int texel : {0, 64, 128, 255})
+        text += static_cast<char>(texel);
+    text.resize(5760, '\0');
+    return text;
 }
 
-/// A folder with what scenes refer to, for as long as the program runs.
-class Folder {
-public:
+/// What scenes refer to.
+struct Folder : test::ScratchFolder {
     Folder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "obscura_scene_XXXXXX").string();
-        require(mkdtemp(pattern.data()) != nullptr);
-        path_ = pattern;
         (void)write("m.obj", "v 1 0 0\nv -1 1 0\nv -1 -1 0\nv 0 0 1\nf 1 2 4\nf 2 3 4\nf 3 1 4\nf 1 3 2\n");
         (void)write("t.fits", fits());
         (void)write("s.csv", "ra_deg,dec_deg,v_mag,b_v\n84,-1,2,0\n84.1,-1.2,3,0.5\n");
         (void)write("j.csv", "time_s,angle_deg\n0,0\n10,90\n");
         (void)write("p.csv", "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,-9,1,0,0,0\n9,0,1,-9,1,0,0,0\n");
     }
-    ~Folder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-    std::filesystem::path write(const char* name, std::string_view text) const {
-        const std::filesystem::path file = path_ / name;
-        std::ofstream out(file, std::ios::binary | std::ios::trunc);
-        out.write(text.data(), static_cast<std::streamsize>(text.size()));
-        require(out.good());
-        return file;
-    }
-
-private:
-    /// Four texels of 8 bits: 0, 64, 128, 255.
-    static std::string fits() {
-        std::string text;
-        for (const std::string_view card :
-             {"SIMPLE  =                    T", "BITPIX  =                    8",
-              "NAXIS   =                    2", "NAXIS1  =                    2",
-              "NAXIS2  =                    2", "END"}) {
-            text += card;
-            text.resize((text.size() + 79) / 80 * 80, ' ');
-        }
-        text.resize(2880, ' ');
-        for (const int texel : {0, 64, 128, 255})
-            text += static_cast<char>(texel);
-        text.resize(5760, '\0');
-        return text;
-    }
-
-    std::filesystem::path path_;
 };
 
 /// Whether a file is one of those above: a scene may name any file that the machine has.

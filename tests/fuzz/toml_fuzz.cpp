@@ -2,55 +2,29 @@
 // refused in one line; what was read can be printed, and the print is a configuration again.
 #include "config/config.hpp"
 #include "core/error.hpp"
+#include "tests/fuzz/scratch_folder.hpp"
 
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
 
 using namespace obscura;
+using test::require;
 
 namespace {
 
-void require(bool truth) {
-    if (!truth) std::abort();
-}
-
-/// A folder with the scene "scene.toml" in it, for as long as the program runs.
-class Folder {
-public:
+/// With the scene "scene.toml" in it.
+struct Folder : test::ScratchFolder {
     Folder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "obscura_toml_XXXXXX").string();
-        require(mkdtemp(pattern.data()) != nullptr);
-        path_ = pattern;
-        write("scene.toml", scene);
+        (void)write("scene.toml", "[sun]\ndirection = [-1, 0, 0]\ndistance_au = 1\n[camera]\n"
+                                  "width = 64\nheight = 48\nfocal_length_mm = 25\n"
+                                  "aperture_mm = 12.5\nposition_m = [0, 0, -5000]\n"
+                                  "boresight = [0, 0, 1]\nup = [0, 1, 0]\n[[body]]\n"
+                                  "name = \"ball\"\nshape = \"sphere\"\nradius_m = 1000\n"
+                                  "[[band]]\nfrom_nm = 400\nto_nm = 900\n");
     }
-    ~Folder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    std::filesystem::path write(const char* name, std::string_view text) const {
-        const std::filesystem::path file = path_ / name;
-        std::ofstream out(file, std::ios::binary | std::ios::trunc);
-        out.write(text.data(), static_cast<std::streamsize>(text.size()));
-        require(out.good());
-        return file;
-    }
-
-private:
-    static constexpr std::string_view scene = "[sun]\ndirection = [-1, 0, 0]\ndistance_au = 1\n[camera]\n"
-                                              "width = 64\nheight = 48\nfocal_length_mm = 25\n"
-                                              "aperture_mm = 12.5\nposition_m = [0, 0, -5000]\n"
-                                              "boresight = [0, 0, 1]\nup = [0, 1, 0]\n[[body]]\n"
-                                              "name = \"ball\"\nshape = \"sphere\"\nradius_m = 1000\n"
-                                              "[[band]]\nfrom_nm = 400\nto_nm = 900\n";
-    std::filesystem::path path_;
 };
 
 /// Runs `read`; a refusal must be one line without control characters.

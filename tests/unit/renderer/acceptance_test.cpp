@@ -36,16 +36,7 @@ double far_flux(const scene::Material& material, double phase, double radius_px,
 
 /// A room of walls that glow inwards with radiance 1 and reflect nothing.
 scene::Body furnace() {
-    scene::Polygons room;
-    for (const double side : {-1.0, 1.0}) {
-        room.faces_m.push_back({{side, -1, -1}, {side, 1, -1}, {side, 1, 1}, {side, -1, 1}});
-        room.faces_m.push_back({{-1, side, -1}, {-1, side, 1}, {1, side, 1}, {1, side, -1}});
-        room.faces_m.push_back({{-1, -1, side}, {1, -1, side}, {1, 1, side}, {-1, 1, side}});
-        if (side > 0)
-            for (std::size_t f = room.faces_m.size() - 3; f < room.faces_m.size(); ++f)
-                std::reverse(room.faces_m[f].begin(), room.faces_m[f].end());
-    }
-    scene::Body body{"furnace", room, scene::Lambert{0}, {}};
+    scene::Body body{"furnace", inward_cube(), scene::Lambert{0}, {}};
     body.emission_w_m2_sr = {1};
     return body;
 }

@@ -90,17 +90,7 @@ TEST_CASE("A closed room of glowing grey walls is everywhere as bright as Le / (
     scene::Scene s = dark_scene();
     s.camera = camera_at({0.3, -0.2, 0.1}, 8, 0.02);
     s.camera.psf_sigma_px = 0;
-    // A cube wound so that its outer side is the one inside.
-    scene::Polygons room;
-    for (const double side : {-1.0, 1.0}) {
-        room.faces_m.push_back({{side, -1, -1}, {side, 1, -1}, {side, 1, 1}, {side, -1, 1}});
-        room.faces_m.push_back({{-1, side, -1}, {-1, side, 1}, {1, side, 1}, {1, side, -1}});
-        room.faces_m.push_back({{-1, -1, side}, {1, -1, side}, {1, 1, side}, {-1, 1, side}});
-        if (side > 0)
-            for (std::size_t f = room.faces_m.size() - 3; f < room.faces_m.size(); ++f)
-                std::reverse(room.faces_m[f].begin(), room.faces_m[f].end());
-    }
-    s.bodies.push_back({"room", room, scene::Lambert{0.5}, {}});
+    s.bodies.push_back({"room", inward_cube(), scene::Lambert{0.5}, {}});
     s.bodies[0].emission_w_m2_sr = {3.0};
     const renderer::Renderer r(s, settings(2048, 40));
     CHECK_THAT(central_radiance(r), WithinRel(3.0 / (1 - 0.5), 2e-3));

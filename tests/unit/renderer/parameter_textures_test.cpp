@@ -221,16 +221,7 @@ TEST_CASE("A closed room whose albedo a parameter gives is as bright as one of t
     s.quantity = scene::Quantity::radiance;
     s.camera = camera_at({0.3, -0.2, 0.1}, 8, 0.02);
     s.camera.psf_sigma_px = 0;
-    scene::Polygons room;
-    for (const double side : {-1.0, 1.0}) {
-        room.faces_m.push_back({{side, -1, -1}, {side, 1, -1}, {side, 1, 1}, {side, -1, 1}});
-        room.faces_m.push_back({{-1, side, -1}, {-1, side, 1}, {1, side, 1}, {1, side, -1}});
-        room.faces_m.push_back({{-1, -1, side}, {1, -1, side}, {1, 1, side}, {-1, 1, side}});
-        if (side > 0)
-            for (std::size_t f = room.faces_m.size() - 3; f < room.faces_m.size(); ++f)
-                std::reverse(room.faces_m[f].begin(), room.faces_m[f].end());
-    }
-    s.bodies.push_back({"room", room, scene::Phong{0.5, 0, 20}, {}});
+    s.bodies.push_back({"room", inward_cube(), scene::Phong{0.5, 0, 20}, {}});
     s.bodies[0].emission_w_m2_sr = {3.0};
     RenderSettings settings;
     settings.samples_per_pixel = 256;

@@ -90,6 +90,20 @@ inline scene::Scene sphere_scene(scene::Material material, double phase_rad, dou
     return s;
 }
 
+/// A room from -1 to 1 m along each axis: a cube wound so that its outer side is the one inside.
+inline scene::Polygons inward_cube() {
+    scene::Polygons room;
+    for (const double side : {-1.0, 1.0}) {
+        room.faces_m.push_back({{side, -1, -1}, {side, 1, -1}, {side, 1, 1}, {side, -1, 1}});
+        room.faces_m.push_back({{-1, side, -1}, {-1, side, 1}, {1, side, 1}, {1, side, -1}});
+        room.faces_m.push_back({{-1, -1, side}, {1, -1, side}, {1, 1, side}, {-1, 1, side}});
+        if (side > 0)
+            for (std::size_t f = room.faces_m.size() - 3; f < room.faces_m.size(); ++f)
+                std::reverse(room.faces_m[f].begin(), room.faces_m[f].end());
+    }
+    return room;
+}
+
 /// The Sun's irradiance at 1 au in the scene's first band.
 inline double sun(const scene::Scene& s) {
     return renderer::sun_irradiance_w_m2(s.bands[0]) * s.sun.irradiance_scale;
