@@ -342,7 +342,7 @@ TEST_CASE("the shipped configuration and scene load") {
 TEST_CASE("the shipped configuration for 10 Hz asks for one per cent") {
     const auto config = config::load(OBSCURA_SOURCE_DIR "/config/realtime.toml");
     CHECK(config.trigger.rate_hz == 10);
-    CHECK(config.render.target_error == 0.01);
+    CHECK(config.render.target_error == 0.02);
     CHECK(config.sensor.readout.width == 1024);
     CHECK(config.sensor.readout.height == 1024);
     CHECK(config.scene.camera.width == 1024);
