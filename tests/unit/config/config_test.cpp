@@ -339,7 +339,7 @@ TEST_CASE("the shipped configuration and scene load") {
     CHECK_THAT(config.scene.stars[0].declination_rad / degree, WithinAbs(-16.71612, 1e-4));
 }
 
-TEST_CASE("the shipped configuration for 10 Hz asks for one per cent") {
+TEST_CASE("the shipped configuration for 10 Hz loads") {
     const auto config = config::load(OBSCURA_SOURCE_DIR "/config/realtime.toml");
     CHECK(config.trigger.rate_hz == 10);
     CHECK(config.render.target_error == 0.02);
