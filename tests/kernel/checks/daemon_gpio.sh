@@ -8,6 +8,7 @@ loopback_up newer
 daemon_start 96 64 '[trigger]
 source = "gpio"
 line = "TRIG_IN"
+over_trigger = "latch"
 [v4l2]
 enabled = true
 frame_counter = true

@@ -17,6 +17,7 @@ run() { # NAME EDGES EDGE COMPRESSION EXPOSURE-US MORE [WINDOW...]
 source = \"gpio\"
 line = \"SCREEN_TRIG_IN\"
 edge = \"$edge\"
+over_trigger = \"latch\"
 [camera]
 exposure_us = $exposure
 $more
