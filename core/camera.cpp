@@ -90,7 +90,7 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
                            static_cast<double>(s.trigger_delay_ns) / 1e3);
     for (const auto& [name, activation] :
          {std::pair{"TriggerActivation", s.trigger_activation},
-          {"TriggerActivation[AcquisitionStart]", s.start_trigger_activation},
+          {"TriggerActivation[AcquisitionStart]", s.start_trigger.activation},
           {"TriggerActivation[FrameBurstStart]", s.burst_trigger.activation},
           {"TriggerActivation[ExposureStart]", s.exposure_trigger.activation}}) {
         const bool rising = limits.line0_rising || activation == TriggerActivation::falling_edge;

@@ -83,9 +83,7 @@ struct CameraSettings {
     std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts
     // SFNC TriggerSelector AcquisitionStart: after AcquisitionStart no frame is taken before this trigger.
     // The edge itself makes none.
-    bool start_trigger_enabled = false;
-    TriggerSource start_trigger_source = TriggerSource::line0;
-    TriggerActivation start_trigger_activation = TriggerActivation::rising_edge; ///< line0 only
+    TriggerChoice start_trigger{};
     // SFNC TriggerSelector FrameBurstStart: lets the next burst_frame_count frames through. Without a trigger
     // for FrameStart the first of them begins at its edge, the others follow at the free run's rate.
     TriggerChoice burst_trigger{};

@@ -128,6 +128,10 @@ constexpr FormatLayout layout_of(PixelFormat format) noexcept {
 
 } // namespace
 
+int significant_bits(PixelFormat format) noexcept {
+    return layout_of(format).bits;
+}
+
 std::size_t packed_bytes(PixelFormat format, std::int64_t pixels) noexcept {
     const FormatLayout layout = layout_of(format);
     const auto n = static_cast<std::size_t>(pixels);

@@ -40,6 +40,7 @@ struct RowTime {
     Time reset;
     Time read;
 
+    constexpr bool operator==(const RowTime&) const = default;
     [[nodiscard]] constexpr std::int64_t exposure_ns() const { return read - reset; }
     [[nodiscard]] constexpr Time mid() const { return midpoint(reset, read); }
 };
@@ -289,6 +290,9 @@ private:
 
 /// Bytes of one row of `width` pixels in `format`.
 [[nodiscard]] std::size_t packed_row_bytes(PixelFormat format, std::int32_t width) noexcept;
+/// Significant bits of a pixel: 8 to 16.
+[[nodiscard]] int significant_bits(PixelFormat format) noexcept;
+
 /// Bytes of a whole image; Mono10p and Mono12p run on across row ends as PFNC prescribes.
 [[nodiscard]] std::size_t packed_bytes(PixelFormat format, std::int64_t pixels) noexcept;
 /// Packs `pixels` digital numbers of `bits` depth into `format`, little endian. Formats deeper than the data

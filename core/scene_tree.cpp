@@ -9,6 +9,11 @@
 
 namespace obscura::scene {
 
+std::int32_t index_of(const std::vector<Body>& bodies, const std::string& name) noexcept {
+    const auto at = std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == name; });
+    return at == bodies.end() ? -1 : static_cast<std::int32_t>(at - bodies.begin());
+}
+
 std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& parent, const Joint& joint,
                        const std::string& place) {
     if (joint.kind != Joint::Kind::fixed && !(length(joint.axis) > 0 && is_finite(joint.axis)))
@@ -22,11 +27,10 @@ std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& paren
                 "{}: time of value {} of its joint is not later than that of value {}", place, i + 1, i));
     }
     if (parent.empty()) return -1;
-    const auto at =
-        std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == parent; });
-    if (at == bodies.end())
+    const std::int32_t index = index_of(bodies, parent);
+    if (index < 0)
         throw ConfigError(fmt::format("{}: its parent '{}' is no body of the scene", place, parent));
-    return static_cast<std::int32_t>(at - bodies.begin());
+    return index;
 }
 
 std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies) {

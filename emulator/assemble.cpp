@@ -67,9 +67,9 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Th
                                             : config.trigger.edge == "falling"
                                                 ? TriggerActivation::falling_edge
                                                 : TriggerActivation::any_edge;
-        camera.initial.start_trigger_activation = camera.initial.trigger_activation;
-        camera.initial.burst_trigger.activation = camera.initial.trigger_activation;
-        camera.initial.exposure_trigger.activation = camera.initial.trigger_activation;
+        for (TriggerChoice* other :
+             {&camera.initial.start_trigger, &camera.initial.burst_trigger, &camera.initial.exposure_trigger})
+            other->activation = camera.initial.trigger_activation;
     }
     camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
     camera.trigger_rate = nominal_trigger_rate(config);

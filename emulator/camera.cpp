@@ -144,8 +144,7 @@ void Camera::publish_triggers(const CameraSettings& settings) noexcept {
     gate_.set_policy(settings.trigger_overlap == TriggerOverlap::previous_frame ? sync::OverTrigger::latch
                                                                                 : forgotten);
     frame_trigger_.set({settings.trigger_enabled, settings.trigger_source, settings.trigger_activation});
-    start_trigger_.set(
-        {settings.start_trigger_enabled, settings.start_trigger_source, settings.start_trigger_activation});
+    start_trigger_.set(settings.start_trigger);
     burst_trigger_.set(settings.burst_trigger);
     burst_frames_.store(settings.burst_frame_count, std::memory_order_relaxed);
     exposure_trigger_.set(settings.exposure_trigger);
@@ -192,7 +191,7 @@ bool Camera::acquisition_start() {
     for (auto& used_up : used_up_)
         used_up.store(0, std::memory_order_relaxed);
     forget_triggers();
-    start_awaited_.store(now.start_trigger_enabled, std::memory_order_release);
+    start_awaited_.store(now.start_trigger.enabled, std::memory_order_release);
     gate_.open();
     moments_changed_.ring();
     start_free_run();

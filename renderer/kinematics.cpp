@@ -1,5 +1,6 @@
 #include "renderer/kinematics.hpp"
 
+#include "core/scene_tree.hpp"
 #include "renderer/motion.hpp"
 
 #include <algorithm>
@@ -57,9 +58,7 @@ Pose hung_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, con
                const scene::Motion& motion, const scene::Joint& joint, double time_s) {
     const Pose pose = pose_in_parent(motion, joint, time_s);
     if (parent.empty()) return pose;
-    const auto at = std::find_if(scene.bodies.begin(), scene.bodies.end(),
-                                 [&](const scene::Body& b) { return b.name == parent; });
-    return inertial_pose(bodies, static_cast<std::int32_t>(at - scene.bodies.begin()), pose, time_s);
+    return inertial_pose(bodies, scene::index_of(scene.bodies, parent), pose, time_s);
 }
 
 } // namespace

@@ -154,7 +154,7 @@ struct Renderer::Impl {
     /// The instants that row `y` of the sensor is rendered at.
     [[nodiscard]] Exposure exposure(const RenderRequest& request, const RowTime& row, std::int32_t y,
                                     Scratch& s) const {
-        if (settings.max_instants > 1 && (s.measured.reset != row.reset || s.measured.read != row.read)) {
+        if (settings.max_instants > 1 && s.measured != row) {
             s.measured = row;
             s.motion = motion_px(scene, bodies, *lens, splat_reach_px(), row);
         }
@@ -262,15 +262,18 @@ void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::u
     const auto attitude = [&](Time t) { return camera_pose(scene, bodies, to_seconds(t.ns)).orientation; };
     const Quat middle = attitude(request.row_times[request.row_times.size() / 2].mid());
     double turn_rad = 0;
-    for (const RowTime& t : request.row_times)
+    double moved_rad = 0; // by aberration
+    const RowTime* before = nullptr;
+    for (const RowTime& t : request.row_times) {
+        if (before != nullptr && *before == t) continue; // a global shutter has one time for all rows
+        before = &t;
         for (const Time edge : {t.reset, t.mid(), t.read}) {
             const double cosine = std::min(1.0, std::abs(dot(middle, attitude(edge))));
             turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
         }
-    double moved_rad = 0; // by aberration
-    if (scene.aberration)
-        for (const RowTime& t : request.row_times)
+        if (scene.aberration)
             moved_rad = std::max(moved_rad, 2 * length(camera_beta(scene, bodies, to_seconds(t.mid().ns))));
+    }
     stars.inside(rotate(middle, {0, 0, 1}),
                  lens->field_angle_rad(splat_reach_px() + 1) + turn_rad + moved_rad + 1e-9, found);
 }

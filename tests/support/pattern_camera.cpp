@@ -46,7 +46,7 @@ bool PatternCamera::acquisition_start() {
     abort_ = false;
     frame_id_ = 0;
     pending_ = 0;
-    start_awaited_ = settings_.start_trigger_enabled;
+    start_awaited_ = settings_.start_trigger.enabled;
     sequence_step_ = sequence_.start;
     next_ = clock_.now();
     starts_.fetch_add(1);
@@ -83,8 +83,8 @@ CameraActivity PatternCamera::activity() const {
 }
 
 bool PatternCamera::take_start(TriggerSource source, bool falling) {
-    if (!acquiring_ || !start_awaited_ || settings_.start_trigger_source != source ||
-        (source == TriggerSource::line0 && !activates(settings_.start_trigger_activation, falling)))
+    if (!acquiring_ || !start_awaited_ || settings_.start_trigger.source != source ||
+        (source == TriggerSource::line0 && !activates(settings_.start_trigger.activation, falling)))
         return false;
     start_awaited_ = false;
     next_ = clock_.now();

@@ -4,27 +4,6 @@
 #include <cassert>
 
 namespace obscura::transports::gige {
-namespace {
-
-int bits_of(PixelFormat format) noexcept {
-    switch (format) {
-    case PixelFormat::mono8:
-        return 8;
-    case PixelFormat::mono10:
-    case PixelFormat::mono10p:
-        return 10;
-    case PixelFormat::mono12:
-    case PixelFormat::mono12p:
-        return 12;
-    case PixelFormat::mono14:
-        return 14;
-    case PixelFormat::mono16:
-        break;
-    }
-    return 16;
-}
-
-} // namespace
 
 void RowBinner::reserve(std::int32_t width) {
     totals_.resize(static_cast<std::size_t>(width));
@@ -51,7 +30,7 @@ std::span<const std::uint16_t> RowBinner::row(const Frame& frame, std::int32_t i
     // Deeper numbers than the format's lose their low bits when they are packed, so the full scale of both is
     // the same.
     const std::uint32_t largest =
-        (1U << std::clamp(std::max(bits_of(format), frame.info.bits_per_pixel), 1, 16)) - 1;
+        (1U << std::clamp(std::max(significant_bits(format), frame.info.bits_per_pixel), 1, 16)) - 1;
     std::transform(totals.begin(), totals.end(), binned_.begin(), [=](std::uint32_t total) {
         return static_cast<std::uint16_t>(std::min((total + parts / 2) / parts, largest));
     });

@@ -502,27 +502,14 @@ void Device::add_acquisition() {
 void Device::add_more_triggers() {
     using Choice = TriggerChoice;
     struct More {
-        Choice (*get)(const CameraSettings&);
-        void (*set)(CameraSettings&, const Choice&);
+        Choice CameraSettings::*choice;
         bool (CameraControl::*software)(Time);
     };
     // In the order of TriggerSelector, after FrameStart.
     static constexpr std::array all{
-        More{[](const CameraSettings& s) {
-                 return Choice{s.start_trigger_enabled, s.start_trigger_source, s.start_trigger_activation};
-             },
-             [](CameraSettings& s, const Choice& c) {
-                 s.start_trigger_enabled = c.enabled;
-                 s.start_trigger_source = c.source;
-                 s.start_trigger_activation = c.activation;
-             },
-             &CameraControl::software_start_trigger},
-        More{[](const CameraSettings& s) { return s.burst_trigger; },
-             [](CameraSettings& s, const Choice& c) { s.burst_trigger = c; },
-             &CameraControl::software_burst_trigger},
-        More{[](const CameraSettings& s) { return s.exposure_trigger; },
-             [](CameraSettings& s, const Choice& c) { s.exposure_trigger = c; },
-             &CameraControl::software_exposure_trigger},
+        More{&CameraSettings::start_trigger, &CameraControl::software_start_trigger},
+        More{&CameraSettings::burst_trigger, &CameraControl::software_burst_trigger},
+        More{&CameraSettings::exposure_trigger, &CameraControl::software_exposure_trigger},
     };
     for (std::uint32_t i = 0; i < all.size(); ++i) {
         const More& more = all[i];
@@ -531,11 +518,9 @@ void Device::add_more_triggers() {
                               std::uint32_t (*get)(const Choice&), void (*set)(Choice&, std::uint32_t)) {
             setting(
                 name, address + offset, true,
-                [&more, get](const CameraSettings& s) { return get(more.get(s)); },
+                [&more, get](const CameraSettings& s) { return get(s.*more.choice); },
                 [&more, set, maximum](CameraSettings& s, std::uint32_t value) {
-                    Choice c = more.get(s);
-                    set(c, value);
-                    more.set(s, c);
+                    set(s.*more.choice, value);
                     return value <= maximum;
                 });
         };

@@ -493,8 +493,8 @@ TEST_CASE("an acquisition that waits for its own trigger takes no frame before")
     CameraBench bench(
         small_sensor(), 8,
         [](CameraSettings& s) {
-            s.start_trigger_enabled = true;
-            s.start_trigger_activation = TriggerActivation::falling_edge;
+            s.start_trigger.enabled = true;
+            s.start_trigger.activation = TriggerActivation::falling_edge;
         },
         sync::OverTrigger::count, LatePolicy::late, true);
     for (int round = 0; round < 2; ++round) { // anew in each acquisition
@@ -526,8 +526,8 @@ TEST_CASE("an acquisition that waits for its own trigger takes no frame before")
     CHECK(bench.camera.counters().missed_triggers == 0);
 
     CameraBench free(small_sensor(), 8, [](CameraSettings& s) {
-        s.start_trigger_enabled = true;
-        s.start_trigger_source = TriggerSource::action1;
+        s.start_trigger.enabled = true;
+        s.start_trigger.source = TriggerSource::action1;
         s.trigger_enabled = false;
         s.frame_rate_hz = 200;
     });
