@@ -14,16 +14,16 @@ enabled = true
 frame_counter = true
 buffers = 32'
 fired=0
-fire() {
+fire() { # COUNT | while=PID
     local said
     said=$(python3 "$RIG/programs/fire_edges.py" "$GPIO_LINES/sim_gpio3/pull" frames $((fired + 1)) "$1" 2>&1) || fail "$said"
-    fired=$((fired + $1))
+    fired=$((fired + ${said%% *}))
 }
 # One after another: this driver has one reader at a time.
 for tool in v4l2-ctl ffmpeg gstreamer; do
     take_with $tool 96x64 Y16 20 &
     reader=$!
-    while kill -0 $reader 2>/dev/null; do fire 10; done
+    fire while=$reader
     wait $reader || fail "$tool saw too little: $(tail -n 3 $tool.log)"
     say "$tool has its images after $fired edges"
 done

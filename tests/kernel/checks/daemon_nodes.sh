@@ -1,5 +1,5 @@
 # The real daemon with a video node that is no output, one that is not there, one that is none: a line each, its files go on
-# lane: vivid
+# lane: screen
 # time limit: 120 s
 . "$RIG/guest/daemon.sh"
 load vivid n_devs=1 node_types=0x1 num_inputs=1 vid_cap_nr=22

@@ -24,16 +24,17 @@ $more
 [stimulator]
 enabled = true
 serial = \"$SERIAL\"
-queue_frames = 32
+queue_frames = 64
 dither = \"none\"
 compression = \"$compression\"" 8
     wait_for 20 grep -q '^plugged in' device && wait_for 20 grep -q '^stimulator.*96x64' daemon.log || fail "no stimulator: $(cat daemon.log device)"
     said=$(python3 "$RIG/programs/fire_edges.py" "$GPIO_LINES/sim_gpio3/pull" frames 1 "$edges" $on $off 2>&1) || fail "$name: $said"
+    ln -s device "device-$name"
+    said=$(python3 "$RIG/programs/shown_frames.py" "device-$name" frames 96 64 "$edges" "$@" 2>&1) || fail "$name: $said"
     daemon_stop
     device_down
     mv device "device-$name"
     grep -q "stimulator: $edges delivered, 0 dropped" daemon.log || fail "$name: $(tail -n 1 daemon.log)"
-    said=$(python3 "$RIG/programs/shown_frames.py" "device-$name" frames 96 64 "$edges" "$@" 2>&1) || fail "$name: $said"
     figure "$name: $said"
     total=$((total + edges))
 }

@@ -1,5 +1,5 @@
 # A video node removed and returned 100 times under the running V4L2 transport; the file transport beside it is undisturbed
-# lane: vivid
+# lane: screen
 # time limit: 300 s
 load vivid n_devs=1 node_types=0x100 num_outputs=1 output_types=1 vid_out_nr=21
 wait_for 5 test -c /dev/video21

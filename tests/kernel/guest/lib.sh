@@ -23,7 +23,7 @@ load() {
     if [ -f "$RIG_MODULES/$module.ko" ]; then
         for dependency in $(modinfo -F depends "$RIG_MODULES/$module.ko" | tr , ' '); do modprobe "$dependency"; done
         # A check beside this one may be loading it as well.
-        insmod "$RIG_MODULES/$module.ko" "$@" 2>/dev/null || grep -q "^$(tr - _ <<<"$module") " /proc/modules
+        insmod "$RIG_MODULES/$module.ko" "$@" 2>/dev/null || wait_for 5 grep -q "^$(tr - _ <<<"$module") .* Live " /proc/modules
     else
         modprobe "$module" "$@"
     fi
