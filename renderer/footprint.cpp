@@ -17,19 +17,31 @@ double normal_cdf_integral(double z) {
     return z * normal_cdf(z) + std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
 }
 
-/// Cumulative response of a pixel of width 1 through a Gaussian.
-double response_cdf(double x, double sigma) {
-    return sigma * (normal_cdf_integral((x + 0.5) / sigma) - normal_cdf_integral((x - 0.5) / sigma));
+/// Response of a pixel of width 1 through a Gaussian.
+struct Response {
+    double density, cumulative;
+};
+
+Response response(double x, double sigma) {
+    const double above = (x + 0.5) / sigma, below = (x - 0.5) / sigma;
+    return {normal_cdf(above) - normal_cdf(below),
+            sigma * (normal_cdf_integral(above) - normal_cdf_integral(below))};
 }
 
-double response_quantile(double p, double sigma) {
-    double low = -0.5 - 9 * sigma;
+/// Where the cumulative response is p, from `low` (below it) on: Newton's steps, halving where one leaves the
+/// bracket.
+double response_quantile(double p, double sigma, double low) {
     double high = 0.5 + 9 * sigma;
-    for (int i = 0; i < 60; ++i) {
-        const double middle = (low + high) / 2;
-        (response_cdf(middle, sigma) < p ? low : high) = middle;
+    double x = low;
+    for (int i = 0; i < 100; ++i) {
+        const Response at = response(x, sigma);
+        (at.cumulative < p ? low : high) = x;
+        double next = x - (at.cumulative - p) / at.density;
+        if (std::abs(next - x) < 1e-9 * sigma) return next; // the error after a step is as its square
+        if (!(next > low && next < high)) next = (low + high) / 2;
+        x = next;
     }
-    return (low + high) / 2;
+    return x;
 }
 
 OBSCURA_VECTOR_CLONES
@@ -46,12 +58,13 @@ void interpolate_table(const float* table, const Doubles& u, Doubles& offset) {
 } // namespace
 
 Footprint::Footprint(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5), quantiles_(intervals + 1) {
+    double quantile = -0.5 - 9 * sigma_px;
     for (int i = 0; i <= intervals / 2; ++i) {
         const double p = i == 0 ? 1.0 / (16 * intervals) : static_cast<double>(i) / intervals;
-        const double x =
-            sigma_px > 0 ? response_quantile(p, sigma_px) : static_cast<double>(i) / intervals - 0.5;
-        quantiles_[static_cast<std::size_t>(i)] = static_cast<float>(x);
-        quantiles_[static_cast<std::size_t>(intervals - i)] = static_cast<float>(-x);
+        quantile = sigma_px > 0 ? response_quantile(p, sigma_px, quantile)
+                                : static_cast<double>(i) / intervals - 0.5;
+        quantiles_[static_cast<std::size_t>(i)] = static_cast<float>(quantile);
+        quantiles_[static_cast<std::size_t>(intervals - i)] = static_cast<float>(-quantile);
     }
     quantiles_[intervals / 2] = 0;
     reach_px_ = -static_cast<double>(quantiles_[0]);
