@@ -75,6 +75,19 @@ void read_gige(const Value& root, const Where& top, GigeSection& gige) {
     if (const Member* faults = table.find("faults")) read_faults(*faults, where.in("faults"), gige.faults);
 }
 
+constexpr std::array<std::string_view, line_count - 1> more_lines{"line1", "line2", "line3"};
+
+/// [trigger] of `root` with its further lines.
+void read_trigger(const Value& root, const Where& top, TriggerSection& trigger) {
+    const Member* member = root.find("trigger");
+    if (member == nullptr) return;
+    const Where where = top.in("trigger");
+    const Value& table = expect_table(member->value, where);
+    read_keys(table, where, keys_of(trigger), {more_lines.begin(), more_lines.end()});
+    for (std::size_t i = 0; i < more_lines.size(); ++i)
+        read_section(table, where, more_lines[i], trigger.more_lines[i]);
+}
+
 /// What a configuration is read from: a file, or a [[camera]] of it laid over the rest of the file.
 struct Tables {
     Value root;
@@ -304,7 +317,7 @@ Config read_config(const Tables& tables) {
     config.source = std::filesystem::absolute(top.file).lexically_normal();
     read_section(root, top, "daemon", config.daemon);
     read_section(root, top, "render", config.render);
-    read_section(root, top, "trigger", config.trigger);
+    read_trigger(root, top, config.trigger);
     read_section(root, top, "ptp", config.ptp);
     read_section(root, top, "deadline", config.deadline);
     read_section(root, top, "threads", config.threads);
@@ -404,6 +417,15 @@ std::string heading(std::string_view prefix, std::string_view name) {
     return fmt::format("\n[{}{}]\n", prefix, name);
 }
 
+/// [trigger] and those of its further lines that something is wired to.
+std::string print_trigger(TriggerSection& trigger, std::string_view prefix) {
+    std::string out = heading(prefix, "trigger") + print_keys(keys_of(trigger));
+    for (std::size_t i = 0; i < more_lines.size(); ++i)
+        if (LineSection& line = trigger.more_lines[i]; line.source != "none")
+            out += heading(prefix, fmt::format("trigger.{}", more_lines[i])) + print_keys(keys_of(line));
+    return out;
+}
+
 /// All that a [[camera]] may have of its own but its own keys, view and trigger.
 std::string print_own_tables(Config& c, std::string_view prefix) {
     using config::keys_of;
@@ -440,7 +462,7 @@ std::string print_camera_keys(CameraSection& camera) {
 std::string print_camera(Config& c) {
     std::string out = "\n[[camera]]\n" + print_camera_keys(c.camera);
     if (!c.view.empty()) out += heading("camera.", "view") + c.view;
-    if (c.own_trigger) out += heading("camera.", "trigger") + print_keys(keys_of(c.trigger));
+    if (c.own_trigger) out += print_trigger(c.trigger, "camera.");
     out += heading("camera.", "deadline") + print_keys(keys_of(c.deadline));
     return out + print_own_tables(c, "camera.");
 }
@@ -484,15 +506,21 @@ std::string print(const Config& config) {
             cameras.push_back(&other);
         const auto shares = [](const Config* camera) { return !camera->own_trigger; };
         if (const auto one = std::find_if(cameras.begin(), cameras.end(), shares); one != cameras.end())
-            out += heading("", "trigger") + print_keys(keys_of((*one)->trigger));
+            out += print_trigger((*one)->trigger, "");
         for (Config* camera : cameras)
             out += print_camera(*camera);
         return out;
     }
-    out += heading("", "trigger") + print_keys(keys_of(c.trigger));
+    out += print_trigger(c.trigger, "");
     out += heading("", "deadline") + print_keys(keys_of(c.deadline));
     out += heading("", "camera") + print_camera_keys(c.camera);
     return out + print_own_tables(c, "");
+}
+
+TriggerSource trigger_source(const CameraSection& camera) {
+    if (camera.trigger_source == "Software") return TriggerSource::software;
+    if (camera.trigger_source == "Action1") return TriggerSource::action1;
+    return source_of_line(static_cast<std::size_t>(camera.trigger_source.back() - '0'));
 }
 
 CameraSettings camera_settings(const Config& config) {
@@ -524,9 +552,7 @@ CameraSettings camera_settings(const Config& config) {
     }
     settings.gain_db = camera.gain_db;
     settings.trigger_enabled = camera.trigger_mode == "On";
-    settings.trigger_source = camera.trigger_source == "Software"  ? TriggerSource::software
-                              : camera.trigger_source == "Action1" ? TriggerSource::action1
-                                                                   : TriggerSource::line0;
+    settings.trigger_source = trigger_source(camera);
     settings.frame_rate_hz = camera.frame_rate_hz;
     settings.black_level_dn = config.sensor.detector.offset_dn;
     return settings;

@@ -5,6 +5,7 @@
 #include "core/scene.hpp"
 #include "core/sensor_description.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -36,10 +37,10 @@ struct RenderSection {
     std::int32_t band_rows = 64;
 };
 
-/// [trigger]: the clock of the bench, seen by the camera as Line0.
-struct TriggerSection {
-    /// timer, ptp_timer, gpio, pps, ptp, udp, lockstep, none (software only)
-    std::string source = "timer";
+/// [trigger.line1] to [trigger.line3]: what is wired to a further line of the camera.
+struct LineSection {
+    /// timer, ptp_timer, gpio, pps, ptp, udp, none (nothing is)
+    std::string source = "none";
     double rate_hz = 10;                   ///< timer and pps; for the others the nominal rate
     double phase_ms = 0;                   ///< timer and pps
     std::string line;                      ///< gpio: a line's name or "gpiochipN:OFFSET"
@@ -51,7 +52,18 @@ struct TriggerSection {
     double debounce_us = 0;
     std::int32_t divider = 1; ///< the first of every so many edges counts
     double delay_us = 0;
+};
+
+/// [trigger]: the clock of the bench, seen by the camera as Line0, and what is wired to the lines after it.
+struct TriggerSection : LineSection {
+    TriggerSection() { source = "timer"; }
     std::string over_trigger = "count"; ///< edges that come too soon: count, ignore, latch
+    std::array<LineSection, line_count - 1> more_lines{};
+
+    /// Of Line`number`; its source may be lockstep, too, where that is Line0.
+    [[nodiscard]] const LineSection& line_section(std::size_t number) const {
+        return number == 0 ? *this : more_lines.at(number - 1);
+    }
 };
 
 /// [ptp]: the PTP daemon of this machine, whose state clients see.

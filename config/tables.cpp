@@ -95,17 +95,14 @@ Keys keys_of(RenderSection& s) {
     };
 }
 
-Keys keys_of(TriggerSection& s) {
+Keys keys_of(LineSection& s) {
     return {
         {"source",
          &s.source,
          {},
          {},
-         {"timer", "ptp_timer", "gpio", "pps", "ptp", "udp", "lockstep", "none"},
-         "What drives Line0: a timer on an absolute schedule, the same in the time of a PTP clock, edges of "
-         "a "
-         "GPIO line, instants in step with a pulse per second, edges on a PTP clock's input, UDP datagrams, "
-         "steps of a simulator, or nothing (software triggers only)"},
+         {"timer", "ptp_timer", "gpio", "pps", "ptp", "udp", "none"},
+         "What is wired to this line of the camera: a source as in [trigger], or nothing"},
         {"rate_hz",
          &s.rate_hz,
          "Hz",
@@ -139,14 +136,28 @@ Keys keys_of(TriggerSection& s) {
          "An edge sooner than this after another is a bounce"},
         {"divider", &s.divider, {}, {1, 1000000}, {}, "The first of every so many edges is a trigger"},
         {"delay_us", &s.delay_us, "us", {0, 1e7}, {}, "From the edge to the start of the exposure"},
-        {"over_trigger",
-         &s.over_trigger,
-         {},
-         {},
-         {"count", "ignore", "latch"},
-         "An edge before the camera is ready again is missed, of no interest, or (the first one) kept until "
-         "it is"},
     };
+}
+
+Keys keys_of(TriggerSection& s) {
+    Keys keys = keys_of(static_cast<LineSection&>(s));
+    keys.front() = {
+        "source",
+        &s.source,
+        {},
+        {},
+        {"timer", "ptp_timer", "gpio", "pps", "ptp", "udp", "lockstep", "none"},
+        "What drives Line0: a timer on an absolute schedule, the same in the time of a PTP clock, "
+        "edges of a GPIO line, instants in step with a pulse per second, edges on a PTP clock's "
+        "input, UDP datagrams, steps of a simulator, or nothing (software triggers only)"};
+    keys.push_back({"over_trigger",
+                    &s.over_trigger,
+                    {},
+                    {},
+                    {"count", "ignore", "latch"},
+                    "An edge before the camera is ready again is missed, of no interest, or (the first one) "
+                    "kept until it is"});
+    return keys;
 }
 
 Keys keys_of(PtpSection& s) {
@@ -279,8 +290,8 @@ Keys keys_of(CameraSection& s) {
          &s.trigger_source,
          {},
          {},
-         {"Line0", "Software", "Action1"},
-         "TriggerSource after reset; Line0 is what [trigger] drives"},
+         {"Line0", "Line1", "Line2", "Line3", "Software", "Action1"},
+         "TriggerSource after reset; Line0 is what [trigger] drives, Line1 what [trigger.line1] does"},
         {"frame_rate_hz",
          &s.frame_rate_hz,
          "Hz",

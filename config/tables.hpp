@@ -8,6 +8,8 @@ namespace obscura::config {
 
 [[nodiscard]] Keys keys_of(DaemonSection& section);
 [[nodiscard]] Keys keys_of(RenderSection& section);
+[[nodiscard]] Keys keys_of(LineSection& section);
+/// Without its further lines.
 [[nodiscard]] Keys keys_of(TriggerSection& section);
 [[nodiscard]] Keys keys_of(PtpSection& section);
 [[nodiscard]] Keys keys_of(DeadlineSection& section);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 namespace obscura {
@@ -66,6 +67,26 @@ ImageSize composed_size(const CameraSettings& settings) {
     return size;
 }
 
+namespace {
+
+std::string explain_activation(const char* selector, const TriggerChoice& trigger,
+                               const CameraLimits& limits) {
+    const TriggerActivation activation = trigger.activation;
+    const bool for_level =
+        selector == std::string_view("FrameStart") || selector == std::string_view("AcquisitionStart");
+    if (is_level(activation) && !for_level)
+        return fmt::format("TriggerActivation[{}]: levels are for FrameStart and AcquisitionStart", selector);
+    const std::size_t line = line_of(trigger.source);
+    const LineEdges told = line < line_count ? limits.lines[line] : LineEdges{};
+    if (line == line_count || (!told.rising && !told.falling)) return {}; // nothing there to be activated by
+    const bool needs_both = activation == TriggerActivation::any_edge || is_level(activation);
+    if (told.both() || (!needs_both && told.falling == activates(activation, true))) return {};
+    return fmt::format("TriggerActivation[{}]: Line{} tells of {} edges only", selector, line,
+                       told.rising ? "rising" : "falling");
+}
+
+} // namespace
+
 std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits) {
     const std::size_t windows_max = std::min<std::size_t>(limits.windows_max, max_windows);
     if (s.more_count >= windows_max)
@@ -88,16 +109,21 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
     if (s.trigger_delay_ns < 0 || s.trigger_delay_ns > 10 * ns_per_s)
         return fmt::format("TriggerDelay {} us: allowed 0 to 1e7",
                            static_cast<double>(s.trigger_delay_ns) / 1e3);
-    for (const auto& [name, activation] :
-         {std::pair{"TriggerActivation", s.trigger_activation},
-          {"TriggerActivation[AcquisitionStart]", s.start_trigger.activation},
-          {"TriggerActivation[FrameBurstStart]", s.burst_trigger.activation},
-          {"TriggerActivation[ExposureStart]", s.exposure_trigger.activation}}) {
-        const bool rising = limits.line0_rising || activation == TriggerActivation::falling_edge;
-        const bool falling = limits.line0_falling || activation == TriggerActivation::rising_edge;
-        if (!rising || !falling)
-            return fmt::format("{}: Line0 tells of {} edges only", name,
-                               limits.line0_rising ? "rising" : "falling");
+    using Named = std::pair<const char*, TriggerChoice>;
+    for (const auto& [name, trigger] :
+         {Named{"FrameStart", {s.trigger_enabled, s.trigger_source, s.trigger_activation}},
+          Named{"AcquisitionStart", s.start_trigger}, Named{"FrameBurstStart", s.burst_trigger},
+          Named{"ExposureStart", s.exposure_trigger}})
+        if (const std::string complaint = explain_activation(name, trigger, limits); !complaint.empty())
+            return complaint;
+    if (s.exposure_trigger.enabled && s.trigger_enabled && is_level(s.trigger_activation))
+        return "TriggerActivation[FrameStart]: edges only with a trigger for ExposureStart";
+    if (s.exposure_mode == ExposureMode::trigger_width) {
+        if (std::none_of(limits.lines.begin(), limits.lines.end(),
+                         [](const LineEdges& line) { return line.both(); }))
+            return "ExposureMode TriggerWidth: no line's source tells of both its edges";
+        if (s.exposure_auto != ExposureAuto::off)
+            return "ExposureMode TriggerWidth: allowed with ExposureAuto Off";
     }
     if (s.trigger_overlap == TriggerOverlap::readout && !limits.overlapped)
         return "TriggerOverlap ReadOut: the sensor is not exposed while it is read out";

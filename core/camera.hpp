@@ -5,6 +5,7 @@
 #include "core/image_pattern.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
+#include "core/trigger.hpp"
 
 #include <array>
 #include <cstdint>
@@ -16,34 +17,13 @@ namespace obscura {
 /// SFNC AcquisitionMode.
 enum class AcquisitionMode : std::uint8_t { continuous, single_frame, multi_frame };
 
-/// SFNC TriggerSource, as far as this camera has them. `line0` is the bench's clock: whatever source the
-/// configuration wires to it (timer, GPIO edge, PPS, simulator).
-enum class TriggerSource : std::uint8_t { software, line0, action1 };
-
-/// SFNC TriggerActivation: which edges of a line count.
-enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edge };
-
-/// Whether an edge counts under `activation`.
-[[nodiscard]] constexpr bool activates(TriggerActivation activation, bool falling) noexcept {
-    return activation == TriggerActivation::any_edge ||
-           (activation == TriggerActivation::falling_edge) == falling;
-}
-
 /// SFNC ExposureAuto: the camera chooses ExposureTime by what it sees.
 enum class ExposureAuto : std::uint8_t { off, once, continuous };
 
-/// SFNC TriggerOverlap: from when on an edge is taken. `off`: when the frame before has been read out;
-/// `readout`: as soon as the chip can begin another exposure; `previous_frame`: an edge that comes sooner is
-/// remembered, and takes effect then.
-enum class TriggerOverlap : std::uint8_t { off, readout, previous_frame };
-
-/// A trigger beside that of FrameStart.
-struct TriggerChoice {
-    bool enabled = false;
-    TriggerSource source = TriggerSource::line0;
-    TriggerActivation activation = TriggerActivation::rising_edge; ///< line0 only
-    constexpr bool operator==(const TriggerChoice&) const = default;
-};
+/// SFNC ExposureMode. `trigger_width`: exposed for as long as the pulse of the trigger lasts, where that
+/// comes from a line whose source tells of both its edges and RisingEdge or FallingEdge begins it;
+/// ExposureTime counts otherwise.
+enum class ExposureMode : std::uint8_t { timed, trigger_width };
 
 /// One window of the sensor, with an integration of its own. SFNC calls it a region.
 struct CameraWindow {
@@ -68,6 +48,8 @@ struct CameraSettings {
     std::uint32_t more_count = 0;
     std::array<CameraWindow, max_windows - 1> more_windows{};
 
+    /// Of the first window.
+    ExposureMode exposure_mode = ExposureMode::timed;
     /// What the camera makes of it shows in exposure_ns; `once` turns to `off` by itself.
     ExposureAuto exposure_auto = ExposureAuto::off;
     /// The goal: that percentile of the first window's digital numbers, between black level and full scale.
@@ -77,7 +59,7 @@ struct CameraSettings {
     std::uint32_t acquisition_frame_count = 1; ///< MultiFrame only
     bool trigger_enabled = true;               ///< SFNC TriggerMode; off: free run at frame_rate_hz
     TriggerSource trigger_source = TriggerSource::line0;
-    TriggerActivation trigger_activation = TriggerActivation::rising_edge; ///< line0 only
+    TriggerActivation trigger_activation = TriggerActivation::rising_edge; ///< of lines only
     std::int64_t trigger_delay_ns = 0;
     TriggerOverlap trigger_overlap = TriggerOverlap::off;
     std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts
@@ -94,7 +76,9 @@ struct CameraSettings {
     bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
     double black_level_dn = 0;      ///< SFNC BlackLevel
     ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern
-    double frame_rate_hz = 10;                     ///< SFNC AcquisitionFrameRate: free run
+    double frame_rate_hz = 10; ///< SFNC AcquisitionFrameRate: free run, and as long as a level holds
+    std::array<EventCounter, counter_count> counters{};
+    std::array<PulseTimer, timer_count> timers{};
 
     constexpr bool operator==(const CameraSettings&) const = default;
 
@@ -124,8 +108,7 @@ struct CameraLimits {
     std::uint32_t windows_max = 1;
     std::int32_t rows_max = 0; ///< of the composed image; 0: as many as the sensor has
     bool strict = true;        ///< windows must lie on the sensor; otherwise the chip crops them
-    /// Edges that Line0's source tells of. Sources that know one kind of edge only call it rising.
-    bool line0_rising = true, line0_falling = false;
+    std::array<LineEdges, line_count> lines{LineEdges{.rising = true}};
     int adc_bits = 12;
     std::int64_t exposure_min_ns = 1000, exposure_max_ns = 10 * ns_per_s;
     double gain_min_db = 0, gain_max_db = 24;
@@ -183,19 +166,29 @@ struct Sequence {
 [[nodiscard]] std::string explain_invalid(const Sequence& sequence, const CameraSettings& settings,
                                           const CameraLimits& limits);
 
+/// One input line.
+struct LineActivity {
+    std::uint64_t edges = 0; ///< listened to or not
+    Time edge;               ///< the last one
+    bool high = false;       ///< after it; low before the first
+};
+
 /// What has happened and how often since the camera was made; scheduling clock. Instants of the frame in work
 /// may lie ahead.
 struct CameraActivity {
-    std::uint64_t line0_edges = 0;     ///< of Line0, listened to or not
     std::uint64_t frame_triggers = 0;  ///< edges that became work
     std::uint64_t missed_triggers = 0; ///< edges that came too soon
     std::uint64_t frames = 0;          ///< frames begun
-    Time line0_edge;                   ///< the last one
     Time frame_start, frame_end;       ///< of the last frame: trigger edge, last row out of the chip
     Time exposure_start, exposure_end; ///< of the last frame: first reset, last read
     bool trigger_ready = false;        ///< an edge would be taken now
     bool start_awaited = false;        ///< acquiring, but the start trigger has not come
     std::uint32_t sequence_step = 0;   ///< that the last frame was taken with
+    std::uint64_t acquisitions = 0;    ///< acquisition starts
+    Time acquisition_start;            ///< the last one
+    std::array<LineActivity, line_count> lines{};
+    std::array<CounterMark, counter_count> counters{};
+    std::array<Time, timer_count> timer_resets{};
 };
 
 /// The camera as its control port sees it. Implemented by the emulator; called on a transport's control
@@ -234,6 +227,10 @@ public:
     /// SFNC TriggerSoftware of the burst trigger and of the exposure trigger, the same way.
     virtual bool software_burst_trigger(Time /*edge*/) { return false; }
     virtual bool software_exposure_trigger(Time /*edge*/) { return false; }
+
+    /// SFNC CounterReset and TimerReset.
+    virtual void reset_counter(std::size_t /*i*/) {}
+    virtual void reset_timer(std::size_t /*i*/) {}
 
     /// What the chip would make of `settings`; by default exactly what they ask for, in no time.
     [[nodiscard]] virtual ReadoutAnswer readout(const CameraSettings& settings) const;

@@ -93,8 +93,8 @@ struct GroundTruth {
     std::uint64_t seed = 0;
 };
 
-/// The camera's lines, as bits of a status word: an input, the trigger, and an output.
-enum LineStatusBit : std::uint32_t { line_status_line0 = 1u << 0, line_status_line1 = 1u << 1 };
+/// The camera's lines, as bits of a status word: the inputs from Line0 on, then the output.
+enum LineStatusBit : std::uint32_t { line_status_line0 = 1u << 0, line_status_output = 1u << 4 };
 
 /// One particle through the sensitive layer. Pixels are counted from the outer corner of pixel (0, 0) of the
 /// array.

@@ -35,11 +35,35 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
     return limits;
 }
 
+namespace {
+
+/// The line that frames are triggered by after reset; Line0 where none does.
+std::size_t trigger_line(const config::Config& config) {
+    const std::size_t line = line_of(config::camera_settings(config).trigger_source);
+    return line < line_count ? line : 0;
+}
+
+LineEdges edges_of(const config::LineSection& line, bool always) {
+    if (line.source == "none" && !always) return {};
+    if (line.source != "gpio") return {.rising = true};
+    return {line.edge != "falling", line.edge != "rising"};
+}
+
+TriggerActivation widest_activation(const LineEdges& edges) {
+    if (edges.both()) return TriggerActivation::any_edge;
+    return edges.falling ? TriggerActivation::falling_edge : TriggerActivation::rising_edge;
+}
+
+} // namespace
+
 sync::RationalRate nominal_trigger_rate(const config::Config& config) {
-    const double rate_hz = config.trigger.rate_hz / config.trigger.divider;
+    const std::size_t number = trigger_line(config);
+    const config::LineSection& line = config.trigger.line_section(number);
+    const double rate_hz = line.rate_hz / line.divider;
     if (rate_hz < 1e-6)
-        throw ConfigError(fmt::format("{}: trigger.divider: {} leaves {} Hz, allowed are 1e-6 Hz and more",
-                                      config.source.string(), config.trigger.divider, rate_hz));
+        throw ConfigError(fmt::format(
+            "{}: {}.divider: {} leaves {} Hz, allowed are 1e-6 Hz and more", config.source.string(),
+            number == 0 ? "trigger" : fmt::format("trigger.line{}", number), line.divider, rate_hz));
     return sync::rational_rate(rate_hz);
 }
 
@@ -60,17 +84,12 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Th
     camera.initial = config::camera_settings(config);
     camera.limits =
         camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
-    if (config.trigger.source == "gpio") {
-        camera.limits.line0_rising = config.trigger.edge != "falling";
-        camera.limits.line0_falling = config.trigger.edge != "rising";
-        camera.initial.trigger_activation = config.trigger.edge == "rising" ? TriggerActivation::rising_edge
-                                            : config.trigger.edge == "falling"
-                                                ? TriggerActivation::falling_edge
-                                                : TriggerActivation::any_edge;
-        for (TriggerChoice* other :
-             {&camera.initial.start_trigger, &camera.initial.burst_trigger, &camera.initial.exposure_trigger})
-            other->activation = camera.initial.trigger_activation;
-    }
+    for (std::size_t i = 0; i < line_count; ++i)
+        camera.limits.lines[i] = edges_of(config.trigger.line_section(i), i == 0);
+    camera.initial.trigger_activation = widest_activation(camera.limits.lines[trigger_line(config)]);
+    for (TriggerChoice* other :
+         {&camera.initial.start_trigger, &camera.initial.burst_trigger, &camera.initial.exposure_trigger})
+        other->activation = widest_activation(camera.limits.lines[0]);
     camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
     camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch
@@ -127,24 +146,23 @@ std::int64_t from_us(double us) {
 
 } // namespace
 
-sync::ConditionerSettings conditioner_settings(const config::Config& config) {
-    return {from_us(config.trigger.debounce_us), static_cast<std::uint32_t>(config.trigger.divider),
-            from_us(config.trigger.delay_us)};
+sync::ConditionerSettings conditioner_settings(const config::LineSection& line) {
+    return {from_us(line.debounce_us), static_cast<std::uint32_t>(line.divider), from_us(line.delay_us)};
 }
 
-std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::Config& config, const Clock& clock,
+std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::LineSection& line, const Clock& clock,
                                                          const ThreadPlan& threads) {
     sync::SourceSettings settings;
-    settings.kind = config.trigger.source;
-    settings.rate_hz = config.trigger.rate_hz;
-    settings.phase_ns = std::llround(config.trigger.phase_ms * static_cast<double>(ns_per_ms));
-    settings.line = config.trigger.line;
-    settings.edge = config.trigger.edge;
-    settings.debounce_ns = from_us(config.trigger.debounce_us);
-    settings.device = config.trigger.device;
-    settings.channel = static_cast<unsigned>(config.trigger.channel);
-    settings.listen = config.trigger.listen;
-    settings.start = config.trigger.start;
+    settings.kind = line.source;
+    settings.rate_hz = line.rate_hz;
+    settings.phase_ns = std::llround(line.phase_ms * static_cast<double>(ns_per_ms));
+    settings.line = line.line;
+    settings.edge = line.edge;
+    settings.debounce_ns = from_us(line.debounce_us);
+    settings.device = line.device;
+    settings.channel = static_cast<unsigned>(line.channel);
+    settings.listen = line.listen;
+    settings.start = line.start;
     settings.thread = threads.trigger;
     return sync::make_source(settings, clock);
 }

@@ -56,15 +56,16 @@ make_renderer(const config::Config& config, scene::Scene scene, const ThreadPlan
 /// the sensor has.
 [[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max = 0);
 
-/// Rate of Line0 behind the divider. Throws ConfigError when it is too low to be counted in.
+/// Rate of the line that triggers frames after reset (Line0 where none does) behind its divider. Throws
+/// ConfigError when it is too low to be counted in.
 [[nodiscard]] sync::RationalRate nominal_trigger_rate(const config::Config& config);
 
-/// What happens to the edges of Line0 before the camera sees them.
-[[nodiscard]] sync::ConditionerSettings conditioner_settings(const config::Config& config);
+/// What happens to the edges of a line before the camera sees them.
+[[nodiscard]] sync::ConditionerSettings conditioner_settings(const config::LineSection& line);
 
-/// The source wired to Line0, or null. Throws ConfigError.
+/// The source wired to a line, or null. Throws ConfigError.
 [[nodiscard]] std::unique_ptr<sync::TriggerSource>
-make_trigger_source(const config::Config& config, const Clock& clock, const ThreadPlan& threads);
+make_trigger_source(const config::LineSection& line, const Clock& clock, const ThreadPlan& threads);
 
 /// Every transport the configuration enables, none of them started. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>

@@ -8,6 +8,11 @@
 #include <utility>
 
 namespace obscura::emulator {
+namespace {
+
+constexpr auto software_route = static_cast<std::size_t>(TriggerSource::software);
+
+} // namespace
 
 Time nominal_scene_time(const CameraSettings& settings, sync::RationalRate trigger_rate,
                         std::uint64_t frame_id) {
@@ -28,10 +33,15 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       next_trigger_rate_(config.trigger_rate),
       gate_(config.over_trigger),
       frame_settings_(config.initial) {
+    for (std::size_t i = 0; i < line_count; ++i) {
+        lines_[i].camera = this;
+        lines_[i].number = i;
+    }
     restart_auto_exposure(config.initial.exposure_ns);
     gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
     publish_triggers(config.initial);
+    ends_.set(config.initial, io_inputs());
     thread_ = std::thread([this] {
         enter_thread("pipeline", config_.thread);
         declare_this_thread_realtime();
@@ -48,18 +58,6 @@ Camera::~Camera() {
 Camera::Route Camera::route_of(const CameraSettings& s) noexcept {
     if (s.exposure_trigger.enabled) return route_of(s.exposure_trigger.source);
     return s.trigger_enabled ? route_of(s.trigger_source) : free_run;
-}
-
-Camera::Route Camera::route_of(TriggerSource source) noexcept {
-    switch (source) {
-    case TriggerSource::software:
-        return software;
-    case TriggerSource::action1:
-        return action;
-    case TriggerSource::line0:
-        break;
-    }
-    return line0;
 }
 
 CameraSettings Camera::settings() const {
@@ -120,6 +118,10 @@ bool Camera::apply(const CameraSettings& settings) {
         settings_ = settings;
     }
     publish_triggers(settings);
+    ends_.set(settings, io_inputs());
+    for (std::size_t i = 0; i < timer_count; ++i)
+        if (before.timers[i] != settings.timers[i]) alarm_.clear(first_timer_end + i);
+    look_soon();
     // Without a rate of its own the free run follows the chip, which depends on windows and exposure.
     const bool paced_differently =
         route_of(before) != route_of(settings) || before.frame_rate_hz != settings.frame_rate_hz ||
@@ -132,6 +134,10 @@ bool Camera::apply(const CameraSettings& settings) {
         if (route_of(before) != route_of(settings)) forget_triggers();
         if (acquiring()) start_free_run();
     }
+    const bool other_level = before.trigger_enabled != settings.trigger_enabled ||
+                             before.trigger_source != settings.trigger_source ||
+                             before.trigger_activation != settings.trigger_activation;
+    if (acquiring() && other_level) go_on_with_level(clock_.now());
     return true;
 }
 
@@ -148,6 +154,7 @@ void Camera::publish_triggers(const CameraSettings& settings) noexcept {
     burst_trigger_.set(settings.burst_trigger);
     burst_frames_.store(settings.burst_frame_count, std::memory_order_relaxed);
     exposure_trigger_.set(settings.exposure_trigger);
+    trigger_width_.store(settings.exposure_mode == ExposureMode::trigger_width, std::memory_order_relaxed);
 }
 
 void Camera::LiveTrigger::set(const TriggerChoice& choice) noexcept {
@@ -158,13 +165,15 @@ void Camera::LiveTrigger::set(const TriggerChoice& choice) noexcept {
 
 bool Camera::LiveTrigger::wants(TriggerSource from, bool falling) const noexcept {
     return enabled.load(std::memory_order_acquire) && source.load(std::memory_order_relaxed) == from &&
-           (from != TriggerSource::line0 || activates(activation.load(std::memory_order_relaxed), falling));
+           (line_of(from) == line_count || activates(activation.load(std::memory_order_relaxed), falling));
 }
 
 void Camera::forget_triggers() noexcept {
     burst_left_.store(0, std::memory_order_relaxed);
     exposure_readied_.store(false, std::memory_order_relaxed);
     alarm_.clear(next_of_burst);
+    alarm_.clear(next_of_level);
+    acquisition_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Camera::set_trigger_rate(sync::RationalRate rate) {
@@ -191,10 +200,16 @@ bool Camera::acquisition_start() {
     for (auto& used_up : used_up_)
         used_up.store(0, std::memory_order_relaxed);
     forget_triggers();
-    start_awaited_.store(now.start_trigger.enabled, std::memory_order_release);
+    start_awaited_.store(now.start_trigger.enabled && !level_holds(start_trigger_),
+                         std::memory_order_release);
+    acquisition_start_ns_.store(acquisition_begin_.ns, std::memory_order_relaxed);
+    acquisitions_.fetch_add(1, std::memory_order_release);
+    ends_.acquisition_start(io_inputs());
     gate_.open();
     moments_changed_.ring();
     start_free_run();
+    go_on_with_level(acquisition_begin_);
+    look_soon();
     return true;
 }
 
@@ -225,8 +240,8 @@ bool Camera::trigger_ready() const noexcept {
 }
 
 bool Camera::ready_for_line0(Time edge) const noexcept {
-    return !start_awaited_.load(std::memory_order_relaxed) && !burst_awaited() && gate_.selected() == line0 &&
-           gate_.ready_for(edge);
+    return !start_awaited_.load(std::memory_order_relaxed) && !burst_awaited() &&
+           gate_.selected() == route_of(TriggerSource::line0) && gate_.ready_for(edge);
 }
 
 CameraMoments Camera::moments() const noexcept {
@@ -253,9 +268,9 @@ double Camera::free_run_rate_hz() const {
 
 void Camera::start_free_run() {
     const CameraSettings now = settings();
-    if (route_of(now) != free_run) return;
-    burst_period_ns_.store(std::llround(1e9 / free_run_rate_hz()), std::memory_order_relaxed);
-    if (now.burst_trigger.enabled) return; // it begins the frames, and the alarm goes on with them
+    frame_period_ns_.store(std::llround(1e9 / free_run_rate_hz()), std::memory_order_relaxed);
+    // A burst trigger begins the frames itself, and the alarm goes on with them.
+    if (route_of(now) != free_run || now.burst_trigger.enabled) return;
     sync::TimerSettings timer;
     timer.rate = sync::rational_rate(free_run_rate_hz());
     timer.thread = config_.trigger_thread;
@@ -270,9 +285,10 @@ void Camera::stop_free_run() {
 bool Camera::take_start(TriggerSource source, bool falling) noexcept {
     if (!start_awaited_.load(std::memory_order_acquire) || !start_trigger_.wants(source, falling))
         return false;
-    const bool taken = start_awaited_.exchange(false, std::memory_order_acq_rel);
-    if (taken) moments_changed_.ring();
-    return taken;
+    if (!start_awaited_.exchange(false, std::memory_order_acq_rel)) return false;
+    moments_changed_.ring();
+    go_on_with_level(clock_.now());
+    return true;
 }
 
 bool Camera::burst_awaited() const noexcept {
@@ -289,6 +305,7 @@ bool Camera::take_burst(const sync::Trigger& trigger) noexcept {
         return false;
     }
     if (gate_.selected() == free_run) alarm_.set(next_of_burst, trigger.edge);
+    go_on_with_level(trigger.edge);
     moments_changed_.ring();
     return true;
 }
@@ -300,15 +317,72 @@ bool Camera::taken_of_burst(bool taken) noexcept {
 }
 
 void Camera::ring(std::size_t alarm, Time due) noexcept {
-    if (alarm != next_of_burst || gate_.selected() != free_run || !gate_.is_open() || burst_awaited()) return;
+    if (alarm >= first_timer_end) {
+        const std::size_t timer = alarm - first_timer_end;
+        fire_end(counter_count + timer, due);
+        return;
+    }
+    if (alarm != next_of_burst && alarm != next_of_level) {
+        look_at_ends();
+        return;
+    }
+    if (!gate_.is_open() || start_awaited_.load(std::memory_order_acquire) || burst_awaited()) return;
     // A frame that the camera was not ready for is missed, and the burst goes on until it is complete.
-    taken_of_burst(gate_.offer({burst_ids_.fetch_add(1) + 1, due, clock_.now()}, free_run));
-    if (!burst_awaited()) alarm_.set(next_of_burst, due + burst_period_ns_.load(std::memory_order_relaxed));
+    const sync::Trigger trigger{self_ids_.fetch_add(1) + 1, due, clock_.now()};
+    if (alarm == next_of_level) {
+        if (!level_holds(frame_trigger_)) return;
+        take_frame(trigger, route_of(frame_trigger_.source.load(std::memory_order_relaxed)));
+    } else {
+        if (gate_.selected() != free_run) return;
+        taken_of_burst(gate_.offer(trigger, free_run));
+    }
+    if (!burst_awaited()) alarm_.set(alarm, due + frame_period_ns_.load(std::memory_order_relaxed));
+}
+
+bool Camera::level_holds(const LiveTrigger& trigger) const noexcept {
+    const TriggerActivation activation = trigger.activation.load(std::memory_order_relaxed);
+    const std::size_t line = line_of(trigger.source.load(std::memory_order_relaxed));
+    return trigger.enabled.load(std::memory_order_acquire) && is_level(activation) && line < line_count &&
+           lines_[line].high.load(std::memory_order_relaxed) == (activation == TriggerActivation::level_high);
+}
+
+void Camera::go_on_with_level(Time due) noexcept {
+    if (level_holds(frame_trigger_)) alarm_.set(next_of_level, due);
+}
+
+/// By one band of the alarm's thread, so that whoever makes things happen is not held up.
+void Camera::look_soon() noexcept {
+    if (!ends_.idle()) alarm_.set(look, clock_.now());
+}
+
+void Camera::look_at_ends() noexcept {
+    ends_.begin_look();
+    const IoInputs in = io_inputs();
+    Time t;
+    for (std::size_t i = 0; i < counter_count; ++i)
+        for (std::uint64_t n = ends_.new_counter_ends(i, in, t); n > 0; --n)
+            fire_end(i, t);
+    for (std::size_t i = 0; i < timer_count; ++i)
+        if (ends_.timer_started(i, in, t)) alarm_.set(first_timer_end + i, t);
+}
+
+void Camera::fire_end(std::size_t end, Time t) noexcept {
+    const auto source =
+        static_cast<TriggerSource>(static_cast<std::size_t>(TriggerSource::counter0_end) + end);
+    serve({end_ids_[end].fetch_add(1, std::memory_order_relaxed) + 1, t, clock_.now()}, source);
+}
+
+IoInputs Camera::io_inputs() const noexcept {
+    IoInputs in;
+    in.activity = activity(); // before the time: what it tells of has happened by then
+    in.now = clock_.now();
+    return in;
 }
 
 /// An edge is for the first trigger that waits for one: of the acquisition, the burst, the frame, the
 /// exposure.
-bool Camera::serve(const sync::Trigger& trigger, Route route, TriggerSource source) noexcept {
+bool Camera::serve(const sync::Trigger& trigger, TriggerSource source) noexcept {
+    const Route route = route_of(source);
     if (take_start(source, trigger.falling)) return true;
     if (start_awaited_.load(std::memory_order_acquire)) return false;
     const bool for_burst = burst_trigger_.wants(source, trigger.falling);
@@ -319,14 +393,47 @@ bool Camera::serve(const sync::Trigger& trigger, Route route, TriggerSource sour
     }
     const bool for_exposure = exposure_trigger_.wants(source, trigger.falling);
     const bool readied = exposure_readied_.load(std::memory_order_acquire);
-    if (frame_trigger_.wants(source, trigger.falling) && !(for_exposure && readied))
-        return take_frame(trigger, route);
-    if (for_exposure) return take_exposure(trigger, route);
+    if (frame_trigger_.wants(source, trigger.falling) && !(for_exposure && readied)) {
+        if (level_holds(frame_trigger_)) {
+            go_on_with_level(trigger.edge);
+            return true;
+        }
+        return await_pulse(trigger, frame_trigger_, source) || take_frame(trigger, route);
+    }
+    if (for_exposure) return await_pulse(trigger, exposure_trigger_, source) || take_exposure(trigger, route);
     if (for_burst)
         gate_.miss(trigger);
     else if (gate_.selected() != route)
         gate_.offer(trigger, route); // counts it as ignored
     return false;
+}
+
+/// ExposureMode TriggerWidth, and an edge that begins a pulse: what is done with it comes at the end of that.
+bool Camera::await_pulse(const sync::Trigger& trigger, const LiveTrigger& from,
+                         TriggerSource source) noexcept {
+    const bool is_exposing = &from == &exposing_trigger();
+    if (!is_exposing || !width_counts(source) || !gate_.is_open()) return false;
+    Line& line = lines_[line_of(source)];
+    line.pulse = trigger;
+    line.pulse_of = acquisition_.load(std::memory_order_relaxed);
+    return true;
+}
+
+/// The one whose edge exposes.
+const Camera::LiveTrigger& Camera::exposing_trigger() const noexcept {
+    return exposure_trigger_.enabled.load(std::memory_order_acquire) ? exposure_trigger_ : frame_trigger_;
+}
+
+bool Camera::width_counts(TriggerSource source) const noexcept {
+    const std::size_t line = line_of(source);
+    if (!trigger_width_.load(std::memory_order_relaxed) || line == line_count ||
+        !config_.limits.lines[line].both())
+        return false;
+    const LiveTrigger& trigger = exposing_trigger();
+    const TriggerActivation activation = trigger.activation.load(std::memory_order_relaxed);
+    return trigger.enabled.load(std::memory_order_acquire) &&
+           trigger.source.load(std::memory_order_relaxed) == source && !is_level(activation) &&
+           activation != TriggerActivation::any_edge;
 }
 
 /// Edges that made no frame because they were for something else are not lost ones.
@@ -360,9 +467,10 @@ bool Camera::offer(const sync::Trigger& trigger, Route route) noexcept {
     // not take the others for lost. Each route has one thread that calls.
     std::uint64_t first = first_id_[route].load(std::memory_order_relaxed);
     if (first == 0) first_id_[route].store(first = trigger.id, std::memory_order_relaxed);
+    sync::Trigger counted = trigger;
     const std::uint64_t n = trigger.id - first;
-    return n % divider != 0 ||
-           offer_to_gate({n / divider + 1, trigger.edge, trigger.seen, trigger.clock, trigger.scene}, route);
+    counted.id = n / divider + 1;
+    return n % divider != 0 || offer_to_gate(counted, route);
 }
 
 bool Camera::software_start_trigger(Time) {
@@ -377,39 +485,68 @@ bool Camera::software_exposure_trigger(Time edge) {
     if (start_awaited_.load(std::memory_order_acquire) || burst_awaited() ||
         !exposure_trigger_.wants(TriggerSource::software, false))
         return false;
-    return take_exposure({exposure_edges_.fetch_add(1) + 1, edge, clock_.now()}, software);
+    return take_exposure({exposure_edges_.fetch_add(1) + 1, edge, clock_.now()}, software_route);
 }
 
 bool Camera::software_trigger(Time edge) {
     const sync::Trigger trigger{software_edges_.fetch_add(1) + 1, edge, clock_.now()};
     if (start_awaited_.load(std::memory_order_acquire) || burst_awaited()) return false;
-    return frame_trigger_.wants(TriggerSource::software, false) ? take_frame(trigger, software)
-                                                                : offer_to_gate(trigger, software);
+    return frame_trigger_.wants(TriggerSource::software, false) ? take_frame(trigger, software_route)
+                                                                : offer_to_gate(trigger, software_route);
 }
 
 bool Camera::action_trigger(Time edge) {
     const sync::Trigger trigger{action_edges_.fetch_add(1) + 1, edge, clock_.now()};
-    return serve(trigger, action, TriggerSource::action1);
+    return serve(trigger, TriggerSource::action1);
 }
 
 void Camera::on_trigger(const sync::Trigger& trigger) noexcept {
-    line0_edges_.fetch_add(1, std::memory_order_relaxed);
-    line0_edge_ns_.store(trigger.edge.ns, std::memory_order_relaxed);
+    line_edge(0, trigger);
+}
+
+void Camera::line_edge(std::size_t number, const sync::Trigger& trigger) noexcept {
+    Line& line = lines_[number];
+    const TriggerSource source = source_of_line(number);
+    line.edge_ns.store(trigger.edge.ns, std::memory_order_relaxed);
+    line.high.store(!trigger.falling, std::memory_order_relaxed);
+    line.edges.fetch_add(1, std::memory_order_release);
+    look_soon();
     const std::uint64_t lost =
-        last_line0_id_ != 0 && trigger.id > last_line0_id_ ? trigger.id - last_line0_id_ - 1 : 0;
-    last_line0_id_ = trigger.id;
+        line.last_id != 0 && trigger.id > line.last_id ? trigger.id - line.last_id - 1 : 0;
+    line.last_id = trigger.id;
     // Where the source tells of both kinds, ids count those that matter, and half of the lost ones with them.
-    const LiveTrigger& counting =
-        exposure_trigger_.enabled.load(std::memory_order_relaxed) ? exposure_trigger_ : frame_trigger_;
-    const TriggerActivation activation = counting.activation.load(std::memory_order_relaxed);
-    const bool one_of_two = activation != TriggerActivation::any_edge && config_.limits.line0_rising &&
-                            config_.limits.line0_falling;
+    const TriggerActivation activation = exposing_trigger().activation.load(std::memory_order_relaxed);
+    const bool one_of_two = activation != TriggerActivation::any_edge && config_.limits.lines[number].both();
+    const bool begins = activates(activation, trigger.falling);
     sync::Trigger counted = trigger;
-    if (one_of_two && activates(activation, trigger.falling)) {
-        line0_id_ += 1 + lost / 2;
-        counted.id = line0_id_;
+    if (one_of_two && begins) {
+        line.counted_id += 1 + lost / 2;
+        counted.id = line.counted_id;
     }
-    serve(counted, line0, TriggerSource::line0);
+    const std::uint32_t pulse_of = std::exchange(line.pulse_of, 0);
+    if (begins || pulse_of != acquisition_.load(std::memory_order_relaxed) || !width_counts(source)) {
+        serve(counted, source);
+        return;
+    }
+    sync::Trigger pulse = line.pulse;
+    pulse.seen = trigger.seen;
+    pulse.width_ns = trigger.edge - pulse.edge;
+    if (exposure_trigger_.enabled.load(std::memory_order_acquire))
+        take_exposure(pulse, route_of(source));
+    else
+        offer(pulse, route_of(source));
+}
+
+void Camera::reset_counter(std::size_t i) {
+    const std::lock_guard control(control_mutex_);
+    ends_.reset_counter(i, io_inputs());
+    look_soon();
+}
+
+void Camera::reset_timer(std::size_t i) {
+    const std::lock_guard control(control_mutex_);
+    ends_.reset_timer(i, clock_.now());
+    alarm_.clear(first_timer_end + i);
 }
 
 ReadoutAnswer Camera::readout(const CameraSettings& settings) const {
@@ -423,14 +560,18 @@ bool Camera::set_sequence(const Sequence& sequence) {
     return true;
 }
 
-CameraActivity Camera::activity() const {
+CameraActivity Camera::activity() const noexcept {
     const sync::GateCounters gate = gate_.counters();
     const auto instant = [](const std::atomic<std::int64_t>& ns) {
         return Time{ns.load(std::memory_order_relaxed)};
     };
     CameraActivity a;
-    a.line0_edges = line0_edges_.load(std::memory_order_relaxed);
-    a.line0_edge = instant(line0_edge_ns_);
+    for (std::size_t i = 0; i < line_count; ++i)
+        a.lines[i] = {lines_[i].edges.load(std::memory_order_acquire), instant(lines_[i].edge_ns),
+                      lines_[i].high.load(std::memory_order_relaxed)};
+    a.acquisitions = acquisitions_.load(std::memory_order_acquire);
+    a.acquisition_start = instant(acquisition_start_ns_);
+    ends_.fill(a);
     a.frame_triggers = gate.taken;
     a.missed_triggers = gate.missed;
     a.frames = moments_.frames.load(std::memory_order_acquire);
@@ -462,6 +603,11 @@ void Camera::note_moments(const FrameOrder& order) noexcept {
     moments_.frame_id.store(order.frame_id, std::memory_order_relaxed);
     moments_.frames.fetch_add(1, std::memory_order_release);
     moments_changed_.ring();
+    if (ends_.idle()) return;
+    look_soon();
+    alarm_.set(look_exposure_start, first + shift_ns);
+    alarm_.set(look_exposure_end, last + shift_ns);
+    alarm_.set(look_frame_end, plan.release.back() + shift_ns);
 }
 
 void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
@@ -470,6 +616,7 @@ void Camera::FreeRunSink::on_trigger(const sync::Trigger& trigger) noexcept {
 
 void Camera::on_missed(Time edge) noexcept {
     notify(transports::CameraEvent::trigger_missed, edge);
+    look_soon();
 }
 
 void Camera::notify(transports::CameraEvent event, Time t) noexcept {
@@ -540,6 +687,9 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     const std::uint32_t step = sequence_step_;
     order.settings =
         frame_sequence_.enabled ? with_step(frame_settings_, frame_sequence_, step) : frame_settings_;
+    if (trigger.width_ns > 0)
+        order.settings.exposure_ns =
+            std::clamp(trigger.width_ns, config_.limits.exposure_min_ns, config_.limits.exposure_max_ns);
     if (frame_sequence_.enabled) sequence_step_ = frame_sequence_.steps[step].next;
     moments_.sequence_step.store(step, std::memory_order_relaxed);
     // A latched trigger takes effect when the chip is free again.
@@ -569,7 +719,9 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
         return false;
     }
     frame->info.sequence_step = frame_sequence_.enabled ? step : 0;
-    if (route_of(frame_settings_) == line0) frame->info.line_status = line_status_line0;
+    if (const Route route = route_of(frame_settings_); route != free_run)
+        if (const std::size_t line = line_of(static_cast<TriggerSource>(route)); line < line_count)
+            frame->info.line_status = line_status_line0 << line;
     note_moments(order);
     frame->info.bytes = releaser_.byte_stamps();
     bool taken = false;

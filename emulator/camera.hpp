@@ -9,6 +9,7 @@
 #include "core/wakeup.hpp"
 #include "emulator/alarm.hpp"
 #include "emulator/frame_maker.hpp"
+#include "emulator/io_ends.hpp"
 #include "emulator/releaser.hpp"
 #include "sync/schedule.hpp"
 #include "sync/sync.hpp"
@@ -106,9 +107,15 @@ public:
     bool software_exposure_trigger(Time edge) override;
     [[nodiscard]] ReadoutAnswer readout(const CameraSettings& settings) const override;
     bool set_sequence(const Sequence& sequence) override;
-    [[nodiscard]] CameraActivity activity() const override;
+    [[nodiscard]] CameraActivity activity() const noexcept override;
 
+    void reset_counter(std::size_t i) override;
+    void reset_timer(std::size_t i) override;
+
+    /// Edges of Line0.
     void on_trigger(const sync::Trigger& trigger) noexcept override;
+    /// Where edges of Line1 and so on go, `line` below line_count.
+    [[nodiscard]] sync::TriggerSink& line(std::size_t line) noexcept { return lines_[line]; }
 
     [[nodiscard]] CameraCounters counters() const noexcept;
     /// True while a trigger would be accepted now: what a "trigger ready" lamp shows.
@@ -124,10 +131,21 @@ public:
     [[nodiscard]] bool alive() noexcept;
 
 private:
-    /// Where edges are taken from at the moment.
-    enum Route : std::size_t { line0, software, action, free_run };
+    /// Where frames come from at the moment: a TriggerSource, or the camera itself.
+    using Route = std::size_t;
+    static constexpr Route free_run = trigger_source_count;
+    static_assert(free_run < sync::TriggerGate::input_count);
 
-    enum AlarmNumber : std::size_t { next_of_burst };
+    enum AlarmNumber : std::size_t {
+        next_of_burst,
+        next_of_level,
+        look, ///< after counters and timers, as at the instants of the frame begun last
+        look_exposure_start,
+        look_exposure_end,
+        look_frame_end,
+        first_timer_end,
+    };
+    static_assert(first_timer_end + timer_count <= Alarm::alarm_count);
 
     /// TriggerChoice as the threads of the sources see it.
     struct LiveTrigger {
@@ -138,6 +156,22 @@ private:
         void set(const TriggerChoice& choice) noexcept;
         /// Whether an edge of `source` counts for it.
         [[nodiscard]] bool wants(TriggerSource from, bool falling) const noexcept;
+    };
+
+    /// An input line.
+    struct Line final : sync::TriggerSink {
+        void on_trigger(const sync::Trigger& trigger) noexcept override {
+            camera->line_edge(number, trigger);
+        }
+        Camera* camera = nullptr;
+        std::size_t number = 0;
+        std::atomic<std::uint64_t> edges{0};
+        std::atomic<std::int64_t> edge_ns{0};
+        std::atomic<bool> high{false};
+        // Its source's thread only.
+        std::uint64_t last_id = 0, counted_id = 0;
+        sync::Trigger pulse;        ///< the edge that began the pulse whose width is awaited
+        std::uint32_t pulse_of = 0; ///< acquisition in which that was; 0: none is awaited
     };
 
     /// Free run: the camera's own timer.
@@ -168,7 +202,17 @@ private:
     void adjust_exposure(const Frame& frame) noexcept;
 
     bool offer(const sync::Trigger& trigger, Route route) noexcept;
-    bool serve(const sync::Trigger& trigger, Route route, TriggerSource source) noexcept;
+    void line_edge(std::size_t number, const sync::Trigger& trigger) noexcept;
+    [[nodiscard]] const LiveTrigger& exposing_trigger() const noexcept;
+    [[nodiscard]] bool width_counts(TriggerSource source) const noexcept;
+    bool await_pulse(const sync::Trigger& trigger, const LiveTrigger& from, TriggerSource source) noexcept;
+    [[nodiscard]] bool level_holds(const LiveTrigger& trigger) const noexcept;
+    void go_on_with_level(Time due) noexcept;
+    void look_soon() noexcept;
+    void look_at_ends() noexcept;
+    void fire_end(std::size_t end, Time t) noexcept;
+    [[nodiscard]] IoInputs io_inputs() const noexcept;
+    bool serve(const sync::Trigger& trigger, TriggerSource source) noexcept;
     bool take_burst(const sync::Trigger& trigger) noexcept;
     bool take_frame(const sync::Trigger& trigger, Route route) noexcept;
     bool take_exposure(const sync::Trigger& trigger, Route route) noexcept;
@@ -180,7 +224,7 @@ private:
     void publish_triggers(const CameraSettings& settings) noexcept;
     bool take_start(TriggerSource source, bool falling) noexcept;
     void note_moments(const FrameOrder& order) noexcept;
-    static Route route_of(TriggerSource source) noexcept;
+    static Route route_of(TriggerSource source) noexcept { return static_cast<Route>(source); }
     static Route route_of(const CameraSettings& settings) noexcept;
     void run() noexcept;
     void make_frame() noexcept;
@@ -220,18 +264,21 @@ private:
     std::atomic<std::uint64_t> software_edges_{0};
     std::atomic<std::uint64_t> exposure_edges_{0};
     std::atomic<std::uint64_t> action_edges_{0};
-    std::atomic<std::uint64_t> line0_edges_{0};
-    std::atomic<std::int64_t> line0_edge_ns_{0};
     std::atomic<std::uint32_t> divider_{1};
     // What edges are held to, on whichever thread they come; the same values as in settings_.
     LiveTrigger frame_trigger_, start_trigger_, burst_trigger_, exposure_trigger_;
     std::atomic<bool> start_awaited_{false};
     std::atomic<std::uint32_t> burst_frames_{1}, burst_left_{0};
-    std::atomic<std::int64_t> burst_period_ns_{0}; ///< of frames that the burst makes itself
-    std::atomic<std::uint64_t> burst_ids_{0};
-    std::atomic<bool> exposure_readied_{false}; ///< by a trigger for FrameStart
-    // Line0's source only.
-    std::uint64_t last_line0_id_ = 0, line0_id_ = 0;
+    std::atomic<std::int64_t> frame_period_ns_{0}; ///< of frames that a burst or a level makes itself
+    std::atomic<std::uint64_t> self_ids_{0};       ///< of those frames
+    std::atomic<bool> exposure_readied_{false};    ///< by a trigger for FrameStart
+    std::array<Line, line_count> lines_;
+    std::atomic<bool> trigger_width_{false};
+    std::atomic<std::uint32_t> acquisition_{1}; ///< number of it, and of the choice of triggers within
+    std::atomic<std::uint64_t> acquisitions_{0};
+    std::atomic<std::int64_t> acquisition_start_ns_{0};
+    IoEnds ends_;
+    std::array<std::atomic<std::uint64_t>, counter_count + timer_count> end_ids_{}; ///< alarm's thread
     std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
     std::array<std::atomic<std::uint64_t>, free_run> used_up_{};  ///< edges that were no frame's
     std::atomic<std::uint64_t> auto_exposure_{0};

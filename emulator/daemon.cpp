@@ -19,6 +19,7 @@ ClockState Daemon::TriggerLine::clock_state() const {
 }
 
 void Daemon::TriggerLine::let_step(bool with_source) const {
+    if (number > 0) return;
     for (CameraUnit* unit : units)
         unit->step_with(with_source ? dynamic_cast<sync::SoftwareTrigger*>(source.get()) : nullptr);
 }
@@ -35,19 +36,27 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
     }
     for (const config::Config* camera : cameras)
         units_.push_back(std::make_unique<CameraUnit>(*camera, threads_, log_, ptp_.get()));
+    for (std::size_t number = 0; number < line_count; ++number)
+        wire(number, cameras);
+}
+
+void Daemon::wire(std::size_t number, const std::vector<const config::Config*>& cameras) {
     // One line that all share who have none of their own.
     TriggerLine* shared = nullptr;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
+        const config::LineSection& section = cameras[i]->trigger.line_section(number);
+        if (number > 0 && section.source == "none") continue;
         TriggerLine* line = cameras[i]->own_trigger ? nullptr : shared;
         if (line == nullptr) {
             line = lines_.emplace_back(std::make_unique<TriggerLine>()).get();
+            line->number = number;
             line->config = i;
             line->conditioner =
-                std::make_unique<sync::Conditioner>(conditioner_settings(*cameras[i]), line->cameras);
-            line->source = make_trigger_source(*cameras[i], units_[i]->clock(), threads_);
+                std::make_unique<sync::Conditioner>(conditioner_settings(section), line->cameras);
+            line->source = make_trigger_source(section, units_[i]->clock(), threads_);
             if (!cameras[i]->own_trigger) shared = line;
         }
-        line->cameras.add(units_[i]->camera());
+        line->cameras.add(units_[i]->camera().line(number));
         line->units.push_back(units_[i].get());
     }
 }
@@ -110,7 +119,7 @@ std::string Daemon::reload(config::Config next, const std::function<void()>& mea
         });
         for (const auto& line : lines_)
             // A camera's own trigger is not among the reloadable keys.
-            if (refused.empty() && new_clock && !cameras[line->config]->own_trigger)
+            if (refused.empty() && new_clock && line->number == 0 && !cameras[line->config]->own_trigger)
                 replace_trigger(*line, *cameras[line->config]);
     } catch (...) {
         for (const auto& unit : units_)
@@ -127,8 +136,9 @@ std::string Daemon::reload(config::Config next, const std::function<void()>& mea
 }
 
 void Daemon::replace_trigger(TriggerLine& line, const config::Config& camera) {
-    auto conditioner = std::make_unique<sync::Conditioner>(conditioner_settings(camera), line.cameras);
-    auto source = make_trigger_source(camera, units_[line.config]->clock(), threads_);
+    auto conditioner =
+        std::make_unique<sync::Conditioner>(conditioner_settings(camera.trigger), line.cameras);
+    auto source = make_trigger_source(camera.trigger, units_[line.config]->clock(), threads_);
     const sync::RationalRate rate = nominal_trigger_rate(camera);
     line.let_step(false);
     if (line.source) line.source->stop();

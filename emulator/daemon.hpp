@@ -65,6 +65,7 @@ public:
 private:
     /// A trigger source and the cameras that it reaches.
     struct TriggerLine {
+        std::size_t number = 0; ///< what cameras call it: Line0 and so on
         std::size_t config = 0; ///< camera whose configuration describes it
         std::vector<CameraUnit*> units;
         sync::FanOut cameras;
@@ -74,10 +75,11 @@ private:
 
         [[nodiscard]] ClockState clock_state() const;
         [[nodiscard]] std::string_view source_name() const { return source ? source->name() : "none"; }
-        /// Where simulators of its cameras make steps: with the source, or nowhere.
+        /// Line0: where simulators of its cameras make steps, with the source or nowhere.
         void let_step(bool with_source) const;
     };
 
+    void wire(std::size_t number, const std::vector<const config::Config*>& cameras);
     void publish_clock_states();
     void replace_trigger(TriggerLine& line, const config::Config& camera);
     [[nodiscard]] std::string statistics_of(std::size_t unit) const;

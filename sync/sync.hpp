@@ -18,7 +18,8 @@ struct Trigger {
     ClockState clock = ClockState::free; ///< of the source when it saw the edge
     /// Lockstep: what the scene's clock shows at the edge; otherwise scene_of_camera, and the camera decides.
     Time scene = scene_of_camera;
-    bool falling = false; ///< of sources that tell edges apart
+    bool falling = false;      ///< of sources that tell edges apart
+    std::int64_t width_ns = 0; ///< from the edge to the end of its pulse, where that was waited for; else 0
 
     static constexpr Time scene_of_camera{INT64_MIN};
 };

@@ -40,7 +40,7 @@ struct GateCounters {
 /// offer() never blocks, allocates or locks. One control thread opens, closes and selects.
 class TriggerGate {
 public:
-    static constexpr std::size_t input_count = 4;
+    static constexpr std::size_t input_count = 12;
 
     explicit TriggerGate(OverTrigger policy = OverTrigger::count) : policy_(policy) {}
 

@@ -607,7 +607,7 @@ TEST_CASE("Software triggers make one frame each, stamped with the trigger's ins
 
 TEST_CASE("Frames on rising, falling or all edges of Line0, as far as its source tells of them") {
     CameraLimits both = limits();
-    both.line0_falling = true;
+    both.lines[0].falling = true;
     Bench bench(both);
     GigeClient client(address);
     client.set("TriggerSelector", "FrameStart");

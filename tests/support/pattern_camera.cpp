@@ -79,7 +79,17 @@ CameraActivity PatternCamera::activity() const {
     CameraActivity a = activity_;
     a.trigger_ready = acquiring_ && !making_ && !start_awaited_;
     a.start_awaited = acquiring_ && start_awaited_;
+    marks_.fill(a);
     return a;
+}
+
+void PatternCamera::reset_counter(std::size_t i) {
+    const IoInputs in{clock_.now(), activity()};
+    marks_.reset_counter(settings().counters[i], i, in);
+}
+
+void PatternCamera::reset_timer(std::size_t i) {
+    marks_.reset_timer(i, clock_.now());
 }
 
 bool PatternCamera::take_start(TriggerSource source, bool falling) {
@@ -100,8 +110,8 @@ bool PatternCamera::software_start_trigger(Time) {
 bool PatternCamera::trigger(TriggerSource source, Time edge, bool falling) {
     const std::lock_guard lock(mutex_);
     if (source == TriggerSource::line0) {
-        ++activity_.line0_edges;
-        activity_.line0_edge = edge;
+        ++activity_.lines[0].edges;
+        activity_.lines[0].edge = edge;
     }
     if (take_start(source, falling)) return true;
     if (!acquiring_ || start_awaited_ || !settings_.trigger_enabled || settings_.trigger_source != source ||
@@ -164,18 +174,19 @@ void PatternCamera::loop() {
             for (std::size_t w = 0; w < settings.window_count(); ++w)
                 windows.push_back(settings.window(w).region);
         lock.unlock();
-        make_frame(settings, windows, id, edge, step);
+        const bool taken = make_frame(settings, windows, id, edge, step);
         lock.lock();
         making_ = false;
-        if (last) acquiring_ = false;
+        if (!taken) --frame_id_; // its pixels tell the block's id, and there was no block
+        if (taken && last) acquiring_ = false;
         changed_.notify_all();
     }
 }
 
-void PatternCamera::make_frame(const CameraSettings& settings, const std::vector<Region>& windows,
+bool PatternCamera::make_frame(const CameraSettings& settings, const std::vector<Region>& windows,
                                std::uint64_t id, Time edge, std::uint32_t step) {
     const FrameRef frame = pool_.acquire();
-    if (!frame) return;
+    if (!frame) return false;
     frame->info.frame_id = id;
     frame->info.trigger_id = id;
     frame->info.trigger_edge = edge;
@@ -210,12 +221,12 @@ void PatternCamera::make_frame(const CameraSettings& settings, const std::vector
     truth.bodies[1].pose = {{0, 25143.0, 0}, {0.6, 0, 0, 0.8}};
     if (transport_ == nullptr || !transport_->submit(frame)) {
         frame->abandon();
-        return;
+        return false;
     }
     frames_made_.fetch_add(1);
     if (blank_) {
         frame->publish_rows(height);
-        return;
+        return true;
     }
     for (std::int32_t y = 0; y < height;) {
         const std::int32_t end = std::min(height, y + band_rows_.load());
@@ -223,7 +234,7 @@ void PatternCamera::make_frame(const CameraSettings& settings, const std::vector
         const std::int32_t give_up = abandon_after_.load();
         if (abort_ || (give_up > 0 && y >= give_up)) {
             frame->abandon();
-            return;
+            return true;
         }
         for (; y < end; ++y) {
             std::size_t w = windows.size() - 1;
@@ -239,6 +250,7 @@ void PatternCamera::make_frame(const CameraSettings& settings, const std::vector
         }
         frame->publish_rows(end);
     }
+    return true;
 }
 
 } // namespace obscura::test

@@ -4,6 +4,7 @@
 #include "core/camera.hpp"
 #include "core/clock.hpp"
 #include "core/frame.hpp"
+#include "core/io_state.hpp"
 #include "transports/transport.hpp"
 
 #include <atomic>
@@ -55,6 +56,8 @@ public:
     bool action_trigger(Time edge) override;
     bool software_start_trigger(Time edge) override;
     bool set_sequence(const Sequence& sequence) override;
+    void reset_counter(std::size_t i) override;
+    void reset_timer(std::size_t i) override;
     [[nodiscard]] CameraActivity activity() const override;
     /// An edge on Line0.
     bool line_trigger(Time edge, bool falling = false);
@@ -66,7 +69,8 @@ public:
 
 private:
     void loop();
-    void make_frame(const CameraSettings& settings, const std::vector<Region>& windows, std::uint64_t id,
+    /// False when no transport took it.
+    bool make_frame(const CameraSettings& settings, const std::vector<Region>& windows, std::uint64_t id,
                     Time edge, std::uint32_t step);
     bool trigger(TriggerSource source, Time edge, bool falling = false);
     bool take_start(TriggerSource source, bool falling);
@@ -86,6 +90,7 @@ private:
     Sequence sequence_;
     std::uint32_t sequence_step_ = 0;
     CameraActivity activity_;
+    IoMarks marks_;
     bool acquiring_ = false, start_awaited_ = false, making_ = false, quit_ = false;
     std::atomic<bool> abort_{false};
     std::uint64_t frame_id_ = 0;

@@ -405,7 +405,7 @@ void Device::add_acquisition() {
         [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_source); },
         [](CameraSettings& s, std::uint32_t value) {
             s.trigger_source = static_cast<TriggerSource>(value);
-            return value <= static_cast<std::uint32_t>(TriggerSource::action1);
+            return value < trigger_source_count;
         });
     command("TriggerSoftware", feature::trigger_software, [this] {
         // A trigger that comes too early or when none is awaited is the camera's to count, not an error of
@@ -432,10 +432,12 @@ void Device::add_acquisition() {
         [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_activation); },
         [](CameraSettings& s, std::uint32_t value) {
             s.trigger_activation = static_cast<TriggerActivation>(value);
-            return value <= static_cast<std::uint32_t>(TriggerActivation::any_edge);
+            return value < trigger_activation_count;
         });
-    constant("Line0Edges", feature::line0_edges,
-             (limits_.line0_rising ? 1U : 0U) | (limits_.line0_falling ? 2U : 0U));
+    std::uint32_t line_edges = 0;
+    for (std::size_t i = 0; i < line_count; ++i)
+        line_edges |= ((limits_.lines[i].rising ? 1U : 0U) | (limits_.lines[i].falling ? 2U : 0U)) << (2 * i);
+    constant("LineEdges", feature::line_edges, line_edges);
     add_more_triggers();
     setting(
         "TriggerOverlap", feature::trigger_overlap, false,
@@ -455,6 +457,13 @@ void Device::add_acquisition() {
                        wanted.exposure_ns = std::int64_t{value} * feature::time_unit_ns;
                        return control_.apply(wanted) ? Status::success : Status::invalid_parameter;
                    }});
+    setting(
+        "ExposureMode", feature::exposure_mode, false,
+        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.exposure_mode) + 1; },
+        [](CameraSettings& s, std::uint32_t value) {
+            s.exposure_mode = static_cast<ExposureMode>(value - 1);
+            return value >= 1 && value <= 2;
+        });
     setting(
         "ExposureAuto", feature::exposure_auto, false,
         [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.exposure_auto); },
@@ -528,12 +537,11 @@ void Device::add_more_triggers() {
             "TriggerMode", feature::trigger_mode, 1, [](const Choice& c) { return std::uint32_t{c.enabled}; },
             [](Choice& c, std::uint32_t value) { c.enabled = value == 1; });
         part(
-            "TriggerSource", feature::trigger_source, static_cast<std::uint32_t>(TriggerSource::action1),
+            "TriggerSource", feature::trigger_source, trigger_source_count - 1,
             [](const Choice& c) { return static_cast<std::uint32_t>(c.source); },
             [](Choice& c, std::uint32_t value) { c.source = static_cast<TriggerSource>(value); });
         part(
-            "TriggerActivation", feature::trigger_activation,
-            static_cast<std::uint32_t>(TriggerActivation::any_edge),
+            "TriggerActivation", feature::trigger_activation, trigger_activation_count - 1,
             [](const Choice& c) { return static_cast<std::uint32_t>(c.activation); },
             [](Choice& c, std::uint32_t value) { c.activation = static_cast<TriggerActivation>(value); });
         command("TriggerSoftware", feature::trigger_software + offset, [this, &more] {
@@ -774,10 +782,7 @@ Status Device::acquisition_start() {
     config.continue_blocks = !channel_fresh_;
     if (!stream_.begin(config)) return Status::busy;
     channel_fresh_ = false;
-    if (control_.acquisition_start()) {
-        begin_acquisition_counters();
-        return Status::success;
-    }
+    if (control_.acquisition_start()) return Status::success;
     stream_.abort();
     return Status::busy;
 }

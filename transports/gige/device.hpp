@@ -3,11 +3,11 @@
 
 #include "core/camera.hpp"
 #include "core/clock.hpp"
+#include "core/io_state.hpp"
 #include "core/ptp_status.hpp"
 #include "transports/gige/binning.hpp"
 #include "transports/gige/fault_injector.hpp"
 #include "transports/gige/features.hpp"
-#include "transports/gige/io_state.hpp"
 #include "transports/gige/message_channel.hpp"
 #include "transports/gige/network_interface.hpp"
 #include "transports/gige/register_bank.hpp"
@@ -116,7 +116,7 @@ private:
     void command(std::string_view name, std::uint32_t address, std::function<Status()> run);
 
     [[nodiscard]] IoInputs io_inputs() const;
-    [[nodiscard]] bool line1_level(const IoInputs& in) const;
+    [[nodiscard]] bool output_level(const IoInputs& in) const;
     [[nodiscard]] std::uint32_t line_status_all() const;
     [[nodiscard]] const ReadoutAnswer& readout_answer();
     [[nodiscard]] std::uint32_t region_count() const noexcept;
@@ -128,7 +128,6 @@ private:
     Status write_region(std::uint32_t i, const CameraWindow& window, bool enabled);
     [[nodiscard]] FrameWindow region_obtained(std::uint32_t i);
     void reset_regions();
-    void begin_acquisition_counters();
     Status publish_sequence(const Sequence& wanted);
 
     [[nodiscard]] std::uint32_t chunk_selection() const;
@@ -174,10 +173,6 @@ private:
     };
     std::array<RegionSlot, max_windows> regions_;
     Binning binning_;
-    std::array<EventCounter, feature::counter_count> counters_;
-    std::array<PulseTimer, feature::timer_count> timers_;
-    std::uint64_t acquisitions_ = 0;
-    Time acquisition_start_;
     bool sequencer_configuring_ = false;
     Sequence sequence_;
     std::unique_ptr<UserXml> user_xml_;

@@ -5,17 +5,14 @@
 namespace obscura::transports::gige {
 
 IoInputs Device::io_inputs() const {
-    // The activity first: what it tells of has happened by `now`.
     IoInputs in;
-    in.activity = control_.activity();
-    in.acquiring = control_.acquiring();
-    in.acquisitions = acquisitions_;
-    in.acquisition_start = acquisition_start_;
+    in.activity = control_.activity(); // before the time: what it tells of has happened by then
     in.now = clock_.now();
     return in;
 }
 
-bool Device::line1_level(const IoInputs& in) const {
+bool Device::output_level(const IoInputs& in) const {
+    const CameraSettings s = control_.settings();
     switch (static_cast<LineSource>(bank_.peek(feature::line_source))) {
     case LineSource::off:
         break;
@@ -24,17 +21,17 @@ bool Device::line1_level(const IoInputs& in) const {
     case LineSource::frame_active:
         return frame_active(in);
     case LineSource::frame_trigger_wait:
-        return in.acquiring && in.activity.trigger_ready;
+        return control_.acquiring() && in.activity.trigger_ready;
     case LineSource::acquisition_active:
-        return in.acquiring;
+        return control_.acquiring();
     case LineSource::timer0_active:
-        return timers_[0].level(in);
+        return timer_level(s.timers[0], 0, in);
     case LineSource::timer1_active:
-        return timers_[1].level(in);
+        return timer_level(s.timers[1], 1, in);
     case LineSource::counter0_active:
-        return counters_[0].status(in) == IoStatus::active;
+        return counter_status(s.counters[0], 0, in) == IoStatus::active;
     case LineSource::counter1_active:
-        return counters_[1].status(in) == IoStatus::active;
+        return counter_status(s.counters[1], 1, in) == IoStatus::active;
     case LineSource::user_output0:
         return (bank_.peek(feature::user_output_value) & 1) != 0;
     }
@@ -43,13 +40,16 @@ bool Device::line1_level(const IoInputs& in) const {
 
 std::uint32_t Device::line_status_all() const {
     const IoInputs in = io_inputs();
-    const bool line0 = line0_level(in) != (bank_.peek(feature::line_inverter) != 0);
-    const bool line1 = line1_level(in) != (bank_.peek(feature::line_inverter + 4) != 0);
-    return (line0 ? line_status_line0 : 0U) | (line1 ? line_status_line1 : 0U);
+    std::uint32_t all = output_level(in) ? line_status_output : 0U;
+    for (std::size_t i = 0; i < line_count; ++i)
+        if (line_level(i, limits_.lines[i], in)) all |= line_status_line0 << i;
+    for (std::uint32_t i = 0; i <= line_count; ++i)
+        if (bank_.peek(feature::line_inverter + 4 * i) != 0) all ^= line_status_line0 << i;
+    return all;
 }
 
 void Device::add_digital_io() {
-    for (std::uint32_t line = 0; line < 2; ++line)
+    for (std::uint32_t line = 0; line <= line_count; ++line)
         bank_.add({.name = "LineInverter",
                    .address = feature::line_inverter + 4 * line,
                    .access = Access::read_write,
@@ -66,69 +66,75 @@ void Device::add_digital_io() {
                .maximum = 1});
 }
 
-void Device::begin_acquisition_counters() {
-    ++acquisitions_;
-    acquisition_start_ = clock_.now();
-    const IoInputs in = io_inputs();
-    for (EventCounter& c : counters_)
-        if (c.reset_by_acquisition_start) c.reset(in);
-}
-
 void Device::add_counters() {
-    for (std::uint32_t i = 0; i < feature::counter_count; ++i) {
+    for (std::uint32_t i = 0; i < counter_count; ++i) {
         const std::uint32_t base = feature::counters + i * feature::counter_stride;
-        EventCounter& c = counters_[i];
-        word(
-            "CounterEventSource", base + feature::counter::event_source, io_event_count - 1,
-            [&c] { return static_cast<std::uint32_t>(c.source); },
-            [this, &c](std::uint32_t value) {
-                c.source = static_cast<IoEvent>(value);
-                c.base = count_of(c.source, io_inputs());
+        setting(
+            "CounterEventSource", base + feature::counter::event_source, false,
+            [i](const CameraSettings& s) { return static_cast<std::uint32_t>(s.counters[i].source); },
+            [i](CameraSettings& s, std::uint32_t value) {
+                s.counters[i].source = static_cast<IoEvent>(value);
+                return value < io_event_count;
             });
-        word(
-            "CounterResetSource", base + feature::counter::reset_source, 1,
-            [&c] { return std::uint32_t{c.reset_by_acquisition_start}; },
-            [&c](std::uint32_t value) { c.reset_by_acquisition_start = value == 1; });
-        command("CounterReset", base + feature::counter::reset, [this, &c] {
-            c.reset(io_inputs());
+        setting(
+            "CounterResetSource", base + feature::counter::reset_source, false,
+            [i](const CameraSettings& s) { return static_cast<std::uint32_t>(s.counters[i].reset); },
+            [i](CameraSettings& s, std::uint32_t value) {
+                s.counters[i].reset = static_cast<CounterReset>(value);
+                return value <= static_cast<std::uint32_t>(CounterReset::counter_end);
+            });
+        command("CounterReset", base + feature::counter::reset, [this, i] {
+            control_.reset_counter(i);
             return Status::success;
         });
-        word("CounterValue", base + feature::counter::value, 0, [this, &c] { return c.value(io_inputs()); });
+        word("CounterValue", base + feature::counter::value, 0,
+             [this, i] { return counter_value(control_.settings().counters[i], i, io_inputs()); });
         word("CounterValueAtReset", base + feature::counter::value_at_reset, 0,
-             [&c] { return c.value_at_reset; });
-        word(
-            "CounterDuration", base + feature::counter::duration, 0xFFFFFFFF, [&c] { return c.duration; },
-            [&c](std::uint32_t value) { c.duration = value; });
-        word("CounterStatus", base + feature::counter::status, 0,
-             [this, &c] { return static_cast<std::uint32_t>(c.status(io_inputs())); });
+             [this, i] { return control_.activity().counters[i].value_at_reset; });
+        setting(
+            "CounterDuration", base + feature::counter::duration, false,
+            [i](const CameraSettings& s) { return s.counters[i].duration; },
+            [i](CameraSettings& s, std::uint32_t value) {
+                s.counters[i].duration = value;
+                return true;
+            });
+        word("CounterStatus", base + feature::counter::status, 0, [this, i] {
+            return static_cast<std::uint32_t>(
+                counter_status(control_.settings().counters[i], i, io_inputs()));
+        });
     }
 }
 
 void Device::add_timers() {
-    for (std::uint32_t i = 0; i < feature::timer_count; ++i) {
+    for (std::uint32_t i = 0; i < timer_count; ++i) {
         const std::uint32_t base = feature::timers + i * feature::timer_stride;
-        PulseTimer& t = timers_[i];
-        word(
-            "TimerTriggerSource", base + feature::timer::trigger_source, io_event_count - 1,
-            [&t] { return static_cast<std::uint32_t>(t.source); },
-            [&t](std::uint32_t value) { t.source = static_cast<IoEvent>(value); });
+        setting(
+            "TimerTriggerSource", base + feature::timer::trigger_source, false,
+            [i](const CameraSettings& s) { return static_cast<std::uint32_t>(s.timers[i].source); },
+            [i](CameraSettings& s, std::uint32_t value) {
+                s.timers[i].source = static_cast<IoEvent>(value);
+                return value < io_event_count;
+            });
         const auto span = [&](std::string_view name, std::uint32_t offset, std::int64_t PulseTimer::*member) {
-            word(
-                name, base + offset, 0xFFFFFFFF, [&t, member] { return time_units(t.*member); },
-                [&t, member](std::uint32_t value) {
-                    t.*member = std::int64_t{value} * feature::time_unit_ns;
+            setting(
+                name, base + offset, false,
+                [i, member](const CameraSettings& s) { return time_units(s.timers[i].*member); },
+                [i, member](CameraSettings& s, std::uint32_t value) {
+                    s.timers[i].*member = std::int64_t{value} * feature::time_unit_ns;
+                    return true;
                 });
         };
         span("TimerDelay", feature::timer::delay, &PulseTimer::delay_ns);
         span("TimerDuration", feature::timer::duration, &PulseTimer::duration_ns);
-        command("TimerReset", base + feature::timer::reset, [this, &t] {
-            t.reset_at = clock_.now();
+        command("TimerReset", base + feature::timer::reset, [this, i] {
+            control_.reset_timer(i);
             return Status::success;
         });
         word("TimerValue", base + feature::timer::value, 0,
-             [this, &t] { return time_units(t.value_ns(io_inputs())); });
-        word("TimerStatus", base + feature::timer::status, 0,
-             [this, &t] { return static_cast<std::uint32_t>(t.status(io_inputs())); });
+             [this, i] { return time_units(timer_value_ns(control_.settings().timers[i], i, io_inputs())); });
+        word("TimerStatus", base + feature::timer::status, 0, [this, i] {
+            return static_cast<std::uint32_t>(timer_status(control_.settings().timers[i], i, io_inputs()));
+        });
     }
 }
 

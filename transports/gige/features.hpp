@@ -3,6 +3,25 @@
 
 #include <cstdint>
 
+namespace obscura::transports::gige {
+
+/// LineSource of the output line.
+enum class LineSource : std::uint32_t {
+    off,
+    exposure_active,
+    frame_active,
+    frame_trigger_wait,
+    acquisition_active,
+    timer0_active,
+    timer1_active,
+    counter0_active,
+    counter1_active,
+    user_output0,
+};
+constexpr std::uint32_t line_source_count = 10;
+
+} // namespace obscura::transports::gige
+
 /// Lengths are in units of 10 ns, frame rates in mHz, gains in mdB (two's complement): 32-bit words hold them
 /// all, and camera.xml converts to the units of SFNC.
 namespace obscura::transports::gige::feature {
@@ -42,7 +61,7 @@ constexpr std::uint32_t frame_rate_enable = 0xA124;
 constexpr std::uint32_t resulting_frame_rate = 0xA128; // mHz
 constexpr std::uint32_t readout_time = 0xA12C;
 constexpr std::uint32_t burst_frame_count = 0xA130;
-constexpr std::uint32_t line0_edges = 0xA14C; // bit 0: rising ones are told of, bit 1: falling ones
+constexpr std::uint32_t line_edges = 0xA14C; // two bits per input: rising edges are told of, falling ones
 constexpr std::uint32_t exposure_time = 0xA150;
 constexpr std::uint32_t exposure_min = 0xA154;
 constexpr std::uint32_t exposure_max = 0xA158;
@@ -57,6 +76,7 @@ constexpr std::uint32_t temperature = 0xA180; // in 1/1000 degrees Celsius, two'
 
 constexpr std::uint32_t exposure_auto_target = 0xA184;     // in 1/1000 %
 constexpr std::uint32_t exposure_auto_percentile = 0xA188; // in 1/1000 %
+constexpr std::uint32_t exposure_mode = 0xA18C;            // 1: Timed, 2: TriggerWidth
 
 constexpr std::uint32_t packet_size_max = 0xA200;
 constexpr std::uint32_t throughput_limit = 0xA204; // bytes per second
@@ -80,17 +100,16 @@ constexpr std::uint32_t user_set_default = 0xA46C;
 constexpr std::uint32_t fault_percent = 0xA500; // one word per Fault, in 1/1000 %
 constexpr std::uint32_t fault_amount = 0xA540;  // one word per Fault
 
-constexpr std::uint32_t line_inverter = 0xA600; // one word per line
-constexpr std::uint32_t line_source = 0xA608;   // of Line1, LineSource
+constexpr std::uint32_t line_source = 0xA608; // of the output, LineSource
 constexpr std::uint32_t line_status_all = 0xA60C;
 constexpr std::uint32_t user_output_value = 0xA610; // one bit per output
+constexpr std::uint32_t line_inverter = 0xA620;     // one word per line, the output last
 
 constexpr std::uint32_t counters = 0xA700; // counter_count times counter_stride bytes
-constexpr std::uint32_t counter_count = 2;
 constexpr std::uint32_t counter_stride = 0x20;
 namespace counter {
 constexpr std::uint32_t event_source = 0x00; // IoEvent
-constexpr std::uint32_t reset_source = 0x04;
+constexpr std::uint32_t reset_source = 0x04; // CounterReset
 constexpr std::uint32_t reset = 0x08;
 constexpr std::uint32_t value = 0x0C;
 constexpr std::uint32_t value_at_reset = 0x10;
@@ -98,7 +117,6 @@ constexpr std::uint32_t duration = 0x14;
 constexpr std::uint32_t status = 0x18;
 } // namespace counter
 constexpr std::uint32_t timers = 0xA780; // timer_count times timer_stride bytes
-constexpr std::uint32_t timer_count = 2;
 constexpr std::uint32_t timer_stride = 0x20;
 namespace timer {
 constexpr std::uint32_t trigger_source = 0x00; // IoEvent

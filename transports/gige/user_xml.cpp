@@ -2,7 +2,6 @@
 
 #include "core/error.hpp"
 #include "transports/gige/features.hpp"
-#include "transports/gige/io_state.hpp"
 
 #include <fmt/format.h>
 

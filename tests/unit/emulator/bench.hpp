@@ -87,7 +87,7 @@ struct CameraBench : MakerBench {
         c.limits.sensor_width = sensor.readout.width;
         c.limits.sensor_height = sensor.readout.height;
         c.limits.black_level_max_dn = 2048;
-        c.limits.line0_falling = falling_edges;
+        c.limits.lines = {LineEdges{true, falling_edges}, LineEdges{true, false}, LineEdges{true, true}};
         return c;
     }
     void wait_ended(std::uint32_t n) const {

@@ -438,8 +438,8 @@ TEST_CASE("a trigger divider lets the first of so many edges through, and the ot
     }
     CHECK(bench.camera.counters().missed_triggers == 0);
     const CameraActivity a = bench.camera.activity();
-    CHECK(a.line0_edges == 7);
-    CHECK(a.line0_edge == edges.back());
+    CHECK(a.lines[0].edges == 7);
+    CHECK(a.lines[0].edge == edges.back());
     CHECK(a.frames == 3);
     CHECK(a.frame_start == edges[6]);
     CHECK(a.exposure_start >= a.frame_start);
@@ -472,7 +472,7 @@ TEST_CASE("edges of the activation count, and those of the other kind are not mi
             CHECK(bench.camera.counters().missed_triggers == 2);
             bench.wait_ended(expected + 1);
         }
-        CHECK(bench.camera.activity().line0_edges >= 6);
+        CHECK(bench.camera.activity().lines[0].edges >= 6);
         check_balance(bench.camera.counters());
         return expected;
     };
@@ -484,7 +484,8 @@ TEST_CASE("edges of the activation count, and those of the other kind are not mi
     CameraSettings s = whole_sensor(small_sensor());
     CHECK(explain_invalid(s, rising_only).empty());
     s.trigger_activation = TriggerActivation::any_edge;
-    CHECK(explain_invalid(s, rising_only) == "TriggerActivation: Line0 tells of rising edges only");
+    CHECK(explain_invalid(s, rising_only) ==
+          "TriggerActivation[FrameStart]: Line0 tells of rising edges only");
     s.trigger_activation = TriggerActivation::falling_edge;
     CHECK_FALSE(explain_invalid(s, rising_only).empty());
 }

@@ -33,9 +33,11 @@ struct PaperCamera final : CameraControl {
     CameraSettings settings_;
     Sequence sequence;
     CameraActivity shown;
+    IoMarks marks;
+    const Clock& clock;
     bool running = false;
 
-    PaperCamera() {
+    explicit PaperCamera(const Clock& clock_) : clock(clock_) {
         limits_.sensor_width = 640;
         limits_.sensor_height = 480;
         limits_.black_level_max_dn = 2048;
@@ -47,10 +49,21 @@ struct PaperCamera final : CameraControl {
     [[nodiscard]] CameraSettings settings() const override { return settings_; }
     bool apply(const CameraSettings& s) override {
         if (!explain_invalid(s, limits_).empty()) return false;
+        for (std::size_t i = 0; i < counter_count; ++i)
+            if (settings_.counters[i].source != s.counters[i].source)
+                marks.rebase_counter(i, count_of(s.counters[i].source, {clock.now(), activity()}));
         settings_ = s;
         return true;
     }
-    bool acquisition_start() override { return !std::exchange(running, true); }
+    bool acquisition_start() override {
+        for (std::size_t i = 0; i < counter_count; ++i)
+            if (settings_.counters[i].reset == CounterReset::acquisition_start) reset_counter(i);
+        return !std::exchange(running, true);
+    }
+    void reset_counter(std::size_t i) override {
+        marks.reset_counter(settings_.counters[i], i, {clock.now(), activity()});
+    }
+    void reset_timer(std::size_t i) override { marks.reset_timer(i, clock.now()); }
     void acquisition_stop(bool) override { running = false; }
     [[nodiscard]] bool acquiring() const override { return running; }
     bool software_trigger(Time) override { return false; }
@@ -59,7 +72,11 @@ struct PaperCamera final : CameraControl {
         sequence = s;
         return true;
     }
-    [[nodiscard]] CameraActivity activity() const override { return shown; }
+    [[nodiscard]] CameraActivity activity() const override {
+        CameraActivity a = shown;
+        marks.fill(a);
+        return a;
+    }
     /// A chip that exposes 5 us longer than asked, and reads non-destructive windows in several.
     [[nodiscard]] ReadoutAnswer readout(const CameraSettings& s) const override {
         ReadoutAnswer answer;
@@ -83,7 +100,7 @@ struct PaperCamera final : CameraControl {
 
 struct Bench {
     FakeClock clock{Time{1'000'000'000}};
-    PaperCamera camera;
+    PaperCamera camera{clock};
     SilentStream stream;
     MessageChannel messages{NetworkInterface{}};
     Device device{GigeSettings{}, NetworkInterface{}, camera, stream, messages, clock};
@@ -112,11 +129,11 @@ struct Bench {
 
 } // namespace
 
-TEST_CASE("Line0 shows its edges, Line1 what it is wired to, both inverted on demand") {
+TEST_CASE("inputs show their edges, the output what it is wired to, all inverted on demand") {
     Bench b;
     CHECK(b.read(feature::line_status_all) == 0);
-    b.camera.shown.line0_edges = 1;
-    b.camera.shown.line0_edge = b.clock.now();
+    b.camera.shown.lines[0].edges = 1;
+    b.camera.shown.lines[0].edge = b.clock.now();
     CHECK(b.read(feature::line_status_all) == 1);
     b.clock.advance(ns_per_ms);
     CHECK(b.read(feature::line_status_all) == 0);
@@ -124,30 +141,30 @@ TEST_CASE("Line0 shows its edges, Line1 what it is wired to, both inverted on de
     CHECK(b.read(feature::line_status_all) == 1);
     b.set(feature::line_inverter, 0);
 
-    const auto line1 = [&] { return b.read(feature::line_status_all) >> 1; };
+    const auto output = [&] { return b.read(feature::line_status_all) >> 4; };
     b.frame(1000, 3000);
-    CHECK(line1() == 1); // ExposureActive after reset
-    b.set(feature::line_inverter + 4, 1);
-    CHECK(line1() == 0);
-    b.set(feature::line_inverter + 4, 0);
+    CHECK(output() == 1); // ExposureActive after reset
+    b.set(feature::line_inverter + 16, 1);
+    CHECK(output() == 0);
+    b.set(feature::line_inverter + 16, 0);
     b.clock.advance(1000);
-    CHECK(line1() == 0);
+    CHECK(output() == 0);
     b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::frame_active));
-    CHECK(line1() == 1);
+    CHECK(output() == 1);
     b.clock.advance(2000);
-    CHECK(line1() == 0);
+    CHECK(output() == 0);
     b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::acquisition_active));
-    CHECK(line1() == 0);
+    CHECK(output() == 0);
     b.camera.running = true;
-    CHECK(line1() == 1);
+    CHECK(output() == 1);
     b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::frame_trigger_wait));
-    CHECK(line1() == 0);
+    CHECK(output() == 0);
     b.camera.shown.trigger_ready = true;
-    CHECK(line1() == 1);
+    CHECK(output() == 1);
     b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::user_output0));
-    CHECK(line1() == 0);
+    CHECK(output() == 0);
     b.set(feature::user_output_value, 1);
-    CHECK(line1() == 1);
+    CHECK(output() == 1);
     CHECK(b.write(feature::line_source, line_source_count) == Status::invalid_parameter);
     CHECK(b.write(feature::line_status_all, 0) == Status::write_protect);
 }
@@ -155,11 +172,11 @@ TEST_CASE("Line0 shows its edges, Line1 what it is wired to, both inverted on de
 TEST_CASE("Counters count from their reset on, and stop at their duration") {
     Bench b;
     constexpr std::uint32_t c1 = feature::counters + feature::counter_stride;
-    b.camera.shown.line0_edges = 100;
+    b.camera.shown.lines[0].edges = 100;
     CHECK(b.read(c1 + feature::counter::status) == static_cast<std::uint32_t>(IoStatus::idle));
     b.set(c1 + feature::counter::event_source, static_cast<std::uint32_t>(IoEvent::line0));
     CHECK(b.read(c1 + feature::counter::value) == 0);
-    b.camera.shown.line0_edges += 7;
+    b.camera.shown.lines[0].edges += 7;
     CHECK(b.read(c1 + feature::counter::value) == 7);
     CHECK(b.read(feature::counters + feature::counter::value) == 0); // the other one is off
     CHECK(b.read(c1 + feature::counter::status) == static_cast<std::uint32_t>(IoStatus::active));
@@ -167,7 +184,7 @@ TEST_CASE("Counters count from their reset on, and stop at their duration") {
     CHECK(b.read(c1 + feature::counter::value) == 0);
     CHECK(b.read(c1 + feature::counter::value_at_reset) == 7);
     b.set(c1 + feature::counter::duration, 3);
-    b.camera.shown.line0_edges += 5;
+    b.camera.shown.lines[0].edges += 5;
     CHECK(b.read(c1 + feature::counter::value) == 3);
     CHECK(b.read(c1 + feature::counter::status) == static_cast<std::uint32_t>(IoStatus::completed));
 
@@ -193,24 +210,24 @@ TEST_CASE("Timers run their delay and duration after each trigger") {
     };
     const auto value = [&] { return b.read(feature::timers + feature::timer::value); };
     b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::timer0_active));
-    const auto line1 = [&] { return b.read(feature::line_status_all) >> 1; };
+    const auto output = [&] { return b.read(feature::line_status_all) >> 4; };
     CHECK(status() == IoStatus::idle);
     b.set(feature::timers + feature::timer::trigger_source, static_cast<std::uint32_t>(IoEvent::line0));
     b.set(feature::timers + feature::timer::delay, 2000); // 20 us
     b.set(feature::timers + feature::timer::duration, 5000);
     CHECK(status() == IoStatus::trigger_wait);
-    b.camera.shown.line0_edges = 1;
-    b.camera.shown.line0_edge = b.clock.now();
+    b.camera.shown.lines[0].edges = 1;
+    b.camera.shown.lines[0].edge = b.clock.now();
     CHECK(status() == IoStatus::active);
-    CHECK(line1() == 0); // delayed
+    CHECK(output() == 0); // delayed
     b.clock.advance(25'000);
     CHECK(status() == IoStatus::active);
     CHECK(value() == 500);
-    CHECK(line1() == 1);
+    CHECK(output() == 1);
     b.clock.advance(45'000);
     CHECK(status() == IoStatus::completed);
     CHECK(value() == 5000);
-    CHECK(line1() == 0);
+    CHECK(output() == 0);
     b.clock.advance(1);
     b.set(feature::timers + feature::timer::reset, 1);
     CHECK(status() == IoStatus::trigger_wait);
@@ -374,7 +391,7 @@ TEST_CASE("Binning changes the sizes of the image, and is refused where it makes
 
 TEST_CASE("Steps of the chip and of binning are obeyed together") {
     FakeClock clock;
-    PaperCamera camera;
+    PaperCamera camera{clock};
     camera.limits_.width_step = 6;
     camera.limits_.width_min = 18;
     camera.limits_.sensor_width = 642;
@@ -586,7 +603,7 @@ std::vector<XmlRegister> xml_registers() {
 
 TEST_CASE("The table and camera.xml agree register by register, for every value of the selectors") {
     FakeClock clock;
-    PaperCamera camera;
+    PaperCamera camera{clock};
     camera.limits_.windows_max = max_windows; // all regions there can be
     SilentStream stream;
     MessageChannel messages{NetworkInterface{}};

@@ -1,0 +1,118 @@
+// What can begin a frame, and what counters and timers listen to: the camera's inputs by their SFNC names.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace obscura {
+
+/// Input lines: Line0 to Line3. The output line comes after them.
+constexpr std::size_t line_count = 4;
+constexpr std::size_t counter_count = 2, timer_count = 2;
+
+/// SFNC TriggerSource. `line0` is the bench's clock, whatever source the configuration wires to it (timer,
+/// GPIO edge, PPS, simulator); line1 to line3 are further ones.
+enum class TriggerSource : std::uint8_t {
+    software,
+    line0,
+    action1,
+    line1,
+    line2,
+    line3,
+    counter0_end,
+    counter1_end,
+    timer0_end,
+    timer1_end,
+};
+constexpr std::size_t trigger_source_count = 10;
+
+/// Number of the line that `source` is; line_count when it is none.
+[[nodiscard]] constexpr std::size_t line_of(TriggerSource source) noexcept {
+    if (source == TriggerSource::line0) return 0;
+    const bool other = source >= TriggerSource::line1 && source <= TriggerSource::line3;
+    return other ? static_cast<std::size_t>(source) - static_cast<std::size_t>(TriggerSource::line1) + 1
+                 : line_count;
+}
+[[nodiscard]] constexpr TriggerSource source_of_line(std::size_t line) noexcept {
+    return line == 0 ? TriggerSource::line0
+                     : static_cast<TriggerSource>(static_cast<std::size_t>(TriggerSource::line1) + line - 1);
+}
+
+/// SFNC TriggerActivation: which edges of a line count, or the level for as long as which they do.
+enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edge, level_high, level_low };
+constexpr std::uint32_t trigger_activation_count = 5;
+
+[[nodiscard]] constexpr bool is_level(TriggerActivation activation) noexcept {
+    return activation == TriggerActivation::level_high || activation == TriggerActivation::level_low;
+}
+/// Whether an edge counts under `activation`; of a level, whether it begins with that edge.
+[[nodiscard]] constexpr bool activates(TriggerActivation activation, bool falling) noexcept {
+    const bool wants_falling =
+        activation == TriggerActivation::falling_edge || activation == TriggerActivation::level_low;
+    return activation == TriggerActivation::any_edge || wants_falling == falling;
+}
+
+/// SFNC TriggerOverlap: from when on an edge is taken. `off`: when the frame before has been read out;
+/// `readout`: as soon as the chip can begin another exposure; `previous_frame`: an edge that comes sooner is
+/// remembered, and takes effect then.
+enum class TriggerOverlap : std::uint8_t { off, readout, previous_frame };
+
+/// One of TriggerSelector.
+struct TriggerChoice {
+    bool enabled = false;
+    TriggerSource source = TriggerSource::line0;
+    TriggerActivation activation = TriggerActivation::rising_edge; ///< of lines only
+    constexpr bool operator==(const TriggerChoice&) const = default;
+};
+
+/// Edges that a line's source tells of. Sources that know one kind of edge only call it rising; a line that
+/// nothing is wired to tells of none.
+struct LineEdges {
+    bool rising = false, falling = false;
+    [[nodiscard]] constexpr bool both() const { return rising && falling; }
+};
+
+/// What counters count and timers start from; the values of CounterEventSource and TimerTriggerSource.
+enum class IoEvent : std::uint8_t {
+    off,
+    line0,                ///< an edge of that line, listened to or not
+    frame_trigger,        ///< an edge that became a frame
+    frame_trigger_missed, ///< counters only
+    frame_start,
+    frame_end, ///< the last row has left the chip
+    exposure_start,
+    exposure_end,
+    acquisition_start,
+    line1,
+    line2,
+    line3,
+};
+constexpr std::uint32_t io_event_count = 12;
+
+/// SFNC CounterResetSource. Reset by its own end, a counter ends every `duration` events.
+enum class CounterReset : std::uint8_t { off, acquisition_start, counter_end };
+
+/// SFNC CounterControl: counts events from its last reset on.
+struct EventCounter {
+    IoEvent source = IoEvent::off;
+    CounterReset reset = CounterReset::off;
+    std::uint32_t duration = 0; ///< events until its end; 0: there is none
+    constexpr bool operator==(const EventCounter&) const = default;
+};
+/// The last reset of a counter.
+struct CounterMark {
+    std::uint64_t base = 0; ///< events until then
+    std::uint32_t value_at_reset = 0;
+};
+
+/// SFNC TimerControl: `delay_ns` after its trigger it is active for `duration_ns`, and that is its end. Each
+/// trigger starts it anew.
+struct PulseTimer {
+    IoEvent source = IoEvent::off;
+    std::int64_t delay_ns = 0, duration_ns = 0;
+    constexpr bool operator==(const PulseTimer&) const = default;
+};
+
+} // namespace obscura
