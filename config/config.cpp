@@ -553,6 +553,8 @@ CameraSettings camera_settings(const Config& config) {
     settings.gain_db = camera.gain_db;
     settings.trigger_enabled = camera.trigger_mode == "On";
     settings.trigger_source = trigger_source(camera);
+    settings.exposure_mode =
+        camera.exposure_mode == "TriggerWidth" ? ExposureMode::trigger_width : ExposureMode::timed;
     settings.frame_rate_hz = camera.frame_rate_hz;
     settings.black_level_dn = config.sensor.detector.offset_dn;
     return settings;

@@ -52,6 +52,8 @@ struct LineSection {
     double debounce_us = 0;
     std::int32_t divider = 1; ///< the first of every so many edges counts
     double delay_us = 0;
+
+    bool operator==(const LineSection&) const = default;
 };
 
 /// [trigger]: the clock of the bench, seen by the camera as Line0, and what is wired to the lines after it.
@@ -122,6 +124,8 @@ struct CameraSection {
     double gain_db = 0;
     std::string trigger_mode = "On";
     std::string trigger_source = "Line0";
+    std::string trigger_activation = "auto"; ///< auto: all edges that the line's source tells of
+    std::string exposure_mode = "Timed";
     double frame_rate_hz = 10;
     std::int32_t rows_max = 0;          ///< of composed images; 0: what sensor and windows need
     std::vector<WindowSection> windows; ///< empty: one, as the keys above say

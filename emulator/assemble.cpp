@@ -49,7 +49,13 @@ LineEdges edges_of(const config::LineSection& line, bool always) {
     return {line.edge != "falling", line.edge != "rising"};
 }
 
-TriggerActivation widest_activation(const LineEdges& edges) {
+TriggerActivation activation_named(const std::string& name, const LineEdges& edges) {
+    if (name == "RisingEdge") return TriggerActivation::rising_edge;
+    if (name == "FallingEdge") return TriggerActivation::falling_edge;
+    if (name == "AnyEdge") return TriggerActivation::any_edge;
+    if (name == "LevelHigh") return TriggerActivation::level_high;
+    if (name == "LevelLow") return TriggerActivation::level_low;
+    // All edges that there are.
     if (edges.both()) return TriggerActivation::any_edge;
     return edges.falling ? TriggerActivation::falling_edge : TriggerActivation::rising_edge;
 }
@@ -86,10 +92,11 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Th
         camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
     for (std::size_t i = 0; i < line_count; ++i)
         camera.limits.lines[i] = edges_of(config.trigger.line_section(i), i == 0);
-    camera.initial.trigger_activation = widest_activation(camera.limits.lines[trigger_line(config)]);
+    camera.initial.trigger_activation =
+        activation_named(config.camera.trigger_activation, camera.limits.lines[trigger_line(config)]);
     for (TriggerChoice* other :
          {&camera.initial.start_trigger, &camera.initial.burst_trigger, &camera.initial.exposure_trigger})
-        other->activation = widest_activation(camera.limits.lines[0]);
+        other->activation = activation_named("auto", camera.limits.lines[0]);
     camera.scene_time = config.daemon.scene_time == "clock" ? SceneTime::clock : SceneTime::nominal;
     camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger == "latch"    ? sync::OverTrigger::latch

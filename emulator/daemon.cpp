@@ -41,12 +41,20 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
 }
 
 void Daemon::wire(std::size_t number, const std::vector<const config::Config*>& cameras) {
-    // One line that all share who have none of their own.
-    TriggerLine* shared = nullptr;
+    // Cameras without a [trigger] of their own share one; a further line, all who describe it in the same
+    // way.
+    const auto shares = [&](const TriggerLine& line, const config::Config& camera) {
+        const config::Config& other = *cameras[line.config];
+        if (line.number != number) return false;
+        return number == 0 ? !camera.own_trigger && !other.own_trigger
+                           : camera.trigger.line_section(number) == other.trigger.line_section(number);
+    };
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         const config::LineSection& section = cameras[i]->trigger.line_section(number);
         if (number > 0 && section.source == "none") continue;
-        TriggerLine* line = cameras[i]->own_trigger ? nullptr : shared;
+        const auto shared = std::find_if(lines_.begin(), lines_.end(),
+                                         [&](const auto& line) { return shares(*line, *cameras[i]); });
+        TriggerLine* line = shared != lines_.end() ? shared->get() : nullptr;
         if (line == nullptr) {
             line = lines_.emplace_back(std::make_unique<TriggerLine>()).get();
             line->number = number;
@@ -54,7 +62,6 @@ void Daemon::wire(std::size_t number, const std::vector<const config::Config*>& 
             line->conditioner =
                 std::make_unique<sync::Conditioner>(conditioner_settings(section), line->cameras);
             line->source = make_trigger_source(section, units_[i]->clock(), threads_);
-            if (!cameras[i]->own_trigger) shared = line;
         }
         line->cameras.add(units_[i]->camera().line(number));
         line->units.push_back(units_[i].get());

@@ -1,17 +1,24 @@
 // The whole daemon inside the test, seen by an independent GigE Vision client (libaravis).
 #include "core/clock.hpp"
 #include "emulator/daemon.hpp"
+#include "sync/udp_input.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/integration/event_socket.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "transports/gige/fault_injector.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <memory>
+#include <thread>
 #include <vector>
 
 using namespace obscura;
@@ -22,6 +29,20 @@ namespace {
 std::uint64_t tai_now() {
     const MonotonicClock clock;
     return static_cast<std::uint64_t>(clock.now().ns + clock.tai_offset_ns());
+}
+
+/// A datagram as an edge at `tai_ns`.
+void send_trigger(const std::string& address, std::uint16_t port, std::uint64_t tai_ns) {
+    const auto message = sync::encode({0, static_cast<std::int64_t>(tai_ns)});
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    REQUIRE(inet_pton(AF_INET, address.c_str(), &to.sin_addr) == 1);
+    const auto* where = reinterpret_cast<const sockaddr*>(&to);
+    CHECK(sendto(fd, message.data(), message.size(), 0, where, sizeof to) ==
+          static_cast<ssize_t>(message.size()));
+    close(fd);
 }
 
 void listen_to(GigeClient& client, const EventSocket& events, const char* event) {
@@ -59,6 +80,77 @@ TEST_CASE("a client hears of triggers that were missed") {
     }
     client.execute("AcquisitionStop");
     CHECK(daemon.camera().counters().missed_triggers >= 3);
+}
+
+TEST_CASE("further lines, counters and timers trigger the daemon's camera") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(31);
+    options.size = 64;
+    constexpr std::uint16_t line1 = 5002, line3 = 5003; // ports of an address that nobody else has
+    options.more = fmt::format("[trigger.line1]\nsource = \"udp\"\nlisten = \"{0}:{1}\"\n"
+                               "[trigger.line3]\nsource = \"udp\"\nlisten = \"{0}:{2}\"\n",
+                               options.address, line1, line3);
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.set("ExposureTime", 1000.0);
+    client.set("TriggerSelector", "FrameStart");
+    client.set("TriggerMode", "On");
+    const auto edge = [&](std::uint16_t port) {
+        const std::uint64_t t = tai_now();
+        send_trigger(options.address, port, t);
+        return t;
+    };
+    client.open_stream(6);
+    // Takes the next frame, whose trigger has to be at `t`.
+    const auto expect_frame_at = [&](std::uint64_t t) {
+        const auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        // Give or take the reading of two clocks.
+        const auto apart = static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer.get()) - t);
+        CHECK(std::abs(apart) < 50'000);
+    };
+    const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(40)); };
+
+    client.set("TriggerSource", "Line3");
+    client.execute("AcquisitionStart");
+    edge(line1);
+    expect_frame_at(edge(line3));
+    client.execute("AcquisitionStop");
+
+    client.set("CounterSelector", "Counter0");
+    client.set("CounterEventSource", "Line1");
+    client.set("CounterResetSource", "CounterEnd");
+    client.set("CounterDuration", std::int64_t{2});
+    client.set("TriggerSource", "Counter0End");
+    client.execute("AcquisitionStart");
+    for (int i = 0; i < 3; ++i) {
+        edge(line1);
+        pause();
+        expect_frame_at(edge(line1));
+        pause();
+    }
+    client.execute("AcquisitionStop");
+
+    client.set("TimerSelector", "Timer1");
+    client.set("TimerTriggerSource", "Line3");
+    client.set("TimerDelay", 500.0);
+    client.set("TimerDuration", 2500.0);
+    client.set("TriggerSource", "Timer1End");
+    client.execute("AcquisitionStart");
+    expect_frame_at(edge(line3) + 3'000'000);
+    CHECK(client.text("TimerStatus") == "TimerCompleted");
+    client.execute("AcquisitionStop");
+    client.set("LineSelector", "Line4");
+    CHECK(client.text("LineMode") == "Output");
+    client.set("LineSelector", "Line3");
+    CHECK(client.text("LineMode") == "Input");
+    client.set("TriggerSource", "Line3");
+    CHECK_THROWS(client.set("TriggerActivation", "LevelHigh")); // datagrams are edges of one kind
+    CHECK_THROWS(client.set("ExposureMode", "TriggerWidth"));
+    CHECK(daemon.camera().counters().missed_triggers == 0);
 }
 
 TEST_CASE("a client hears of frames that could not be made in time") {

@@ -635,6 +635,15 @@ TEST_CASE("Frames on rising, falling or all edges of Line0, as far as its source
         CHECK(client.next(50) == nullptr);
         client.execute("AcquisitionStop");
     }
+    for (const char* level : {"LevelHigh", "LevelLow"}) {
+        client.set("TriggerActivation", level);
+        CHECK(client.text("TriggerActivation") == level);
+    }
+    client.set("TriggerActivation", "RisingEdge");
+    client.set("ExposureMode", "TriggerWidth");
+    CHECK(client.text("ExposureMode") == "TriggerWidth");
+    CHECK_THROWS(client.set("ExposureAuto", "Once"));
+    client.set("ExposureMode", "Timed");
     client.close_stream();
     // What a client that clears all triggers first does.
     GError* error = nullptr;
@@ -650,6 +659,8 @@ TEST_CASE("A source that knows rising edges only does not offer the others") {
     CHECK(client.text("TriggerActivation") == "RisingEdge");
     CHECK_THROWS(client.set("TriggerActivation", "FallingEdge"));
     CHECK_THROWS(client.set("TriggerActivation", "AnyEdge"));
+    CHECK_THROWS(client.set("TriggerActivation", "LevelHigh"));
+    CHECK_THROWS(client.set("ExposureMode", "TriggerWidth"));
     CHECK(client.text("TriggerActivation") == "RisingEdge");
 }
 

@@ -103,7 +103,7 @@ seed = 3
      "outputs, gige, file, v4l2, "
      "stimulator, "
      "sensor, window, width, height, offset_x, offset_y, pixel_format, exposure_us, gain_db, trigger_mode, "
-     "trigger_source, frame_rate_hz, rows_max"},
+     "trigger_source, trigger_activation, exposure_mode, frame_rate_hz, rows_max"},
     {R"([scene]
 file = "scene.toml"
 [gige]
@@ -364,6 +364,19 @@ source = "sundial"
 )",
      R"(c.toml:4:10: trigger.source: "sundial" is not known, allowed timer, ptp_timer, gpio, pps, ptp, udp, )"
      "lockstep, none"},
+    {R"([scene]
+file = "scene.toml"
+[trigger.line1]
+source = "lockstep"
+)",
+     R"(c.toml:4:10: trigger.line1.source: "lockstep" is not known, allowed timer, ptp_timer, gpio, pps, ptp, )"
+     "udp, none"},
+    {R"([scene]
+file = "scene.toml"
+[trigger.line4]
+source = "udp"
+)",
+     R"(c.toml:3:10: trigger.line4: unknown key, did you mean "line1"?)"},
     {R"([scene]
 file = "scene.toml"
 [triger]

@@ -60,13 +60,19 @@ samples_per_pixel = 7
 [trigger]
 rate_hz = 29.97
 phase_ms = 0.1
+[trigger.line2]
+source = "gpio"
+line = "GATE_IN"
+edge = "both"
 [camera]
 width = 320
 offset_x = 16
 exposure_us = 333.333
 pixel_format = "Mono8"
 trigger_mode = "Off"
-trigger_source = "Software"
+trigger_source = "Line2"
+trigger_activation = "FallingEdge"
+exposure_mode = "TriggerWidth"
 [gige]
 user_name = 'quo"te \ back'
 drop_percent = 1
@@ -123,6 +129,11 @@ adc_bits = 14
           first.sensor.detector.quantum_efficiency[2].wavelength_m);
     CHECK(second.sensor.readout.shutter == Shutter::global);
     CHECK(second.trigger.rate_hz == 29.97);
+    CHECK(second.trigger.line_section(0).source == "timer");
+    CHECK(second.trigger.line_section(1).source == "none");
+    CHECK(second.trigger.line_section(2).line == "GATE_IN");
+    CHECK(config::camera_settings(second).trigger_source == TriggerSource::line2);
+    CHECK(config::camera_settings(second).exposure_mode == ExposureMode::trigger_width);
     CHECK(second.daemon.seed == 123456789012345u);
     CHECK(second.file.directory == (folder.path() / "out").string());
     CHECK(second.v4l2.device == "/dev/video7");
@@ -450,6 +461,8 @@ file = "scene.toml"
 seed = 5
 [trigger]
 rate_hz = 7
+[trigger.line3]
+source = "udp"
 [gige]
 packet_size = 8000
 [[gige.faults]]
@@ -506,6 +519,8 @@ enabled = false
         CHECK(a.trigger.rate_hz == 7);
         CHECK(c.own_trigger);
         CHECK(c.trigger.rate_hz == 3);
+        CHECK(a.trigger.line_section(3).source == "udp");
+        CHECK(a.trigger.line_section(3) == c.trigger.line_section(3)); // which they share
         CHECK(c.daemon.seed == 5);
     };
     look(first);
