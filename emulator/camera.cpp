@@ -319,7 +319,7 @@ bool Camera::taken_of_burst(bool taken) noexcept {
 void Camera::ring(std::size_t alarm, Time due) noexcept {
     if (alarm >= first_timer_end) {
         const std::size_t timer = alarm - first_timer_end;
-        fire_end(counter_count + timer, due);
+        if (ends_.timer_runs(timer, io_inputs())) fire_end(counter_count + timer, due);
         return;
     }
     if (alarm != next_of_burst && alarm != next_of_level) {
@@ -350,7 +350,7 @@ void Camera::go_on_with_level(Time due) noexcept {
     if (level_holds(frame_trigger_)) alarm_.set(next_of_level, due);
 }
 
-/// By one band of the alarm's thread, so that whoever makes things happen is not held up.
+/// On the alarm's thread, so that whoever makes things happen is not held up.
 void Camera::look_soon() noexcept {
     if (!ends_.idle()) alarm_.set(look, clock_.now());
 }

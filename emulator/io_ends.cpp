@@ -49,6 +49,7 @@ void IoEnds::begin_look() noexcept {
 
 std::uint64_t IoEnds::new_counter_ends(std::size_t i, const IoInputs& in, Time& last) noexcept {
     Counter& counter = counters_[i];
+    if (counter.set_up.source == IoEvent::frame_trigger_missed) return 0;
     if (const std::uint64_t base = in.activity.counters[i].base; base != counter.base) {
         counter.base = base;
         counter.ended = 0;
@@ -66,6 +67,11 @@ bool IoEnds::timer_started(std::size_t i, const IoInputs& in, Time& end) noexcep
     timer.started = start;
     end = start + timer.set_up.delay_ns + timer.set_up.duration_ns;
     return true;
+}
+
+bool IoEnds::timer_runs(std::size_t i, const IoInputs& in) noexcept {
+    begin_look();
+    return timers_[i].started != Time{} && timers_[i].started >= in.activity.timer_resets[i];
 }
 
 } // namespace obscura::emulator

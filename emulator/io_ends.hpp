@@ -31,10 +31,14 @@ public:
 
     /// Takes over what was set meanwhile.
     void begin_look() noexcept;
-    /// How often counter `i` has ended since the last look, and when it did last.
+    /// How often counter `i` has ended since the last look, and when it did last. Never, where it counts
+    /// missed triggers: what its end triggers could be missed in turn, without end.
     [[nodiscard]] std::uint64_t new_counter_ends(std::size_t i, const IoInputs& in, Time& last) noexcept;
     /// Whether timer `i` was started since the last look, and when it ends.
     [[nodiscard]] bool timer_started(std::size_t i, const IoInputs& in, Time& end) noexcept;
+
+    /// Whether it has not been reset or set up anew since.
+    [[nodiscard]] bool timer_runs(std::size_t i, const IoInputs& in) noexcept;
 
 private:
     /// What has happened of one when it was set up is no news.

@@ -299,7 +299,10 @@ TEST_CASE("Writes are validated, and a refused one changes nothing") {
         {feature::pixel_format, 0x01080001, ok},
         {feature::acquisition_mode, 3, invalid_parameter},
         {feature::trigger_mode, 2, invalid_parameter},
-        {feature::trigger_source, 3, invalid_parameter},
+        {feature::trigger_source, trigger_source_count, invalid_parameter},
+        {feature::trigger_activation, trigger_activation_count, invalid_parameter},
+        {feature::exposure_mode, 0, invalid_parameter},
+        {feature::exposure_mode, 3, invalid_parameter},
         {feature::exposure_time, 0, invalid_parameter},
         {feature::exposure_time, 0xFFFFFFFF, invalid_parameter},
         {feature::gain, 0xFFFFFFFF, invalid_parameter}, // -0.001 dB
