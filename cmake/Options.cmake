@@ -45,3 +45,19 @@ function(obscura_library name)
     add_library(obscura_${name} STATIC ${ARGN})
     target_link_libraries(obscura_${name} PUBLIC obscura_options)
 endfunction()
+
+# obscura_late_library(NAME SOURCE PACKAGE FILE): objects obscura_late_NAME with the functions of the shared library FILE that
+# load it when they are called; linked before anything that needs PACKAGE. OBSCURA_NAME is its SONAME.
+function(obscura_late_library name source package file)
+    execute_process(COMMAND "${CMAKE_OBJDUMP}" -p "${file}" OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
+    if(NOT headers MATCHES "SONAME +([^ \n]+)")
+        message(FATAL_ERROR "${file} has no SONAME; a shared library is needed")
+    endif()
+    set(soname "${CMAKE_MATCH_1}")
+    string(TOUPPER "${name}" upper)
+    add_library(obscura_late_${name} OBJECT EXCLUDE_FROM_ALL "${source}")
+    target_link_libraries(obscura_late_${name} PRIVATE obscura_options obscura_core ${package})
+    target_compile_definitions(obscura_late_${name} PRIVATE "OBSCURA_${upper}=\"${soname}\"")
+    # What hands on to the library is not for the library itself to find.
+    target_compile_options(obscura_late_${name} PRIVATE -fvisibility=hidden)
+endfunction()

@@ -3,28 +3,16 @@
 // network); a program that is linked to it spends half of its start-up on them. Linked into `obscurad` only,
 // before cfitsio, which is then not needed; a function that is missing here makes it needed again, and the
 // test `late_libraries` fail.
-#include "core/error.hpp"
+#include "core/late_library.hpp"
 
-#include <dlfcn.h>
 #include <fitsio.h>
-#include <fmt/format.h>
 
 namespace {
 
-void* cfitsio() {
-    // Not at global scope: its own calls of these functions must not come here.
-    static void* const library = ::dlopen(OBSCURA_CFITSIO, RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr)
-        throw obscura::HardwareError(fmt::format("FITS files cannot be used: {}", ::dlerror()));
-    return library;
-}
-
-template<class Function>
-Function* late(Function* /*same type*/, const char* name) {
-    void* const found = ::dlsym(cfitsio(), name);
-    if (found == nullptr)
-        throw obscura::HardwareError(fmt::format("FITS files cannot be used: {}", ::dlerror()));
-    return reinterpret_cast<Function*>(found);
+template<typename Function>
+Function* late(Function* like, const char* name) {
+    static const obscura::LateLibrary cfitsio(OBSCURA_CFITSIO, "reading and writing FITS files");
+    return cfitsio.find(like, name);
 }
 
 } // namespace

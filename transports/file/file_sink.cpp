@@ -19,7 +19,9 @@ constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
 } // namespace
 
 FileSink::FileSink(FileSinkSettings settings)
-    : settings_(std::move(settings)), queue_(settings_.queue_frames) {}
+    : settings_(std::move(settings)), queue_(settings_.queue_frames) {
+    if (settings_.format == FrameFormat::fits || settings_.truth) load_fits_writer();
+}
 
 FileSink::~FileSink() {
     stop();

@@ -4,6 +4,7 @@
 #include "transports/file/png.hpp"
 #include "transports/file/raw.hpp"
 
+#include <fitsio.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -24,6 +25,10 @@ FrameFormat frame_format(std::string_view name) {
 
 std::string frame_file_name(std::uint64_t number, FrameFormat format) {
     return fmt::format("frame_{:06}.{}", number, names[static_cast<std::size_t>(format)]);
+}
+
+void load_fits_writer() {
+    fits_clear_errmsg();
 }
 
 void write_picture(const std::filesystem::path& file, FrameFormat format, const Picture& p,

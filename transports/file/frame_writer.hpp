@@ -26,6 +26,10 @@ enum class FrameFormat : std::uint8_t { png, fits, raw };
 /// "frame_000042.png" and so on.
 [[nodiscard]] std::string frame_file_name(std::uint64_t number, FrameFormat format);
 
+/// Loads the library that writes FITS files, which may else be loaded with the first of them only
+/// (core/late_library.hpp): at set-up, before memory is locked. Throws HardwareError.
+void load_fits_writer();
+
 /// Writes `picture` to `file`. Throws OutputError.
 void write_picture(const std::filesystem::path& file, FrameFormat format, const Picture& picture,
                    const Cards& cards);
