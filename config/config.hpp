@@ -127,8 +127,9 @@ struct CameraSection {
     std::string trigger_activation = "auto"; ///< auto: all edges that the line's source tells of
     std::string exposure_mode = "Timed";
     double frame_rate_hz = 10;
-    std::int32_t rows_max = 0;          ///< of composed images; 0: what sensor and windows need
-    std::vector<WindowSection> windows; ///< empty: one, as the keys above say
+    std::string readout_timing = "sensor"; ///< when rows leave: sensor, fast
+    std::int32_t rows_max = 0;             ///< of composed images; 0: what sensor and windows need
+    std::vector<WindowSection> windows;    ///< empty: one, as the keys above say
 };
 
 /// [[gige.faults]]: one rule of what goes wrong on purpose. The same rules and seed strike the same packets.

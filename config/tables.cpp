@@ -312,6 +312,13 @@ Keys keys_of(CameraSection& s) {
          {0.01, 1000},
          {},
          "AcquisitionFrameRate after reset (free run, and while a level holds)"},
+        {"readout_timing",
+         &s.readout_timing,
+         {},
+         {},
+         {"sensor", "fast"},
+         "Rows leave as the chip reads them, or as soon as they are rendered; triggers and exposures are the "
+         "chip's either way"},
         {"rows_max",
          &s.rows_max,
          "px",

@@ -43,6 +43,7 @@ CameraUnit::CameraUnit(const config::Config& config, const ThreadPlan& threads, 
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();
+    release.timing = config.camera.readout_timing == "fast" ? ReadoutTiming::fast : ReadoutTiming::sensor;
     release.thread = threads.release;
     release.policy = late_policy(config.deadline.policy);
     release.grace_ns = std::llround(config.deadline.grace_us * 1e3);

@@ -56,7 +56,9 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     const std::uint32_t number = begun_.load(std::memory_order_relaxed);
     Job& job = jobs_[number % frames_in_flight];
     job.frame = frame;
-    job.policy = policy_.load(std::memory_order_relaxed);
+    job.timing = settings_.timing;
+    job.policy =
+        job.timing == ReadoutTiming::fast ? LatePolicy::late : policy_.load(std::memory_order_relaxed);
     job.grace_ns = grace_ns_.load(std::memory_order_relaxed);
     job.wake_clock = job.policy != LatePolicy::late;
     job.target = frame.get();
@@ -78,8 +80,10 @@ const std::atomic<bool>& Releaser::cancel_flag() const noexcept {
 void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
     const auto before = static_cast<std::int32_t>(exposed.load(std::memory_order_relaxed) & rows_mask);
     const auto first = release.begin() + before, last = release.begin() + rows;
+    const Time now = clock->now();
+    if (timing == ReadoutTiming::fast) std::fill(first, last, now);
     // Rows whose time has passed before they were ready. Release times grow with the row.
-    const auto late = std::lower_bound(first, last, clock->now()) - first;
+    const auto late = std::lower_bound(first, last, now) - first;
     if (late > 0 && !unwanted.load(std::memory_order_relaxed)) {
         late_rows.fetch_add(static_cast<std::uint32_t>(late), std::memory_order_relaxed);
         target->flags.fetch_or(frame_late, std::memory_order_relaxed);
@@ -137,10 +141,11 @@ void Releaser::run() noexcept {
         if (!job.frame) return;
         Frame& frame = *job.frame;
         FrameTiming timing;
-        timing.due = job.release.front();
-        timing.last_due = job.release.back();
         if (log_ != nullptr) timing.row_lateness_us = log_->next_rows(job.release.size());
         const Outcome outcome = release_frame(job, timing);
+        const bool at_once = job.timing == ReadoutTiming::fast;
+        timing.due = at_once ? timing.first : job.release.front();
+        timing.last_due = at_once ? timing.last : job.release.back();
         const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
         late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
         if (outcome == Outcome::complete) {

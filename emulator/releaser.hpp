@@ -1,4 +1,4 @@
-// Lets the rows of finished bands out at the moments the real chip would, never earlier.
+// Lets the rows of finished bands out at the moments the real chip would, never earlier; or at once.
 #pragma once
 
 #include "core/clock.hpp"
@@ -27,8 +27,13 @@ enum class LatePolicy : std::uint8_t {
     partial, ///< what is ready leaves, the rest stays empty
 };
 
+/// When rows leave: as the chip reads them, or as soon as they are ready, whatever the chip would do. Then
+/// none is late, and LatePolicy has no say.
+enum class ReadoutTiming : std::uint8_t { sensor, fast };
+
 struct ReleaserSettings {
     std::size_t max_rows = 1024;
+    ReadoutTiming timing = ReadoutTiming::sensor;
     ThreadSettings thread{};
     std::int64_t grain_ns = 250 * ns_per_us; ///< rows that fall due within this span leave together
     LatePolicy policy = LatePolicy::late;
@@ -51,9 +56,9 @@ struct ReleaseCounters {
     std::uint64_t spins_denied = 0; ///< the guard against real-time throttling made the thread sleep instead
 };
 
-/// A thread that publishes rows: each no earlier than its release time. What happens to rows that are not
-/// ready then is the policy's. Frames leave in the order of begin(). One producer thread calls begin(),
-/// rows_exposed() (through the sink) and end(); nothing of that allocates.
+/// A thread that publishes rows: each no earlier than its release time (ReadoutTiming::sensor). What happens
+/// to rows that are not ready then is the policy's. Frames leave in the order of begin(). One producer thread
+/// calls begin(), rows_exposed() (through the sink) and end(); nothing of that allocates.
 class Releaser {
 public:
     /// `clock` must be this releaser's own: it interrupts it. Finished frames are reported to `log`, if any,
@@ -101,12 +106,14 @@ private:
         static constexpr std::uint32_t rows_mask = filled - 1;
         Clock* clock = nullptr;
         Wakeup* news = nullptr; ///< rung when `exposed` changes
+        ReadoutTiming timing = ReadoutTiming::sensor;
         LatePolicy policy = LatePolicy::late;
         std::int64_t grace_ns = 0;
-        bool wake_clock = false;   ///< the releasing thread may be asleep on the clock, not on `news`
-        FrameRef frame;            ///< the releaser's hold; let go when the frame has left
-        Frame* target = nullptr;   ///< the same frame for rows_exposed(); held by the one who fills it
-        std::vector<Time> release; ///< scheduling clock, in order
+        bool wake_clock = false; ///< the releasing thread may be asleep on the clock, not on `news`
+        FrameRef frame;          ///< the releaser's hold; let go when the frame has left
+        Frame* target = nullptr; ///< the same frame for rows_exposed(); held by the one who fills it
+        /// Scheduling clock, in order. ReadoutTiming::fast: of rows that are ready, when they became so.
+        std::vector<Time> release;
         std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
         std::atomic<bool> unwanted{false};
         std::atomic<std::uint32_t> late_rows{0}; ///< added to before `exposed` tells of the rows

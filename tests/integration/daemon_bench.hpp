@@ -54,6 +54,7 @@ struct DaemonOptions {
     std::string frames_folder; ///< empty: no files
     std::string more;          ///< further TOML, at the end
     std::string gige_more;     ///< further keys of [gige]
+    std::string camera_more;   ///< further keys of [camera]
     std::string scene;         ///< another scene file; empty: the light one
     std::string daemon_more;   ///< further keys of [daemon]
     bool several = false;      ///< no [camera]: `more` has [[camera]] elements
@@ -71,7 +72,7 @@ inline std::filesystem::path write_configuration(const TempFolder& folder, const
     text += "[daemon]\nseed = 11\npool_frames = 16\n" + o.daemon_more + "\n";
     text += "[render]\nsamples_per_pixel = 1\n";
     text += "[trigger]\nrate_hz = " + std::to_string(o.rate_hz) + "\n";
-    if (!o.several) text += "[camera]\nexposure_us = 5000\n";
+    if (!o.several) text += "[camera]\nexposure_us = 5000\n" + o.camera_more;
     text += o.address.empty()
                 ? "[gige]\nenabled = false\n"
                 : "[gige]\ninterface = \"" + o.address + "\"\npacket_size = 8000\n" + o.gige_more + "\n";

@@ -153,6 +153,34 @@ TEST_CASE("further lines, counters and timers trigger the daemon's camera") {
     CHECK(daemon.camera().counters().missed_triggers == 0);
 }
 
+TEST_CASE("a frame leaves when the chip would have read it, or as soon as it is rendered") {
+    const bool fast = GENERATE(false, true);
+    CAPTURE(fast);
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(fast ? 33 : 34);
+    options.size = 64;
+    options.rate_hz = 0.5;
+    options.camera_more = fast ? "readout_timing = \"fast\"\n" : "";
+    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.set("ExposureTime", 1e6);
+    client.set("TriggerSelector", "FrameStart");
+    client.set("TriggerSource", "Software");
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    client.execute("TriggerSoftware");
+    const auto buffer = client.next(5000);
+    const std::uint64_t arrived = tai_now();
+    REQUIRE(buffer != nullptr);
+    CHECK(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+    const std::uint64_t edge = arv_buffer_get_timestamp(buffer.get());
+    CHECK((arrived < edge + 1'000'000'000) == fast); // a second of exposure
+    const auto counters = daemon.camera().counters();
+    CHECK(counters.late == 0);
+}
+
 TEST_CASE("a client hears of frames that could not be made in time") {
     const TempFolder folder;
     DaemonOptions options;

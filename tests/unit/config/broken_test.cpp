@@ -103,7 +103,8 @@ seed = 3
      "outputs, gige, file, v4l2, "
      "stimulator, "
      "sensor, window, width, height, offset_x, offset_y, pixel_format, exposure_us, gain_db, trigger_mode, "
-     "trigger_source, trigger_activation, exposure_mode, frame_rate_hz, rows_max"},
+     "trigger_source, trigger_activation, exposure_mode, frame_rate_hz, readout_timing, "
+     "rows_max"},
     {R"([scene]
 file = "scene.toml"
 [gige]

@@ -68,6 +68,27 @@ TEST_CASE("rows leave at their times, the first exactly, the others in groups of
     CHECK(bench.releaser.release_lateness().max_ns() == 0);
 }
 
+TEST_CASE("fast, rows leave when they are ready, before or after the chip's times") {
+    Bench bench({.max_rows = 8, .timing = ReadoutTiming::fast, .policy = LatePolicy::drop});
+    const FrameRef frame = bench.frame(4);
+    bench.clock->advance_to(Time{500});
+    RowSink& sink = bench.releaser.begin(frame, {Time{100}, Time{1100}, Time{1200}, Time{2000}}, 0);
+    sink.rows_exposed(1);
+    CHECK(frame->wait_rows(1) == 1);
+    bench.clock->advance_to(Time{600});
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    CHECK(frame->rows_ready() == 1);
+    sink.rows_exposed(4);
+    CHECK(frame->wait_rows(4) == 4); // the clock stands still
+    bench.releaser.end(true);
+    bench.releaser.wait_idle();
+    const ReleaseCounters c = bench.releaser.counters();
+    CHECK(c.complete == 1);
+    CHECK(c.late_rows == 0);
+    CHECK(c.dropped == 0);
+    CHECK(frame->flags.load() == 0);
+}
+
 TEST_CASE("late rows are counted one by one and leave at once") {
     Bench bench;
     const FrameRef frame = bench.frame(4);
