@@ -9,7 +9,7 @@ Alarm::Alarm(ThreadSettings thread, Ring ring) : ring_(std::move(ring)) {
     for (auto& due : due_ns_)
         due.store(never_ns, std::memory_order_relaxed);
     thread_ = std::thread([this, thread] {
-        enter_thread("alarm", thread);
+        enter_thread(heartbeat_.name().c_str(), thread);
         declare_this_thread_realtime();
         run();
     });
@@ -28,13 +28,14 @@ void Alarm::set(std::size_t alarm, Time due) noexcept {
 
 void Alarm::run() noexcept {
     for (;;) {
+        heartbeat_.beat();
         const std::uint32_t seen = bell_.value();
         if (stopping_) return;
         std::int64_t next_ns = never_ns;
         for (const auto& due : due_ns_)
             next_ns = std::min(next_ns, due.load(std::memory_order_acquire));
-        if (next_ns > clock_.now().ns) {
-            bell_.wait(seen, Time{next_ns});
+        if (const Time now = clock_.now(); next_ns > now.ns) {
+            bell_.wait(seen, std::min(Time{next_ns}, now + Heartbeat::longest_wait_ns));
             continue;
         }
         for (std::size_t i = 0; i < alarm_count; ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/heartbeat.hpp"
 #include "core/realtime.hpp"
 #include "core/wakeup.hpp"
 
@@ -29,6 +30,7 @@ public:
     /// Replaces the instant set before, if that has not come.
     void set(std::size_t alarm, Time due) noexcept;
     void clear(std::size_t alarm) noexcept { due_ns_[alarm].store(never_ns, std::memory_order_release); }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
 
 private:
     static constexpr std::int64_t never_ns = INT64_MAX;
@@ -39,6 +41,7 @@ private:
     std::array<std::atomic<std::int64_t>, alarm_count> due_ns_{};
     std::atomic<bool> stopping_{false};
     Wakeup bell_;
+    Heartbeat heartbeat_{"alarm"};
     std::thread thread_;
 };
 

@@ -126,6 +126,9 @@ public:
     [[nodiscard]] CameraMoments moments() const noexcept;
     /// Rung whenever moments() may have changed; for one waiting thread.
     [[nodiscard]] Wakeup& moments_changed() noexcept { return moments_changed_; }
+    /// Of the thread that takes frames at instants of the camera's own: of bursts, levels, counters and
+    /// timers.
+    [[nodiscard]] const Heartbeat& alarm_heartbeat() const noexcept { return alarm_.heartbeat(); }
     /// False when the camera has been busy with one band of rows since the last call: then a thread of it
     /// hangs. One caller, every second or so.
     [[nodiscard]] bool alive() noexcept;

@@ -132,7 +132,7 @@ void CameraUnit::take_on(const config::Config& next) {
 }
 
 Heartbeats CameraUnit::heartbeats() const {
-    Heartbeats all{&releaser_->heartbeat(), &outputs_->heartbeat()};
+    Heartbeats all{&releaser_->heartbeat(), &outputs_->heartbeat(), &camera_->alarm_heartbeat()};
     if (simulator_) all.push_back(&simulator_->heartbeat());
     for (const auto& transport : transports_) {
         const Heartbeats more = transport->heartbeats();

@@ -178,7 +178,7 @@ def test_long_rendering():
 def test_watchdog():
     """The watchdog is fed while all is well, and not when any worker stands still."""
     watchdog_s = 1.2
-    supervised = {"detector", "pipeline", "release", "trigger-timer", "file-sink", "v4l2-output", "stimulator"}
+    supervised = {"detector", "pipeline", "release", "alarm", "trigger-timer", "file-sink", "v4l2-output", "stimulator"}
     with Bench() as bench:
         # Devices that are not there: their threads look for them, and owe signs of life all the same.
         bench.write(more='[v4l2]\nenabled = true\ndevice = "/dev/not-there"\n[stimulator]\nenabled = true\nserial = "none"')
