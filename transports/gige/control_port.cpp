@@ -115,7 +115,7 @@ std::span<const std::uint8_t> ControlPort::take_due_reply(Time now, Peer& to) {
 
 std::span<const std::uint8_t> ControlPort::acknowledge(const Request& request, Status status,
                                                        std::size_t bytes) {
-    store_be16(reply_.data(), static_cast<std::uint16_t>(status));
+    store_be16(reply_.data(), static_cast<std::uint16_t>(device_.status_codes().shown(status)));
     store_be16(reply_.data() + 2,
                static_cast<std::uint16_t>(static_cast<std::uint16_t>(request.command) + 1));
     store_be16(reply_.data() + 4, static_cast<std::uint16_t>(bytes));

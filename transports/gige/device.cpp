@@ -21,7 +21,8 @@ constexpr std::uint32_t scps_fire_test_packet = 0x80000000;
 constexpr std::uint32_t scps_do_not_fragment = 0x40000000;
 constexpr std::uint32_t gvsp_extended_ids = 0x40000000;
 constexpr std::uint32_t action_group_count = 1;
-constexpr std::uint32_t pending_ack_enable = 2;
+// Of the GVCP configuration register.
+constexpr std::uint32_t pending_ack_enable = 2, status_codes_1_1 = 0x4, status_codes_2_0 = 0x40000;
 constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
 
 constexpr std::array pixel_formats{PixelFormat::mono8,  PixelFormat::mono10, PixelFormat::mono12,
@@ -163,9 +164,10 @@ void Device::add_capabilities() {
     // SCSP register, 16-bit block ids.
     constant("StreamCapability", reg::gvsp_capability, 0xC0000000);
     constant("MessageCapability", reg::message_capability, 0x80000000); // MCSP register
-    // User name, serial, link speed, primary application registers, switchover, unconditional ACTION,
-    // scheduled ACTION, ACTION, PENDING_ACK, EVENT, PACKETRESEND, WRITEMEM, concatenation.
-    constexpr std::uint32_t capability = 0xD832006F, ieee1588 = 0x00080000, ieee1588_extended = 0x00010000;
+    // User name, serial, link speed, primary application registers, status codes of 1.1, switchover,
+    // unconditional ACTION, status codes of 2.0, scheduled ACTION, ACTION, PENDING_ACK, EVENT, PACKETRESEND,
+    // WRITEMEM, concatenation.
+    constexpr std::uint32_t capability = 0xD876006F, ieee1588 = 0x00080000, ieee1588_extended = 0x00010000;
     bank_.add({.name = "GVCPCapability", .address = reg::gvcp_capability, .read = [this] {
                    return capability | (ptp_ ? ieee1588 | ieee1588_extended : 0U);
                }});
@@ -175,15 +177,16 @@ void Device::add_capabilities() {
     bank_.add({.name = "GVCPConfiguration",
                .address = reg::gvcp_configuration,
                .access = Access::read_write,
-               .reset = pending_ack_enable,
+               .reset = pending_ack_enable | status_codes_1_1 | status_codes_2_0,
                .read = [this] { return bank_.peek(reg::gvcp_configuration) | (ptp_ ? ieee1588 : 0U); },
                .write =
                    [this](std::uint32_t value) {
                        constexpr std::uint32_t unconditional_action = 8;
+                       constexpr std::uint32_t choices =
+                           pending_ack_enable | status_codes_1_1 | unconditional_action | status_codes_2_0;
                        // The clock is steered from outside: PTP is on or off as the configuration says.
                        const std::uint32_t ptp = ptp_ ? ieee1588 : 0U;
-                       if ((value & ~(pending_ack_enable | unconditional_action)) != ptp)
-                           return Status::invalid_parameter;
+                       if ((value & ~choices) != ptp) return Status::invalid_parameter;
                        bank_.poke(reg::gvcp_configuration, value);
                        return Status::success;
                    }});
@@ -737,8 +740,14 @@ std::uint64_t Device::device_time(Time t) const noexcept {
     return static_cast<std::uint64_t>(t.ns + clock_.tai_offset_ns() - timestamp_origin_ns_);
 }
 
+StatusCodes Device::status_codes() const {
+    const std::uint32_t wanted = bank_.peek(reg::gvcp_configuration);
+    return {(wanted & status_codes_1_1) != 0, (wanted & status_codes_2_0) != 0};
+}
+
 StreamConfig Device::stream_config() const {
     StreamConfig c;
+    c.status_codes = status_codes();
     c.destination_ip = bank_.peek(reg::stream_destination);
     if (c.destination_ip == 0) c.destination_ip = controller_ip_;
     c.destination_port = static_cast<std::uint16_t>(bank_.peek(reg::stream_port));

@@ -67,6 +67,8 @@ public:
     void post(Event e, Time t) { messages_.post({e, 0, device_time(t)}); }
     /// Whether PENDING_ACK is switched on.
     [[nodiscard]] bool announces_slow_commands() const;
+    /// Those that answers may have.
+    [[nodiscard]] StatusCodes status_codes() const;
     /// How long a client wants TestPendingAck to take, once; 0 when it does not.
     std::uint32_t take_pending_ack_ms() { return std::exchange(pending_ack_ms_, 0U); }
     /// PACKETRESEND is only served for who controls the device or receives the stream.

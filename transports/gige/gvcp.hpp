@@ -55,6 +55,21 @@ enum class Status : std::uint16_t {
     error = 0x8FFF,
 };
 
+/// Which status codes a client has asked for in the GVCP configuration register: those that came with
+/// versions 1.1 and 2.0 of the protocol, or what stood for them before.
+struct StatusCodes {
+    bool v1_1 = true, v2_0 = true;
+
+    [[nodiscard]] constexpr Status shown(Status s) const noexcept {
+        if (!v2_0 && (s == Status::packet_not_yet_available || s == Status::packet_removed))
+            s = Status::packet_unavailable;
+        if (!v2_0 && (s == Status::no_reference_time || s == Status::overflow || s == Status::action_late))
+            return Status::error;
+        if (!v1_1 && (s == Status::packet_unavailable || s == Status::invalid_header)) return Status::error;
+        return s;
+    }
+};
+
 /// Addresses of the bootstrap registers this device has.
 namespace reg {
 constexpr std::uint32_t version = 0x0000;

@@ -384,8 +384,9 @@ void GvspSender::queue_error(const ResendRequest& request, Status status, std::u
     if (!request.trusted) return;
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
-    const std::size_t n = write_gvsp_header(header, session_->config.extended_ids, status, request.block_id,
-                                            PacketFormat::payload, request.first, true, flags);
+    const std::size_t n =
+        write_gvsp_header(header, session_->config.extended_ids, session_->config.status_codes.shown(status),
+                          request.block_id, PacketFormat::payload, request.first, true, flags);
     socket_.add({header, n}, {});
 }
 

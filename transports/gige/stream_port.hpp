@@ -21,6 +21,7 @@ struct StreamConfig {
     std::uint32_t throughput_limit = 0; ///< bytes per second on the wire; 0: none
     bool continue_blocks = false;       ///< block ids go on from the stream before instead of from 1
     bool chunk_in_image = false; ///< chunks as an extension of the image payload, not in a type of their own
+    StatusCodes status_codes;    ///< that answers to resend requests may have
     PayloadFormat payload;
     FaultInjector faults;
 };

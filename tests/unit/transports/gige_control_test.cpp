@@ -569,6 +569,39 @@ TEST_CASE("Scheduled actions fire at their instant, in the scheduling clock") {
     CHECK(schedule(5'000'000) == 0x8015); // OVERFLOW
 }
 
+TEST_CASE("Status codes of later versions can be switched off") {
+    Bench b;
+    b.clock.set_tai_offset_ns(5'000'000'000'000'000); // so that a small number of ns is long ago
+    CHECK((Bench::word(b.read(reg::gvcp_capability)) & 0x00440000) == 0x00440000);
+    CHECK(Bench::word(b.read(reg::gvcp_configuration)) == 0x40006); // on, and PENDING_ACK
+    b.take_control();
+    CHECK(b.write(reg::action_groups + 4, 1) == ok);
+    const auto late = [&] {
+        return Bench::status(b.send(b.datagram(0x100, Bench::words({0, 0, 1, 0, 1}), 0x81)));
+    };
+    auto lying = b.datagram(0x80, Bench::words({reg::version}));
+    lying[5] = 8; // bytes of payload, there are 4
+    CHECK(late() == 0x8016);
+    CHECK(Bench::status(b.send(lying)) == invalid_header);
+    CHECK(b.write(reg::gvcp_configuration, 0x4) == ok);
+    CHECK(late() == 0x8FFF);
+    CHECK(Bench::status(b.send(lying)) == invalid_header);
+    CHECK(b.write(reg::gvcp_configuration, 0x40000) == ok);
+    CHECK(late() == 0x8016);
+    CHECK(Bench::status(b.send(lying)) == 0x8FFF);
+
+    // Of resend requests.
+    const StatusCodes all, none{false, false}, first{true, false};
+    for (const Status s : {Status::packet_not_yet_available, Status::packet_removed}) {
+        CHECK(all.shown(s) == s);
+        CHECK(first.shown(s) == Status::packet_unavailable);
+        CHECK(none.shown(s) == Status::error);
+    }
+    CHECK(first.shown(Status::packet_unavailable) == Status::packet_unavailable);
+    CHECK(none.shown(Status::packet_unavailable) == Status::error);
+    CHECK(none.shown(Status::busy) == Status::busy); // there from the beginning
+}
+
 TEST_CASE("An action without a controller counts only when that was allowed") {
     Bench b;
     b.take_control();
@@ -648,7 +681,7 @@ TEST_CASE("Bootstrap registers tell of IEEE 1588 where it is watched") {
     CHECK(Bench::word(b.read(reg::ptp_supported_profiles)) == 0x80000000);
     CHECK(Bench::word(b.read(reg::ptp_selected_profile)) == 0);
     // It is on and stays on: the clock is steered from outside.
-    CHECK(Bench::word(b.read(reg::gvcp_configuration)) == (ieee1588 | 2));
+    CHECK(Bench::word(b.read(reg::gvcp_configuration)) == (ieee1588 | 0x40006));
     CHECK(b.write(reg::gvcp_configuration, 2) == invalid_parameter);
     CHECK(b.write(reg::gvcp_configuration, ieee1588 | 2) == ok);
     CHECK(Bench::word(b.read(reg::link_capability)) == 1);
