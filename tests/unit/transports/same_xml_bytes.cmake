@@ -1,0 +1,16 @@
+# cmake -DSOURCE=... -DFOLDER=... -P same_xml_bytes.cmake: camera.xml becomes the same bytes whenever it is embedded.
+foreach(time first second)
+    file(MAKE_DIRECTORY "${FOLDER}/${time}")
+    file(COPY_FILE "${SOURCE}/transports/gige/camera.xml" "${FOLDER}/${time}/camera.xml")
+    execute_process(COMMAND "${CMAKE_COMMAND}" "-DXML=${FOLDER}/${time}/camera.xml" "-DZIP=${FOLDER}/${time}.zip"
+                            "-DOUT=${FOLDER}/${time}.cpp" -P "${SOURCE}/transports/gige/embed_xml.cmake"
+                    COMMAND_ERROR_IS_FATAL ANY)
+    if(time STREQUAL first)
+        execute_process(COMMAND "${CMAKE_COMMAND}" -E sleep 2) # the archive counts in seconds
+    endif()
+endforeach()
+execute_process(COMMAND "${CMAKE_COMMAND}" -E compare_files "${FOLDER}/first.cpp" "${FOLDER}/second.cpp"
+                RESULT_VARIABLE different)
+if(different)
+    message(FATAL_ERROR "${FOLDER}/first.cpp and second.cpp differ")
+endif()
