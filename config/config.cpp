@@ -467,6 +467,12 @@ std::string print_camera(Config& c) {
     return out + print_own_tables(c, "camera.");
 }
 
+TriggerSource trigger_source(const CameraSection& camera) {
+    if (camera.trigger_source == "Software") return TriggerSource::software;
+    if (camera.trigger_source == "Action1") return TriggerSource::action1;
+    return source_of_line(static_cast<std::size_t>(camera.trigger_source.back() - '0'));
+}
+
 } // namespace
 
 std::vector<const Config*> Config::cameras() const {
@@ -517,12 +523,6 @@ std::string print(const Config& config) {
     return out + print_own_tables(c, "");
 }
 
-TriggerSource trigger_source(const CameraSection& camera) {
-    if (camera.trigger_source == "Software") return TriggerSource::software;
-    if (camera.trigger_source == "Action1") return TriggerSource::action1;
-    return source_of_line(static_cast<std::size_t>(camera.trigger_source.back() - '0'));
-}
-
 CameraSettings camera_settings(const Config& config) {
     const CameraSection& camera = config.camera;
     const ReadoutSettings& readout = config.sensor.readout;
@@ -551,8 +551,8 @@ CameraSettings camera_settings(const Config& config) {
         settings.set_windows(windows);
     }
     settings.gain_db = camera.gain_db;
-    settings.trigger_enabled = camera.trigger_mode == "On";
-    settings.trigger_source = trigger_source(camera);
+    settings.frame_trigger.enabled = camera.trigger_mode == "On";
+    settings.frame_trigger.source = trigger_source(camera);
     settings.exposure_mode =
         camera.exposure_mode == "TriggerWidth" ? ExposureMode::trigger_width : ExposureMode::timed;
     settings.frame_rate_hz = camera.frame_rate_hz;

@@ -111,12 +111,11 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
                            static_cast<double>(s.trigger_delay_ns) / 1e3);
     using Named = std::pair<const char*, TriggerChoice>;
     for (const auto& [name, trigger] :
-         {Named{"FrameStart", {s.trigger_enabled, s.trigger_source, s.trigger_activation}},
-          Named{"AcquisitionStart", s.start_trigger}, Named{"FrameBurstStart", s.burst_trigger},
-          Named{"ExposureStart", s.exposure_trigger}})
+         {Named{"FrameStart", s.frame_trigger}, Named{"AcquisitionStart", s.start_trigger},
+          Named{"FrameBurstStart", s.burst_trigger}, Named{"ExposureStart", s.exposure_trigger}})
         if (const std::string complaint = explain_activation(name, trigger, limits); !complaint.empty())
             return complaint;
-    if (s.exposure_trigger.enabled && s.trigger_enabled && is_level(s.trigger_activation))
+    if (s.exposure_trigger.enabled && s.frame_trigger.enabled && is_level(s.frame_trigger.activation))
         return "TriggerActivation[FrameStart]: edges only with a trigger for ExposureStart";
     if (s.exposure_mode == ExposureMode::trigger_width) {
         if (std::none_of(limits.lines.begin(), limits.lines.end(),

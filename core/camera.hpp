@@ -57,9 +57,8 @@ struct CameraSettings {
     double gain_db = 0; ///< SFNC Gain
     AcquisitionMode acquisition_mode = AcquisitionMode::continuous;
     std::uint32_t acquisition_frame_count = 1; ///< MultiFrame only
-    bool trigger_enabled = true;               ///< SFNC TriggerMode; off: free run at frame_rate_hz
-    TriggerSource trigger_source = TriggerSource::line0;
-    TriggerActivation trigger_activation = TriggerActivation::rising_edge; ///< of lines only
+    /// SFNC TriggerSelector FrameStart; not enabled: free run at frame_rate_hz.
+    TriggerChoice frame_trigger{.enabled = true};
     std::int64_t trigger_delay_ns = 0;
     TriggerOverlap trigger_overlap = TriggerOverlap::off;
     std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts

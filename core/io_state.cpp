@@ -31,6 +31,13 @@ std::uint64_t counted(const EventCounter& counter, std::size_t i, const IoInputs
 
 } // namespace
 
+IoInputs io_inputs(const CameraControl& camera, const Clock& clock) {
+    IoInputs in;
+    in.activity = camera.activity(); // before the time: what it tells of has happened by then
+    in.now = clock.now();
+    return in;
+}
+
 std::uint64_t count_of(IoEvent event, const IoInputs& in) noexcept {
     const CameraActivity& a = in.activity;
     switch (event) {

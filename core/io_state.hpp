@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/camera.hpp"
+#include "core/clock.hpp"
 
 #include <array>
 #include <atomic>
@@ -14,6 +15,8 @@ struct IoInputs {
     Time now;
     CameraActivity activity;
 };
+
+[[nodiscard]] IoInputs io_inputs(const CameraControl& camera, const Clock& clock);
 
 /// How often the event has happened up to `in.now`. Of frames that overlap, all but the last count as ended.
 [[nodiscard]] std::uint64_t count_of(IoEvent event, const IoInputs& in) noexcept;

@@ -65,6 +65,10 @@ struct TriggerChoice {
     TriggerSource source = TriggerSource::line0;
     TriggerActivation activation = TriggerActivation::rising_edge; ///< of lines only
     constexpr bool operator==(const TriggerChoice&) const = default;
+    /// Whether an edge from there counts for it.
+    [[nodiscard]] constexpr bool wants(TriggerSource from, bool falling) const noexcept {
+        return enabled && source == from && (line_of(from) == line_count || activates(activation, falling));
+    }
 };
 
 /// Edges that a line's source tells of. Sources that know one kind of edge only call it rising; a line that

@@ -39,7 +39,7 @@ namespace {
 
 /// The line that frames are triggered by after reset; Line0 where none does.
 std::size_t trigger_line(const config::Config& config) {
-    const std::size_t line = line_of(config::camera_settings(config).trigger_source);
+    const std::size_t line = line_of(config::camera_settings(config).frame_trigger.source);
     return line < line_count ? line : 0;
 }
 
@@ -92,7 +92,7 @@ Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const Th
         camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
     for (std::size_t i = 0; i < line_count; ++i)
         camera.limits.lines[i] = edges_of(config.trigger.line_section(i), i == 0);
-    camera.initial.trigger_activation =
+    camera.initial.frame_trigger.activation =
         activation_named(config.camera.trigger_activation, camera.limits.lines[trigger_line(config)]);
     for (TriggerChoice* other :
          {&camera.initial.start_trigger, &camera.initial.burst_trigger, &camera.initial.exposure_trigger})
@@ -251,7 +251,7 @@ TransportPtr make_v4l2(const config::Config& config, CameraControl& control, con
     settings.width = composed_size(camera).width;
     settings.height = composed_size(camera).height;
     settings.bits_per_pixel = config.sensor.detector.adc_bits;
-    settings.frame_rate_hz = camera.trigger_enabled ? config.trigger.rate_hz : camera.frame_rate_hz;
+    settings.frame_rate_hz = camera.frame_trigger.enabled ? config.trigger.rate_hz : camera.frame_rate_hz;
     settings.frame_counter = config.v4l2.frame_counter;
     settings.required = config.v4l2.required;
     settings.buffers = config.v4l2.buffers;

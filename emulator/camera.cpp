@@ -17,7 +17,7 @@ constexpr auto software_route = static_cast<std::size_t>(TriggerSource::software
 Time nominal_scene_time(const CameraSettings& settings, sync::RationalRate trigger_rate,
                         std::uint64_t frame_id) {
     const sync::RationalRate rate =
-        settings.trigger_enabled ? trigger_rate : sync::rational_rate(settings.frame_rate_hz);
+        settings.frame_trigger.enabled ? trigger_rate : sync::rational_rate(settings.frame_rate_hz);
     return sync::Schedule(rate, Time{}, 0).slot(frame_id - 1);
 }
 
@@ -41,7 +41,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
     gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
     publish_triggers(config.initial);
-    ends_.set(config.initial, io_inputs());
+    ends_.set(config.initial, io_inputs(*this, clock_));
     thread_ = std::thread([this] {
         enter_thread("pipeline", config_.thread);
         declare_this_thread_realtime();
@@ -57,7 +57,7 @@ Camera::~Camera() {
 
 Camera::Route Camera::route_of(const CameraSettings& s) noexcept {
     if (s.exposure_trigger.enabled) return route_of(s.exposure_trigger.source);
-    return s.trigger_enabled ? route_of(s.trigger_source) : free_run;
+    return s.frame_trigger.enabled ? route_of(s.frame_trigger.source) : free_run;
 }
 
 CameraSettings Camera::settings() const {
@@ -118,7 +118,7 @@ bool Camera::apply(const CameraSettings& settings) {
         settings_ = settings;
     }
     publish_triggers(settings);
-    ends_.set(settings, io_inputs());
+    ends_.set(settings, io_inputs(*this, clock_));
     for (std::size_t i = 0; i < timer_count; ++i)
         if (before.timers[i] != settings.timers[i]) alarm_.clear(first_timer_end + i);
     look_soon();
@@ -134,10 +134,7 @@ bool Camera::apply(const CameraSettings& settings) {
         if (route_of(before) != route_of(settings)) forget_triggers();
         if (acquiring()) start_free_run();
     }
-    const bool other_level = before.trigger_enabled != settings.trigger_enabled ||
-                             before.trigger_source != settings.trigger_source ||
-                             before.trigger_activation != settings.trigger_activation;
-    if (acquiring() && other_level) go_on_with_level(clock_.now());
+    if (acquiring() && before.frame_trigger != settings.frame_trigger) go_on_with_level(clock_.now());
     return true;
 }
 
@@ -149,7 +146,7 @@ void Camera::publish_triggers(const CameraSettings& settings) noexcept {
                                             : sync::OverTrigger::count;
     gate_.set_policy(settings.trigger_overlap == TriggerOverlap::previous_frame ? sync::OverTrigger::latch
                                                                                 : forgotten);
-    frame_trigger_.set({settings.trigger_enabled, settings.trigger_source, settings.trigger_activation});
+    frame_trigger_.set(settings.frame_trigger);
     start_trigger_.set(settings.start_trigger);
     burst_trigger_.set(settings.burst_trigger);
     burst_frames_.store(settings.burst_frame_count, std::memory_order_relaxed);
@@ -163,9 +160,9 @@ void Camera::LiveTrigger::set(const TriggerChoice& choice) noexcept {
     enabled.store(choice.enabled, std::memory_order_release);
 }
 
-bool Camera::LiveTrigger::wants(TriggerSource from, bool falling) const noexcept {
-    return enabled.load(std::memory_order_acquire) && source.load(std::memory_order_relaxed) == from &&
-           (line_of(from) == line_count || activates(activation.load(std::memory_order_relaxed), falling));
+TriggerChoice Camera::LiveTrigger::get() const noexcept {
+    return {enabled.load(std::memory_order_acquire), source.load(std::memory_order_relaxed),
+            activation.load(std::memory_order_relaxed)};
 }
 
 void Camera::forget_triggers() noexcept {
@@ -191,7 +188,7 @@ bool Camera::acquisition_start() {
     frames_left_ = now.acquisition_mode == AcquisitionMode::single_frame  ? 1
                    : now.acquisition_mode == AcquisitionMode::multi_frame ? now.acquisition_frame_count
                                                                           : UINT64_MAX;
-    acquisition_begin_ = clock_.now();
+    const Time begin = clock_.now();
     trigger_rate_ = next_trigger_rate_;
     frame_sequence_ = sequence_;
     sequence_step_ = sequence_.start;
@@ -202,13 +199,13 @@ bool Camera::acquisition_start() {
     forget_triggers();
     start_awaited_.store(now.start_trigger.enabled && !level_holds(start_trigger_),
                          std::memory_order_release);
-    acquisition_start_ns_.store(acquisition_begin_.ns, std::memory_order_relaxed);
+    acquisition_start_ns_.store(begin.ns, std::memory_order_relaxed);
     acquisitions_.fetch_add(1, std::memory_order_release);
-    ends_.acquisition_start(io_inputs());
+    ends_.acquisition_start(io_inputs(*this, clock_));
     gate_.open();
     moments_changed_.ring();
     start_free_run();
-    go_on_with_level(acquisition_begin_);
+    go_on_with_level(begin);
     look_soon();
     return true;
 }
@@ -319,7 +316,7 @@ bool Camera::taken_of_burst(bool taken) noexcept {
 void Camera::ring(std::size_t alarm, Time due) noexcept {
     if (alarm >= first_timer_end) {
         const std::size_t timer = alarm - first_timer_end;
-        if (ends_.timer_runs(timer, io_inputs())) fire_end(counter_count + timer, due);
+        if (ends_.timer_runs(timer, io_inputs(*this, clock_))) fire_end(counter_count + timer, due);
         return;
     }
     if (alarm != next_of_burst && alarm != next_of_level) {
@@ -339,11 +336,12 @@ void Camera::ring(std::size_t alarm, Time due) noexcept {
     if (!burst_awaited()) alarm_.set(alarm, due + frame_period_ns_.load(std::memory_order_relaxed));
 }
 
-bool Camera::level_holds(const LiveTrigger& trigger) const noexcept {
-    const TriggerActivation activation = trigger.activation.load(std::memory_order_relaxed);
-    const std::size_t line = line_of(trigger.source.load(std::memory_order_relaxed));
-    return trigger.enabled.load(std::memory_order_acquire) && is_level(activation) && line < line_count &&
-           lines_[line].high.load(std::memory_order_relaxed) == (activation == TriggerActivation::level_high);
+bool Camera::level_holds(const LiveTrigger& live) const noexcept {
+    const TriggerChoice trigger = live.get();
+    const std::size_t line = line_of(trigger.source);
+    return trigger.enabled && is_level(trigger.activation) && line < line_count &&
+           lines_[line].high.load(std::memory_order_relaxed) ==
+               (trigger.activation == TriggerActivation::level_high);
 }
 
 void Camera::go_on_with_level(Time due) noexcept {
@@ -357,7 +355,7 @@ void Camera::look_soon() noexcept {
 
 void Camera::look_at_ends() noexcept {
     ends_.begin_look();
-    const IoInputs in = io_inputs();
+    const IoInputs in = io_inputs(*this, clock_);
     Time t;
     for (std::size_t i = 0; i < counter_count; ++i)
         for (std::uint64_t n = ends_.new_counter_ends(i, in, t); n > 0; --n)
@@ -370,13 +368,6 @@ void Camera::fire_end(std::size_t end, Time t) noexcept {
     const auto source =
         static_cast<TriggerSource>(static_cast<std::size_t>(TriggerSource::counter0_end) + end);
     serve({end_ids_[end].fetch_add(1, std::memory_order_relaxed) + 1, t, clock_.now()}, source);
-}
-
-IoInputs Camera::io_inputs() const noexcept {
-    IoInputs in;
-    in.activity = activity(); // before the time: what it tells of has happened by then
-    in.now = clock_.now();
-    return in;
 }
 
 /// An edge is for the first trigger that waits for one: of the acquisition, the burst, the frame, the
@@ -429,11 +420,9 @@ bool Camera::width_counts(TriggerSource source) const noexcept {
     if (!trigger_width_.load(std::memory_order_relaxed) || line == line_count ||
         !config_.limits.lines[line].both())
         return false;
-    const LiveTrigger& trigger = exposing_trigger();
-    const TriggerActivation activation = trigger.activation.load(std::memory_order_relaxed);
-    return trigger.enabled.load(std::memory_order_acquire) &&
-           trigger.source.load(std::memory_order_relaxed) == source && !is_level(activation) &&
-           activation != TriggerActivation::any_edge;
+    const TriggerChoice trigger = exposing_trigger().get();
+    return trigger.enabled && trigger.source == source && !is_level(trigger.activation) &&
+           trigger.activation != TriggerActivation::any_edge;
 }
 
 /// Edges that made no frame because they were for something else are not lost ones.
@@ -539,7 +528,7 @@ void Camera::line_edge(std::size_t number, const sync::Trigger& trigger) noexcep
 
 void Camera::reset_counter(std::size_t i) {
     const std::lock_guard control(control_mutex_);
-    ends_.reset_counter(i, io_inputs());
+    ends_.reset_counter(i, io_inputs(*this, clock_));
     look_soon();
 }
 
@@ -697,7 +686,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     order.scene_time = trigger.scene != sync::Trigger::scene_of_camera ? trigger.scene
                        : config_.scene_time == SceneTime::nominal
                            ? nominal_scene_time(frame_settings_, trigger_rate_, order.frame_id)
-                           : Time{trigger.edge - acquisition_begin_};
+                           : Time{trigger.edge.ns - acquisition_start_ns_.load(std::memory_order_relaxed)};
     if (--frames_left_ == 0) gate_.close_after_this();
 
     if (!releaser_.has_room() || !(frame = pool_.acquire())) {

@@ -157,8 +157,11 @@ private:
         std::atomic<TriggerActivation> activation{TriggerActivation::rising_edge};
 
         void set(const TriggerChoice& choice) noexcept;
+        [[nodiscard]] TriggerChoice get() const noexcept;
         /// Whether an edge of `source` counts for it.
-        [[nodiscard]] bool wants(TriggerSource from, bool falling) const noexcept;
+        [[nodiscard]] bool wants(TriggerSource from, bool falling) const noexcept {
+            return get().wants(from, falling);
+        }
     };
 
     /// An input line.
@@ -209,12 +212,11 @@ private:
     [[nodiscard]] const LiveTrigger& exposing_trigger() const noexcept;
     [[nodiscard]] bool width_counts(TriggerSource source) const noexcept;
     bool await_pulse(const sync::Trigger& trigger, const LiveTrigger& from, TriggerSource source) noexcept;
-    [[nodiscard]] bool level_holds(const LiveTrigger& trigger) const noexcept;
+    [[nodiscard]] bool level_holds(const LiveTrigger& live) const noexcept;
     void go_on_with_level(Time due) noexcept;
     void look_soon() noexcept;
     void look_at_ends() noexcept;
     void fire_end(std::size_t end, Time t) noexcept;
-    [[nodiscard]] IoInputs io_inputs() const noexcept;
     bool serve(const sync::Trigger& trigger, TriggerSource source) noexcept;
     bool take_burst(const sync::Trigger& trigger) noexcept;
     bool take_frame(const sync::Trigger& trigger, Route route) noexcept;
@@ -261,7 +263,6 @@ private:
     std::uint32_t sequence_step_ = 0;
     std::uint64_t next_frame_id_ = 1;
     std::uint64_t frames_left_ = 0;
-    Time acquisition_begin_;
     sync::RationalRate trigger_rate_;
 
     std::atomic<std::uint64_t> software_edges_{0};

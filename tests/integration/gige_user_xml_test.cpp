@@ -137,13 +137,13 @@ TEST_CASE("Writing features by their own registers drives the camera") {
     // The trigger that is not ours is memory; the one that is drives the camera.
     client.set("TriggerSelector", "AcquisitionStart");
     client.set("TriggerMode", "On");
-    CHECK_FALSE(bench.source.settings().trigger_enabled);
+    CHECK_FALSE(bench.source.settings().frame_trigger.enabled);
     client.set("TriggerSelector", "FrameStart");
     CHECK(client.text("TriggerMode") == "Off");
     client.set("TriggerMode", "On");
     client.set("TriggerSource", "Software");
-    CHECK(bench.source.settings().trigger_enabled);
-    CHECK(bench.source.settings().trigger_source == TriggerSource::software);
+    CHECK(bench.source.settings().frame_trigger.enabled);
+    CHECK(bench.source.settings().frame_trigger.source == TriggerSource::software);
 
     // Everything else is memory, indexed registers too; what is read-only is not written.
     for (const std::int64_t mode : {0, 7}) {

@@ -11,7 +11,7 @@ PatternCamera::PatternCamera(const CameraLimits& limits, std::size_t pool_frames
             static_cast<std::size_t>(limits.sensor_width) * static_cast<std::size_t>(limits.sensor_height),
             static_cast<std::size_t>(limits.sensor_height)) {
     settings_.region = {0, 0, limits.sensor_width, limits.sensor_height};
-    settings_.trigger_enabled = false;
+    settings_.frame_trigger.enabled = false;
     settings_.frame_rate_hz = 50;
     thread_ = std::thread([this] { loop(); });
 }
@@ -84,8 +84,7 @@ CameraActivity PatternCamera::activity() const {
 }
 
 void PatternCamera::reset_counter(std::size_t i) {
-    const IoInputs in{clock_.now(), activity()};
-    marks_.reset_counter(settings().counters[i], i, in);
+    marks_.reset_counter(settings().counters[i], i, io_inputs(*this, clock_));
 }
 
 void PatternCamera::reset_timer(std::size_t i) {
@@ -93,9 +92,7 @@ void PatternCamera::reset_timer(std::size_t i) {
 }
 
 bool PatternCamera::take_start(TriggerSource source, bool falling) {
-    if (!acquiring_ || !start_awaited_ || settings_.start_trigger.source != source ||
-        (source == TriggerSource::line0 && !activates(settings_.start_trigger.activation, falling)))
-        return false;
+    if (!acquiring_ || !start_awaited_ || !settings_.start_trigger.wants(source, falling)) return false;
     start_awaited_ = false;
     next_ = clock_.now();
     changed_.notify_all();
@@ -114,9 +111,7 @@ bool PatternCamera::trigger(TriggerSource source, Time edge, bool falling) {
         activity_.lines[0].edge = edge;
     }
     if (take_start(source, falling)) return true;
-    if (!acquiring_ || start_awaited_ || !settings_.trigger_enabled || settings_.trigger_source != source ||
-        (source == TriggerSource::line0 && !activates(settings_.trigger_activation, falling)))
-        return false;
+    if (!acquiring_ || start_awaited_ || !settings_.frame_trigger.wants(source, falling)) return false;
     triggers_.fetch_add(1);
     ++activity_.frame_triggers;
     ++pending_;
@@ -138,12 +133,12 @@ bool PatternCamera::line_trigger(Time edge, bool falling) {
 void PatternCamera::loop() {
     std::unique_lock lock(mutex_);
     while (!quit_) {
-        if (!acquiring_ || start_awaited_ || (settings_.trigger_enabled && pending_ == 0)) {
+        if (!acquiring_ || start_awaited_ || (settings_.frame_trigger.enabled && pending_ == 0)) {
             changed_.wait(lock);
             continue;
         }
         Time edge = pending_edge_;
-        if (settings_.trigger_enabled) {
+        if (settings_.frame_trigger.enabled) {
             --pending_;
         } else {
             const Time due = next_;
@@ -195,7 +190,7 @@ bool PatternCamera::make_frame(const CameraSettings& settings, const std::vector
     frame->info.pixel_format = settings.pixel_format;
     frame->info.exposure_ns = settings.exposure_ns;
     frame->info.gain_db = settings.gain_db;
-    frame->info.line_status = settings.trigger_source == TriggerSource::line0 ? line_status_line0 : 0U;
+    frame->info.line_status = settings.frame_trigger.source == TriggerSource::line0 ? line_status_line0 : 0U;
     frame->info.sequence_step = step;
     frame->info.window_count = static_cast<std::uint32_t>(windows.size());
     std::int32_t width = 0, height = 0;

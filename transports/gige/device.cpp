@@ -397,26 +397,6 @@ void Device::add_acquisition() {
                           (acquiring && a.trigger_ready ? 4U : 0U);
                }});
     setting(
-        "TriggerMode", feature::trigger_mode, false,
-        [](const CameraSettings& s) { return std::uint32_t{s.trigger_enabled}; },
-        [](CameraSettings& s, std::uint32_t value) {
-            s.trigger_enabled = value == 1;
-            return value <= 1;
-        });
-    setting(
-        "TriggerSource", feature::trigger_source, false,
-        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_source); },
-        [](CameraSettings& s, std::uint32_t value) {
-            s.trigger_source = static_cast<TriggerSource>(value);
-            return value < trigger_source_count;
-        });
-    command("TriggerSoftware", feature::trigger_software, [this] {
-        // A trigger that comes too early or when none is awaited is the camera's to count, not an error of
-        // the command.
-        control_.software_trigger(clock_.now());
-        return Status::success;
-    });
-    setting(
         "TriggerDelay", feature::trigger_delay, false,
         [](const CameraSettings& s) { return time_units(s.trigger_delay_ns); },
         [](CameraSettings& s, std::uint32_t value) {
@@ -430,18 +410,11 @@ void Device::add_acquisition() {
             s.trigger_divider = value;
             return value <= 1'000'000;
         });
-    setting(
-        "TriggerActivation", feature::trigger_activation, false,
-        [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_activation); },
-        [](CameraSettings& s, std::uint32_t value) {
-            s.trigger_activation = static_cast<TriggerActivation>(value);
-            return value < trigger_activation_count;
-        });
     std::uint32_t line_edges = 0;
     for (std::size_t i = 0; i < line_count; ++i)
         line_edges |= ((limits_.lines[i].rising ? 1U : 0U) | (limits_.lines[i].falling ? 2U : 0U)) << (2 * i);
     constant("LineEdges", feature::line_edges, line_edges);
-    add_more_triggers();
+    add_triggers();
     setting(
         "TriggerOverlap", feature::trigger_overlap, false,
         [](const CameraSettings& s) { return static_cast<std::uint32_t>(s.trigger_overlap); },
@@ -511,28 +484,30 @@ void Device::add_acquisition() {
     constant("DeviceTemperature", feature::temperature, milli(limits_.temperature_c));
 }
 
-void Device::add_more_triggers() {
+void Device::add_triggers() {
     using Choice = TriggerChoice;
-    struct More {
+    struct Trigger {
         Choice CameraSettings::*choice;
         bool (CameraControl::*software)(Time);
     };
-    // In the order of TriggerSelector, after FrameStart.
+    // In the order of TriggerSelector.
     static constexpr std::array all{
-        More{&CameraSettings::start_trigger, &CameraControl::software_start_trigger},
-        More{&CameraSettings::burst_trigger, &CameraControl::software_burst_trigger},
-        More{&CameraSettings::exposure_trigger, &CameraControl::software_exposure_trigger},
+        Trigger{&CameraSettings::frame_trigger, &CameraControl::software_trigger},
+        Trigger{&CameraSettings::start_trigger, &CameraControl::software_start_trigger},
+        Trigger{&CameraSettings::burst_trigger, &CameraControl::software_burst_trigger},
+        Trigger{&CameraSettings::exposure_trigger, &CameraControl::software_exposure_trigger},
     };
     for (std::uint32_t i = 0; i < all.size(); ++i) {
-        const More& more = all[i];
-        const std::uint32_t offset = (i + 1) * feature::trigger_stride;
+        const Trigger& trigger = all[i];
+        const std::uint32_t offset = i * feature::trigger_stride;
+        const bool locked_while_streaming = i > 0;
         const auto part = [&](std::string_view name, std::uint32_t address, std::uint32_t maximum,
                               std::uint32_t (*get)(const Choice&), void (*set)(Choice&, std::uint32_t)) {
             setting(
-                name, address + offset, true,
-                [&more, get](const CameraSettings& s) { return get(s.*more.choice); },
-                [&more, set, maximum](CameraSettings& s, std::uint32_t value) {
-                    set(s.*more.choice, value);
+                name, address + offset, locked_while_streaming,
+                [&trigger, get](const CameraSettings& s) { return get(s.*trigger.choice); },
+                [&trigger, set, maximum](CameraSettings& s, std::uint32_t value) {
+                    set(s.*trigger.choice, value);
                     return value <= maximum;
                 });
         };
@@ -547,8 +522,10 @@ void Device::add_more_triggers() {
             "TriggerActivation", feature::trigger_activation, trigger_activation_count - 1,
             [](const Choice& c) { return static_cast<std::uint32_t>(c.activation); },
             [](Choice& c, std::uint32_t value) { c.activation = static_cast<TriggerActivation>(value); });
-        command("TriggerSoftware", feature::trigger_software + offset, [this, &more] {
-            (control_.*more.software)(clock_.now());
+        command("TriggerSoftware", feature::trigger_software + offset, [this, &trigger] {
+            // One that comes too early or when none is awaited is the camera's to count, not an error of the
+            // command.
+            (control_.*trigger.software)(clock_.now());
             return Status::success;
         });
     }

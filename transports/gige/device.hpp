@@ -92,7 +92,7 @@ private:
     void add_actions();
     void add_image_format();
     void add_acquisition();
-    void add_more_triggers();
+    void add_triggers();
     void add_statistics();
     void add_chunks();
     void add_messages();
@@ -117,7 +117,6 @@ private:
               std::function<std::uint32_t()> get, std::function<void(std::uint32_t)> set = {});
     void command(std::string_view name, std::uint32_t address, std::function<Status()> run);
 
-    [[nodiscard]] IoInputs io_inputs() const;
     [[nodiscard]] bool output_level(const IoInputs& in) const;
     [[nodiscard]] std::uint32_t line_status_all() const;
     [[nodiscard]] const ReadoutAnswer& readout_answer();

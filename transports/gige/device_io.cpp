@@ -4,13 +4,6 @@
 
 namespace obscura::transports::gige {
 
-IoInputs Device::io_inputs() const {
-    IoInputs in;
-    in.activity = control_.activity(); // before the time: what it tells of has happened by then
-    in.now = clock_.now();
-    return in;
-}
-
 bool Device::output_level(const IoInputs& in) const {
     const CameraSettings s = control_.settings();
     switch (static_cast<LineSource>(bank_.peek(feature::line_source))) {
@@ -39,7 +32,7 @@ bool Device::output_level(const IoInputs& in) const {
 }
 
 std::uint32_t Device::line_status_all() const {
-    const IoInputs in = io_inputs();
+    const IoInputs in = io_inputs(control_, clock_);
     std::uint32_t all = output_level(in) ? line_status_output : 0U;
     for (std::size_t i = 0; i < line_count; ++i)
         if (line_level(i, limits_.lines[i], in)) all |= line_status_line0 << i;
@@ -87,8 +80,9 @@ void Device::add_counters() {
             control_.reset_counter(i);
             return Status::success;
         });
-        word("CounterValue", base + feature::counter::value, 0,
-             [this, i] { return counter_value(control_.settings().counters[i], i, io_inputs()); });
+        word("CounterValue", base + feature::counter::value, 0, [this, i] {
+            return counter_value(control_.settings().counters[i], i, io_inputs(control_, clock_));
+        });
         word("CounterValueAtReset", base + feature::counter::value_at_reset, 0,
              [this, i] { return control_.activity().counters[i].value_at_reset; });
         setting(
@@ -100,7 +94,7 @@ void Device::add_counters() {
             });
         word("CounterStatus", base + feature::counter::status, 0, [this, i] {
             return static_cast<std::uint32_t>(
-                counter_status(control_.settings().counters[i], i, io_inputs()));
+                counter_status(control_.settings().counters[i], i, io_inputs(control_, clock_)));
         });
     }
 }
@@ -130,10 +124,12 @@ void Device::add_timers() {
             control_.reset_timer(i);
             return Status::success;
         });
-        word("TimerValue", base + feature::timer::value, 0,
-             [this, i] { return time_units(timer_value_ns(control_.settings().timers[i], i, io_inputs())); });
+        word("TimerValue", base + feature::timer::value, 0, [this, i] {
+            return time_units(timer_value_ns(control_.settings().timers[i], i, io_inputs(control_, clock_)));
+        });
         word("TimerStatus", base + feature::timer::status, 0, [this, i] {
-            return static_cast<std::uint32_t>(timer_status(control_.settings().timers[i], i, io_inputs()));
+            return static_cast<std::uint32_t>(
+                timer_status(control_.settings().timers[i], i, io_inputs(control_, clock_)));
         });
     }
 }

@@ -42,7 +42,7 @@ TEST_CASE("the smallest configuration keeps every default") {
     const CameraSettings camera = config::camera_settings(config);
     CHECK(camera.region == Region{0, 0, 1024, 1024});
     CHECK(camera.exposure_ns == 10'000'000);
-    CHECK(camera.trigger_source == TriggerSource::line0);
+    CHECK(camera.frame_trigger.source == TriggerSource::line0);
 }
 
 TEST_CASE("print() loads back to itself, from any folder") {
@@ -132,7 +132,7 @@ adc_bits = 14
     CHECK(second.trigger.line_section(0).source == "timer");
     CHECK(second.trigger.line_section(1).source == "none");
     CHECK(second.trigger.line_section(2).line == "GATE_IN");
-    CHECK(config::camera_settings(second).trigger_source == TriggerSource::line2);
+    CHECK(config::camera_settings(second).frame_trigger.source == TriggerSource::line2);
     CHECK(config::camera_settings(second).exposure_mode == ExposureMode::trigger_width);
     CHECK(second.daemon.seed == 123456789012345u);
     CHECK(second.file.directory == (folder.path() / "out").string());

@@ -131,7 +131,7 @@ TEST_CASE("edges count only while acquiring and from the chosen source") {
     REQUIRE(bench.camera.acquisition_start());
     CHECK_FALSE(bench.camera.software_trigger(bench.clock.now()));
     CameraSettings s = bench.camera.settings();
-    s.trigger_source = TriggerSource::software;
+    s.frame_trigger.source = TriggerSource::software;
     REQUIRE(bench.camera.apply(s));
     bench.camera.on_trigger(edge_now(bench, 2));
     CHECK(bench.camera.counters().triggers == 0);
@@ -140,7 +140,7 @@ TEST_CASE("edges count only while acquiring and from the chosen source") {
     CHECK(bench.camera.software_trigger(bench.clock.now()));
     bench.wait_ended(1);
     CHECK(bench.camera.counters().frames == 1);
-    s.trigger_source = TriggerSource::action1;
+    s.frame_trigger.source = TriggerSource::action1;
     REQUIRE(bench.camera.apply(s));
     bench.wait_ready();
     CHECK_FALSE(bench.camera.software_trigger(bench.clock.now()));
@@ -295,7 +295,7 @@ TEST_CASE("an empty pool drops the frame, says so, and uses up its number") {
 
 TEST_CASE("in free run the camera ticks by itself, at the rate asked for") {
     CameraBench bench(small_sensor(), 4, [](CameraSettings& s) {
-        s.trigger_enabled = false;
+        s.frame_trigger.enabled = false;
         s.frame_rate_hz = 200;
     });
     REQUIRE(bench.camera.acquisition_start());
@@ -450,7 +450,7 @@ TEST_CASE("a trigger divider lets the first of so many edges through, and the ot
 TEST_CASE("edges of the activation count, and those of the other kind are not missed") {
     const auto frames_of = [](TriggerActivation activation) {
         CameraBench bench(
-            small_sensor(), 8, [&](CameraSettings& s) { s.trigger_activation = activation; },
+            small_sensor(), 8, [&](CameraSettings& s) { s.frame_trigger.activation = activation; },
             sync::OverTrigger::count, LatePolicy::late, true);
         REQUIRE(bench.camera.acquisition_start());
         std::uint32_t expected = 0;
@@ -483,10 +483,10 @@ TEST_CASE("edges of the activation count, and those of the other kind are not mi
     const CameraLimits rising_only = CameraBench().camera.limits();
     CameraSettings s = whole_sensor(small_sensor());
     CHECK(explain_invalid(s, rising_only).empty());
-    s.trigger_activation = TriggerActivation::any_edge;
+    s.frame_trigger.activation = TriggerActivation::any_edge;
     CHECK(explain_invalid(s, rising_only) ==
           "TriggerActivation[FrameStart]: Line0 tells of rising edges only");
-    s.trigger_activation = TriggerActivation::falling_edge;
+    s.frame_trigger.activation = TriggerActivation::falling_edge;
     CHECK_FALSE(explain_invalid(s, rising_only).empty());
 }
 
@@ -529,7 +529,7 @@ TEST_CASE("an acquisition that waits for its own trigger takes no frame before")
     CameraBench free(small_sensor(), 8, [](CameraSettings& s) {
         s.start_trigger.enabled = true;
         s.start_trigger.source = TriggerSource::action1;
-        s.trigger_enabled = false;
+        s.frame_trigger.enabled = false;
         s.frame_rate_hz = 200;
     });
     REQUIRE(free.camera.acquisition_start());
@@ -582,7 +582,7 @@ TEST_CASE("the sequencer changes settings from frame to frame, and starts anew w
 
 TEST_CASE("without a frame rate the free run is as fast as the chip") {
     CameraBench bench(small_sensor(), 8, [](CameraSettings& s) {
-        s.trigger_enabled = false;
+        s.frame_trigger.enabled = false;
         s.frame_rate_hz = 0.01;
         s.frame_rate_enabled = false;
         s.exposure_ns = 5 * ns_per_ms;
@@ -679,7 +679,7 @@ TEST_CASE("exposure auto once ends by itself and leaves the exposure it found") 
 
 TEST_CASE("a burst is so many frames from its trigger on, at the rate of the free run") {
     CameraBench bench(small_sensor(), 6, [](CameraSettings& s) {
-        s.trigger_enabled = false;
+        s.frame_trigger.enabled = false;
         s.frame_rate_hz = 200;
         s.burst_trigger = {true, TriggerSource::software, TriggerActivation::rising_edge};
         s.burst_frame_count = 3;
@@ -741,7 +741,7 @@ TEST_CASE("with one line for burst and frames, its first edge begins the burst, 
 
 TEST_CASE("with a trigger for the exposure, that of the frame only readies the camera") {
     CameraBench bench(small_sensor(), 5, [](CameraSettings& s) {
-        s.trigger_source = TriggerSource::software;
+        s.frame_trigger.source = TriggerSource::software;
         s.exposure_trigger = {true, TriggerSource::line0, TriggerActivation::rising_edge};
     });
     REQUIRE(bench.camera.acquisition_start());
@@ -761,7 +761,7 @@ TEST_CASE("with a trigger for the exposure, that of the frame only readies the c
 
     // Without a trigger for frames every edge exposes one.
     CameraSettings s = bench.camera.settings();
-    s.trigger_enabled = false;
+    s.frame_trigger.enabled = false;
     s.trigger_divider = 2;
     CHECK_FALSE(bench.camera.apply(s));
     s.trigger_divider = 1;

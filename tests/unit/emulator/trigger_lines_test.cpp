@@ -47,8 +47,8 @@ void pause_ms(int ms) {
 
 TEST_CASE("each line is a source of its own, and frames say which one it was") {
     Bench bench([](CameraSettings& s) {
-        s.trigger_source = TriggerSource::line2;
-        s.trigger_activation = TriggerActivation::falling_edge;
+        s.frame_trigger.source = TriggerSource::line2;
+        s.frame_trigger.activation = TriggerActivation::falling_edge;
         s.start_trigger = {true, TriggerSource::line1, TriggerActivation::rising_edge};
     });
     REQUIRE(bench.camera.acquisition_start());
@@ -74,7 +74,7 @@ TEST_CASE("each line is a source of its own, and frames say which one it was") {
 
 TEST_CASE("while a level holds, frames follow each other at the frame rate") {
     Bench bench([](CameraSettings& s) {
-        s.trigger_activation = TriggerActivation::level_high;
+        s.frame_trigger.activation = TriggerActivation::level_high;
         s.frame_rate_hz = 200;
     });
     REQUIRE(bench.camera.acquisition_start());
@@ -98,7 +98,7 @@ TEST_CASE("while a level holds, frames follow each other at the frame rate") {
 
     // A level that is there when the acquisition begins counts at once; one that goes and comes, anew.
     Bench low([](CameraSettings& s) {
-        s.trigger_activation = TriggerActivation::level_low;
+        s.frame_trigger.activation = TriggerActivation::level_low;
         s.start_trigger = {true, TriggerSource::line2, TriggerActivation::level_high};
     });
     low.edge(2);
@@ -117,16 +117,16 @@ TEST_CASE("levels are for lines that tell of both edges, and not for every trigg
     Bench bench({});
     const CameraSettings plain = bench.camera.settings();
     CameraSettings s = plain;
-    s.trigger_activation = TriggerActivation::level_high;
+    s.frame_trigger.activation = TriggerActivation::level_high;
     CHECK(bench.camera.apply(s));
-    s.trigger_source = TriggerSource::line1;
+    s.frame_trigger.source = TriggerSource::line1;
     CHECK(bench.camera.explain(s) == "TriggerActivation[FrameStart]: Line1 tells of rising edges only");
     CHECK_FALSE(bench.camera.apply(s));
     s = plain;
     s.burst_trigger.activation = TriggerActivation::level_low;
     CHECK_FALSE(bench.camera.apply(s));
     s = plain;
-    s.trigger_activation = TriggerActivation::level_high;
+    s.frame_trigger.activation = TriggerActivation::level_high;
     s.exposure_trigger.enabled = true;
     CHECK_FALSE(bench.camera.apply(s));
     s = plain;
@@ -148,11 +148,11 @@ TEST_CASE("the width of the trigger's pulse is the exposure") {
         s.exposure_mode = ExposureMode::trigger_width;
         const TriggerChoice pulse{true, TriggerSource::line2, TriggerActivation::falling_edge};
         if (by_exposure_trigger) {
-            s.trigger_enabled = false;
+            s.frame_trigger.enabled = false;
             s.exposure_trigger = pulse;
         } else {
-            s.trigger_source = pulse.source;
-            s.trigger_activation = pulse.activation;
+            s.frame_trigger.source = pulse.source;
+            s.frame_trigger.activation = pulse.activation;
         }
     });
     REQUIRE(bench.camera.acquisition_start());
@@ -195,7 +195,7 @@ TEST_CASE("without a pulse to measure, exposures are timed") {
     REQUIRE(bench.camera.acquisition_start());
     std::uint32_t frames = 0;
     const auto take = [&](TriggerSource source, const std::function<void()>& trigger) {
-        s.trigger_source = source;
+        s.frame_trigger.source = source;
         REQUIRE(bench.camera.apply(s));
         bench.wait_ready();
         trigger();
@@ -213,7 +213,7 @@ TEST_CASE("the end of a counter is a trigger, once or every so many events") {
     CAPTURE(static_cast<int>(reset));
     Bench bench([&](CameraSettings& s) {
         s.counters[1] = {IoEvent::line0, reset, 3};
-        s.trigger_source = TriggerSource::counter1_end;
+        s.frame_trigger.source = TriggerSource::counter1_end;
     });
     bench.edge(0); // before the acquisition: counted all the same
     REQUIRE(bench.camera.acquisition_start());
@@ -226,7 +226,7 @@ TEST_CASE("the end of a counter is a trigger, once or every so many events") {
         ends.push_back(t);
         bench.wait_ended(static_cast<std::uint32_t>(ends.size()));
     }
-    const IoInputs in{bench.clock.now(), bench.camera.activity()};
+    const IoInputs in = io_inputs(bench.camera, bench.clock);
     CHECK(counter_value(bench.camera.settings().counters[1], 1, in) == (reset == CounterReset::off ? 3 : 0));
     if (reset == CounterReset::off) { // a reset lets it end once more
         bench.camera.reset_counter(1);
@@ -244,7 +244,7 @@ TEST_CASE("the end of a counter is a trigger, once or every so many events") {
 TEST_CASE("a counter of missed triggers triggers nothing, or it would for ever") {
     Bench bench([&](CameraSettings& s) {
         s.counters[0] = {IoEvent::frame_trigger_missed, CounterReset::counter_end, 1};
-        s.trigger_source = TriggerSource::counter0_end;
+        s.frame_trigger.source = TriggerSource::counter0_end;
         s.burst_trigger = {true, TriggerSource::software, TriggerActivation::rising_edge};
     });
     REQUIRE(bench.camera.acquisition_start());
@@ -258,7 +258,7 @@ TEST_CASE("a counter of missed triggers triggers nothing, or it would for ever")
 TEST_CASE("the end of a timer is a trigger at its exact instant") {
     Bench bench([](CameraSettings& s) {
         s.timers[0] = {IoEvent::line1, 10 * ns_per_ms, 40 * ns_per_ms};
-        s.trigger_source = TriggerSource::timer0_end;
+        s.frame_trigger.source = TriggerSource::timer0_end;
     });
     bench.edge(1); // in the past when the acquisition begins
     pause_ms(60);
@@ -280,14 +280,14 @@ TEST_CASE("a timer that a frame starts, and that starts the next one, is a clock
     constexpr std::int64_t pause_ns = 40 * ns_per_ms;
     Bench bench([](CameraSettings& s) {
         s.timers[1] = {IoEvent::exposure_end, 0, pause_ns};
-        s.trigger_source = TriggerSource::software;
+        s.frame_trigger.source = TriggerSource::software;
     });
     REQUIRE(bench.camera.acquisition_start());
     REQUIRE(bench.camera.software_trigger(bench.clock.now())); // something has to begin it
     bench.wait_ended(1);
     const Time exposed = bench.camera.activity().exposure_end;
     CameraSettings s = bench.camera.settings();
-    s.trigger_source = TriggerSource::timer1_end;
+    s.frame_trigger.source = TriggerSource::timer1_end;
     REQUIRE(bench.camera.apply(s));
     bench.wait_ended(3);
     const std::vector<Time> edges = bench.frame_edges();

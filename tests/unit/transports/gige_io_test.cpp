@@ -51,7 +51,7 @@ struct PaperCamera final : CameraControl {
         if (!explain_invalid(s, limits_).empty()) return false;
         for (std::size_t i = 0; i < counter_count; ++i)
             if (settings_.counters[i].source != s.counters[i].source)
-                marks.rebase_counter(i, count_of(s.counters[i].source, {clock.now(), activity()}));
+                marks.rebase_counter(i, count_of(s.counters[i].source, io_inputs(*this, clock)));
         settings_ = s;
         return true;
     }
@@ -61,7 +61,7 @@ struct PaperCamera final : CameraControl {
         return !std::exchange(running, true);
     }
     void reset_counter(std::size_t i) override {
-        marks.reset_counter(settings_.counters[i], i, {clock.now(), activity()});
+        marks.reset_counter(settings_.counters[i], i, io_inputs(*this, clock));
     }
     void reset_timer(std::size_t i) override { marks.reset_timer(i, clock.now()); }
     void acquisition_stop(bool) override { running = false; }
