@@ -4,7 +4,7 @@ find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(fmt REQUIRED)
 
-# Embree 4 (Debian 13) or 3 (Debian 12); renderer/embree_compat.hpp hides the difference.
+# Embree 4 (Debian 13) or 3 (Debian 12); renderer/shapes/embree_compat.hpp hides the difference.
 find_package(embree 4 QUIET)
 if(NOT embree_FOUND)
     find_package(embree 3 REQUIRED)

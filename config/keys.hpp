@@ -3,7 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/geometry.hpp"
-#include "core/sensor_description.hpp"
+#include "core/spectral_band.hpp"
 
 #include <cstddef>
 #include <cstdint>

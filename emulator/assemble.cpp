@@ -38,12 +38,12 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
 namespace {
 
 /// The line that frames are triggered by after reset; Line0 where none does.
-std::size_t trigger_line(const config::Config& config) {
-    const std::size_t line = line_of(config::camera_settings(config).frame_trigger.source);
+std::size_t trigger_line(const emulator::DaemonConfig& config) {
+    const std::size_t line = line_of(emulator::camera_settings(config).frame_trigger.source);
     return line < line_count ? line : 0;
 }
 
-LineEdges edges_of(const config::LineSection& line, bool always) {
+LineEdges edges_of(const emulator::LineSection& line, bool always) {
     if (line.source == "none" && !always) return {};
     if (line.source != "gpio") return {.rising = true};
     return {line.edge != "falling", line.edge != "rising"};
@@ -62,9 +62,9 @@ TriggerActivation activation_named(const std::string& name, const LineEdges& edg
 
 } // namespace
 
-sync::RationalRate nominal_trigger_rate(const config::Config& config) {
+sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
     const std::size_t number = trigger_line(config);
-    const config::LineSection& line = config.trigger.line_section(number);
+    const emulator::LineSection& line = config.trigger.line_section(number);
     const double rate_hz = line.rate_hz / line.divider;
     if (rate_hz < 1e-6)
         throw ConfigError(fmt::format(
@@ -73,7 +73,7 @@ sync::RationalRate nominal_trigger_rate(const config::Config& config) {
     return sync::rational_rate(rate_hz);
 }
 
-std::unique_ptr<renderer::Renderer> make_renderer(const config::Config& config, scene::Scene scene,
+std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
                                                   const ThreadPlan& threads) {
     const PinnedHere pinned(threads.render.cores); // the renderer's own threads take after this one
     return std::make_unique<renderer::Renderer>(
@@ -85,9 +85,9 @@ std::unique_ptr<renderer::Renderer> make_renderer(const config::Config& config, 
                                  static_cast<std::uint32_t>(config.render.max_instants)});
 }
 
-Imaging::Imaging(const config::Config& config, std::size_t pool_frames, const ThreadPlan& threads,
+Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
                  bool pixel_truth) {
-    camera.initial = config::camera_settings(config);
+    camera.initial = emulator::camera_settings(config);
     camera.limits =
         camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
     for (std::size_t i = 0; i < line_count; ++i)
@@ -153,12 +153,12 @@ std::int64_t from_us(double us) {
 
 } // namespace
 
-sync::ConditionerSettings conditioner_settings(const config::LineSection& line) {
+sync::ConditionerSettings conditioner_settings(const emulator::LineSection& line) {
     return {from_us(line.debounce_us), static_cast<std::uint32_t>(line.divider), from_us(line.delay_us)};
 }
 
-std::unique_ptr<sync::TriggerSource> make_trigger_source(const config::LineSection& line, const Clock& clock,
-                                                         const ThreadPlan& threads) {
+std::unique_ptr<sync::TriggerSource> make_trigger_source(const emulator::LineSection& line,
+                                                         const Clock& clock, const ThreadPlan& threads) {
     sync::SourceSettings settings;
     settings.kind = line.source;
     settings.rate_hz = line.rate_hz;
@@ -178,7 +178,8 @@ namespace {
 
 using TransportPtr = std::unique_ptr<transports::Transport>;
 
-transports::gige::FaultRule fault_rule(const config::Config& config, const config::FaultSection& section) {
+transports::gige::FaultRule fault_rule(const emulator::DaemonConfig& config,
+                                       const emulator::FaultSection& section) {
     transports::gige::FaultRule rule;
     if (!transports::gige::fault_from_name(section.kind, rule.fault))
         throw ConfigError(
@@ -193,7 +194,7 @@ transports::gige::FaultRule fault_rule(const config::Config& config, const confi
     return rule;
 }
 
-TransportPtr make_gige(const config::Config& config, CameraControl& control, const Clock& clock,
+TransportPtr make_gige(const emulator::DaemonConfig& config, CameraControl& control, const Clock& clock,
                        const ThreadPlan& threads) {
     if (!config.gige.enabled) return nullptr;
     transports::gige::GigeSettings settings;
@@ -219,15 +220,15 @@ TransportPtr make_gige(const config::Config& config, CameraControl& control, con
     settings.xml = config.gige.xml;
     settings.xml_values = config.gige.xml_values;
     settings.seed = config.daemon.seed;
-    for (const config::FaultSection& section : config.gige.faults)
+    for (const emulator::FaultSection& section : config.gige.faults)
         settings.faults.push_back(fault_rule(config, section));
     settings.realtime_priority = threads.transmit.priority;
     settings.cores = threads.transmit.cores;
     return std::make_unique<transports::gige::GigeCamera>(settings, control, clock);
 }
 
-TransportPtr make_file(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
-                       const ThreadPlan& /*threads*/) {
+TransportPtr make_file(const emulator::DaemonConfig& config, CameraControl& /*control*/,
+                       const Clock& /*clock*/, const ThreadPlan& /*threads*/) {
     if (!config.file.enabled) return nullptr;
     const std::filesystem::path directory = config.file.directory;
     std::error_code error;
@@ -236,11 +237,11 @@ TransportPtr make_file(const config::Config& config, CameraControl& /*control*/,
         throw OutputError(fmt::format("{}: file.directory: cannot make {}: {}", config.source.string(),
                                       directory.string(), error.message()));
     return std::make_unique<transports::FileSink>(
-        transports::FileSinkSettings{directory, transports::frame_format(config.file.format),
+        transports::FileSinkSettings{directory, images::frame_format(config.file.format),
                                      static_cast<std::size_t>(config.file.queue_frames), config.file.truth});
 }
 
-TransportPtr make_v4l2(const config::Config& config, CameraControl& control, const Clock& /*clock*/,
+TransportPtr make_v4l2(const emulator::DaemonConfig& config, CameraControl& control, const Clock& /*clock*/,
                        const ThreadPlan& threads) {
     if (!config.v4l2.enabled) return nullptr;
     transports::V4l2Settings settings;
@@ -260,9 +261,9 @@ TransportPtr make_v4l2(const config::Config& config, CameraControl& control, con
     return std::make_unique<transports::V4l2Output>(settings);
 }
 
-TransportPtr make_stimulator(const config::Config& config, CameraControl& /*control*/, const Clock& /*clock*/,
-                             const ThreadPlan& threads) {
-    const config::StimulatorSection& section = config.stimulator;
+TransportPtr make_stimulator(const emulator::DaemonConfig& config, CameraControl& /*control*/,
+                             const Clock& /*clock*/, const ThreadPlan& threads) {
+    const emulator::StimulatorSection& section = config.stimulator;
     if (!section.enabled) return nullptr;
     transports::StimulatorSettings settings;
     settings.vendor_id = static_cast<std::uint16_t>(section.vendor_id);
@@ -288,7 +289,8 @@ TransportPtr make_stimulator(const config::Config& config, CameraControl& /*cont
 }
 
 // One line for each kind of transport.
-constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const Clock&, const ThreadPlan&) = {
+constexpr TransportPtr (*makers[])(const emulator::DaemonConfig&, CameraControl&, const Clock&,
+                                   const ThreadPlan&) = {
     make_file,
     make_gige,
     make_v4l2,
@@ -297,7 +299,7 @@ constexpr TransportPtr (*makers[])(const config::Config&, CameraControl&, const 
 
 } // namespace
 
-std::vector<TransportPtr> make_transports(const config::Config& config, CameraControl& control,
+std::vector<TransportPtr> make_transports(const emulator::DaemonConfig& config, CameraControl& control,
                                           const Clock& clock, const ThreadPlan& threads) {
     std::vector<TransportPtr> made;
     for (const auto make : makers)
@@ -306,7 +308,7 @@ std::vector<TransportPtr> make_transports(const config::Config& config, CameraCo
     return made;
 }
 
-std::size_t frames_needed(const config::Config& config) {
+std::size_t frames_needed(const emulator::DaemonConfig& config) {
     std::size_t frames = Releaser::frames_in_flight + 1;
     ++frames; // the last one, under deadline.policy "repeat", which may be chosen while running
     if (config.gige.enabled) frames += static_cast<std::size_t>(config.gige.history_frames) + 2;

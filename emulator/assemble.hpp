@@ -1,9 +1,9 @@
 // From a configuration to the objects that make frames, and to the transports that take them away.
 #pragma once
 
-#include "config/config.hpp"
 #include "core/clock.hpp"
 #include "emulator/camera.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/simulator_server.hpp"
 #include "emulator/thread_plan.hpp"
@@ -29,7 +29,7 @@ namespace obscura::emulator {
 struct Imaging {
     /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `pixel_truth`: with
     /// the truth about each pixel. Throws Error.
-    Imaging(const config::Config& config, std::size_t pool_frames, const ThreadPlan& threads = {},
+    Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
             bool pixel_truth = false);
 
     /// The order for frame `frame_id` with the configuration's own camera settings, in nominal scene time.
@@ -50,7 +50,7 @@ struct Imaging {
 
 /// The renderer of `scene` with the configuration's settings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
-make_renderer(const config::Config& config, scene::Scene scene, const ThreadPlan& threads);
+make_renderer(const emulator::DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
 
 /// The limits that a sensor sets to the settings of its camera. `rows_max`: of composed images; 0: as many as
 /// the sensor has.
@@ -58,21 +58,21 @@ make_renderer(const config::Config& config, scene::Scene scene, const ThreadPlan
 
 /// Rate of the line that triggers frames after reset (Line0 where none does) behind its divider. Throws
 /// ConfigError when it is too low to be counted in.
-[[nodiscard]] sync::RationalRate nominal_trigger_rate(const config::Config& config);
+[[nodiscard]] sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config);
 
 /// What happens to the edges of a line before the camera sees them.
-[[nodiscard]] sync::ConditionerSettings conditioner_settings(const config::LineSection& line);
+[[nodiscard]] sync::ConditionerSettings conditioner_settings(const emulator::LineSection& line);
 
 /// The source wired to a line, or null. Throws ConfigError.
 [[nodiscard]] std::unique_ptr<sync::TriggerSource>
-make_trigger_source(const config::LineSection& line, const Clock& clock, const ThreadPlan& threads);
+make_trigger_source(const emulator::LineSection& line, const Clock& clock, const ThreadPlan& threads);
 
 /// Every transport the configuration enables, none of them started. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>
-make_transports(const config::Config& config, CameraControl& control, const Clock& clock,
+make_transports(const emulator::DaemonConfig& config, CameraControl& control, const Clock& clock,
                 const ThreadPlan& threads);
 
 /// Frames of the pool that the enabled transports and the pipeline may hold at one time.
-[[nodiscard]] std::size_t frames_needed(const config::Config& config);
+[[nodiscard]] std::size_t frames_needed(const emulator::DaemonConfig& config);
 
 } // namespace obscura::emulator

@@ -28,7 +28,7 @@ LatePolicy late_policy(const std::string& name) {
 
 } // namespace
 
-CameraUnit::CameraUnit(const config::Config& config, const ThreadPlan& threads, LogRing& log,
+CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                        const sync::PtpMonitor* ptp)
     : begins_at_once_(config.daemon.autostart || !config.gige.enabled),
       gige_port_(config.gige.port),
@@ -104,7 +104,7 @@ void CameraUnit::step_with(sync::SoftwareTrigger* source) {
     if (simulator_) simulator_->step_with(source);
 }
 
-std::string CameraUnit::prepare(const config::Config& next, const std::function<void()>& meanwhile) {
+std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::function<void()>& meanwhile) {
     next_fingerprint_ = scene_fingerprint(next.scene_file);
     if (next_fingerprint_ == scene_fingerprint_) return {};
     const scene::Scene &before = imaging_->renderer->scene(), &after = next.scene;
@@ -123,7 +123,7 @@ std::string CameraUnit::prepare(const config::Config& next, const std::function<
     return {};
 }
 
-void CameraUnit::take_on(const config::Config& next) {
+void CameraUnit::take_on(const emulator::DaemonConfig& next) {
     releaser_->set_late_policy(late_policy(next.deadline.policy), std::llround(next.deadline.grace_us * 1e3));
     if (!next_renderer_) return;
     imaging_->maker->replace_renderer(*next_renderer_);

@@ -1,10 +1,10 @@
 // One camera of the daemon and all that is its own: images, release of rows, transports.
 #pragma once
 
-#include "config/config.hpp"
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/camera.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "emulator/output_lines.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/simulator_server.hpp"
@@ -27,7 +27,7 @@ namespace obscura::emulator {
 class CameraUnit {
 public:
     /// Loads and allocates; opens nothing. `log` and `ptp`, if any, must outlive the unit. Throws Error.
-    CameraUnit(const config::Config& config, const ThreadPlan& threads, LogRing& log,
+    CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                const sync::PtpMonitor* ptp);
     ~CameraUnit();
     CameraUnit(const CameraUnit&) = delete;
@@ -43,9 +43,10 @@ public:
     void step_with(sync::SoftwareTrigger* source);
     /// First half of a reload, which may fail: a scene that differs is built, while frames go on and
     /// `meanwhile` is called several times a second. The reason why that cannot be, or nothing. Throws Error.
-    [[nodiscard]] std::string prepare(const config::Config& next, const std::function<void()>& meanwhile);
+    [[nodiscard]] std::string prepare(const emulator::DaemonConfig& next,
+                                      const std::function<void()>& meanwhile);
     /// Second half, which cannot: scene and late policy change from the next frame on.
-    void take_on(const config::Config& next);
+    void take_on(const emulator::DaemonConfig& next);
     /// Forgets what prepare() built.
     void dismiss() { next_renderer_.reset(); }
 

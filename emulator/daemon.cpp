@@ -24,9 +24,9 @@ void Daemon::TriggerLine::let_step(bool with_source) const {
         unit->step_with(with_source ? dynamic_cast<sync::SoftwareTrigger*>(source.get()) : nullptr);
 }
 
-Daemon::Daemon(config::Config config) : config_(std::move(config)) {
+Daemon::Daemon(emulator::DaemonConfig config) : config_(std::move(config)) {
     threads_ = granted_threads(config_);
-    const std::vector<const config::Config*> cameras = config_.cameras();
+    const std::vector<const emulator::DaemonConfig*> cameras = config_.cameras();
     if (config_.ptp.enabled) {
         sync::PtpMonitorSettings ptp;
         ptp.socket = config_.ptp.socket;
@@ -34,23 +34,23 @@ Daemon::Daemon(config::Config config) : config_(std::move(config)) {
         ptp.lock_ns = std::llround(config_.ptp.lock_us * 1e3);
         ptp_ = std::make_unique<sync::PtpMonitor>(ptp);
     }
-    for (const config::Config* camera : cameras)
+    for (const emulator::DaemonConfig* camera : cameras)
         units_.push_back(std::make_unique<CameraUnit>(*camera, threads_, log_, ptp_.get()));
     for (std::size_t number = 0; number < line_count; ++number)
         wire(number, cameras);
 }
 
-void Daemon::wire(std::size_t number, const std::vector<const config::Config*>& cameras) {
+void Daemon::wire(std::size_t number, const std::vector<const emulator::DaemonConfig*>& cameras) {
     // Cameras without a [trigger] of their own share one; a further line, all who describe it in the same
     // way.
-    const auto shares = [&](const TriggerLine& line, const config::Config& camera) {
-        const config::Config& other = *cameras[line.config];
+    const auto shares = [&](const TriggerLine& line, const emulator::DaemonConfig& camera) {
+        const emulator::DaemonConfig& other = *cameras[line.config];
         if (line.number != number) return false;
         return number == 0 ? !camera.own_trigger && !other.own_trigger
                            : camera.trigger.line_section(number) == other.trigger.line_section(number);
     };
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-        const config::LineSection& section = cameras[i]->trigger.line_section(number);
+        const emulator::LineSection& section = cameras[i]->trigger.line_section(number);
         if (number > 0 && section.source == "none") continue;
         const auto shared = std::find_if(lines_.begin(), lines_.end(),
                                          [&](const auto& line) { return shares(*line, *cameras[i]); });
@@ -109,13 +109,13 @@ void Daemon::stop() {
     tick();
 }
 
-std::string Daemon::reload(config::Config next, const std::function<void()>& meanwhile) {
+std::string Daemon::reload(emulator::DaemonConfig next, const std::function<void()>& meanwhile) {
     std::string refused;
     const std::vector<std::string> changed = changed_keys(config_, next);
     for (const std::string& key : changed)
         if (!is_reloadable(key)) refused += (refused.empty() ? "" : ", ") + key;
     if (!refused.empty()) return fmt::format("{} cannot change while running; restart for that", refused);
-    const std::vector<const config::Config*> cameras = next.cameras();
+    const std::vector<const emulator::DaemonConfig*> cameras = next.cameras();
 
     // What may fail comes first: scenes, then clocks. The rest cannot.
     try {
@@ -142,7 +142,7 @@ std::string Daemon::reload(config::Config next, const std::function<void()>& mea
     return refused;
 }
 
-void Daemon::replace_trigger(TriggerLine& line, const config::Config& camera) {
+void Daemon::replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera) {
     auto conditioner =
         std::make_unique<sync::Conditioner>(conditioner_settings(camera.trigger), line.cameras);
     auto source = make_trigger_source(camera.trigger, units_[line.config]->clock(), threads_);

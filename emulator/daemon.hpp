@@ -1,10 +1,10 @@
 // The daemon as an object: everything a configuration asks for, started in order and stopped in reverse.
 #pragma once
 
-#include "config/config.hpp"
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/camera_unit.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "emulator/supervisor.hpp"
 #include "emulator/thread_plan.hpp"
 #include "sync/conditioner.hpp"
@@ -25,7 +25,7 @@ namespace obscura::emulator {
 class Daemon {
 public:
     /// Loads and allocates; opens nothing. Throws Error.
-    explicit Daemon(config::Config config);
+    explicit Daemon(emulator::DaemonConfig config);
     ~Daemon();
     Daemon(const Daemon&) = delete;
     Daemon& operator=(const Daemon&) = delete;
@@ -44,7 +44,8 @@ public:
     /// reason is the result. Frames in work are not disturbed; a scene is built while frames go on, and
     /// `meanwhile` is called several times a second during that. Throws Error when the new scene or trigger
     /// source cannot be had; the old one goes on then.
-    [[nodiscard]] std::string reload(config::Config next, const std::function<void()>& meanwhile = {});
+    [[nodiscard]] std::string reload(emulator::DaemonConfig next,
+                                     const std::function<void()>& meanwhile = {});
     /// From now on tick() appends the stamps of every frame of that camera to `out`, as CSV. `out` must
     /// outlive the daemon.
     void write_timing_to(std::ostream& out, std::size_t camera = 0);
@@ -79,12 +80,12 @@ private:
         void let_step(bool with_source) const;
     };
 
-    void wire(std::size_t number, const std::vector<const config::Config*>& cameras);
+    void wire(std::size_t number, const std::vector<const emulator::DaemonConfig*>& cameras);
     void publish_clock_states();
-    void replace_trigger(TriggerLine& line, const config::Config& camera);
+    void replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera);
     [[nodiscard]] std::string statistics_of(std::size_t unit) const;
 
-    config::Config config_;
+    emulator::DaemonConfig config_;
     ThreadPlan threads_;
     Supervisor supervisor_;
     Time last_alive_;

@@ -1,13 +1,13 @@
 // The daemon's main program: command line, signals, start in order, end in reverse.
-#include "config/config.hpp"
 #include "core/capabilities.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/service_notify.hpp"
 #include "emulator/version.hpp"
-#include "transports/gige/user_xml.hpp"
+#include "transports/gige/genicam/user_xml.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -74,7 +74,7 @@ void reload(emulator::Daemon& daemon, const std::string& config_file,
     emulator::notify_service_manager(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
     try {
-        const config::Config next = config::load(config_file);
+        const emulator::DaemonConfig next = emulator::load_config(config_file);
         const std::string refusal = daemon.reload(next, meanwhile);
         if (refusal.empty()) {
             set_log_level(level_of(next.daemon.log_level));
@@ -127,14 +127,14 @@ void give_up_capabilities(int priority) {
 
 int run(const Options& options) {
     const sigset_t signals = block_signals();
-    const config::Config config = config::load(options.config_file);
+    const emulator::DaemonConfig config = emulator::load_config(options.config_file);
     if (options.print_config) {
-        std::fputs(config::print(config).c_str(), stdout);
+        std::fputs(emulator::print_config(config).c_str(), stdout);
         return exit_ok;
     }
     set_log_level(level_of(config.daemon.log_level));
     if (options.check) {
-        for (const config::Config* camera : config.cameras()) {
+        for (const emulator::DaemonConfig* camera : config.cameras()) {
             const emulator::Imaging everything_loads(*camera, 1);
             if (!camera->gige.xml.empty()) transports::gige::check_xml_file(camera->gige.xml);
         }

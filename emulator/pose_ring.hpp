@@ -1,7 +1,7 @@
 // Poses with stamps that arrive while the program runs, for whatever moves in the scene.
 #pragma once
 
-#include "core/scene.hpp"
+#include "renderer/scene/scene.hpp"
 
 #include <array>
 #include <atomic>

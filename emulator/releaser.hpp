@@ -4,10 +4,10 @@
 #include "core/clock.hpp"
 #include "core/frame.hpp"
 #include "core/heartbeat.hpp"
+#include "core/latency_histogram.hpp"
 #include "core/realtime.hpp"
 #include "core/wakeup.hpp"
 #include "emulator/frame_maker.hpp"
-#include "emulator/latency.hpp"
 #include "emulator/timing_log.hpp"
 
 #include <array>

@@ -47,15 +47,16 @@ void flatten(const config::Value& value, const std::string& name, Values& values
     }
 }
 
-Values values_of(const config::Config& config) {
+Values values_of(const emulator::DaemonConfig& config) {
     Values values;
-    flatten(config::parse_text(config::print(config), "effective configuration"), "", values);
+    flatten(config::parse_text(emulator::print_config(config), "effective configuration"), "", values);
     return values;
 }
 
 } // namespace
 
-std::vector<std::string> changed_keys(const config::Config& before, const config::Config& after) {
+std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
+                                      const emulator::DaemonConfig& after) {
     const auto old_values = values_of(before), new_values = values_of(after);
     std::vector<std::string> changed;
     for (const auto& [key, value] : new_values) {

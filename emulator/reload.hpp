@@ -1,7 +1,7 @@
 // Which keys of a configuration may change while the daemon runs.
 #pragma once
 
-#include "config/config.hpp"
+#include "emulator/config/daemon_config.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -12,8 +12,8 @@ namespace obscura::emulator {
 
 /// Names of the keys ("gige.port") that differ between two configurations, as printed. What the scene file
 /// holds is not compared.
-[[nodiscard]] std::vector<std::string> changed_keys(const config::Config& before,
-                                                    const config::Config& after);
+[[nodiscard]] std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
+                                                    const emulator::DaemonConfig& after);
 
 /// Of the scene file and of every file that it names: changes when one of them does. 0 when it cannot be
 /// read.

@@ -72,7 +72,7 @@ void SimulatorServer::start() {
     const auto fail = [this] {
         throw HardwareError(fmt::format("simulator.listen: {}: {}", listen_, std::strerror(errno)));
     };
-    tcp_ = sync::FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    tcp_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const int on = 1;
     if (!tcp_) fail();
     ::setsockopt(tcp_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -80,9 +80,9 @@ void SimulatorServer::start() {
     socklen_t size = sizeof address;
     ::getsockname(tcp_.get(), reinterpret_cast<sockaddr*>(&address), &size);
     port_ = ntohs(address.sin_port);
-    udp_ = sync::FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    udp_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     if (!udp_ || ::bind(udp_.get(), name, sizeof address) != 0) fail();
-    wake_ = sync::FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (!wake_) fail();
     stopping_ = false;
     thread_ = std::thread([this] { work(); });
@@ -97,8 +97,8 @@ void SimulatorServer::stop() {
     heartbeat_.rest();
     clients_.clear();
     step_ = {};
-    for (sync::FileDescriptor* fd : {&tcp_, &udp_, &wake_})
-        *fd = sync::FileDescriptor();
+    for (FileDescriptor* fd : {&tcp_, &udp_, &wake_})
+        *fd = FileDescriptor();
 }
 
 void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
@@ -141,7 +141,7 @@ void SimulatorServer::work() {
 }
 
 void SimulatorServer::accept_client() {
-    sync::FileDescriptor fd(::accept4(tcp_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    FileDescriptor fd(::accept4(tcp_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) return;
     if (clients_.size() >= most_clients) {
         refused_.fetch_add(1);

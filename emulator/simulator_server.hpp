@@ -1,12 +1,12 @@
 // The port for a simulator: it says where things are, and in lockstep when the next frame is.
 #pragma once
 
+#include "core/file_descriptor.hpp"
 #include "core/heartbeat.hpp"
 #include "core/time.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/pose_ring.hpp"
 #include "emulator/simulator_protocol.hpp"
-#include "sync/file_descriptor.hpp"
 #include "sync/software.hpp"
 
 #include <atomic>
@@ -56,7 +56,7 @@ public:
 
 private:
     struct Client {
-        sync::FileDescriptor fd;
+        FileDescriptor fd;
         std::string input;
         bool gone = false;
         Time last_step{-1}; ///< of this connection
@@ -88,7 +88,7 @@ private:
     const Clock& clock_;
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, stepping_{false};
-    sync::FileDescriptor tcp_, udp_, wake_;
+    FileDescriptor tcp_, udp_, wake_;
     std::uint16_t port_ = 0;
     std::vector<std::unique_ptr<Client>> clients_;
     Step step_;

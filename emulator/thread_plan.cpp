@@ -39,8 +39,8 @@ void reduce_cores(ThreadPlan& plan, bool required) {
 
 } // namespace
 
-ThreadPlan configured_threads(const config::Config& config) {
-    const config::ThreadsSection& s = config.threads;
+ThreadPlan configured_threads(const emulator::DaemonConfig& config) {
+    const emulator::ThreadsSection& s = config.threads;
     const auto cores = [](const std::string& text) { return parse_cores(text).value_or(CoreSet{}); };
     return {{s.trigger_priority, cores(s.trigger_cores)},
             {s.pipeline_priority, cores(s.pipeline_cores)},
@@ -57,7 +57,7 @@ int highest_priority(const ThreadPlan& plan) noexcept {
                      plan.release.priority, control, plan.display.priority});
 }
 
-ThreadPlan granted_threads(const config::Config& config) {
+ThreadPlan granted_threads(const emulator::DaemonConfig& config) {
     const std::string& wish = config.daemon.realtime;
     ThreadPlan plan = configured_threads(config);
     reduce_cores(plan, wish == "required");

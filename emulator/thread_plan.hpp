@@ -1,8 +1,8 @@
 // Which thread runs where and how urgently, and what of that the machine grants.
 #pragma once
 
-#include "config/config.hpp"
 #include "core/realtime.hpp"
+#include "emulator/config/daemon_config.hpp"
 
 namespace obscura::emulator {
 
@@ -17,13 +17,13 @@ struct ThreadPlan {
     ThreadSettings render;   ///< the renderer's workers: cores only
 };
 
-/// What [threads] asks for. Its texts are good: config::load() has looked.
-[[nodiscard]] ThreadPlan configured_threads(const config::Config& config);
+/// What [threads] asks for. Its texts are good: emulator::load_config() has looked.
+[[nodiscard]] ThreadPlan configured_threads(const emulator::DaemonConfig& config);
 
 /// The plan reduced to what is granted, with a line in the log for whatever is not: no priorities where
 /// SCHED_FIFO is off or not permitted, no cores that this process may not use. Throws HardwareError where
 /// daemon.realtime is "required".
-[[nodiscard]] ThreadPlan granted_threads(const config::Config& config);
+[[nodiscard]] ThreadPlan granted_threads(const emulator::DaemonConfig& config);
 
 /// The highest SCHED_FIFO priority in the plan; 0: none.
 [[nodiscard]] int highest_priority(const ThreadPlan& plan) noexcept;

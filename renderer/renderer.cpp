@@ -1,24 +1,24 @@
 #include "renderer/renderer.hpp"
 
 #include "core/solar_spectrum.hpp"
-#include "renderer/aberration.hpp"
-#include "renderer/block_tracer.hpp"
-#include "renderer/build.hpp"
-#include "renderer/exposure.hpp"
-#include "renderer/footprint.hpp"
-#include "renderer/kinematics.hpp"
-#include "renderer/lattice.hpp"
-#include "renderer/layers.hpp"
-#include "renderer/path_tracer.hpp"
-#include "renderer/projection.hpp"
-#include "renderer/psf.hpp"
-#include "renderer/row_state.hpp"
-#include "renderer/sampler.hpp"
-#include "renderer/spectrum.hpp"
-#include "renderer/star_field.hpp"
-#include "renderer/stray_light.hpp"
-#include "renderer/tracer.hpp"
-#include "renderer/vector_math.hpp"
+#include "renderer/camera/aberration.hpp"
+#include "renderer/camera/gaussian_psf.hpp"
+#include "renderer/camera/projection.hpp"
+#include "renderer/camera/psf.hpp"
+#include "renderer/camera/stray_light.hpp"
+#include "renderer/integrators/block_tracer.hpp"
+#include "renderer/integrators/lattice.hpp"
+#include "renderer/integrators/layers.hpp"
+#include "renderer/integrators/path_tracer.hpp"
+#include "renderer/integrators/tracer.hpp"
+#include "renderer/lights/spectrum.hpp"
+#include "renderer/lights/star_field.hpp"
+#include "renderer/packets/sampler.hpp"
+#include "renderer/packets/vector_math.hpp"
+#include "renderer/world/build.hpp"
+#include "renderer/world/exposure.hpp"
+#include "renderer/world/kinematics.hpp"
+#include "renderer/world/row_state.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/global_control.h>
@@ -134,7 +134,7 @@ struct Renderer::Impl {
         settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
         settings.max_instants = std::max(1u, settings.max_instants);
         settings.max_bounces = std::max(settings.max_bounces, scene.max_bounces);
-        for (const scene::SpectralBand& band : scene.bands)
+        for (const SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
         lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
         plain = settings.max_bounces == 0 && scene.lamps.empty() && !(psf && psf->chromatic()) &&

@@ -1,7 +1,7 @@
 // The transfer curve of an imperfect analogue-to-digital converter.
 #pragma once
 
-#include "core/sensor_description.hpp"
+#include "sensors/description.hpp"
 
 #include <cstdint>
 #include <vector>

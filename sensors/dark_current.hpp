@@ -1,7 +1,7 @@
 // How dark current and reset noise depend on temperature.
 #pragma once
 
-#include "core/sensor_description.hpp"
+#include "sensors/description.hpp"
 
 namespace obscura::sensors {
 

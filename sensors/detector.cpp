@@ -99,7 +99,7 @@ const SensorDescription& checked(const SensorDescription& d, double aperture_m) 
 
 } // namespace
 
-DetectorState::DetectorState(const SensorDescription& d, std::span<const scene::SpectralBand> bands,
+DetectorState::DetectorState(const SensorDescription& d, std::span<const SpectralBand> bands,
                              double aperture_m, std::uint64_t noise_seed)
     : settings(checked(d, aperture_m).detector),
       sensor_width(d.readout.width),
@@ -114,7 +114,7 @@ DetectorState::DetectorState(const SensorDescription& d, std::span<const scene::
       dark_ratio(dark_current_ratio(settings, settings.temperature_c, settings.dark_reference_c)),
       reset_e(reset_noise_e(settings)) {
     const double pupil_m2 = std::numbers::pi / 4 * aperture_m * aperture_m;
-    for (const scene::SpectralBand& band : bands)
+    for (const SpectralBand& band : bands)
         electrons_per_s.push_back(pupil_m2 * settings.transmission * settings.fill_factor *
                                   electrons_per_joule(settings.quantum_efficiency, band));
     if (settings.lag > 0)
@@ -125,7 +125,7 @@ struct Detector::Impl {
     DetectorState state;
 };
 
-Detector::Detector(const SensorDescription& description, std::span<const scene::SpectralBand> bands,
+Detector::Detector(const SensorDescription& description, std::span<const SpectralBand> bands,
                    double aperture_m, std::uint64_t seed)
     : impl_(new Impl{DetectorState(description, bands, aperture_m, seed)}) {}
 

@@ -14,7 +14,7 @@
 namespace obscura::sensors {
 
 struct DetectorState {
-    DetectorState(const SensorDescription& description, std::span<const scene::SpectralBand> bands,
+    DetectorState(const SensorDescription& description, std::span<const SpectralBand> bands,
                   double aperture_m, std::uint64_t noise_seed);
 
     DetectorSettings settings;

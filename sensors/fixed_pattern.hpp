@@ -1,7 +1,7 @@
 // What is fixed in one specimen of a sensor: response, dark current, offsets, defects.
 #pragma once
 
-#include "core/sensor_description.hpp"
+#include "sensors/description.hpp"
 
 #include <cstdint>
 #include <filesystem>

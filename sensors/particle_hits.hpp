@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/frame.hpp"
-#include "core/sensor_description.hpp"
 #include "core/time.hpp"
+#include "sensors/description.hpp"
 #include "sensors/kernels.hpp"
 
 #include <array>

@@ -24,7 +24,7 @@ double quantum_efficiency(std::span<const SpectralPoint> table, double wavelengt
            (b.value - a.value) * (wavelength_m - a.wavelength_m) / (b.wavelength_m - a.wavelength_m);
 }
 
-double electrons_per_joule(std::span<const SpectralPoint> table, scene::SpectralBand band) {
+double electrons_per_joule(std::span<const SpectralPoint> table, SpectralBand band) {
     constexpr int steps =
         4000; // midpoint rule: the efficiency is piecewise linear, the spectrum in steps of 10 nm
     double electrons = 0, energy = 0;

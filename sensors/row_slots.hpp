@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/frame.hpp"
-#include "core/sensor_description.hpp"
+#include "sensors/description.hpp"
 
 #include <array>
 #include <cstdint>

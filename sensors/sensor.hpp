@@ -4,9 +4,9 @@
 
 #include "core/frame.hpp"
 #include "core/region.hpp"
-#include "core/scene.hpp"
-#include "core/sensor_description.hpp"
+#include "core/spectral_band.hpp"
 #include "core/time.hpp"
+#include "sensors/description.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -109,8 +109,8 @@ class Detector {
 public:
     /// `seed` drives the temporal noise, `description.serial` the fixed patterns. Throws ConfigError, and
     /// InputError for maps that cannot be used.
-    Detector(const SensorDescription& description, std::span<const scene::SpectralBand> bands,
-             double aperture_m, std::uint64_t seed);
+    Detector(const SensorDescription& description, std::span<const SpectralBand> bands, double aperture_m,
+             std::uint64_t seed);
     ~Detector();
     Detector(Detector&&) noexcept;
     Detector& operator=(Detector&&) noexcept;

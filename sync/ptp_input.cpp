@@ -1,8 +1,8 @@
 #include "sync/ptp_input.hpp"
 
 #include "core/error.hpp"
+#include "core/file_descriptor.hpp"
 #include "sync/clock_reading.hpp"
-#include "sync/file_descriptor.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #include "sync/udp_input.hpp"
 
 #include "core/error.hpp"
+#include "core/file_descriptor.hpp"
 #include "sync/clock_reading.hpp"
-#include "sync/file_descriptor.hpp"
 #include "sync/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>

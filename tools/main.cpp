@@ -1,7 +1,7 @@
 // obscura VERB ...: the command line beside the daemon.
 #include "core/suggestion.hpp"
-#include "tools/interrupt.hpp"
-#include "tools/verb.hpp"
+#include "tools/support/interrupt.hpp"
+#include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // How long the detector takes for a frame, beside a loop over the standard library's generators. JSON.
-#include "config/config.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/sensor.hpp"
+#include "sensors/sensor_file.hpp"
 
 #include <fmt/format.h>
 #include <hwy/targets.h>
@@ -46,7 +46,7 @@ Took best_of(int repeats, Work work) {
     return best;
 }
 
-const scene::SpectralBand band{500e-9, 600e-9};
+const SpectralBand band{500e-9, 600e-9};
 constexpr double aperture_m = 0.02;
 
 struct Case {
@@ -95,7 +95,7 @@ Took standard(const SensorDescription& d, double mean) {
 
 int main(int argc, char** argv) {
     const SensorDescription d =
-        config::load_sensor(argc > 1 ? argv[1] : OBSCURA_SOURCE_DIR "/config/sensors/has2.toml");
+        sensors::load_sensor(argc > 1 ? argv[1] : OBSCURA_SOURCE_DIR "/config/sensors/has2.toml");
     const Detector detector(d, {&band, 1}, aperture_m, 1);
     const std::int32_t w = d.readout.width, h = d.readout.height;
     const std::int64_t exposure = 66 * ns_per_ms;

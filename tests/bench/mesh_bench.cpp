@@ -4,9 +4,9 @@
 //   mesh_bench FILE           a mesh file, read and built
 //   mesh_bench FILE assimp    the same through assimp, whatever reader would be chosen
 #include "core/error.hpp"
-#include "renderer/assimp_reader.hpp"
-#include "renderer/mesh_file.hpp"
-#include "renderer/mesh_shape.hpp"
+#include "renderer/mesh_files/assimp.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/shapes/mesh_shape.hpp"
 #include "tests/support/wavy_mesh.hpp"
 
 #include <fmt/format.h>

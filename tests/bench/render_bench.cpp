@@ -5,7 +5,7 @@
 // a shadow ray, and how much faster two threads are than one (wall time: of an idle machine only).
 #include "core/philox.hpp"
 #include "core/solar_spectrum.hpp"
-#include "renderer/material.hpp"
+#include "renderer/materials/material.hpp"
 #include "renderer/renderer.hpp"
 #include "tests/bench/asteroid_200k.hpp"
 #include "tests/support/temp_folder.hpp"

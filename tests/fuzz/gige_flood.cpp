@@ -7,9 +7,9 @@
 #include "core/clock.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/pattern_camera.hpp"
-#include "transports/gige/bytes.hpp"
 #include "transports/gige/gige.hpp"
-#include "transports/gige/gvcp.hpp"
+#include "transports/gige/wire/bytes.hpp"
+#include "transports/gige/wire/gvcp.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

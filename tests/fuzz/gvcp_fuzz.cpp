@@ -4,7 +4,7 @@
 // adds 256), then in the second byte bit 1: sent by the other client, bit 2: broadcast, bits 3-7: time that
 // passes, in 100 ms.
 #include "core/clock.hpp"
-#include "transports/gige/control_port.hpp"
+#include "transports/gige/control/control_port.hpp"
 
 #include <cstdlib>
 #include <span>

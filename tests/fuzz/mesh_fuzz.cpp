@@ -3,10 +3,10 @@
 //
 // Input: a byte that chooses the format (even: OBJ, odd: PDS plates), then the file.
 #include "core/error.hpp"
-#include "renderer/mesh_file.hpp"
-#include "renderer/obj_reader.hpp"
-#include "renderer/plate_reader.hpp"
-#include "renderer/triangle_mesh.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/mesh_files/obj.hpp"
+#include "renderer/mesh_files/plate.hpp"
+#include "renderer/shapes/triangle_mesh.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -6,9 +6,9 @@
 #include "core/clock.hpp"
 #include "tests/support/loopback_interface.hpp"
 #include "tests/support/plain_frame.hpp"
-#include "transports/gige/bytes.hpp"
-#include "transports/gige/gvcp_parser.hpp"
-#include "transports/gige/gvsp_sender.hpp"
+#include "transports/gige/channels/gvsp_sender.hpp"
+#include "transports/gige/wire/bytes.hpp"
+#include "transports/gige/wire/gvcp_parser.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>

@@ -1,9 +1,9 @@
 // libFuzzer target: a whole scene file, from its text to a picture of a few pixels. Whatever it says, it is
 // refused in one line or rendered to numbers from 0 up. The files beside it (mesh, textures, tables) are good
 // ones; others' readers have targets of their own.
-#include "config/config.hpp"
 #include "core/error.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/scene/scene_file.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 
 #include <cmath>
@@ -81,7 +81,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string_view text(reinterpret_cast<const char*>(data), size);
     if (size > 16384 || text.find("..") != text.npos || text.find('/') != text.npos) return 0;
     try {
-        scene::Scene s = config::load_scene(folder.write("scene.toml", text));
+        scene::Scene s = scene::load_scene(folder.write("scene.toml", text));
         if (heavy(s, folder.path())) return 0;
         s.max_bounces = std::min(s.max_bounces, 3U);
         renderer::RenderSettings settings;

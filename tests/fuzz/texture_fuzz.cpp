@@ -1,6 +1,6 @@
 // libFuzzer target: an image of any kind as a texture, then looked up.
 #include "core/error.hpp"
-#include "renderer/texture.hpp"
+#include "renderer/textures/texture.hpp"
 #include "tests/fuzz/memory_file.hpp"
 
 #include <cmath>

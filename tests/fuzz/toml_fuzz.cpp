@@ -1,7 +1,9 @@
 // libFuzzer target: a configuration, scene or sensor file from anywhere. Whatever it holds, it is read or
 // refused in one line; what was read can be printed, and the print is a configuration again.
-#include "config/config.hpp"
 #include "core/error.hpp"
+#include "emulator/config/daemon_config.hpp"
+#include "renderer/scene/scene_file.hpp"
+#include "sensors/sensor_file.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 
 #include <cstdint>
@@ -46,15 +48,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static const Folder folder;
     const std::filesystem::path file =
         folder.write("input.toml", {reinterpret_cast<const char*>(data), size});
-    try_to([&] { (void)config::load_scene(file); });
-    try_to([&] { (void)config::load_sensor(file); });
-    std::optional<config::Config> config;
-    try_to([&] { config = config::load(file); });
+    try_to([&] { (void)scene::load_scene(file); });
+    try_to([&] { (void)sensors::load_sensor(file); });
+    std::optional<emulator::DaemonConfig> config;
+    try_to([&] { config = emulator::load_config(file); });
     if (!config) return 0;
-    for (const config::Config* camera : config->cameras())
-        (void)config::camera_settings(*camera);
+    for (const emulator::DaemonConfig* camera : config->cameras())
+        (void)emulator::camera_settings(*camera);
     // A refusal of this one is a bug.
-    const std::string printed = config::print(*config);
-    require(config::print(config::load(folder.write("input.toml", printed))) == printed);
+    const std::string printed = emulator::print_config(*config);
+    require(emulator::print_config(emulator::load_config(folder.write("input.toml", printed))) == printed);
     return 0;
 }

@@ -3,9 +3,9 @@
 // Input: the file's text, and behind its first zero byte pairs of 4 bytes, address and value, written in
 // turn.
 #include "core/error.hpp"
-#include "transports/gige/bytes.hpp"
-#include "transports/gige/features.hpp"
-#include "transports/gige/user_xml.hpp"
+#include "transports/gige/genicam/user_xml.hpp"
+#include "transports/gige/registers/features.hpp"
+#include "transports/gige/wire/bytes.hpp"
 
 #include <algorithm>
 #include <cstdlib>

@@ -6,7 +6,7 @@
 #include "tests/integration/event_socket.hpp"
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
-#include "transports/gige/fault_injector.hpp"
+#include "transports/gige/channels/fault_injector.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -59,7 +59,7 @@ TEST_CASE("a client hears of triggers that were missed") {
     options.address = own_address(11);
     options.size = 128;
     options.rate_hz = 2000; // the exposure alone takes 5 ms
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     EventSocket events;
@@ -91,7 +91,7 @@ TEST_CASE("further lines, counters and timers trigger the daemon's camera") {
     options.more = fmt::format("[trigger.line1]\nsource = \"udp\"\nlisten = \"{0}:{1}\"\n"
                                "[trigger.line3]\nsource = \"udp\"\nlisten = \"{0}:{2}\"\n",
                                options.address, line1, line3);
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     client.set("ExposureTime", 1000.0);
@@ -162,7 +162,7 @@ TEST_CASE("a frame leaves when the chip would have read it, or as soon as it is 
     options.size = 64;
     options.rate_hz = 0.5;
     options.camera_more = fast ? "readout_timing = \"fast\"\n" : "";
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     client.set("ExposureTime", 1e6);
@@ -188,7 +188,7 @@ TEST_CASE("a client hears of frames that could not be made in time") {
     options.size = 512;
     options.rate_hz = 20;
     options.more = "[deadline]\npolicy = \"drop\"\n";
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     EventSocket events;
@@ -210,7 +210,7 @@ TEST_CASE("a binned frame of the detector is the whole one of the same trigger, 
     options.address = own_address(29);
     options.size = 128;
     options.rate_hz = 20;
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     client.set("PixelFormat", "Mono16");
@@ -268,7 +268,7 @@ TEST_CASE("fault rules of the configuration strike the stream") {
     options.rate_hz = 40;
     options.more = "[[gige.faults]]\nkind = \"skip_frame\"\nfirst = 2\nlast = 6\nevery = 2\n"
                    "[[gige.faults]]\nkind = \"lose\"\npercent = 20\n";
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     client.open_stream(12);
@@ -291,7 +291,7 @@ TEST_CASE("the configuration knows every fault by the name that the camera has f
         options.address = own_address(14);
         options.size = 64;
         options.more = fmt::format("[[gige.faults]]\nkind = \"{}\"\n", fault_name(static_cast<Fault>(i)));
-        const config::Config config = config::load(write_configuration(folder, options));
+        const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
         CHECK(config.gige.faults.at(0).kind == fault_name(static_cast<Fault>(i)));
         CHECK_NOTHROW(emulator::Daemon(config));
     }
@@ -322,7 +322,7 @@ rate_hz = 9
 width = 96
 )",
                                addresses[0], addresses[1], addresses[2]);
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     CHECK(daemon.address() ==
           fmt::format("{}:3956 {}:3956 {}:3956", addresses[0], addresses[1], addresses[2]));
@@ -396,15 +396,15 @@ TEST_CASE("the configuration of several cameras may be reloaded as far as their 
     options.more = fmt::format("[[camera]]\ngige = {{ interface = \"{}\", serial = \"A\" }}\n"
                                "[[camera]]\ngige = {{ interface = \"{}\", serial = \"B\" }}\n",
                                own_address(18), own_address(19));
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     options.rate_hz = 50;
-    CHECK(daemon.reload(config::load(write_configuration(folder, options))).empty());
+    CHECK(daemon.reload(emulator::load_config(write_configuration(folder, options))).empty());
     options.more.replace(options.more.find("\"B\""), 3, "\"C\"");
-    CHECK(daemon.reload(config::load(write_configuration(folder, options))) ==
+    CHECK(daemon.reload(emulator::load_config(write_configuration(folder, options))) ==
           "camera[1].gige.serial cannot change while running; restart for that");
     options.more.erase(options.more.rfind("[[camera]]"));
-    CHECK_THAT(daemon.reload(config::load(write_configuration(folder, options))),
+    CHECK_THAT(daemon.reload(emulator::load_config(write_configuration(folder, options))),
                Catch::Matchers::ContainsSubstring("camera[1].gige.interface"));
 }
 
@@ -414,7 +414,7 @@ TEST_CASE("without a PTP daemon the Ptp features say so") {
     options.address = own_address(20);
     options.size = 64;
     options.more = fmt::format("[ptp]\nenabled = true\nsocket = \"{}\"\n", (folder.path() / "none").string());
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     CHECK(client.text("PtpStatus") == "Disconnected");
@@ -431,7 +431,7 @@ TEST_CASE("a client lets the camera find the exposure itself") {
     options.address = own_address(16);
     options.size = 128;
     options.rate_hz = 20;
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     client.set("ExposureTime", 20.0);
@@ -470,7 +470,7 @@ TEST_CASE("a client takes bursts, and frames that wait for an exposure trigger")
     options.address = own_address(17);
     options.size = 64;
     options.rate_hz = 20;
-    emulator::Daemon daemon(config::load(write_configuration(folder, options)));
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
     daemon.start();
     GigeClient client(options.address);
     client.set("TriggerSelector", "FrameStart");

@@ -2,9 +2,9 @@
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/gige_bench.hpp"
-#include "transports/gige/features.hpp"
 #include "transports/gige/gige.hpp"
-#include "transports/gige/gvcp.hpp"
+#include "transports/gige/registers/features.hpp"
+#include "transports/gige/wire/gvcp.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -3,7 +3,7 @@
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/pattern_camera.hpp"
-#include "transports/gige/fault_injector.hpp"
+#include "transports/gige/channels/fault_injector.hpp"
 #include "transports/gige/gige.hpp"
 
 #include <arpa/inet.h>

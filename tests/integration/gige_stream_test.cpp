@@ -5,7 +5,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/gige_bench.hpp"
 #include "tests/support/pattern_camera.hpp"
-#include "transports/gige/fault_injector.hpp"
+#include "transports/gige/channels/fault_injector.hpp"
 #include "transports/gige/gige.hpp"
 
 #include <arpa/inet.h>

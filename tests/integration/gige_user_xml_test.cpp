@@ -5,9 +5,9 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/gige_bench.hpp"
 #include "tests/support/pattern_camera.hpp"
-#include "transports/gige/features.hpp"
+#include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
-#include "transports/gige/user_xml.hpp"
+#include "transports/gige/registers/features.hpp"
 
 #include <cstdio>
 #include <fstream>

@@ -1,13 +1,13 @@
 // After start-up, threads with deadlines take nothing from the heap: trigger, pipeline, detector, release.
-#include "config/config.hpp"
 #include "core/realtime.hpp"
 #include "emulator/assemble.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "emulator/releaser.hpp"
 #include "sync/timer.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/catch.hpp"
-#include "transports/gige/payload.hpp"
+#include "transports/gige/channels/payload.hpp"
 #include "transports/loopback/loopback.hpp"
 
 #include <atomic>
@@ -87,7 +87,7 @@ TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
     const TempFolder folder;
     DaemonOptions options;
     options.size = 256;
-    const config::Config config = config::load(write_configuration(folder, options));
+    const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
     emulator::Imaging imaging(config, 12);
     std::atomic<std::uint32_t> ended{0};
     transports::LoopbackTransport loopback({8, 0, [&](const FrameRef&) {

@@ -1,7 +1,7 @@
 // The whole way of a frame: clock -> scene -> detector -> GigE Vision -> libaravis in another process, and
 // the same frames made again without any of that.
-#include "config/config.hpp"
 #include "emulator/assemble.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
@@ -50,7 +50,7 @@ std::filesystem::path frame_file(const TempFolder& folder, const std::string& ou
 // Number of frames 1..n that differ from what the configuration gives offline, in this process.
 int count_different(const TempFolder& folder, const std::filesystem::path& configuration,
                     const std::string& output, int frames) {
-    const config::Config config = config::load(configuration);
+    const emulator::DaemonConfig config = emulator::load_config(configuration);
     const emulator::Imaging imaging(config, 1);
     int different = 0;
     for (int number = 1; number <= frames; ++number) {

@@ -1,6 +1,6 @@
 // A star field that turns before a rolling shutter: every star where the time of its row puts it.
-#include "config/config.hpp"
 #include "emulator/assemble.hpp"
+#include "emulator/config/daemon_config.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -114,7 +114,7 @@ Point centroid(const FrameRef& frame, Point near) {
 
 TEST_CASE("a star field that turns at 1 deg/s is skewed as the times of the rows say") {
     const test::TempFolder folder;
-    emulator::Imaging imaging(config::load(write_bench(folder)), 1, {}, true);
+    emulator::Imaging imaging(emulator::load_config(write_bench(folder)), 1, {}, true);
     const FrameRef frame = imaging.pool->acquire();
     REQUIRE(imaging.maker->make(imaging.nominal_order(1), *frame).empty());
     const auto rows = frame->row_times();

@@ -9,11 +9,11 @@ ALLOWED = {
     "core": {"core"},
     "config": {"core", "config"},
     "images": {"core", "images"},
-    "renderer": {"core", "images", "renderer"},
-    "sensors": {"core", "sensors"},
-    "sync": {"core", "sync"},
-    "transports": {"core", "transports"},
-    "emulator": {"core", "config", "renderer", "sensors", "sync", "transports", "emulator"},
+    "renderer": {"core", "config", "images", "renderer"},
+    "sensors": {"core", "config", "images", "sensors"},
+    "sync": {"core", "config", "sync"},
+    "transports": {"core", "config", "images", "transports"},
+    "emulator": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator"},
     "tools": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator", "tools"},
 }
 complaints = []

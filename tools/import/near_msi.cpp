@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/geometry.hpp"
-#include "images/pds_label.hpp"
+#include "images/readers/pds_label.hpp"
 #include "tools/import/utc.hpp"
 
 #include <fitsio.h>

@@ -1,11 +1,11 @@
 // obscura-stimulator-sim: the reference device. A USB display on FunctionFS that keeps what it is sent.
 #include "core/error.hpp"
 #include "emulator/version.hpp"
-#include "tools/command_line.hpp"
-#include "tools/interrupt.hpp"
+#include "images/writers/png.hpp"
 #include "tools/stimulator-sim/functionfs.hpp"
 #include "tools/stimulator-sim/usb_gadget.hpp"
-#include "transports/file/png.hpp"
+#include "tools/support/command_line.hpp"
+#include "tools/support/interrupt.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -33,14 +33,14 @@ void save(const std::filesystem::path& file, const GudDevice& display) {
     const auto screen = display.screen();
     const GudDeviceSettings& s = display.settings();
     if (display.format() == gud::Format::r8) {
-        transports::write_png8(file, s.width, s.height, screen, {});
+        images::write_png8(file, s.width, s.height, screen, {});
         return;
     }
     const auto pixel = static_cast<std::size_t>(gud::bytes_per_pixel(display.format()));
     std::vector<std::uint16_t> grey(screen.size() / pixel);
     for (std::size_t i = 0; i < grey.size(); ++i)
         grey[i] = static_cast<std::uint16_t>(screen[i * pixel + 2] << 8 | screen[i * pixel + 1]);
-    transports::write_png16(file, s.width, s.height, 16, grey, {});
+    images::write_png16(file, s.width, s.height, 16, grey, {});
 }
 
 std::uint32_t checksum(std::span<const std::uint8_t> bytes) {

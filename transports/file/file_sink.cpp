@@ -4,8 +4,8 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
-#include "transports/file/pending_file.hpp"
-#include "transports/file/truth_file.hpp"
+#include "images/writers/pending_file.hpp"
+#include "images/writers/truth_file.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -20,7 +20,7 @@ constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
 
 FileSink::FileSink(FileSinkSettings settings)
     : settings_(std::move(settings)), queue_(settings_.queue_frames) {
-    if (settings_.format == FrameFormat::fits || settings_.truth) load_fits_writer();
+    if (settings_.format == images::FrameFormat::fits || settings_.truth) images::load_fits_writer();
 }
 
 FileSink::~FileSink() {
@@ -29,7 +29,7 @@ FileSink::~FileSink() {
 
 void FileSink::start() {
     if (thread_.joinable()) return;
-    require_writable(settings_.directory);
+    images::require_writable(settings_.directory);
     stopping_ = false;
     last_id_ = 0, run_ = 1;
     thread_ = std::thread([this] { work(); });
@@ -89,7 +89,7 @@ void FileSink::write(const Frame& frame) {
     }
     if (info.frame_id <= last_id_) ++run_;
     last_id_ = info.frame_id;
-    Picture picture{info.width, info.height, info.bits_per_pixel, frame.pixels()};
+    images::Picture picture{info.width, info.height, info.bits_per_pixel, frame.pixels()};
     if (rows < info.height) {
         // The rest of the buffer holds an earlier frame.
         const auto valid = static_cast<std::ptrdiff_t>(rows) * info.width;
@@ -98,14 +98,15 @@ void FileSink::write(const Frame& frame) {
         picture.pixels = partial_;
     }
     const std::string run = run_ > 1 ? fmt::format("run{}_", run_) : std::string();
-    const std::string file_name = run + frame_file_name(info.frame_id, settings_.format);
+    const std::string file_name = run + images::frame_file_name(info.frame_id, settings_.format);
     // A disk that is busy or far away is no hung thread.
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
     info.note_bytes(Outlet::file, MonotonicClock().now());
     try {
-        write_picture(settings_.directory / file_name, settings_.format, picture, frame_cards(frame));
+        images::write_picture(settings_.directory / file_name, settings_.format, picture,
+                              images::frame_cards(frame));
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
-            write_truth(settings_.directory / (run + truth_file_name(info.frame_id)), frame);
+            images::write_truth(settings_.directory / (run + images::truth_file_name(info.frame_id)), frame);
         info.note_bytes(Outlet::file, MonotonicClock().now());
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);

@@ -3,7 +3,7 @@
 
 #include "core/realtime.hpp"
 #include "core/wakeup.hpp"
-#include "transports/file/frame_writer.hpp"
+#include "images/writers/frame_writer.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
 
@@ -18,7 +18,7 @@ namespace obscura::transports {
 
 struct FileSinkSettings {
     std::filesystem::path directory; ///< must exist
-    FrameFormat format = FrameFormat::png;
+    images::FrameFormat format = images::FrameFormat::png;
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
     bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
 };

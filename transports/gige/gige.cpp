@@ -1,8 +1,8 @@
 #include "transports/gige/gige.hpp"
 
 #include "core/log.hpp"
-#include "transports/gige/control_server.hpp"
-#include "transports/gige/gvsp_sender.hpp"
+#include "transports/gige/channels/gvsp_sender.hpp"
+#include "transports/gige/control/control_server.hpp"
 
 namespace obscura::transports::gige {
 

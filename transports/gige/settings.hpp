@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/realtime.hpp"
-#include "transports/gige/fault_injector.hpp"
+#include "transports/gige/channels/fault_injector.hpp"
 
 #include <cstdint>
 #include <string>

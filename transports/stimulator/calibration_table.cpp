@@ -1,7 +1,7 @@
 #include "transports/stimulator/calibration_table.hpp"
 
 #include "core/error.hpp"
-#include "transports/file/pending_file.hpp"
+#include "images/writers/pending_file.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -166,7 +166,7 @@ double UniformityGrid::operator()(PixelPoint p) const {
 }
 
 void write_calibration(const std::filesystem::path& file, const CalibrationTable& t) {
-    PendingFile pending(file);
+    images::PendingFile pending(file);
     std::filesystem::remove(pending.path()); // cfitsio wants to make the file itself
     TableWriter out(pending.path());
     out.key("SCREENW", t.screen_width, "[pixel] width of the screen");

@@ -63,8 +63,7 @@ void run(std::map<std::string, std::string>& option) {
     settings.device = option["--device"];
     transports::V4l2Output output(settings);
     const std::filesystem::path folder = option["--files"];
-    transports::FileSink other(
-        {.directory = folder, .format = transports::FrameFormat::raw, .queue_frames = 20});
+    transports::FileSink other({.directory = folder, .format = images::FrameFormat::raw, .queue_frames = 20});
     output.start();
     other.start();
 

@@ -1,13 +1,13 @@
 // A program of somebody else's, built on the installed libraries: renders the shipped scene.
-#include "config/config.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/scene/scene_file.hpp"
 
 #include <cstdio>
 #include <vector>
 
 int main() {
     using namespace obscura;
-    const scene::Scene scene = config::load_scene("/usr/share/obscura/scenes/demo.toml");
+    const scene::Scene scene = scene::load_scene("/usr/share/obscura/scenes/demo.toml");
     renderer::RenderSettings settings;
     settings.samples_per_pixel = 1;
     const renderer::Renderer renderer(scene, settings);

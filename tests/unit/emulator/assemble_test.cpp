@@ -11,10 +11,10 @@ TEST_CASE("The triggers of a camera begin with an edge that its line tells of") 
     for (const std::string edge : {"rising", "falling", "both"}) {
         CAPTURE(edge);
         const emulator::Imaging imaging(
-            config::load(folder.write("daemon.toml",
-                                      "[scene]\nfile = \"scene.toml\"\n[trigger]\nsource = \"gpio\"\nline = "
-                                      "\"X\"\nedge = \"" +
-                                          edge + "\"\n")),
+            emulator::load_config(folder.write(
+                "daemon.toml", "[scene]\nfile = \"scene.toml\"\n[trigger]\nsource = \"gpio\"\nline = "
+                               "\"X\"\nedge = \"" +
+                                   edge + "\"\n")),
             1);
         CHECK(explain_invalid(imaging.camera.initial, imaging.camera.limits) == "");
     }

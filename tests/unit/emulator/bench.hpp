@@ -36,7 +36,7 @@ struct MakerBench {
     explicit MakerBench(const SensorDescription& description = small_sensor(), std::int32_t band_rows = 8)
         : sensor(description),
           renderer(scene, {}),
-          detector(sensor, std::array{scene::SpectralBand{}}, 0.025, 7),
+          detector(sensor, std::array{SpectralBand{}}, 0.025, 7),
           maker(renderer, detector, sensor, clock, {band_rows, 0, 7, {}}),
           pool(6, static_cast<std::size_t>(sensor.readout.width * sensor.readout.height),
                static_cast<std::size_t>(sensor.readout.height)) {}

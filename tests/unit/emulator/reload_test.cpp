@@ -10,9 +10,9 @@ using Keys = std::vector<std::string>;
 
 namespace {
 
-config::Config configuration(const TempFolder& folder, const std::string& more) {
+emulator::DaemonConfig configuration(const TempFolder& folder, const std::string& more) {
     folder.write("scene.toml", "[camera]\nfocal_length_mm = 50\naperture_mm = 25\n");
-    return config::load(folder.write("daemon.toml", "[scene]\nfile = \"scene.toml\"\n" + more));
+    return emulator::load_config(folder.write("daemon.toml", "[scene]\nfile = \"scene.toml\"\n" + more));
 }
 
 } // namespace
@@ -26,7 +26,7 @@ TEST_CASE("changed keys go by their names, elements of lists by their number") {
         std::string text = two;
         return configuration(folder, text.replace(text.find("{}"), 2, exposure) + more);
     };
-    const config::Config before = with("2000");
+    const emulator::DaemonConfig before = with("2000");
     CHECK(changed_keys(before, before).empty());
     CHECK(changed_keys(before, with("3000")) == Keys{"camera[1].exposure_us"});
     const Keys with_fault =
@@ -38,8 +38,8 @@ TEST_CASE("changed keys go by their names, elements of lists by their number") {
 
 TEST_CASE("a value that looks like another line of the file changes its own key only") {
     const TempFolder folder;
-    const config::Config before = configuration(folder, "[gige]\nuser_name = \"A\"\n"),
-                         after = configuration(folder, "[gige]\nuser_name = \"[trigger] x=1\"\n");
+    const emulator::DaemonConfig before = configuration(folder, "[gige]\nuser_name = \"A\"\n"),
+                                 after = configuration(folder, "[gige]\nuser_name = \"[trigger] x=1\"\n");
     CHECK(changed_keys(before, after) == Keys{"gige.user_name"});
 }
 

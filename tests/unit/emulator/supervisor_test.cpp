@@ -85,7 +85,7 @@ TEST_CASE("threads get the cores they ask for, and it is said when they cannot")
     CHECK_FALSE(grant.granted);
     CHECK(grant.why.find("1000") != std::string::npos);
 
-    config::Config config;
+    emulator::DaemonConfig config;
     config.daemon.realtime = "off";
     config.threads.release_cores = std::to_string(core) + ",1000";
     const ThreadPlan plan = granted_threads(config);

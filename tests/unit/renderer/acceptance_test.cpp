@@ -1,7 +1,7 @@
 // What the renderer promises to its users in numbers, each against a closed formula.
-#include "renderer/material.hpp"
-#include "renderer/mesh_shape.hpp"
-#include "renderer/procedural_body.hpp"
+#include "renderer/materials/material.hpp"
+#include "renderer/shapes/mesh_shape.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 

@@ -1,8 +1,8 @@
 // Bodies on bodies: poses against matrices multiplied out, joints from tables and from outside, instances.
 #include "core/error.hpp"
-#include "core/scene_tree.hpp"
-#include "renderer/build.hpp"
-#include "renderer/kinematics.hpp"
+#include "renderer/scene/scene_tree.hpp"
+#include "renderer/world/build.hpp"
+#include "renderer/world/kinematics.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"

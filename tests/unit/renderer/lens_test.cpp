@@ -1,8 +1,8 @@
 // Lenses: each projection and distortion against its formula written from the angles, there and back, and in
 // pictures.
 #include "core/error.hpp"
-#include "renderer/lens.hpp"
-#include "renderer/pinhole.hpp"
+#include "renderer/camera/lens.hpp"
+#include "renderer/camera/pinhole.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 

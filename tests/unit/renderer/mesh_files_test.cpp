@@ -1,8 +1,8 @@
 // The same body through every mesh format; materials, axes, units; files that are no meshes.
 #include "core/error.hpp"
-#include "renderer/assimp_reader.hpp"
-#include "renderer/mesh_file.hpp"
-#include "renderer/mesh_shape.hpp"
+#include "renderer/mesh_files/assimp.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/shapes/mesh_shape.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"

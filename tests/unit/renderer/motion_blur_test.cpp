@@ -1,5 +1,5 @@
 // What moves during an exposure: against the mean of many pictures without exposure.
-#include "renderer/exposure.hpp"
+#include "renderer/world/exposure.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 

@@ -1,11 +1,11 @@
 // A moving observer, light that takes its time, filters and stray light.
 #include "core/error.hpp"
-#include "renderer/aberration.hpp"
-#include "renderer/row_state.hpp"
+#include "images/writers/exr.hpp"
+#include "renderer/camera/aberration.hpp"
+#include "renderer/world/row_state.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "transports/file/exr.hpp"
 
 #include <fitsio.h>
 
@@ -159,21 +159,21 @@ TEST_CASE("Bodies are seen where they were when the light left them, to 1e-6 px"
 }
 
 TEST_CASE("A filter weighs the light of a band by its curve") {
-    const scene::SpectralBand open{400e-9, 900e-9};
-    scene::SpectralBand half = open;
+    const SpectralBand open{400e-9, 900e-9};
+    SpectralBand half = open;
     half.transmission = {{500e-9, 0.5}};
     CHECK_THAT(renderer::sun_irradiance_w_m2(half), WithinRel(renderer::sun_irradiance_w_m2(open) / 2, 1e-9));
     // A narrow window is the narrow band.
-    scene::SpectralBand window = open;
+    SpectralBand window = open;
     window.transmission = {{599.99e-9, 0}, {600e-9, 1}, {650e-9, 1}, {650.01e-9, 0}};
-    const scene::SpectralBand narrow{600e-9, 650e-9};
+    const SpectralBand narrow{600e-9, 650e-9};
     CHECK_THAT(renderer::sun_irradiance_w_m2(window), WithinRel(renderer::sun_irradiance_w_m2(narrow), 2e-3));
     CHECK_THAT(renderer::star_irradiance_w_m2(1, 0.6, window),
                WithinRel(renderer::star_irradiance_w_m2(1, 0.6, narrow), 5e-3));
     // A ramp over a flat spectrum of a star: between its ends.
-    scene::SpectralBand ramp{540e-9, 550e-9};
+    SpectralBand ramp{540e-9, 550e-9};
     ramp.transmission = {{540e-9, 0.2}, {550e-9, 0.8}};
-    const scene::SpectralBand flat{540e-9, 550e-9};
+    const SpectralBand flat{540e-9, 550e-9};
     CHECK_THAT(renderer::star_irradiance_w_m2(1, 0.6, ramp),
                WithinRel(renderer::star_irradiance_w_m2(1, 0.6, flat) / 2, 2e-3));
     // And in a picture.
@@ -233,24 +233,24 @@ TEST_CASE("Stray light comes from OpenEXR as well") {
                 REQUIRE_THAT(static_cast<double>(frame[band * pixels + i]),
                              WithinRel(1e-9 * wanted[band] * static_cast<double>(i), 1e-6));
     };
-    transports::write_exr(folder.path() / "grey.exr", 40, 30, {{"Y", "", two}}, {});
+    images::write_exr(folder.path() / "grey.exr", 40, 30, {{"Y", "", two}}, {});
     check(stray("grey.exr"), {2, 2, 2});
     // Channels as `obscura render` names them; the order in the file is the alphabet's.
-    transports::write_exr(folder.path() / "bands.exr", 40, 30,
-                          {{"irradiance.400-500nm", "", one},
-                           {"irradiance.1000-1100nm", "", two},
-                           {"irradiance.500-600nm", "", three}},
-                          {});
+    images::write_exr(folder.path() / "bands.exr", 40, 30,
+                      {{"irradiance.400-500nm", "", one},
+                       {"irradiance.1000-1100nm", "", two},
+                       {"irradiance.500-600nm", "", three}},
+                      {});
     check(stray("bands.exr"), {1, 2, 3});
     // Red, green and blue at 650, 550 and 450 nm.
-    transports::write_exr(folder.path() / "rgb.exr", 40, 30,
-                          {{"R", "", one}, {"G", "", two}, {"B", "", three}}, {});
+    images::write_exr(folder.path() / "rgb.exr", 40, 30, {{"R", "", one}, {"G", "", two}, {"B", "", three}},
+                      {});
     check(stray("rgb.exr"), {3, 1, 2});
-    transports::write_exr(folder.path() / "small.exr", 30, 30, {{"Y", "", std::vector<float>(900, 1)}}, {});
+    images::write_exr(folder.path() / "small.exr", 30, 30, {{"Y", "", std::vector<float>(900, 1)}}, {});
     CHECK_THROWS_AS(stray("small.exr"), ConfigError);
     std::vector<float> negative = one;
     negative[7] = -1;
-    transports::write_exr(folder.path() / "negative.exr", 40, 30, {{"Y", "", negative}}, {});
+    images::write_exr(folder.path() / "negative.exr", 40, 30, {{"Y", "", negative}}, {});
     CHECK_THROWS_AS(stray("negative.exr"), InputError);
     (void)folder.write("text.exr", "no picture");
     CHECK_THROWS_AS(stray("text.exr"), InputError);

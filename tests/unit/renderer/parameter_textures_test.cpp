@@ -2,13 +2,13 @@
 // pictures against pictures with constants.
 #include "core/error.hpp"
 #include "core/philox.hpp"
-#include "renderer/material.hpp"
-#include "renderer/parameters.hpp"
+#include "images/writers/fits.hpp"
+#include "images/writers/png.hpp"
+#include "renderer/materials/material.hpp"
+#include "renderer/materials/parameters.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "transports/file/fits.hpp"
-#include "transports/file/png.hpp"
 
 #include <random>
 
@@ -89,7 +89,7 @@ void set_texture(scene::Scene& s, const std::string& parameter, const std::strin
 /// Eight texels across: four of 0, four of full scale.
 std::string halves(const TempFolder& folder) {
     const std::vector<std::uint16_t> texels{0, 0, 0, 0, 65535, 65535, 65535, 65535};
-    transports::write_png16(folder.path() / "halves.png", 8, 1, 16, texels, {});
+    images::write_png16(folder.path() / "halves.png", 8, 1, 16, texels, {});
     return (folder.path() / "halves.png").string();
 }
 
@@ -202,7 +202,7 @@ TEST_CASE("From afar a parameter is its mean over the pixel") {
         t = static_cast<std::uint16_t>(random() % 65536);
         mean += t / 65535.0 / static_cast<double>(texels.size());
     }
-    transports::write_png16(folder.path() / "noise.png", 256, 256, 16, texels, {});
+    images::write_png16(folder.path() / "noise.png", 256, 256, 16, texels, {});
     scene::Scene s = plate_scene(folder, scene::OrenNayar{0.5, 0.3}, 8);
     set_texture(s, "slope", (folder.path() / "noise.png").string(), 0.2, 0.7);
     const Image got = render(renderer::Renderer(s, {}));
@@ -261,7 +261,7 @@ TEST_CASE("Texels that a law does not allow, and parameters that it has not, are
     set_texture(s, "diffuse", file, 0, 0.8);
     CHECK_THAT(refusal(s), ContainsSubstring("largest texels of its parameters: specular 0.3: allowed 0 to"));
     const std::vector<float> cube(8 * 3, 0.5F);
-    transports::write_fits_float(folder.path() / "cube.fits", 4, 2, 3, cube, "", {});
+    images::write_fits_float(folder.path() / "cube.fits", 4, 2, 3, cube, "", {});
     set_texture(s, "diffuse", (folder.path() / "cube.fits").string(), 0, 0.5);
     CHECK_THAT(refusal(s), ContainsSubstring("cube.fits: 3 planes: the diffuse of body 'plate' needs 1"));
 }

@@ -1,12 +1,12 @@
 // The renderer's parts: mesh reading, samples, footprint, ellipsoid, spectra, refusal of bad scenes.
 #include "core/error.hpp"
-#include "renderer/ellipsoid.hpp"
-#include "renderer/footprint.hpp"
-#include "renderer/hull.hpp"
-#include "renderer/obj_reader.hpp"
-#include "renderer/procedural_body.hpp"
-#include "renderer/sampler.hpp"
-#include "renderer/vector_math.hpp"
+#include "renderer/camera/gaussian_psf.hpp"
+#include "renderer/mesh_files/obj.hpp"
+#include "renderer/packets/sampler.hpp"
+#include "renderer/packets/vector_math.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/hull.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
@@ -307,7 +307,7 @@ TEST_CASE("Stars have the colours and irradiances of the literature") {
     CHECK_THAT(star_irradiance_w_m2(0, 0.3, {544.5e-9, 545.5e-9}), WithinRel(3.63e-11, 1e-3));
     CHECK_THAT(star_irradiance_w_m2(5, 0.3, {544.5e-9, 545.5e-9}), WithinRel(3.63e-13, 1e-3));
     // The Sun as a star of V = -26.76: its band irradiance from the catalogue path against E490.
-    const scene::SpectralBand band{450e-9, 850e-9};
+    const SpectralBand band{450e-9, 850e-9};
     CHECK_THAT(star_irradiance_w_m2(-26.76, 0.653, band), WithinRel(sun_irradiance_w_m2(band), 0.06));
 }
 

@@ -1,7 +1,7 @@
 // Flux and geometry of rendered frames against closed formulas.
-#include "renderer/pinhole.hpp"
-#include "renderer/procedural_body.hpp"
-#include "renderer/star_field.hpp"
+#include "renderer/camera/pinhole.hpp"
+#include "renderer/lights/star_field.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"

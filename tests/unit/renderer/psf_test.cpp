@@ -1,7 +1,7 @@
 // Point spread functions: diffraction, defocus, tables by place and band; drawn and splatted alike.
 #include "core/error.hpp"
-#include "renderer/psf.hpp"
-#include "renderer/psf_profile.hpp"
+#include "renderer/camera/psf.hpp"
+#include "renderer/camera/psf_profile.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"

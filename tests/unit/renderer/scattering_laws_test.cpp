@@ -1,6 +1,6 @@
 // Every scattering law against formulas written another way, reciprocity, energy, and its own sampling.
 #include "core/philox.hpp"
-#include "renderer/material.hpp"
+#include "renderer/materials/material.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>

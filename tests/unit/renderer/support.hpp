@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/solar_spectrum.hpp"
+#include "renderer/lights/spectrum.hpp"
 #include "renderer/renderer.hpp"
-#include "renderer/spectrum.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // Textures against plain averages, maps against longitude and latitude, normal maps against cosines.
 #include "core/error.hpp"
-#include "renderer/texture.hpp"
+#include "images/writers/fits.hpp"
+#include "images/writers/png.hpp"
+#include "renderer/textures/texture.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "transports/file/fits.hpp"
-#include "transports/file/png.hpp"
 
 #include <random>
 
@@ -106,7 +106,7 @@ TEST_CASE("Minified textures show their mean in every pixel, from one sample eac
     std::vector<std::uint16_t> checks(256 * 256);
     for (std::size_t i = 0; i < checks.size(); ++i)
         checks[i] = (i % 256 + i / 256) % 2 == 0 ? 60000 : 10000;
-    transports::write_png16(folder.path() / "checks.png", 256, 256, 16, checks, {});
+    images::write_png16(folder.path() / "checks.png", 256, 256, 16, checks, {});
     scene::Scene s = quad_scene(folder, (folder.path() / "checks.png").string(), 60, 40);
     const renderer::Renderer r(s, {1, 2, 1});
     const double light = renderer::sun_irradiance_w_m2(s.bands[0]) / std::numbers::pi;
@@ -118,7 +118,7 @@ TEST_CASE("Minified textures show their mean in every pixel, from one sample eac
     std::vector<std::uint16_t> stripes(256 * 256);
     for (std::size_t i = 0; i < stripes.size(); ++i)
         stripes[i] = i / 256 / 32 % 2 == 0 ? 60000 : 0;
-    transports::write_png16(folder.path() / "stripes.png", 256, 256, 16, stripes, {});
+    images::write_png16(folder.path() / "stripes.png", 256, 256, 16, stripes, {});
     s.bodies[0].textures.albedo = (folder.path() / "stripes.png").string();
     const Vec3 from = 1000 * normalized(Vec3{-1, 0, 0.05});
     s.camera = camera_at(from, 40, 2.0 / 1000 / 60);
@@ -146,7 +146,7 @@ TEST_CASE("Maps lie by longitude and latitude: north up, east to the right, from
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
                 map.push_back(static_cast<float>(wanted(left_deg + x + 0.5, 89.5 - y)));
-        transports::write_fits_float(folder.path() / "map.fits", width, height, 1, map, "", {});
+        images::write_fits_float(folder.path() / "map.fits", width, height, 1, map, "", {});
         scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.4, 40, 90);
         s.bodies[0].motion.samples[0].pose.orientation = axis_angle({1, 2, 3}, 0.9);
         s.camera.psf_sigma_px = 0;
@@ -185,7 +185,7 @@ TEST_CASE("Colours of a picture go to the bands by wavelength, planes of a cube 
     std::vector<float> planes(3 * 4, 0.25F);
     std::fill_n(planes.begin() + 4, 4, 0.5F);
     std::fill_n(planes.begin() + 8, 4, 0.75F);
-    transports::write_fits_float(folder.path() / "cube.fits", 2, 2, 3, planes, "", {});
+    images::write_fits_float(folder.path() / "cube.fits", 2, 2, 3, planes, "", {});
     scene::Scene s = quad_scene(folder, (folder.path() / "cube.fits").string(), 64, 16);
     s.bands = {{400e-9, 500e-9}, {500e-9, 600e-9}, {600e-9, 700e-9}};
     s.bodies[0].colour = {1, 0.5, 1};
@@ -217,7 +217,7 @@ TEST_CASE("A normal map turns the shading: x along u, y towards the first row, z
         std::fill_n(planes.begin(), 4, along_u ? 0.8F : 0.5F);
         std::fill_n(planes.begin() + 4, 4, along_u ? 0.5F : 0.8F);
         std::fill_n(planes.begin() + 8, 4, 0.9F);
-        transports::write_fits_float(folder.path() / "normal.fits", 2, 2, 3, planes, "", {});
+        images::write_fits_float(folder.path() / "normal.fits", 2, 2, 3, planes, "", {});
         for (const double slope : {-0.5, 0.0, 0.5}) {
             const Vec3 sun = normalized(along_u ? Vec3{slope, 0, 1} : Vec3{0, slope, 1});
             scene::Scene s = quad_scene(folder, "", 64, 16, sun);
@@ -234,7 +234,7 @@ TEST_CASE("A normal map turns the shading: x along u, y towards the first row, z
 TEST_CASE("Display pictures are decoded; what is no texture is refused with one line") {
     const TempFolder folder;
     const std::vector<std::uint16_t> half(9, 32768);
-    transports::write_png16(folder.path() / "half.png", 3, 3, 16, half, {});
+    images::write_png16(folder.path() / "half.png", 3, 3, 16, half, {});
     CHECK_THAT(read_texture(folder.path() / "half.png", TextureCoding::linear, Texture::Edge::clamp).mean(0),
                WithinRel(0.5, 1e-4));
     CHECK_THAT(read_texture(folder.path() / "half.png", TextureCoding::srgb, Texture::Edge::clamp).mean(0),
@@ -260,9 +260,9 @@ TEST_CASE("Display pictures are decoded; what is no texture is refused with one 
                ContainsSubstring("cut.jpg: not readable as JPEG"));
     std::vector<float> bad(4, 0.5F);
     bad[2] = std::numeric_limits<float>::quiet_NaN();
-    transports::write_fits_float(folder.path() / "nan.fits", 2, 2, 1, bad, "", {});
+    images::write_fits_float(folder.path() / "nan.fits", 2, 2, 1, bad, "", {});
     CHECK(refusal(folder.path() / "nan.fits") ==
           "nan.fits: a value is not a finite number: textures need all");
-    transports::write_fits_float(folder.path() / "many.fits", 1, 1, 17, std::vector<float>(17, 1), "", {});
+    images::write_fits_float(folder.path() / "many.fits", 1, 1, 17, std::vector<float>(17, 1), "", {});
     CHECK(refusal(folder.path() / "many.fits") == "many.fits: 17 planes: a texture has at most 16");
 }

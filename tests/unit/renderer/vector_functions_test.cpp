@@ -1,5 +1,5 @@
 #include "core/philox.hpp"
-#include "renderer/vector_functions.hpp"
+#include "renderer/packets/vector_functions.hpp"
 #include "tests/support/catch.hpp"
 
 #include <cmath>

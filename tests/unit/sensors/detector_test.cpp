@@ -17,7 +17,7 @@ using Catch::Matchers::WithinRel;
 namespace {
 
 constexpr double aperture_m = 0.02;
-const scene::SpectralBand band{500e-9, 600e-9};
+const SpectralBand band{500e-9, 600e-9};
 
 SensorDescription sensor() {
     SensorDescription d;

@@ -25,7 +25,7 @@ using Catch::Matchers::WithinRel;
 namespace {
 
 constexpr double aperture_m = 0.02;
-const scene::SpectralBand band{500e-9, 600e-9};
+const SpectralBand band{500e-9, 600e-9};
 constexpr std::int32_t size = 256;
 using Image = std::vector<std::uint16_t>;
 

@@ -31,7 +31,7 @@ TEST_CASE("a filter curve counts once, in the light and in its electrons") {
     // Light of the band is what the filter lets through, so its electrons a joule are the ratio of the two
     // integrals. Both by Simpson's rule over each stretch where filter, efficiency and solar table have no
     // corner: another rule, other points than the code's.
-    scene::SpectralBand band{500e-9, 700e-9};
+    SpectralBand band{500e-9, 700e-9};
     band.transmission = {{500e-9, 0.0}, {540e-9, 0.9}, {620e-9, 0.6}, {660e-9, 0.1}};
     const std::vector<SpectralPoint> efficiency{{400e-9, 0.2}, {600e-9, 0.7}, {800e-9, 0.3}};
     const auto linear = [](const std::vector<SpectralPoint>& p, double l) {
@@ -57,7 +57,7 @@ TEST_CASE("a filter curve counts once, in the light and in its electrons") {
         add(nm * 1e-9, (nm + 1) * 1e-9);
     CHECK_THAT(electrons_per_joule(efficiency, band), WithinRel(electrons / energy, 1e-3));
     // The filter matters: without it the number is another.
-    const scene::SpectralBand open{500e-9, 700e-9};
+    const SpectralBand open{500e-9, 700e-9};
     CHECK(std::abs(electrons_per_joule(efficiency, open) * energy / electrons - 1) > 2e-3);
 }
 
@@ -65,7 +65,7 @@ TEST_CASE("a wide band is weighed with the Sun's spectrum") {
     const std::vector<SpectralPoint> table{{400e-9, 0.2}, {600e-9, 0.6}, {900e-9, 0.1}};
     double electrons = 0;
     for (int nm = 400; nm < 900; nm += 10) {
-        const scene::SpectralBand step{nm * 1e-9, (nm + 10) * 1e-9};
+        const SpectralBand step{nm * 1e-9, (nm + 10) * 1e-9};
         electrons += electrons_per_joule(table, step) * solar_band_irradiance_w_m2(step.from_m, step.to_m);
     }
     CHECK_THAT(electrons_per_joule(table, {400e-9, 900e-9}),

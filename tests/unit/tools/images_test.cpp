@@ -3,16 +3,16 @@
 #include "core/error.hpp"
 #include "core/geometry.hpp"
 #include "images/image.hpp"
-#include "images/pds_label.hpp"
+#include "images/readers/pds_label.hpp"
+#include "images/writers/exr.hpp"
+#include "images/writers/fits.hpp"
+#include "images/writers/png.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/images/registration.hpp"
 #include "tools/import/near_msi.hpp"
 #include "tools/import/utc.hpp"
-#include "transports/file/exr.hpp"
-#include "transports/file/fits.hpp"
-#include "transports/file/png.hpp"
+#include "tools/support/registration.hpp"
 
 #include <array>
 #include <cmath>
@@ -197,8 +197,8 @@ TEST_CASE("NaN pixels and flat images") {
 TEST_CASE("what was written is read") {
     const test::TempFolder folder;
     const std::vector<std::uint16_t> words{0, 1, 2, 4095, 65535, 7};
-    transports::write_png16(folder.path() / "a.png", 3, 2, 12, words, {});
-    transports::write_fits16(folder.path() / "a.fits", 3, 2, words, {});
+    images::write_png16(folder.path() / "a.png", 3, 2, 12, words, {});
+    images::write_fits16(folder.path() / "a.fits", 3, 2, words, {});
     const std::vector<double> expected(words.begin(), words.end());
     for (const char* name : {"a.png", "a.fits"}) {
         const Image image = read_image(folder.path() / name);
@@ -207,14 +207,14 @@ TEST_CASE("what was written is read") {
         CHECK(image.values == expected);
     }
     const std::vector<float> floats{0.5F, -1, 1e-20F, 3, 4, 5, 6, 7};
-    transports::write_fits_float(folder.path() / "cube.fits", 2, 2, 2, floats, "W m-2", {});
+    images::write_fits_float(folder.path() / "cube.fits", 2, 2, 2, floats, "W m-2", {});
     CHECK(read_image(folder.path() / "cube.fits").values == std::vector<double>{0.5, -1, 1e-20F, 3});
     CHECK(read_image(folder.path() / "cube.fits", "1").values == std::vector<double>{4, 5, 6, 7});
     CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "cube.fits", "2"); }) ==
           "cube.fits: no plane \"2\", allowed 0 to 1");
     const std::span<const float> all(floats);
-    transports::write_exr(folder.path() / "a.exr", 2, 2,
-                          {{"z.b", "", all.first(4)}, {"a.a", "", all.subspan(4)}}, {});
+    images::write_exr(folder.path() / "a.exr", 2, 2, {{"z.b", "", all.first(4)}, {"a.a", "", all.subspan(4)}},
+                      {});
     CHECK(read_image(folder.path() / "a.exr").values == std::vector<double>{4, 5, 6, 7});
     CHECK(read_image(folder.path() / "a.exr", "z.b").values == std::vector<double>{0.5, -1, 1e-20F, 3});
     CHECK(read_image(folder.path() / "a.exr", "1").values == std::vector<double>{0.5, -1, 1e-20F, 3});
@@ -326,9 +326,9 @@ TEST_CASE("broken and hostile image files are refused with one line") {
     // Every file cut short at many places, and with flipped bytes, is refused or read, never worse.
     const std::vector<std::uint16_t> words(64 * 64, 1234);
     const std::vector<float> floats(64 * 64, 0.5F);
-    transports::write_png16(folder.path() / "g.png", 64, 64, 12, words, {});
-    transports::write_fits16(folder.path() / "g.fits", 64, 64, words, {});
-    transports::write_exr(folder.path() / "g.exr", 64, 64, {{"Y", "", floats}}, {});
+    images::write_png16(folder.path() / "g.png", 64, 64, 12, words, {});
+    images::write_fits16(folder.path() / "g.fits", 64, 64, words, {});
+    images::write_exr(folder.path() / "g.exr", 64, 64, {{"Y", "", floats}}, {});
     std::mt19937 random(9);
     for (const char* name : {"g.png", "g.fits", "g.exr"}) {
         std::ifstream in(folder.path() / name, std::ios::binary);

@@ -1,7 +1,7 @@
 // obscura stimulator: the patterns, taken as captures of a perfect camera, calibrate to the identity.
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tools/verb.hpp"
+#include "tools/verbs/verb.hpp"
 #include "transports/stimulator/calibration_table.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "core/error.hpp"
 #include "emulator/timing_log.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/timing_report.hpp"
+#include "tools/support/timing_report.hpp"
 
 #include <algorithm>
 #include <sstream>

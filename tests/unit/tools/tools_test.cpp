@@ -1,11 +1,11 @@
 // The parts the verbs are made of.
 #include "core/frame.hpp"
 #include "tests/support/catch.hpp"
-#include "tools/command_line.hpp"
-#include "tools/preview.hpp"
-#include "tools/receiver.hpp"
-#include "tools/report.hpp"
-#include "tools/sequence.hpp"
+#include "tools/support/command_line.hpp"
+#include "tools/support/preview.hpp"
+#include "tools/support/receiver.hpp"
+#include "tools/support/report.hpp"
+#include "tools/support/sequence.hpp"
 
 #include <random>
 

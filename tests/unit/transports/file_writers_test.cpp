@@ -1,14 +1,14 @@
 // Image files, read back by readers of other people (fitsverify) and by tests/support/read_image.py, which
 // was written from the format specifications.
 #include "core/error.hpp"
+#include "images/writers/exr.hpp"
+#include "images/writers/fits.hpp"
+#include "images/writers/frame_writer.hpp"
+#include "images/writers/pending_file.hpp"
+#include "images/writers/png.hpp"
+#include "images/writers/raw.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "transports/file/exr.hpp"
-#include "transports/file/fits.hpp"
-#include "transports/file/frame_writer.hpp"
-#include "transports/file/pending_file.hpp"
-#include "transports/file/png.hpp"
-#include "transports/file/raw.hpp"
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@
 #include <random>
 
 using namespace obscura;
-using namespace obscura::transports;
+using namespace obscura::images;
 
 namespace {
 

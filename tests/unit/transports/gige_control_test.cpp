@@ -1,13 +1,13 @@
 // The control port without sockets: one datagram in, its answer out, on a fresh device each time.
 #include "core/clock.hpp"
 #include "core/error.hpp"
+#include "core/latency_histogram.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/pattern_camera.hpp"
-#include "transports/gige/bytes.hpp"
-#include "transports/gige/control_port.hpp"
-#include "transports/gige/features.hpp"
-#include "transports/gige/latency_histogram.hpp"
+#include "transports/gige/control/control_port.hpp"
+#include "transports/gige/registers/features.hpp"
+#include "transports/gige/wire/bytes.hpp"
 
 #include <unistd.h>
 

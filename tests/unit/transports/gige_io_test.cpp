@@ -1,8 +1,8 @@
 // Lines, counters, timers and sequencer: against a camera whose activity the test makes up.
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"
-#include "transports/gige/binning.hpp"
-#include "transports/gige/control_port.hpp"
+#include "transports/gige/channels/binning.hpp"
+#include "transports/gige/control/control_port.hpp"
 
 #include <cstdlib>
 #include <fstream>

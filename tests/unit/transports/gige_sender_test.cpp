@@ -3,8 +3,8 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/loopback_interface.hpp"
 #include "tests/support/plain_frame.hpp"
-#include "transports/gige/bytes.hpp"
-#include "transports/gige/gvsp_sender.hpp"
+#include "transports/gige/channels/gvsp_sender.hpp"
+#include "transports/gige/wire/bytes.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>

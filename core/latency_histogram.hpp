@@ -1,0 +1,38 @@
+// Lock-free histogram of time spans, for quantiles without storing every value.
+#pragma once
+
+#include "core/time.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura {
+
+/// Counts spans in buckets of 1/16 of an octave and at least 1 ns, so quantiles are right within 6.25 %. One
+/// adding thread at a time, any number of readers; no member allocates, locks or throws.
+class LatencyHistogram {
+public:
+    void add(std::int64_t span_ns) noexcept;
+    [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_relaxed); }
+    /// Upper end of the bucket that holds the quantile `q` in (0, 1], but no more than max_ns(); 0 when
+    /// empty.
+    [[nodiscard]] std::int64_t quantile_ns(double q) const noexcept;
+    [[nodiscard]] std::int64_t max_ns() const noexcept { return max_.load(std::memory_order_relaxed); }
+
+    /// Bucket of a span, and the largest span that falls into a bucket.
+    [[nodiscard]] static std::size_t bucket_of(std::int64_t span_ns) noexcept;
+    [[nodiscard]] static std::int64_t upper_end(std::size_t bucket) noexcept;
+    static constexpr std::size_t bucket_count = 16 * 60;
+    [[nodiscard]] std::uint64_t in_bucket(std::size_t bucket) const noexcept {
+        return buckets_[bucket].load(std::memory_order_relaxed);
+    }
+
+private:
+    std::array<std::atomic<std::uint64_t>, bucket_count> buckets_{};
+    std::atomic<std::uint64_t> count_{0};
+    std::atomic<std::int64_t> max_{0};
+};
+
+} // namespace obscura

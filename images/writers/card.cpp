@@ -1,0 +1,95 @@
+#include "images/writers/card.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace obscura::images {
+namespace {
+
+void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, std::string_view whose) {
+    const auto add = [&](std::string_view suffix, double value, std::string_view text) {
+        cards.push_back({fmt::format("{}{}", prefix, suffix), value, fmt::format("{} {}", text, whose)});
+    };
+    add("_X", pose.position_m.x, "[m] position of");
+    add("_Y", pose.position_m.y, "[m] position of");
+    add("_Z", pose.position_m.z, "[m] position of");
+    add("_QW", pose.orientation.w, "own axes to inertial,");
+    add("_QX", pose.orientation.x, "own axes to inertial,");
+    add("_QY", pose.orientation.y, "own axes to inertial,");
+    add("_QZ", pose.orientation.z, "own axes to inertial,");
+}
+
+/// Cards W<window>_<what>: the windows of a composed image, one below the other.
+void add_windows(Cards& cards, const Frame& frame) {
+    const FrameInfo& info = frame.info;
+    const auto count = std::min<std::size_t>(info.window_count, max_windows);
+    cards.push_back({"WINDOWS", static_cast<std::int64_t>(count), "in the image, one below the other"});
+    for (std::size_t i = 0; i < count; ++i) {
+        const FrameWindow& w = info.windows[i];
+        const auto add = [&](std::string_view suffix, std::int64_t value, std::string_view text) {
+            cards.push_back({fmt::format("W{:02}_{}", i, suffix), value, std::string(text)});
+        };
+        add("X", w.sensor.x, "[px] first sensor column of the window");
+        add("Y", w.sensor.y, "[px] first sensor row");
+        add("NX", w.sensor.width, "[px] columns");
+        add("NY", w.sensor.height, "[px] rows");
+        add("ROW", w.image_y, "[px] its first row in the image");
+        add("TASK", w.exposure_requested_ns, "[ns] integration time asked for");
+        add("TMIN", w.exposure_min_ns, "[ns] obtained, least of its rows");
+        add("TMAX", w.exposure_max_ns, "[ns] obtained, most of its rows");
+        add("FLAG", frame.window_flags(i), "readout flags, bits");
+        if (w.sampling != Sampling::destructive) {
+            add("NRD", w.reads, "non-destructive reads");
+            add("RD", w.read_index, "this is read number");
+        }
+    }
+}
+
+} // namespace
+
+Cards frame_cards(const Frame& frame) {
+    const FrameInfo& info = frame.info;
+    const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
+    Cards cards{
+        {"FRAMEID", whole(info.frame_id), "counts from 1 at acquisition start"},
+        {"TRIGID", whole(info.trigger_id), "trigger that asked for the frame"},
+        {"BITS", whole(info.bits_per_pixel), "depth of the converter"},
+        {"EXPOSURE", to_seconds(info.exposure_ns), "[s] requested exposure time"},
+        {"GAIN", info.gain_db, "[dB]"},
+        {"SEED", whole(info.truth.seed), "of the random numbers"},
+        {"T_EDGE", whole(info.trigger_edge.ns), "[ns] trigger edge, scheduling clock"},
+        {"T_MID", whole(info.truth.mid_exposure.ns), "[ns] mid-exposure, scheduling clock"},
+        {"TAIOFF", info.tai_offset_ns, "[ns] TAI minus scheduling clock"},
+        {"PARTIAL", !frame.complete(), "rows at the bottom are missing"},
+        {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
+         "of what triggered: free, locked, holdover"},
+        {"LATE", (frame.flags.load(std::memory_order_relaxed) & frame_late) != 0, "a row was late"},
+    };
+    if (info.window_count > 0) {
+        cards.push_back({"OFFSETX", whole(info.windows[0].sensor.x), "[px] first sensor column"});
+        cards.push_back({"OFFSETY", whole(info.windows[0].sensor.y), "[px] first sensor row"});
+        add_windows(cards, frame);
+    }
+    cards.push_back({"SUN_X", info.truth.sun_position_m.x, "[m] position of the Sun"});
+    cards.push_back({"SUN_Y", info.truth.sun_position_m.y, "[m] position of the Sun"});
+    cards.push_back({"SUN_Z", info.truth.sun_position_m.z, "[m] position of the Sun"});
+    add_pose(cards, "CAM", info.truth.camera, "the camera");
+    for (std::uint32_t i = 0; i < std::min<std::uint32_t>(info.truth.body_count, max_truth_bodies); ++i) {
+        const BodyTruth& body = info.truth.bodies[i];
+        const std::string name(body.name.data(),
+                               std::find(body.name.begin(), body.name.end(), '\0') - body.name.begin());
+        cards.push_back({fmt::format("BODY{}", i), name, "name of a body"});
+        add_pose(cards, fmt::format("B{}", i), body.pose, name);
+    }
+    return cards;
+}
+
+std::string card_text(const Card& card) {
+    if (const auto* text = std::get_if<std::string>(&card.value)) return *text;
+    if (const auto* flag = std::get_if<bool>(&card.value)) return *flag ? "true" : "false";
+    if (const auto* whole = std::get_if<std::int64_t>(&card.value)) return fmt::format("{}", *whole);
+    return fmt::format("{}", std::get<double>(card.value));
+}
+
+} // namespace obscura::images

@@ -1,0 +1,67 @@
+#include "images/writers/pending_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace obscura::images {
+namespace {
+
+std::filesystem::path temporary_beside(const std::filesystem::path& target) {
+    static std::atomic<unsigned> counter{0};
+    return target.parent_path() /
+           fmt::format(".{}.{}.{}.tmp", target.stem().string(), getpid(), counter.fetch_add(1));
+}
+
+} // namespace
+
+PendingFile::PendingFile(std::filesystem::path target)
+    : target_(std::move(target)), temporary_(temporary_beside(target_)) {
+    // Made here once, so that a folder that cannot be written is reported by errno and not by some library.
+    const int file = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) fail(std::strerror(errno));
+    close(file);
+}
+
+PendingFile::~PendingFile() {
+    if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+void PendingFile::commit() {
+    if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(std::strerror(errno));
+    temporary_.clear();
+}
+
+void PendingFile::fail(std::string_view why) const {
+    throw OutputError(fmt::format("{}: cannot be written: {}", target_.string(), why));
+}
+
+void require_writable(const std::filesystem::path& directory) {
+    std::error_code error;
+    const auto status = std::filesystem::status(directory, error);
+    if (!std::filesystem::exists(status))
+        throw OutputError(fmt::format("{}: no such directory", directory.string()));
+    if (!std::filesystem::is_directory(status))
+        throw OutputError(fmt::format("{}: not a directory", directory.string()));
+    const auto probe = temporary_beside(directory / "probe");
+    const int file = open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0)
+        throw OutputError(fmt::format("{}: cannot be written: {}", directory.string(), std::strerror(errno)));
+    close(file);
+    unlink(probe.c_str());
+}
+
+void make_writable(const std::filesystem::path& directory) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error && !std::filesystem::exists(directory))
+        throw OutputError(fmt::format("{}: cannot be made: {}", directory.string(), error.message()));
+    require_writable(directory);
+}
+
+} // namespace obscura::images

@@ -1,0 +1,83 @@
+#include "renderer/camera/gaussian_psf.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr int intervals = 2048;
+
+double normal_cdf(double z) {
+    return 0.5 * std::erfc(-z * (1 / std::numbers::sqrt2));
+}
+
+/// Integral of normal_cdf.
+double normal_cdf_integral(double z) {
+    return z * normal_cdf(z) + std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
+}
+
+/// Response of a pixel of width 1 through a Gaussian.
+struct Response {
+    double density, cumulative;
+};
+
+Response response(double x, double sigma) {
+    const double above = (x + 0.5) / sigma, below = (x - 0.5) / sigma;
+    return {normal_cdf(above) - normal_cdf(below),
+            sigma * (normal_cdf_integral(above) - normal_cdf_integral(below))};
+}
+
+/// Where the cumulative response is p, from `low` (below it) on: Newton's steps, halving where one leaves the
+/// bracket.
+double response_quantile(double p, double sigma, double low) {
+    double high = 0.5 + 9 * sigma;
+    double x = low;
+    for (int i = 0; i < 100; ++i) {
+        const Response at = response(x, sigma);
+        (at.cumulative < p ? low : high) = x;
+        double next = x - (at.cumulative - p) / at.density;
+        if (std::abs(next - x) < 1e-9 * sigma) return next; // the error after a step is as its square
+        if (!(next > low && next < high)) next = (low + high) / 2;
+        x = next;
+    }
+    return x;
+}
+
+OBSCURA_VECTOR_CLONES
+void interpolate_table(const float* table, const Doubles& u, Doubles& offset) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double position = u.v[i] * intervals;
+        const auto cell = static_cast<std::int32_t>(position);
+        const double a = table[cell];
+        const double b = table[cell + 1];
+        offset.v[i] = a + (b - a) * (position - cell);
+    }
+}
+
+} // namespace
+
+Footprint::Footprint(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5), quantiles_(intervals + 1) {
+    double quantile = -0.5 - 9 * sigma_px;
+    for (int i = 0; i <= intervals / 2; ++i) {
+        const double p = i == 0 ? 1.0 / (16 * intervals) : static_cast<double>(i) / intervals;
+        quantile = sigma_px > 0 ? response_quantile(p, sigma_px, quantile)
+                                : static_cast<double>(i) / intervals - 0.5;
+        quantiles_[static_cast<std::size_t>(i)] = static_cast<float>(quantile);
+        quantiles_[static_cast<std::size_t>(intervals - i)] = static_cast<float>(-quantile);
+    }
+    quantiles_[intervals / 2] = 0;
+    reach_px_ = -static_cast<double>(quantiles_[0]);
+}
+
+void Footprint::offsets(const Doubles& u, Doubles& offset) const {
+    interpolate_table(quantiles_.data(), u, offset);
+}
+
+double Footprint::weight(double x, std::int32_t i) const {
+    const double d = i - x;
+    if (sigma_px_ == 0) return d > -0.5 && d <= 0.5 ? 1 : 0;
+    return normal_cdf((d + 0.5) / sigma_px_) - normal_cdf((d - 0.5) / sigma_px_);
+}
+
+} // namespace obscura::renderer

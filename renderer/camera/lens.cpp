@@ -1,0 +1,249 @@
+#include "renderer/camera/lens.hpp"
+
+#include "core/error.hpp"
+#include "renderer/camera/pinhole.hpp"
+#include "renderer/packets/vector_math.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+/// How far beyond the sensor directions are still projected, for bodies and stars that reach in.
+constexpr double least_margin_px = 32;
+
+} // namespace
+
+Lens::Lens(const scene::Camera& camera)
+    : projection_(camera.projection),
+      distortion_(camera.distortion, camera.focal_length_m),
+      width_(camera.width),
+      height_(camera.height),
+      scale_(camera.pixel_pitch_m / camera.focal_length_m),
+      centre_x_((camera.width - 1) / 2.0 + camera.principal_offset_px[0]),
+      centre_y_((camera.height - 1) / 2.0 + camera.principal_offset_px[1]),
+      cosine_(std::cos(camera.sensor_rotation_rad)),
+      sine_(std::sin(camera.sensor_rotation_rad)),
+      pupil_cosine_(camera.pupil_cosine) {
+    switch (projection_) {
+    case scene::Projection::pinhole:
+        most_angle_rad_ = pi / 2 - 1e-6;
+        break;
+    case scene::Projection::orthographic:
+        most_angle_rad_ = pi / 2;
+        break;
+    case scene::Projection::stereographic:
+        most_angle_rad_ = pi - 1e-6;
+        break;
+    case scene::Projection::equidistant:
+    case scene::Projection::equisolid:
+        most_angle_rad_ = pi;
+        break;
+    }
+    most_radius_ = radius(most_angle_rad_);
+    limit_rad_ = most_angle_rad_;
+
+    // The polynomial must be one to one from the optical axis to wherever the sensor looks.
+    for (int i = 0; i <= 32; ++i)
+        for (int j = 0; j <= 32; ++j) {
+            const double x = -0.5 + camera.width * i / 32.0;
+            const double y = -0.5 + camera.height * j / 32.0;
+            double ratio = 1;
+            if (camera.distortion.model != scene::Distortion::Model::table &&
+                !distortion_.ideal(on_plane(x, y), ratio))
+                throw ConfigError(fmt::format("camera: distortion: has no inverse at pixel ({:.0f}, {:.0f}): "
+                                              "allowed are models that are one to one over the sensor",
+                                              x, y));
+            double inside = 0;
+            double beside = 0;
+            const Vec3 d = direction_at(x, y, inside);
+            for (const auto& [dx, dy] : {std::pair{1.0, 0.0}, {0.0, 1.0}}) {
+                const Vec3 next = direction_at(x + dx, y + dy, beside);
+                if (inside > 0 && beside > 0) pixel_angle_rad_ = std::max(pixel_angle_rad_, length(next - d));
+            }
+        }
+    // At the rim of its circle the orthographic projection is as steep as a circle's edge.
+    bool rim = false;
+    for (const double x : {-0.5, camera.width - 0.5})
+        for (const double y : {-0.5, camera.height - 0.5}) {
+            double inside = 0;
+            (void)direction_at(x, y, inside);
+            rim = rim || inside == 0;
+        }
+    if (projection_ == scene::Projection::orthographic && rim)
+        pixel_angle_rad_ = std::max(pixel_angle_rad_, std::sqrt(2 * scale_));
+    // The largest of a grid, and the rest for what lies between its points.
+    pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : scale_) * 1.2;
+    limit_rad_ =
+        std::min(most_angle_rad_, field_angle_rad(std::max(least_margin_px, camera.psf.wings_px + 1)) + 1e-9);
+}
+
+double Lens::radius(double t) const {
+    switch (projection_) {
+    case scene::Projection::pinhole:
+        return std::tan(t);
+    case scene::Projection::equidistant:
+        return t;
+    case scene::Projection::equisolid:
+        return 2 * std::sin(t / 2);
+    case scene::Projection::stereographic:
+        return 2 * std::tan(t / 2);
+    case scene::Projection::orthographic:
+        return std::sin(t);
+    }
+    return t;
+}
+
+double Lens::angle(double r) const {
+    switch (projection_) {
+    case scene::Projection::pinhole:
+        return std::atan(r);
+    case scene::Projection::equidistant:
+        return r;
+    case scene::Projection::equisolid:
+        return 2 * std::asin(std::min(1.0, r / 2));
+    case scene::Projection::stereographic:
+        return 2 * std::atan(r / 2);
+    case scene::Projection::orthographic:
+        return std::asin(std::min(1.0, r));
+    }
+    return r;
+}
+
+PlanePoint Lens::on_plane(double x, double y) const {
+    const double u = (x - centre_x_) * scale_;
+    const double v = (y - centre_y_) * scale_;
+    return {cosine_ * u - sine_ * v, sine_ * u + cosine_ * v};
+}
+
+double Lens::solid_angle_per_area(double t) const {
+    switch (projection_) {
+    case scene::Projection::pinhole:
+        return std::cos(t) * std::cos(t) * std::cos(t);
+    case scene::Projection::equidistant:
+        return t > 0 ? std::sin(t) / t : 1;
+    case scene::Projection::equisolid:
+        return 1;
+    case scene::Projection::stereographic: {
+        const double c = std::cos(t / 2) * std::cos(t / 2);
+        return c * c;
+    }
+    case scene::Projection::orthographic:
+        return 1 / std::max(std::cos(t), 1e-3);
+    }
+    return 1;
+}
+
+Vec3 Lens::direction_at(double x, double y, double& solid_angle_sr) const {
+    const PlanePoint real = on_plane(x, y);
+    double area_ratio = 1;
+    const std::optional<PlanePoint> ideal = distortion_.ideal(real, area_ratio);
+    const PlanePoint p = ideal ? *ideal : real;
+    const double r = std::sqrt(p.x * p.x + p.y * p.y);
+    const double t = std::min(angle(std::min(r, most_radius_)), most_angle_rad_);
+    const bool inside = ideal.has_value() && r <= most_radius_;
+    solid_angle_sr = inside ? scale_ * scale_ * area_ratio * solid_angle_per_area(t) : 0;
+    if (r == 0) return {0, 0, 1};
+    const double s = std::sin(t) / r;
+    return {p.x * s, p.y * s, std::cos(t)};
+}
+
+void Lens::rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles& weight_sr) const {
+    for (int i = 0; i < packet_size; ++i) {
+        const Vec3 d = direction_at(x[i], y[i], weight_sr[i]);
+        direction.set(i, d);
+        weight_sr[i] *= transmission(d);
+    }
+}
+
+double Lens::solid_angle_sr(double x, double y) const {
+    double solid_angle = 0;
+    (void)direction_at(x, y, solid_angle);
+    return solid_angle;
+}
+
+std::optional<ImagePoint> Lens::project_any(Vec3 direction) const {
+    const double across = std::sqrt(direction.x * direction.x + direction.y * direction.y);
+    const double t = std::atan2(across, direction.z);
+    if (!(t <= most_angle_rad_)) return std::nullopt;
+    const double s = across > 0 ? radius(t) / across : 0;
+    const std::optional<PlanePoint> p = distortion_.real({direction.x * s, direction.y * s});
+    if (!p) return std::nullopt;
+    return ImagePoint{(cosine_ * p->x + sine_ * p->y) / scale_ + centre_x_,
+                      (cosine_ * p->y - sine_ * p->x) / scale_ + centre_y_};
+}
+
+std::optional<ImagePoint> Lens::project(Vec3 direction) const {
+    const double across = std::sqrt(direction.x * direction.x + direction.y * direction.y);
+    if (!(std::atan2(across, direction.z) <= limit_rad_)) return std::nullopt;
+    return project_any(direction);
+}
+
+double Lens::transmission(Vec3 direction) const {
+    return pupil_cosine_ ? std::max(0.0, direction.z / length(direction)) : 1;
+}
+
+double Lens::local_pixel_angle_rad(Vec3 direction) const {
+    const double h = std::min(1e-4, scale_);
+    const Vec3 d = normalized(direction);
+    Vec3 a;
+    Vec3 b;
+    orthonormal_basis(d, a, b);
+    const auto at = project(d);
+    double most = 0; // pixels per radian
+    for (const Vec3 side : {a, b, (a + b) / std::numbers::sqrt2, (a - b) / std::numbers::sqrt2}) {
+        const auto p = project(d + h * side);
+        if (at && p)
+            most = std::max(most,
+                            std::sqrt((p->x - at->x) * (p->x - at->x) + (p->y - at->y) * (p->y - at->y)) / h);
+    }
+    return most > 0 ? 1 / most : scale_;
+}
+
+double Lens::field_angle_rad(double margin) const {
+    double most = 0;
+    constexpr int steps = 64;
+    const auto look = [&](double x, double y) {
+        double inside = 0;
+        const Vec3 d = direction_at(x, y, inside);
+        most =
+            std::max(most, inside > 0 ? std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z) : most_angle_rad_);
+    };
+    // Without an inverse in the margin, the field with as much of it as there is.
+    double m = margin;
+    const auto good = [&](double x, double y) {
+        double ratio = 1;
+        return distortion_.ideal(on_plane(x, y), ratio).has_value();
+    };
+    while (m > 0.5 && !(good(-0.5 - m, -0.5 - m) && good(width_ - 0.5 + m, -0.5 - m) &&
+                        good(-0.5 - m, height_ - 0.5 + m) && good(width_ - 0.5 + m, height_ - 0.5 + m)))
+        m /= 2;
+    for (int i = 0; i <= steps; ++i) {
+        const double x = -0.5 - m + (width_ + 2 * m) * i / steps;
+        const double y = -0.5 - m + (height_ + 2 * m) * i / steps;
+        look(x, -0.5 - m);
+        look(x, height_ - 0.5 + m);
+        look(-0.5 - m, y);
+        look(width_ - 0.5 + m, y);
+    }
+    const double between = pixel_angle_rad_ * (std::max(width_, height_) + 2 * m) / steps / 8;
+    return std::min(most + between, pi);
+}
+
+std::unique_ptr<Projection> make_projection(const scene::Camera& camera) {
+    const bool plain = camera.projection == scene::Projection::pinhole &&
+                       camera.distortion.model == scene::Distortion::Model::none &&
+                       camera.distortion.coefficients.empty() && camera.distortion.ideal_mm.empty() &&
+                       camera.distortion.real_mm.empty() && camera.principal_offset_px[0] == 0 &&
+                       camera.principal_offset_px[1] == 0 && camera.sensor_rotation_rad == 0 &&
+                       !camera.pupil_cosine;
+    if (plain) return std::make_unique<Pinhole>(camera);
+    return std::make_unique<Lens>(camera);
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,48 @@
+// Any lens: five projections, distortion, a sensor that is shifted and turned, and a flat pupil.
+#pragma once
+
+#include "renderer/camera/distortion.hpp"
+#include "renderer/camera/projection.hpp"
+
+namespace obscura::renderer {
+
+/// Direction -> ideal point of the focal plane (projection) -> real point (distortion) -> pixel (sensor).
+/// Directions farther from the boresight than the sensor, grown by a margin, sees are not projected: a
+/// polynomial may fold them back into the image.
+class Lens final : public Projection {
+public:
+    /// Throws ConfigError when the distortion cannot be undone somewhere on the sensor.
+    explicit Lens(const scene::Camera& camera);
+
+    void rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles& weight_sr) const override;
+    [[nodiscard]] double solid_angle_sr(double x, double y) const override;
+    [[nodiscard]] std::optional<ImagePoint> project(Vec3 direction) const override;
+    [[nodiscard]] double transmission(Vec3 direction) const override;
+    [[nodiscard]] double pixel_angle_rad() const override { return pixel_angle_rad_; }
+    [[nodiscard]] double local_pixel_angle_rad(Vec3 direction) const override;
+    [[nodiscard]] double field_angle_rad(double margin_px) const override;
+
+private:
+    /// Unit direction seen at a point of the sensor; the nearest the lens images where it images none:
+    /// `solid_angle_sr`, of a pixel there, is then 0.
+    [[nodiscard]] Vec3 direction_at(double x, double y, double& solid_angle_sr) const;
+    [[nodiscard]] PlanePoint on_plane(double x, double y) const;
+    [[nodiscard]] std::optional<ImagePoint> project_any(Vec3 direction) const;
+    /// Distance from the centre, over the focal length, at the angle, and the way back.
+    [[nodiscard]] double radius(double angle_rad) const;
+    [[nodiscard]] double angle(double radius) const;
+    /// Solid angle over area of the ideal plane, both over the focal length squared.
+    [[nodiscard]] double solid_angle_per_area(double angle_rad) const;
+
+    scene::Projection projection_;
+    Distortion distortion_;
+    std::int32_t width_, height_;
+    double scale_; ///< pitch / focal length
+    double centre_x_, centre_y_, cosine_, sine_;
+    bool pupil_cosine_;
+    double most_radius_, most_angle_rad_; ///< of the projection itself
+    double limit_rad_ = 0;                ///< directions farther from the boresight are not projected
+    double pixel_angle_rad_ = 0;
+};
+
+} // namespace obscura::renderer

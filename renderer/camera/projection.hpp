@@ -1,0 +1,44 @@
+// The one interface of everything that turns directions into points of the image, and back.
+#pragma once
+
+#include "renderer/packets/packet.hpp"
+#include "renderer/scene/scene.hpp"
+
+#include <memory>
+#include <optional>
+
+namespace obscura::renderer {
+
+struct ImagePoint {
+    double x = 0, y = 0; ///< sensor pixels; the centre of pixel (i, j) is at (i, j)
+};
+
+/// Directions are in the camera frame: x right, y down, z boresight. Immutable; any thread may call any
+/// member.
+class Projection {
+public:
+    virtual ~Projection() = default;
+
+    /// Unit directions in the camera frame of the image points, and what a radiance there is worth in the
+    /// pixel: its solid angle times transmission(), sr. 0 where the lens forms no image; the direction is
+    /// then the nearest that it does image.
+    virtual void rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles& weight_sr) const = 0;
+    /// Solid angle of the pixel about an image point, sr; 0 where the lens forms no image.
+    [[nodiscard]] virtual double solid_angle_sr(double x, double y) const = 0;
+    /// Where a direction (any length) is seen; nothing where it is not, or far outside the sensor.
+    [[nodiscard]] virtual std::optional<ImagePoint> project(Vec3 direction) const = 0;
+    /// Share of the light from a direction that gets to the focal plane.
+    [[nodiscard]] virtual double transmission(Vec3 /*direction*/) const { return 1; }
+
+    /// The largest angle that a shift of one pixel can subtend anywhere on the sensor.
+    [[nodiscard]] virtual double pixel_angle_rad() const = 0;
+    /// About the smallest near a direction: for the size of bodies in pixels.
+    [[nodiscard]] virtual double local_pixel_angle_rad(Vec3 /*direction*/) const { return pixel_angle_rad(); }
+    /// The largest angle to the boresight on the sensor grown by `margin_px`.
+    [[nodiscard]] virtual double field_angle_rad(double margin_px) const = 0;
+};
+
+/// The registry. Throws ConfigError when the lens cannot be.
+[[nodiscard]] std::unique_ptr<Projection> make_projection(const scene::Camera& camera);
+
+} // namespace obscura::renderer

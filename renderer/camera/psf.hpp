@@ -1,0 +1,84 @@
+// Point spread functions that are not plain Gaussians: a core to draw from, by place and band, and wings.
+#pragma once
+
+#include "renderer/camera/projection.hpp"
+#include "renderer/integrators/tracer.hpp"
+#include "renderer/packets/packet.hpp"
+#include "renderer/scene/scene.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// The response of a pixel to a point of light beside it, as a table, for all bands at one place of the
+/// field. Distances are from the point to the pixel's centre.
+class PsfCore {
+public:
+    static constexpr std::int32_t per_pixel = 8; ///< points of the tables
+
+    /// `density[band]`: light per px^2 on a square grid of (2 half + 1)^2 points, row by row.
+    PsfCore(std::int32_t half, const std::vector<std::vector<double>>& density);
+
+    /// A displacement drawn from the mean over the bands; `cell` tells density_ratio() where.
+    void draw(double u, double v, double& x, double& y, std::size_t& cell) const;
+    /// Response of a band there over that of the mean, which sums to 1: also the band's light in the core.
+    [[nodiscard]] double ratio(std::size_t band, std::size_t cell) const {
+        return ratio_.empty() ? light_[band] : ratio_[band][cell];
+    }
+    [[nodiscard]] double response(std::size_t band, double x, double y) const;
+    /// Share of the light that is in the core.
+    [[nodiscard]] double light(std::size_t band) const { return light_[band]; }
+
+private:
+    std::int32_t side_ = 0; ///< points of the response
+    double reach_px_ = 0;
+    std::vector<std::vector<float>> response_; ///< one for all bands when they are the same
+    std::vector<std::vector<float>> ratio_;    ///< band, cell; none when the bands are the same
+    std::vector<double> light_;
+    std::vector<double> row_sums_;   ///< cumulative, of the rows of cells
+    std::vector<float> column_sums_; ///< cumulative within each row
+};
+
+/// The PSF of a camera. Its core, within `reach_px()`, is where camera samples are displaced to; the wings
+/// beyond are added source by source. Immutable; any thread.
+class Psf {
+public:
+    /// None for a plain Gaussian, which Footprint knows better. Throws ConfigError or InputError.
+    static std::unique_ptr<const Psf> make(const scene::Camera& camera,
+                                           const std::vector<SpectralBand>& bands);
+
+    /// Whether bands have different PSFs.
+    [[nodiscard]] bool chromatic() const { return chromatic_; }
+    /// Largest displacement along an axis: half a pixel beyond the core.
+    [[nodiscard]] double reach_px() const { return core_px_ + 0.5; }
+    /// 0: there are none, and all light is in the core.
+    [[nodiscard]] double wings_px() const { return wings_px_; }
+
+    /// Turns the pixels (x, y) into the points of the image that their samples look at, and tells what a
+    /// sample is worth in each channel.
+    void displace(const Doubles& u, const Doubles& v, std::size_t channels, Doubles& x, Doubles& y,
+                  Channels& worth) const;
+    /// Share of the light of a point at `at` that the core brings into a pixel.
+    [[nodiscard]] double weight(ImagePoint at, std::int32_t column, std::int32_t row, std::size_t band) const;
+    /// What the wings bring into a pixel at a distance.
+    [[nodiscard]] double wing(std::size_t band, double squared_distance_px) const;
+
+private:
+    Psf() = default;
+    /// The four places about a point of the field, and their shares.
+    struct Mix {
+        const PsfCore* core[4];
+        double share[4];
+    };
+    [[nodiscard]] Mix mix(double x, double y) const;
+
+    double core_px_ = 0, wings_px_ = 0;
+    bool chromatic_ = false;
+    std::vector<double> field_x_, field_y_; ///< of the places, increasing
+    std::vector<PsfCore> cores_;            ///< row by row
+    std::vector<std::vector<float>> wings_; ///< per band, by the logarithm of the squared distance
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,354 @@
+#include "renderer/integrators/block_tracer.hpp"
+
+#include "renderer/packets/frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace obscura::renderer {
+namespace {
+
+/// The estimate of a pixel's error errs on the safe side, and most pixels need nothing: the error over all
+/// pixels is this much smaller than that aimed at in each (see the test of adaptive sampling, which measures
+/// it).
+constexpr double error_margin = 2.3;
+/// The same for pixels that share a grid, whose error is estimated by what is left of its points about a
+/// plane: most of that is detail that the grid still resolves.
+constexpr double shared_error_margin = 7;
+/// The pixels that need more are then few.
+constexpr double refined_error_margin = 3.5;
+
+/// Which of 16 directions lie within `chord2` of `axis`.
+OBSCURA_VECTOR_CLONES
+void near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = direction.x.v[i] - axis.x;
+        const double y = direction.y.v[i] - axis.y;
+        const double z = direction.z.v[i] - axis.z;
+        near.on[i] = x * x + y * y + z * z <= chord2 ? -1 : 0;
+    }
+}
+
+} // namespace
+
+struct BlockTracer::Batch {
+    CameraRays rays[Tracer::batch_size];
+    Doubles x[Tracer::batch_size], y[Tracer::batch_size];
+    Doubles solid_angle[Tracer::batch_size];
+    Channels worth[Tracer::batch_size]; ///< by the PSF
+    int pixel[Tracer::batch_size][packet_size];
+    std::size_t packets = 0; ///< full ones
+    int lanes = 0;           ///< in the one after those
+};
+
+BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
+                         const Sampling& sampling, const RowState& row, Tracer& tracer,
+                         std::vector<std::int32_t>& candidates)
+    : projection_(projection),
+      footprint_(footprint),
+      psf_(psf),
+      sampling_(sampling),
+      row_(row),
+      tracer_(tracer),
+      candidates_(candidates) {}
+
+void BlockTracer::set_block(std::int32_t block, std::int32_t y, Vec3s& centre) {
+    first_x_ = block * packet_size;
+    y_ = y;
+    Doubles x;
+    Doubles row_y;
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] = first_x_ + i;
+        row_y.v[i] = y;
+    }
+    projection_.rays(x, row_y, centre, solid_angle_);
+    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
+}
+
+NearBodies BlockTracer::find_near(const Vec3s& centre) {
+    NearBodies found;
+    candidates_.clear();
+    for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
+        const BodyState& body = row_.bodies[b];
+        Lanes near;
+        near_axis(centre, body.direction, body.reach_chord2, near);
+        if (!near.any()) continue;
+        if (!body.targeted) {
+            RayPacket rays;
+            transform(body.from_camera, centre, {}, rays.direction);
+            set_all(rays.origin, body.camera_m);
+            body.shape->cull(rays, row_.reach_rad, near);
+            if (!near.any()) continue;
+        }
+        // Targeted bodies hide what is behind them, but their own light is splatted.
+        candidates_.push_back(static_cast<std::int32_t>(b));
+        if (body.targeted) continue;
+        for (int i = 0; i < packet_size; ++i)
+            if (near.on[i] != 0) found.covered = static_cast<std::uint16_t>(found.covered | 1u << i);
+        found.samples = std::max(found.samples, body.samples);
+        found.large = found.large && body.large;
+        found.reference = std::max(found.reference, body.reference_radiance);
+    }
+    return found;
+}
+
+std::uint32_t BlockTracer::samples_for(double spread, double aim, std::uint32_t least) const {
+    // n^0.75 = spread / aim, rounded up to a power of two: Sobol points are best there.
+    const std::uint32_t most = std::max(least, sampling_.max_samples);
+    const double ratio2 = spread * spread / (aim * aim);
+    std::uint32_t count = 1;
+    while (count < most && static_cast<double>(count) * count * count < ratio2 * ratio2)
+        count *= 2;
+    return std::min(count, most);
+}
+
+void BlockTracer::take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
+                            BlockResult& result, std::uint32_t (&wanted)[packet_size]) const {
+    const std::size_t channels = tracer_.channels();
+    Doubles mean{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        Doubles value;
+        lattice.gather(kernel, c, first_x_, y_, value);
+        for (int i = 0; i < packet_size; ++i) {
+            result.mean[c][i] = value.v[i];
+            mean.v[i] += value.v[i] / static_cast<double>(channels);
+        }
+    }
+    const double floor = std::pow(kernel.noise, -3.0);
+    Doubles deviation;
+    Doubles residual;
+    lattice.roughness(channels, first_x_, y_, deviation, residual);
+    for (int i = 0; i < packet_size; ++i) {
+        wanted[i] = 0;
+        const double error = kernel.noise * residual.v[i];
+        result.variance[i] = error * error;
+        result.samples[i] = result.covered[i] ? 1 : 0;
+        if (!result.covered[i]) continue;
+        const double aim = shared_error_margin * sampling_.target_error *
+                           std::max(near.reference * solid_angle_.v[i], mean.v[i]);
+        // Fewer than the points that the grid puts into a pixel would be no better than it.
+        if (error > aim)
+            wanted[i] = samples_for(
+                std::max(deviation.v[i] / aim * (shared_error_margin / refined_error_margin), floor), 1, 1);
+    }
+}
+
+bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result, const LatticeKernel* kernel,
+                        const Lattice* lattice) {
+    NearBodies near;
+    if (lattice != nullptr) {
+        near = lattice->near(block * packet_size, y);
+        // Small bodies are not left to one point a pixel.
+        if (!near.large) lattice = nullptr;
+    }
+    if (lattice != nullptr && near.samples == 0) {
+        std::fill(std::begin(result.covered), std::end(result.covered), false);
+        return false;
+    }
+    Vec3s centre;
+    set_block(block, y, centre);
+    if (lattice == nullptr) near = find_near(centre);
+    for (int i = 0; i < packet_size; ++i)
+        result.covered[i] = (near.covered >> i & 1u) != 0;
+    if (near.samples == 0) return false;
+
+    Sums sums;
+    const std::size_t channels = tracer_.channels();
+    for (std::size_t c = 0; c < channels; ++c)
+        std::fill(std::begin(sums.channel[c]), std::end(sums.channel[c]), 0.0);
+    std::fill(std::begin(sums.least), std::end(sums.least), no_hit);
+    std::fill(std::begin(sums.most), std::end(sums.most), -no_hit);
+    std::uint32_t wanted[packet_size];
+    int round = 0;
+    double margin = error_margin;
+    if (lattice != nullptr) {
+        take_calm(*kernel, *lattice, near, result, wanted);
+        if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
+            return true;
+        // The grid has told whether there is anything; now it counts which bodies.
+        near = find_near(centre);
+        round = 1;
+        margin = refined_error_margin;
+    } else {
+        for (int i = 0; i < packet_size; ++i)
+            wanted[i] = result.covered[i] ? near.samples : 0;
+    }
+    first_sample_ =
+        sampling_.part * std::max(near.samples, sampling_.target_error > 0 ? sampling_.max_samples : 0);
+    sample(wanted, sums);
+
+    for (; sampling_.target_error > 0 && round < 2; ++round) {
+        bool more = false;
+        for (int i = 0; i < packet_size; ++i) {
+            const std::uint32_t n = sums.count[i];
+            if (n == 0) continue;
+            double spread = 0;
+            if (round == 0) {
+                // Few samples of its own: the range over the pixel and its neighbours stands in for twice
+                // the deviation.
+                double least = sums.least[i];
+                double largest = sums.most[i];
+                for (const int k : {i - 1, i + 1})
+                    if (k >= 0 && k < packet_size && result.covered[k]) {
+                        least = std::min(least, sums.least[k]);
+                        largest = std::max(largest, sums.most[k]);
+                    }
+                spread = (largest - least) / 2;
+            } else {
+                const double mean = sums.sum[i] / n;
+                spread = std::sqrt(std::max(0.0, (sums.square[i] - sums.sum[i] * mean) / (n - 1)));
+            }
+            const double aim = margin * sampling_.target_error *
+                               std::max(near.reference * solid_angle_.v[i], sums.sum[i] / n);
+            if (!(spread > aim)) continue;
+            const std::uint32_t count = samples_for(spread, aim, near.samples);
+            if (count > n) {
+                wanted[i] = count;
+                more = true;
+            }
+        }
+        if (!more) break;
+        sample(wanted, sums);
+    }
+
+    for (int i = 0; i < packet_size; ++i) {
+        const double n = sums.count[i];
+        if (n == 0) continue;
+        result.samples[i] = sums.count[i];
+        const double mean = sums.sum[i] / n;
+        for (std::size_t c = 0; c < channels; ++c)
+            result.mean[c][i] = sums.channel[c][i] / n;
+        result.variance[i] =
+            n > 1 ? std::max(0.0, (sums.square[i] - sums.sum[i] * mean) / (n - 1) / (n * std::sqrt(n))) : 0;
+    }
+    return true;
+}
+
+void BlockTracer::trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel,
+                                Lattice& lattice) {
+    Vec3s centre;
+    set_block(block, y, centre);
+    const NearBodies near = find_near(centre);
+    lattice.near(block * packet_size, y) = near;
+    if (near.samples == 0) return;
+    Doubles x;
+    Doubles row_y;
+    Lanes active;
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] = first_x_ + i + kernel.shift_x;
+        row_y.v[i] = y + kernel.shift_y;
+        active.on[i] = (near.covered >> i & 1u) != 0 ? -1 : 0;
+    }
+    CameraRays rays;
+    rays.index = {};
+    rays.light_seed = light_seed_;
+    Doubles solid_angle;
+    meet(x, row_y, active, rays, solid_angle);
+    tracer_.radiance({&rays, 1});
+    for (std::size_t c = 0; c < tracer_.channels(); ++c) {
+        float* out = lattice.row(c, y) + (first_x_ - lattice.first_x());
+        for (int i = 0; i < packet_size; ++i)
+            out[i] =
+                active.on[i] != 0 ? static_cast<float>(rays.radiance.v[c].v[i] * solid_angle.v[i]) : 0.0F;
+    }
+}
+
+void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums) {
+    Batch batch;
+    for (int p = 0; p < packet_size; ++p) {
+        for (std::uint32_t s = sums.count[p]; s < wanted[p]; ++s) {
+            CameraRays& rays = batch.rays[batch.packets];
+            batch.pixel[batch.packets][batch.lanes] = p;
+            rays.index.v[batch.lanes] = first_sample_ + s;
+            if (++batch.lanes < packet_size) continue;
+            aim(batch);
+            ++batch.packets;
+            batch.lanes = 0;
+            if (batch.packets == Tracer::batch_size) trace(batch, sums);
+        }
+        sums.count[p] = std::max(sums.count[p], wanted[p]);
+    }
+    if (batch.lanes > 0) aim(batch);
+    if (batch.packets > 0 || batch.lanes > 0) trace(batch, sums);
+}
+
+void BlockTracer::aim(Batch& batch) const {
+    const std::size_t k = batch.packets;
+    CameraRays& rays = batch.rays[k];
+    for (int i = batch.lanes; i < packet_size; ++i) {
+        // Unused lanes repeat the last used one, and will be switched off.
+        batch.pixel[k][i] = batch.pixel[k][batch.lanes - 1];
+        rays.index.v[i] = rays.index.v[batch.lanes - 1];
+    }
+    Words lens;
+    for (int i = 0; i < packet_size; ++i) {
+        lens.v[i] = lens_seed_.v[batch.pixel[k][i]];
+        rays.light_seed.v[i] = light_seed_.v[batch.pixel[k][i]];
+    }
+    Doubles u;
+    Doubles v;
+    sobol_pair(rays.index, lens, u, v);
+    Doubles& x = batch.x[k];
+    Doubles& y = batch.y[k];
+    if (psf_ != nullptr) {
+        for (int i = 0; i < packet_size; ++i) {
+            x.v[i] = first_x_ + batch.pixel[k][i];
+            y.v[i] = y_;
+        }
+        psf_->displace(u, v, tracer_.channels(), x, y, batch.worth[k]);
+        return;
+    }
+    footprint_.offsets(u, x);
+    footprint_.offsets(v, y);
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] += first_x_ + batch.pixel[k][i];
+        y.v[i] += y_;
+    }
+}
+
+void BlockTracer::trace(Batch& batch, Sums& sums) {
+    const std::size_t packets = batch.packets + (batch.lanes > 0 ? 1 : 0);
+    const auto lanes_of = [&](std::size_t k) { return k < batch.packets ? packet_size : batch.lanes; };
+    for (std::size_t k = 0; k < packets; ++k) {
+        Lanes active;
+        for (int i = 0; i < packet_size; ++i)
+            active.on[i] = i < lanes_of(k) ? -1 : 0;
+        meet(batch.x[k], batch.y[k], active, batch.rays[k], batch.solid_angle[k]);
+    }
+    tracer_.radiance({batch.rays, packets});
+    const std::size_t channels = tracer_.channels();
+    for (std::size_t k = 0; k < packets; ++k) {
+        Channels& value = batch.rays[k].radiance;
+        for (std::size_t c = 0; c < channels; ++c)
+            for (int i = 0; i < packet_size; ++i) {
+                value.v[c].v[i] *= batch.solid_angle[k].v[i];
+                if (psf_ != nullptr) value.v[c].v[i] *= batch.worth[k].v[c].v[i];
+            }
+        for (int i = 0; i < lanes_of(k); ++i) {
+            const int p = batch.pixel[k][i];
+            double v = 0;
+            for (std::size_t c = 0; c < channels; ++c) {
+                sums.channel[c][p] += value.v[c].v[i];
+                v += value.v[c].v[i];
+            }
+            v /= static_cast<double>(channels);
+            sums.sum[p] += v;
+            sums.square[p] += v * v;
+            sums.least[p] = std::min(sums.least[p], v);
+            sums.most[p] = std::max(sums.most[p], v);
+        }
+    }
+    batch.packets = 0;
+    batch.lanes = 0;
+}
+
+void BlockTracer::meet(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
+                       Doubles& solid_angle) {
+    projection_.rays(x, y, rays.direction, solid_angle);
+    tracer_.intersect(rays.direction, active, candidates_, rays.hits);
+    tracer_.count_samples(active);
+    for (std::int32_t& body : rays.hits.body)
+        if (body >= 0 && row_.bodies[static_cast<std::size_t>(body)].targeted) body = -1;
+}
+
+} // namespace obscura::renderer

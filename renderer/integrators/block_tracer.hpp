@@ -1,0 +1,107 @@
+// Sixteen neighbouring pixels of a row: which are traced, with how many samples, and what they receive.
+#pragma once
+
+#include "renderer/camera/gaussian_psf.hpp"
+#include "renderer/camera/projection.hpp"
+#include "renderer/camera/psf.hpp"
+#include "renderer/integrators/lattice.hpp"
+#include "renderer/integrators/tracer.hpp"
+#include "renderer/packets/sampler.hpp"
+#include "renderer/world/row_state.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// How a frame is sampled.
+struct Sampling {
+    std::uint64_t seed = 1;
+    std::uint64_t frame_id = 0;
+    std::uint32_t max_samples = 4; ///< per pixel, at most, unless the row's bodies ask for more
+    double target_error = 0;       ///< 0: what the row's bodies ask for everywhere
+    std::uint32_t part = 0;        ///< number of the row's instant among those that share a pixel's samples
+};
+
+/// The means of a block's pixels: the tracer's radiance times the pixel's solid angle.
+struct BlockResult {
+    bool covered[packet_size]; ///< false: nothing can be seen there, and nothing was traced
+    double mean[max_channels][packet_size];
+    double variance[packet_size]; ///< of the mean over the channels, as estimated
+    std::uint32_t samples[packet_size];
+};
+
+/// Traces blocks of one row. A block starts at a multiple of 16 of the sensor's columns and is always traced
+/// whole, so that a packet holds the same rays, and a pixel takes the same decisions, whatever the window.
+///
+/// Adaptive sampling in up to three rounds, the first of which a grid that the pixels share may stand for.
+/// After each, a pixel's spread is judged from its own samples and those of its neighbours in the block; with
+/// Owen-scrambled points the error of n samples falls about as spread x n^-0.75 (between 1/n on smooth ground
+/// and n^-0.7 on edges, measured), which gives the number wanted. The error aimed at, root mean square over
+/// the lit pixels, is `target_error` times the larger of the pixel's value and the brightness of the body
+/// where it looks half way between Sun and camera.
+class BlockTracer {
+public:
+    /// All arguments must outlive the tracer. `candidates` is scratch space.
+    BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
+                const Sampling& sampling, const RowState& row, Tracer& tracer,
+                std::vector<std::int32_t>& candidates);
+
+    /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
+    /// rows about `y` are filled, pixels on calm ground take it instead of samples of their own.
+    bool trace(std::int32_t block, std::int32_t y, BlockResult& result, const LatticeKernel* kernel = nullptr,
+               const Lattice* lattice = nullptr);
+
+    /// Traces the grid's points of that block.
+    void trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel, Lattice& lattice);
+
+    /// The block that holds column `x`.
+    static std::int32_t block_of(std::int32_t x) {
+        return x >= 0 ? x / packet_size : -((-x + packet_size - 1) / packet_size);
+    }
+
+private:
+    struct Sums {
+        double channel[max_channels][packet_size];
+        double sum[packet_size] = {}; ///< of the means over the channels
+        double square[packet_size] = {};
+        double least[packet_size];
+        double most[packet_size];
+        std::uint32_t count[packet_size] = {};
+    };
+
+    /// Samples that are on their way: packets that are traced together.
+    struct Batch;
+
+    /// Sets the block, its seeds and the solid angles of its pixels; `centre`: where these look.
+    void set_block(std::int32_t block, std::int32_t y, Vec3s& centre);
+    /// What may be seen from the block's pixels; lists it in `candidates_`.
+    NearBodies find_near(const Vec3s& centre);
+    /// Samples wanted for a spread of `spread` where the error `aim` is allowed.
+    [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
+    /// Takes from the grid what is calm enough; the rest is asked for in `wanted`.
+    void take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
+                   BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
+    /// Sums the samples [count, wanted) of every pixel, counted from `first_sample_`.
+    void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
+    /// Aims the rays of the batch's last packet.
+    void aim(Batch& batch) const;
+    void trace(Batch& batch, Sums& sums);
+    /// Finds what a packet's rays, aimed at places of the sensor, meet.
+    void meet(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
+              Doubles& solid_angle);
+
+    const Projection& projection_;
+    const Footprint& footprint_;
+    const Psf* psf_; ///< instead of the footprint, if any
+    const Sampling& sampling_;
+    const RowState& row_;
+    Tracer& tracer_;
+    std::vector<std::int32_t>& candidates_;
+    std::int32_t first_x_ = 0, y_ = 0;
+    std::uint32_t first_sample_ = 0; ///< of a pixel's sequence: those before are other instants'
+    Doubles solid_angle_;
+    Words lens_seed_, light_seed_;
+};
+
+} // namespace obscura::renderer

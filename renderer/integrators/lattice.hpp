@@ -1,0 +1,90 @@
+// One ray for each pixel, on a grid that all pixels share through the PSF: what calm ground needs.
+#pragma once
+
+#include "core/region.hpp"
+#include "renderer/camera/gaussian_psf.hpp"
+#include "renderer/packets/packet.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// Where the grid lies in one frame and what its points weigh in a pixel. The points are the pixels' centres,
+/// all displaced by one random shift, and a pixel is the sum of the points about it times its response there.
+/// The response of a square pixel takes whole numbers of any grid of its own pitch: the weights of each axis
+/// sum to 1 whatever the shift, and of an image without detail finer than two pixels nothing is lost.
+struct LatticeKernel {
+    static constexpr std::int32_t max_reach = 4;
+
+    double shift_x = 0, shift_y = 0; ///< px, -0.5 .. 0.5
+    std::int32_t reach = 0;          ///< points from -reach to reach about a pixel are summed
+    double x[2 * max_reach + 1] = {}, y[2 * max_reach + 1] = {};
+    /// What remains in a pixel of the deviation of points that agree along the other axis only, as on an
+    /// edge.
+    double noise = 1;
+
+    /// Throws nothing; a footprint too narrow or too wide has no kernel: see fits().
+    LatticeKernel(const Footprint& footprint, std::uint64_t seed, std::uint64_t frame_id);
+    [[nodiscard]] static bool fits(const Footprint& footprint);
+};
+
+/// What is known of 16 pixels of a row before they are traced.
+struct NearBodies {
+    std::uint16_t covered = 0; ///< bit i: a body may be seen in pixel i
+    std::uint32_t samples = 0; ///< per pixel, as the bodies ask; 0: nothing is near
+    bool large = true;         ///< the bodies all are
+    double reference = 0;      ///< brightest of the bodies' reference radiances
+};
+
+/// The radiances times solid angle of the grid's points over a window and what the kernel reaches beyond it.
+/// Rows are filled by different threads.
+class Lattice {
+public:
+    /// Sets all to 0. Columns are whole blocks of 16, as packets are.
+    void reset(const Region& window, std::int32_t first_row, std::int32_t rows, std::size_t channels,
+               std::int32_t reach);
+
+    [[nodiscard]] std::int32_t first_x() const { return first_x_; }
+    [[nodiscard]] std::int32_t first_y() const { return first_y_; }
+    [[nodiscard]] std::int32_t width() const { return width_; }
+    [[nodiscard]] std::int32_t height() const { return height_; }
+    [[nodiscard]] float* row(std::size_t channel, std::int32_t y) {
+        return values_.data() +
+               (channel * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y - first_y_)) *
+                   static_cast<std::size_t>(width_);
+    }
+    [[nodiscard]] const float* row(std::size_t channel, std::int32_t y) const {
+        return values_.data() +
+               (channel * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y - first_y_)) *
+                   static_cast<std::size_t>(width_);
+    }
+
+    /// Of the block of row `y` that begins at column `x`.
+    [[nodiscard]] NearBodies& near(std::int32_t x, std::int32_t y) { return near_[near_index(x, y)]; }
+    [[nodiscard]] const NearBodies& near(std::int32_t x, std::int32_t y) const {
+        return near_[near_index(x, y)];
+    }
+
+    /// The pixels [x, x + 16) of row `y`: their value in a channel.
+    void gather(const LatticeKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
+                Doubles& value) const;
+    /// What the points about those pixels, 3 by 3, tell about the image there, mean over the channels: their
+    /// deviation from their mean, and from the plane through them.
+    void roughness(std::size_t channels, std::int32_t x, std::int32_t y, Doubles& deviation,
+                   Doubles& residual) const;
+
+private:
+    [[nodiscard]] std::size_t near_index(std::int32_t x, std::int32_t y) const {
+        return static_cast<std::size_t>((y - first_y_) * (width_ / packet_size) +
+                                        (x - first_x_) / packet_size);
+    }
+
+    std::vector<float> values_;
+    std::vector<NearBodies> near_;
+    std::int32_t first_x_ = 0, first_y_ = 0, width_ = 0, height_ = 0;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,175 @@
+#include "renderer/integrators/layers.hpp"
+
+#include "renderer/packets/frames.hpp"
+#include "renderer/renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+double angle_deg(Vec3 a, Vec3 b) {
+    return std::atan2(length(cross(a, b)), dot(a, b)) * degrees;
+}
+
+/// Writes all layers of one pixel.
+class Pixel {
+public:
+    Pixel(float* out, std::size_t plane) : out_(out), plane_(plane) {}
+    void set(LayerId layer, double value) {
+        out_[static_cast<std::size_t>(layer) * plane_] = static_cast<float>(value);
+    }
+
+private:
+    float* out_;
+    std::size_t plane_;
+};
+
+/// What the surface of one body looks like at 16 hits.
+struct Look {
+    Doubles u, v, albedo;
+    std::size_t part[packet_size];
+};
+
+/// Fills `look`, and turns the normals by the body's normal map.
+void paint(const BodyState& body, const RayPacket& rays, const HitPacket& hits, std::int32_t index,
+           double ray_width_rad, SurfacePacket& surface, Look& look) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    const Paint* const paint = body.built->paint.get();
+    ChartPacket chart;
+    const bool charted = paint != nullptr ? paint->chart(*body.shape, hits, index, surface, chart)
+                                          : body.shape->chart(hits, index, surface, chart);
+    Channels factor;
+    ParameterPacket varied;
+    if (paint != nullptr) {
+        Doubles width_m;
+        for (int i = 0; i < packet_size; ++i)
+            width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad : 0.0;
+        paint->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor, varied);
+    }
+    Doubles albedo;
+    for (double& value : albedo.v)
+        value = unknown;
+    if (body.material != nullptr) {
+        ScatterPacket upright;
+        Doubles r;
+        for (int i = 0; i < packet_size; ++i)
+            upright.cos_in[i] = upright.cos_out[i] = upright.cos_phase[i] = 1;
+        if (paint != nullptr && paint->varies()) upright.varied = &varied;
+        body.material->reflectance(upright, r);
+        const double mirror = body.material->mirror_reflectance();
+        const double colour = body.built->colour.empty() ? 1 : body.built->colour[0];
+        for (int i = 0; i < packet_size; ++i)
+            albedo[i] = (mirror >= 0 ? mirror : r[i] * std::numbers::pi) * colour;
+    }
+    for (int i = 0; i < packet_size; ++i) {
+        look.u[i] = charted ? chart.u[i] : unknown;
+        look.v[i] = charted ? chart.v[i] : unknown;
+        look.albedo[i] = paint != nullptr ? albedo[i] * factor.v[0][i] : albedo[i];
+        look.part[i] = paint != nullptr && paint->parts() > 1 && hits.body[i] == index
+                           ? body.shape->part(hits.primitive[i])
+                           : 0;
+    }
+}
+
+} // namespace
+
+void trace_layers(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
+                  std::int32_t width, double ray_width_rad, std::vector<std::int32_t>& candidates, float* out,
+                  std::size_t plane) {
+    const std::int32_t bodies = static_cast<std::int32_t>(row.bodies.size());
+    // Blocks start at multiples of 16 of the sensor, so that a window is the crop of the whole.
+    const std::int32_t first =
+        x >= 0 ? x / packet_size * packet_size : -((-x + packet_size - 1) / packet_size) * packet_size;
+    for (std::int32_t block = first; block < x + width; block += packet_size) {
+        Doubles px;
+        Doubles py;
+        for (int i = 0; i < packet_size; ++i) {
+            px[i] = block + i;
+            py[i] = y;
+        }
+        Vec3s direction;
+        Doubles solid_angle;
+        projection.rays(px, py, direction, solid_angle);
+        candidates.clear();
+        for (std::int32_t b = 0; b < bodies; ++b) {
+            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+            for (int i = 0; i < packet_size; ++i)
+                if (length_squared(direction.lane(i) - body.direction) <= body.reach_chord2) {
+                    candidates.push_back(b);
+                    break;
+                }
+        }
+        HitPacket hits;
+        hits.clear();
+        RayPacket rays;
+        for (int i = 0; i < packet_size; ++i) {
+            rays.t_max[i] = no_hit;
+            rays.active.on[i] = solid_angle[i] > 0 ? -1 : 0;
+        }
+        for (const std::int32_t b : candidates) {
+            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+            transform(body.from_camera, direction, {}, rays.direction);
+            set_all(rays.origin, body.camera_m);
+            body.shape->intersect(rays, b, hits);
+        }
+        SurfacePacket surface;
+        Look look;
+        std::int32_t of_body = -1;
+        for (int i = 0; i < packet_size; ++i) {
+            const std::int32_t column = block + i - x;
+            if (column < 0 || column >= width) continue;
+            Pixel pixel(out + column, plane);
+            const std::int32_t b = hits.body[i];
+            if (b < 0) {
+                for (std::size_t k = 0; k < layer_count; ++k)
+                    pixel.set(static_cast<LayerId>(k), std::numeric_limits<double>::quiet_NaN());
+                pixel.set(LayerId::body, 0);
+                continue;
+            }
+            const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
+            if (b != of_body) {
+                transform(body.from_camera, direction, {}, rays.direction);
+                set_all(rays.origin, body.camera_m);
+                body.shape->surface(rays, hits, b, surface);
+                of_body = b;
+                paint(body, rays, hits, b, ray_width_rad, surface, look);
+            }
+            const Vec3 position = surface.position.lane(i);
+            const Vec3 normal = surface.normal.lane(i);
+            const Vec3 to_camera = body.camera_m - position;
+            const Vec3 to_sun = body.sun_m - position;
+            const Vec3 inertial_normal = body.to_inertial * normal;
+            const double range = length(to_camera);
+            const double radius = length(position);
+            pixel.set(LayerId::body, b + 1);
+            pixel.set(LayerId::range_m, range);
+            pixel.set(LayerId::depth_m, range * direction.z[i]);
+            pixel.set(LayerId::normal_x, inertial_normal.x);
+            pixel.set(LayerId::normal_y, inertial_normal.y);
+            pixel.set(LayerId::normal_z, inertial_normal.z);
+            pixel.set(LayerId::longitude_deg, std::atan2(position.y, position.x) * degrees);
+            pixel.set(LayerId::latitude_deg,
+                      radius > 0 ? std::asin(std::clamp(position.z / radius, -1.0, 1.0)) * degrees : 0);
+            pixel.set(LayerId::slope_deg, radius > 0 ? angle_deg(normal, position) : 0);
+            const bool is_sun = body.material == nullptr;
+            pixel.set(LayerId::incidence_deg,
+                      is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));
+            pixel.set(LayerId::emission_deg, angle_deg(normal, to_camera));
+            pixel.set(LayerId::u, look.u[i]);
+            pixel.set(LayerId::v, look.v[i]);
+            pixel.set(LayerId::albedo, look.albedo[i]);
+            pixel.set(LayerId::material, body.built->first_material + look.part[i]);
+            pixel.set(LayerId::phase_deg,
+                      is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
+        }
+    }
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,134 @@
+#include "renderer/integrators/tracer.hpp"
+
+#include "renderer/lights/sunlight.hpp"
+#include "renderer/packets/frames.hpp"
+
+namespace obscura::renderer {
+OBSCURA_VECTOR_CLONES
+void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double nx = surface.normal.x.v[i];
+        const double ny = surface.normal.y.v[i];
+        const double nz = surface.normal.z.v[i];
+        const double out = -(nx * view.x.v[i] + ny * view.y.v[i] + nz * view.z.v[i]);
+        s.cos_in.v[i] = nx * light.x.v[i] + ny * light.y.v[i] + nz * light.z.v[i];
+        // Interpolated normals may turn away from the viewer at the limb.
+        s.cos_out.v[i] = out > 1e-6 ? out : 1e-6;
+        s.cos_phase.v[i] =
+            -(view.x.v[i] * light.x.v[i] + view.y.v[i] * light.y.v[i] + view.z.v[i] * light.z.v[i]);
+    }
+}
+
+Tracer::Tracer(const RowState& row, const scene::Sun& sun, RayCounts& counts)
+    : row_(row), sun_(sun), sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)), counts_(counts) {}
+
+void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
+                       HitPacket& hits) {
+    hits.clear();
+    counts_.rays += static_cast<std::uint64_t>(active.count());
+    RayPacket rays;
+    rays.active = active;
+    for (double& t : rays.t_max.v)
+        t = no_hit;
+    for (const std::int32_t index : candidates) {
+        const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
+        transform(body.from_camera, direction, {}, rays.direction);
+        set_all(rays.origin, body.camera_m);
+        body.shape->intersect(rays, index, hits);
+    }
+}
+
+void Tracer::radiance(std::span<CameraRays> batch) {
+    for (CameraRays& rays : batch) {
+        Doubles& radiance = rays.radiance.v[0];
+        Doubles u;
+        Doubles v;
+        SampleStream(rays.index, rays.light_seed).next(u, v);
+        for (double& r : radiance.v)
+            r = 0;
+        // One pass for each body that was met; nearly always there is one.
+        const HitPacket& hits = rays.hits;
+        Lanes left;
+        for (int i = 0; i < packet_size; ++i)
+            left.on[i] = hits.body[i] >= 0 ? -1 : 0;
+        for (int i = 0; i < packet_size; ++i) {
+            if (left.on[i] == 0) continue;
+            const std::int32_t body = hits.body[i];
+            reflect(body, rays.direction, hits, u, v, radiance);
+            for (int k = i; k < packet_size; ++k)
+                left.on[k] = hits.body[k] == body ? 0 : left.on[k];
+        }
+    }
+}
+
+void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
+                     const Doubles& v, Doubles& radiance) {
+    const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
+    RayPacket view;
+    transform(body.from_camera, direction, {}, view.direction);
+    set_all(view.origin, body.camera_m);
+    SurfacePacket surface;
+    body.shape->surface(view, hits, index, surface);
+    if (body.material == nullptr) {
+        for (int i = 0; i < packet_size; ++i)
+            if (hits.body[i] == index)
+                radiance.v[i] =
+                    sun_radiance_ *
+                    limb_factor(sun_.limb_darkening, -dot(surface.normal.lane(i), view.direction.lane(i)));
+        return;
+    }
+
+    Channels factor;
+    ParameterPacket varied;
+    if (body.built->paint) {
+        Doubles width_m;
+        for (int i = 0; i < packet_size; ++i)
+            width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad_ : 0.0;
+        body.built->paint->apply(*body.shape, view, hits, index, width_m, 1, surface, factor, varied);
+    }
+    RayPacket shadow;
+    Doubles solid_angle;
+    sample_sun(surface.position, body.sun_m, sun_, u, v, shadow.direction, solid_angle);
+    ScatterPacket scatter;
+    scatter_angles(surface, view.direction, shadow.direction, scatter);
+    if (body.built->paint && body.built->paint->varies()) scatter.varied = &varied;
+    Doubles r;
+    body.material->reflectance(scatter, r);
+    if (body.built->paint)
+        for (int i = 0; i < packet_size; ++i)
+            r[i] *= factor.v[0][i];
+
+    for (int i = 0; i < packet_size; ++i) {
+        // Light does not get into a body that is met from inside.
+        const bool open = surface.outside.on[i] != 0 || body.shape->shadows_itself();
+        shadow.active.on[i] = hits.body[i] == index && r.v[i] > 0 && open ? -1 : 0;
+        // Nothing that casts a shadow lies beyond the Sun.
+        shadow.t_max.v[i] = no_hit;
+    }
+    if (body.shape->shadows_itself() && shadow.active.any()) {
+        counts_.rays += static_cast<std::uint64_t>(shadow.active.count());
+        shadow.origin = surface.shadow_origin;
+        body.shape->occlude(shadow);
+    }
+    for (const std::int32_t other : body.occluders)
+        occlude_by(body, other, surface.shadow_origin, shadow);
+    for (int i = 0; i < packet_size; ++i)
+        if (shadow.active.on[i] != 0) radiance.v[i] = r.v[i] * sun_radiance_ * solid_angle.v[i];
+}
+
+void Tracer::occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays) {
+    if (!rays.active.any()) return;
+    counts_.rays += static_cast<std::uint64_t>(rays.active.count());
+    const BodyState& occluder = row_.bodies[static_cast<std::size_t>(other)];
+    const Mat3 turn = relative_rotation(body, occluder);
+    RayPacket moved;
+    transform(turn, origin, relative_origin(body, occluder), moved.origin);
+    transform(turn, rays.direction, {}, moved.direction);
+    moved.t_max = rays.t_max;
+    moved.active = rays.active;
+    moved.coherent = rays.coherent;
+    occluder.shape->occlude(moved);
+    rays.active = moved.active;
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,77 @@
+// From directions in the camera frame to radiance: the nearest body, and the Sun's light it returns.
+#pragma once
+
+#include "renderer/packets/packet.hpp"
+#include "renderer/packets/sample_stream.hpp"
+#include "renderer/world/row_state.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace obscura::renderer {
+
+/// Rays traced, by one thread.
+struct RayCounts {
+    std::uint64_t rays = 0;
+    std::uint64_t samples = 0;
+};
+
+/// 16 camera rays, what they met, and what they bring.
+struct CameraRays {
+    Vec3s direction; ///< unit, camera frame
+    HitPacket hits;
+    Words index, light_seed; ///< see SampleStream
+    Channels radiance;
+};
+
+/// The angles that a scattering law asks for, from unit vectors in one frame: `view` towards the surface,
+/// `light` away from it.
+void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
+
+/// Traces packets of camera rays through the scene of one row. This one knows the Sun as the only light and
+/// takes it as white and of one unit: its single channel is radiance per irradiance of the Sun at 1 au, 1/sr.
+/// Not thread-safe: each thread has its own.
+class Tracer {
+public:
+    /// All arguments must outlive the tracer.
+    Tracer(const RowState& row, const scene::Sun& sun, RayCounts& counts);
+    virtual ~Tracer() = default;
+    Tracer(const Tracer&) = delete;
+    Tracer& operator=(const Tracer&) = delete;
+
+    /// Nearest hits among `candidates` (indices of bodies) of rays from the camera along `direction` (unit,
+    /// camera frame).
+    void intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
+                   HitPacket& hits);
+
+    [[nodiscard]] virtual std::size_t channels() const { return 1; }
+
+    /// Packets that it pays to hand over together.
+    static constexpr std::size_t batch_size = 8;
+    /// Radiance towards the camera at the hits: emitted by the Sun, or its light reflected once, from one
+    /// direction to the Sun's disc. 0 where there is no hit. At most `batch_size` packets, which do not
+    /// influence each other's result.
+    virtual void radiance(std::span<CameraRays> batch);
+
+    /// How wide the camera's rays are in what follows: the angle between neighbouring samples, for filtering
+    /// textures.
+    void set_ray_width(double ray_width_rad) { ray_width_rad_ = ray_width_rad; }
+
+    void count_samples(const Lanes& active) { counts_.samples += static_cast<std::uint64_t>(active.count()); }
+
+protected:
+    /// Switches off the active rays (in the frame of `body`, from `origin`) that `other` blocks.
+    void occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays);
+
+    const RowState& row_;
+    const scene::Sun& sun_;
+    double sun_radiance_;
+    RayCounts& counts_;
+    double ray_width_rad_ = 0;
+
+private:
+    void reflect(std::int32_t body, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
+                 const Doubles& v, Doubles& radiance);
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,23 @@
+// What the Sun and the stars send in a spectral band.
+#pragma once
+
+#include "renderer/scene/scene.hpp"
+
+namespace obscura::renderer {
+
+/// Share that a band lets through at a wavelength inside it.
+[[nodiscard]] double transmission(const SpectralBand& band, double wavelength_m);
+
+/// The Sun's irradiance at 1 au in a band, W/m2 (ASTM E490-00a).
+[[nodiscard]] double sun_irradiance_w_m2(const SpectralBand& band);
+
+/// Effective temperature of a star from its colour. Ballesteros, New insights into black bodies, EPL 97,
+/// 34008 (2012), eq. 14; B-V is held inside -0.4 .. 2.5.
+[[nodiscard]] double colour_temperature_k(double colour_b_v);
+
+/// A star's irradiance in a band, W/m2: a black body of its colour temperature that at 545 nm, the effective
+/// wavelength of V, has 3.63e-8 W m-2 um-1 x 10^(-0.4 V) (Bessell, Castelli, Plez, A&A 333, 231 (1998),
+/// table A2: 363.1e-11 erg cm-2 s-1 A-1 for V = 0).
+[[nodiscard]] double star_irradiance_w_m2(double magnitude_v, double colour_b_v, const SpectralBand& band);
+
+} // namespace obscura::renderer

@@ -1,0 +1,36 @@
+// The star catalogue as the renderer needs it: directions and band irradiances.
+#pragma once
+
+#include "renderer/scene/scene.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// Inertial unit vector (J2000 axes) of a right ascension and declination.
+[[nodiscard]] Vec3 star_direction(double right_ascension_rad, double declination_rad);
+
+/// Immutable after construction.
+class StarField {
+public:
+    /// Throws ConfigError when a star's numbers are not finite.
+    StarField(const std::vector<scene::Star>& stars, const std::vector<SpectralBand>& bands);
+
+    [[nodiscard]] std::size_t size() const { return x_.size(); }
+    [[nodiscard]] Vec3 direction(std::uint32_t star) const { return {x_[star], y_[star], z_[star]}; }
+    /// W/m2 of `star` in `band`.
+    [[nodiscard]] double irradiance(std::uint32_t star, std::size_t band) const {
+        return irradiance_[star * bands_ + band];
+    }
+
+    /// Appends the stars within the cone about the unit vector `axis` (inertial), in catalogue order.
+    void inside(Vec3 axis, double half_angle_rad, std::vector<std::uint32_t>& stars) const;
+
+private:
+    std::vector<double> x_, y_, z_;
+    std::vector<double> irradiance_;
+    std::size_t bands_;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,34 @@
+// The GGX microfacet law for metals, and for dielectrics with a diffuse base.
+#pragma once
+
+#include "renderer/materials/material.hpp"
+
+namespace obscura::renderer {
+
+/// r = mu0 [D G2 F / (4 mu0 mu) + diffuse]. D after Trowbridge and Reitz (Walter et al., EGSR 2007, eq. 33),
+/// height- correlated Smith G2 (Heitz, JCGT 3(2) 2014), Fresnel after Schlick (1994), visible normals sampled
+/// after Heitz (JCGT 7(4) 2018). The base under a dielectric is Ashikhmin and Shirley's (2000, eq. 5):
+/// reciprocal, and loses what the surface reflects. Metals have no base. Single scattering between facets
+/// only: energy is lost at high roughness.
+class Ggx final : public Material {
+public:
+    explicit Ggx(const scene::Ggx& d);
+    void reflectance(const ScatterPacket& s, Doubles& r) const override;
+    [[nodiscard]] Vec3 sample(Vec3 out, double u, double v) const override;
+    [[nodiscard]] double pdf(Vec3 out, Vec3 in) const override;
+    [[nodiscard]] Vec3 sample_varied(const ParameterPacket& varied, int lane, Vec3 out, double u,
+                                     double v) const override;
+    [[nodiscard]] double pdf_varied(const ParameterPacket& varied, int lane, Vec3 out,
+                                    Vec3 in) const override;
+
+private:
+    /// The loop itself: a virtual function cannot be compiled for several instruction sets.
+    void evaluate(const ScatterPacket& s, Doubles& r) const;
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
+    double alpha_;          ///< square of the roughness
+    double f0_;             ///< reflectance at normal incidence
+    double base_;           ///< albedo of the base, 0 for metals
+    double specular_share_; ///< of the samples
+};
+
+} // namespace obscura::renderer

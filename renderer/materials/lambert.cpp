@@ -1,0 +1,13 @@
+#include "renderer/materials/lambert.hpp"
+
+#include <numbers>
+
+namespace obscura::renderer {
+
+void Lambert::reflectance(const ScatterPacket& s, Doubles& r) const {
+    const double scale = albedo_ * std::numbers::inv_pi;
+    for (int i = 0; i < packet_size; ++i)
+        r[i] = s.cos_in[i] > 0 ? scale * s.cos_in[i] : 0.0;
+}
+
+} // namespace obscura::renderer

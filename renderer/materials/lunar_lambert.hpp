@@ -1,0 +1,24 @@
+// The lunar-Lambert law: a mix of Lommel-Seeliger and Lambert that depends on the phase angle.
+#pragma once
+
+#include "renderer/materials/material.hpp"
+
+namespace obscura::renderer {
+
+/// r = A / pi [2 L(g) mu0 / (mu0 + mu) + (1 - L(g)) mu0], L a cubic of the phase angle in degrees, held
+/// within [0, 1]. McEwen, Photometric functions for photoclinometry and other applications, Icarus 92 (1991)
+/// 298, eq. 4; the default polynomial is the lunar one of McEwen, LPSC XXVII (1996) 841.
+class LunarLambert final : public Material {
+public:
+    explicit LunarLambert(const scene::LunarLambert& d) : d_(d) {}
+    void reflectance(const ScatterPacket& s, Doubles& r) const override;
+
+private:
+    /// The loop itself: a virtual function cannot be compiled for several instruction sets.
+    void evaluate(const ScatterPacket& s, Doubles& r) const;
+    /// L is a number of its own in each lane, whatever the phase angle.
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
+    scene::LunarLambert d_;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,38 @@
+#include "renderer/materials/minnaert.hpp"
+
+#include "renderer/packets/vector_functions.hpp"
+
+#include <numbers>
+
+namespace obscura::renderer {
+
+namespace {
+
+template<typename Parameter>
+[[gnu::always_inline]] inline void loop(const ScatterPacket& s, double albedo, const Parameter& exponent,
+                                        Doubles& r) {
+    const double scale = albedo * std::numbers::inv_pi;
+    constexpr double least = 1e-12; // keeps the logarithm finite; the light there is below any detector
+    for (int i = 0; i < packet_size; ++i) {
+        const double mu0 = s.cos_in[i] > least ? s.cos_in[i] : least;
+        const double mu = s.cos_out[i] > least ? s.cos_out[i] : least;
+        const double value = scale * mu0 * vector_pow(mu0 * mu, exponent[i] - 1);
+        r[i] = s.cos_in[i] > 0 ? value : 0.0;
+    }
+}
+
+} // namespace
+
+void Minnaert::reflectance(const ScatterPacket& s, Doubles& r) const {
+    s.varied != nullptr ? evaluate_varied(s, r) : evaluate(s, r);
+}
+
+OBSCURA_VECTOR_CLONES void Minnaert::evaluate(const ScatterPacket& s, Doubles& r) const {
+    loop(s, d_.albedo, SameInAllLanes{d_.exponent}, r);
+}
+
+OBSCURA_VECTOR_CLONES void Minnaert::evaluate_varied(const ScatterPacket& s, Doubles& r) const {
+    loop(s, d_.albedo, s.varied->value[0], r);
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,24 @@
+// The Oren-Nayar law: a rough surface made of Lambertian facets.
+#pragma once
+
+#include "renderer/materials/material.hpp"
+
+namespace obscura::renderer {
+
+/// r = A / pi mu0 [a + b max(0, cos phi) sin(alpha) tan(beta)], the qualitative model: a = 1 - sigma^2 / (2
+/// (sigma^2 + 0.33)), b = 0.45 sigma^2 / (sigma^2 + 0.09), sigma the standard deviation of the facets' slope
+/// in radians, alpha and beta the larger and the smaller of the angles of incidence and emission. Oren and
+/// Nayar, Generalization of Lambert's reflectance model, SIGGRAPH 94, eq. 30.
+class OrenNayar final : public Material {
+public:
+    explicit OrenNayar(const scene::OrenNayar& d);
+    void reflectance(const ScatterPacket& s, Doubles& r) const override;
+
+private:
+    /// The loop itself: a virtual function cannot be compiled for several instruction sets.
+    void evaluate(const ScatterPacket& s, Doubles& r) const;
+    void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
+    double scale_, a_, b_;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,379 @@
+#include "renderer/mesh_files/assimp.hpp"
+
+#include "core/error.hpp"
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <stdexcept>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr std::uint64_t most_triangles = 200'000'000;
+constexpr unsigned most_depth = 1000; ///< of nodes in nodes
+/// What even the smallest file may take: twenty times what small files do.
+#ifdef OBSCURA_SANITIZED
+constexpr rlim_t least_cpu_s = 5;
+#else
+constexpr rlim_t least_cpu_s = 1;
+#endif
+
+/// The scene's triangles as one mesh. Runs in the child only.
+class Collector {
+public:
+    Collector(const aiScene& scene, double metres_per_unit) : scene_(scene), scale_(metres_per_unit) {}
+
+    TriangleMesh collect() {
+        for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
+            with_normals_ = with_normals_ && scene_.mMeshes[i]->HasNormals();
+            with_uvs_ = with_uvs_ || scene_.mMeshes[i]->HasTextureCoords(0);
+        }
+        if (scene_.mRootNode != nullptr) node(*scene_.mRootNode, aiMatrix4x4(), 0);
+        materials();
+        return std::move(mesh_);
+    }
+
+private:
+    void node(const aiNode& n, const aiMatrix4x4& outer, unsigned depth) {
+        if (depth > most_depth) throw std::runtime_error("nodes are nested too deep");
+        const aiMatrix4x4 place = outer * n.mTransformation;
+        for (unsigned i = 0; i < n.mNumMeshes; ++i)
+            mesh(*scene_.mMeshes[n.mMeshes[i]], place);
+        for (unsigned i = 0; i < n.mNumChildren; ++i)
+            node(*n.mChildren[i], place, depth + 1);
+    }
+
+    void mesh(const aiMesh& m, const aiMatrix4x4& place) {
+        if (mesh_.triangles.size() + m.mNumFaces > most_triangles)
+            throw std::runtime_error(fmt::format("more than {} faces", most_triangles));
+        const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+        const bool mirrored = place.Determinant() < 0;
+        aiMatrix3x3 turn(place);
+        turn.Inverse().Transpose();
+        for (unsigned i = 0; i < m.mNumVertices; ++i) {
+            const aiVector3D p = place * m.mVertices[i];
+            mesh_.vertices.push_back({scaled(p.x), scaled(p.y), scaled(p.z)});
+            if (with_normals_) {
+                aiVector3D n = turn * m.mNormals[i];
+                const float norm = n.Length();
+                n = norm > 0 && std::isfinite(norm) ? n / norm : aiVector3D(0, 0, 1);
+                mesh_.normals.push_back({n.x, n.y, n.z});
+            }
+            if (with_uvs_) {
+                // assimp counts v upwards from the last row, except that glTF's reader has turned it
+                // likewise.
+                const bool has = m.HasTextureCoords(0);
+                const aiVector3D t = has ? m.mTextureCoords[0][i] : aiVector3D();
+                const bool finite = std::isfinite(t.x) && std::isfinite(t.y);
+                mesh_.uvs.push_back(finite ? std::array<float, 2>{t.x, 1 - t.y} : std::array<float, 2>{});
+            }
+        }
+        const auto part = static_cast<std::uint16_t>(std::min(m.mMaterialIndex, 65535U));
+        for (unsigned i = 0; i < m.mNumFaces; ++i) {
+            const aiFace& f = m.mFaces[i];
+            if (f.mNumIndices != 3) continue;
+            std::array<std::uint32_t, 3> t{first + f.mIndices[0], first + f.mIndices[1],
+                                           first + f.mIndices[2]};
+            if (mirrored) std::swap(t[1], t[2]);
+            mesh_.triangles.push_back(t);
+            mesh_.parts.push_back(part);
+        }
+    }
+
+    [[nodiscard]] float scaled(float x) const { return static_cast<float>(static_cast<double>(x) * scale_); }
+
+    void materials() {
+        bool any = false;
+        for (unsigned i = 0; i < std::min(scene_.mNumMaterials, 65536U); ++i) {
+            const aiMaterial& m = *scene_.mMaterials[i];
+            MeshMaterial out;
+            out.name = m.GetName().C_Str();
+            aiColor3D diffuse(0.6F, 0.6F, 0.6F);
+            m.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse);
+            const float c[3] = {diffuse.r, diffuse.g, diffuse.b};
+            for (std::size_t k = 0; k < 3; ++k)
+                out.diffuse[k] = c[k] >= 0 && c[k] <= 1 ? c[k] : c[k] > 1 ? 1.0F : 0.0F;
+            aiString path;
+            if (m.GetTexture(aiTextureType_DIFFUSE, 0, &path) == aiReturn_SUCCESS)
+                out.albedo_texture = path.C_Str();
+            if (m.GetTexture(aiTextureType_NORMALS, 0, &path) == aiReturn_SUCCESS)
+                out.normal_texture = path.C_Str();
+            any = any || out.name != AI_DEFAULT_MATERIAL_NAME || !out.albedo_texture.empty();
+            mesh_.materials.push_back(std::move(out));
+        }
+        if (!any) {
+            mesh_.materials.clear();
+            mesh_.parts.clear();
+        }
+    }
+
+    const aiScene& scene_;
+    double scale_;
+    bool with_normals_ = true, with_uvs_ = false;
+    TriangleMesh mesh_;
+};
+
+std::string lower_extension(const std::filesystem::path& file) {
+    std::string end = file.extension().string();
+    for (char& c : end)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return end;
+}
+
+TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, bool normals) {
+    Assimp::Importer importer;
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+    importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 80);
+    const std::string end = lower_extension(file);
+    int removed = aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_BONEWEIGHTS |
+                  aiComponent_ANIMATIONS | aiComponent_LIGHTS | aiComponent_CAMERAS;
+    if (!normals || end == ".stl") removed |= aiComponent_NORMALS;
+    importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, removed);
+    const aiScene* scene = importer.ReadFile(file.string(), 0);
+    if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
+    // assimp turns 3DS files, whose z is up, on their side.
+    if (end == ".3ds" && scene->mRootNode != nullptr)
+        scene->mRootNode->mTransformation =
+            aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1) * scene->mRootNode->mTransformation;
+    unsigned steps = aiProcess_ValidateDataStructure | aiProcess_RemoveComponent | aiProcess_Triangulate |
+                     aiProcess_SortByPType;
+    if (normals) steps |= aiProcess_GenSmoothNormals;
+    scene = importer.ApplyPostProcessing(steps);
+    // Apart from the others, because an index of a damaged file must have been checked before.
+    if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
+    if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
+    TriangleMesh mesh = Collector(*scene, metres_per_unit).collect();
+    if (end == ".stl" || end == ".ply") {
+        // What assimp gives them as a material is no more than a default.
+        mesh.materials.clear();
+        mesh.parts.clear();
+    }
+    return mesh;
+}
+
+// What the child writes into a file in memory and the parent reads: a length, then bytes, for each member.
+
+class Writer {
+public:
+    explicit Writer(int fd) : fd_(fd) {}
+    void bytes(const void* data, std::size_t size) {
+        const char* at = static_cast<const char*>(data);
+        while (size > 0) {
+            const ssize_t done = write(fd_, at, std::min(size, std::size_t{1} << 30));
+            if (done < 0 && errno == EINTR) continue;
+            if (done <= 0) throw std::runtime_error("too little memory");
+            at += done;
+            size -= static_cast<std::size_t>(done);
+        }
+    }
+    template<typename T>
+    void list(const T& values) {
+        const std::uint64_t count = values.size();
+        bytes(&count, sizeof count);
+        bytes(values.data(), count * sizeof values[0]);
+    }
+
+private:
+    int fd_;
+};
+
+class Reader {
+public:
+    Reader(const char* data, std::size_t size) : at_(data), left_(size) {}
+    void bytes(void* to, std::size_t size) {
+        if (size > left_) throw std::runtime_error("its reader ended early");
+        if (size > 0) std::memcpy(to, at_, size);
+        at_ += size;
+        left_ -= size;
+    }
+    template<typename T>
+    void list(T& values) {
+        std::uint64_t count = 0;
+        bytes(&count, sizeof count);
+        if (count > left_ / sizeof values[0]) throw std::runtime_error("its reader ended early");
+        values.resize(count);
+        bytes(values.data(), count * sizeof values[0]);
+    }
+
+private:
+    const char* at_;
+    std::size_t left_;
+};
+
+enum class Verdict : char { mesh = 'm', refused = 'r' };
+
+void put(int fd, const TriangleMesh& mesh) {
+    Writer out(fd);
+    const Verdict verdict = Verdict::mesh;
+    out.bytes(&verdict, sizeof verdict);
+    out.list(mesh.vertices);
+    out.list(mesh.normals);
+    out.list(mesh.triangles);
+    out.list(mesh.uvs);
+    out.list(mesh.parts);
+    const std::uint64_t count = mesh.materials.size();
+    out.bytes(&count, sizeof count);
+    for (const MeshMaterial& m : mesh.materials) {
+        out.list(m.name);
+        out.bytes(m.diffuse.data(), sizeof m.diffuse);
+        out.list(m.albedo_texture.native());
+        out.list(m.normal_texture.native());
+    }
+}
+
+TriangleMesh get(const char* data, std::size_t size) {
+    Reader in(data, size);
+    Verdict verdict{};
+    in.bytes(&verdict, sizeof verdict);
+    if (verdict == Verdict::refused) {
+        std::string why;
+        in.list(why);
+        throw std::runtime_error(why);
+    }
+    TriangleMesh mesh;
+    in.list(mesh.vertices);
+    in.list(mesh.normals);
+    in.list(mesh.triangles);
+    in.list(mesh.uvs);
+    in.list(mesh.parts);
+    std::uint64_t count = 0;
+    in.bytes(&count, sizeof count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        MeshMaterial m;
+        in.list(m.name);
+        in.bytes(m.diffuse.data(), sizeof m.diffuse);
+        std::string path;
+        in.list(path);
+        m.albedo_texture = path;
+        in.list(path);
+        m.normal_texture = path;
+        mesh.materials.push_back(std::move(m));
+    }
+    // The child may have been taken over by the file: what it says about counts is checked like the file.
+    const auto fits = [](std::size_t n, std::size_t wanted) { return n == 0 || n == wanted; };
+    if (!fits(mesh.normals.size(), mesh.vertices.size()) || !fits(mesh.uvs.size(), mesh.vertices.size()) ||
+        !fits(mesh.parts.size(), mesh.triangles.size()))
+        throw std::runtime_error("its reader contradicts itself");
+    for (const std::uint16_t part : mesh.parts)
+        if (part >= mesh.materials.size()) throw std::runtime_error("a face of a material that is not there");
+    return mesh;
+}
+
+struct Descriptor {
+    int fd = -1;
+    explicit Descriptor(int d) : fd(d) {}
+    ~Descriptor() {
+        if (fd >= 0) close(fd);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+};
+
+/// The child's whole life.
+[[noreturn]] void read_in_child(int fd, const std::filesystem::path& file, double metres_per_unit,
+                                bool normals) {
+    const auto limit = [](auto resource, rlim_t value) {
+        const rlimit both{value, value};
+        setrlimit(resource, &both);
+    };
+    limit(RLIMIT_CORE, 0);
+    // It reads some 5 MB of text a second; damaged PLY files keep it busy for ever.
+    std::error_code unknown;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
+    limit(RLIMIT_CPU, least_cpu_s + (unknown ? 0 : static_cast<rlim_t>(bytes >> 18)));
+#ifndef OBSCURA_SANITIZED
+    limit(RLIMIT_DATA, rlim_t{8} << 30);
+#endif
+    const int null = open("/dev/null", O_RDWR | O_CLOEXEC);
+    dup2(null, STDOUT_FILENO);
+    dup2(null, STDERR_FILENO);
+    std::string why;
+    try {
+        put(fd, import(file, metres_per_unit, normals));
+        _exit(0);
+    } catch (const std::bad_alloc&) {
+        why = "it takes more memory than there is";
+    } catch (const std::exception& error) {
+        why = error.what();
+    } catch (...) {
+        why = "an error without a name";
+    }
+    if (ftruncate(fd, 0) == 0 && lseek(fd, 0, SEEK_SET) == 0) {
+        Writer out(fd);
+        const Verdict verdict = Verdict::refused;
+        out.bytes(&verdict, sizeof verdict);
+        out.list(why);
+    }
+    _exit(0);
+}
+
+/// One line without odd characters, of a bearable length.
+std::string tidy(std::string_view text) {
+    std::string out;
+    for (const char c : text.substr(0, 300))
+        out += static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c;
+    while (!out.empty() && out.back() == ' ')
+        out.pop_back();
+    return out;
+}
+
+} // namespace
+
+TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_per_unit, bool normals) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error))
+        throw InputError(fmt::format("{}: cannot open: a readable mesh file is wanted", file.string()));
+    const Descriptor memory(memfd_create("mesh", MFD_CLOEXEC));
+    if (memory.fd < 0)
+        throw Error(exit_software,
+                    fmt::format("{}: no memory to read it: {}", file.string(), std::strerror(errno)));
+    const pid_t child = fork();
+    if (child < 0)
+        throw Error(exit_software,
+                    fmt::format("{}: no process to read it: {}", file.string(), std::strerror(errno)));
+    if (child == 0) read_in_child(memory.fd, file, metres_per_unit, normals);
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    const auto refuse = [&](std::string_view why) {
+        throw InputError(fmt::format("{}: not readable as a mesh: {}", file.string(), tidy(why)));
+    };
+    if (WIFSIGNALED(status))
+        refuse(WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL
+                   ? std::string("it takes too long or too much memory")
+                   : fmt::format("assimp broke down on it (signal {})", WTERMSIG(status)));
+    const off_t size = lseek(memory.fd, 0, SEEK_END);
+    if (size <= 0) refuse("assimp broke down on it");
+    void* const mapped = mmap(nullptr, static_cast<std::size_t>(size), PROT_READ, MAP_PRIVATE, memory.fd, 0);
+    if (mapped == MAP_FAILED) refuse("it takes more memory than there is");
+    const auto unmap = [&](const void*) { munmap(mapped, static_cast<std::size_t>(size)); };
+    const std::unique_ptr<const void, decltype(unmap)> hold(mapped, unmap);
+    TriangleMesh mesh;
+    try {
+        mesh = get(static_cast<const char*>(mapped), static_cast<std::size_t>(size));
+    } catch (const std::runtime_error& why) {
+        refuse(why.what());
+    }
+    validate(mesh, file.string());
+    return mesh;
+}
+
+} // namespace obscura::renderer

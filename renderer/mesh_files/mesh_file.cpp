@@ -1,0 +1,72 @@
+#include "renderer/mesh_files/mesh_file.hpp"
+
+#include "core/error.hpp"
+#include "renderer/mesh_files/assimp.hpp"
+#include "renderer/mesh_files/obj.hpp"
+#include "renderer/mesh_files/plate.hpp"
+#include "renderer/mesh_files/text_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <sstream>
+
+namespace obscura::renderer {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& file) {
+    std::string end = file.extension().string();
+    std::transform(end.begin(), end.end(), end.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return end;
+}
+
+std::string text_of(const std::filesystem::path& file, const char* kind) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in || std::filesystem::is_directory(file))
+        throw InputError(fmt::format("{}: cannot open: a readable {} is wanted", file.string(), kind));
+    std::ostringstream text;
+    text << in.rdbuf();
+    return std::move(text).str();
+}
+
+TriangleMesh read(const scene::MeshFile& description) {
+    const std::filesystem::path file = description.path;
+    const std::string end = lower_extension(file);
+    if (end == ".tab" || end == ".plt")
+        return parse_plates(text_of(file, "plate model"), file.string(), description.metres_per_unit);
+    if (end == ".obj") {
+        const std::string text = text_of(file, "mesh file");
+        if (is_bare_obj(text)) return parse_obj(text, file.string(), description.metres_per_unit);
+    }
+    constexpr std::array known{".obj", ".stl", ".ply", ".3ds", ".dae", ".gltf", ".glb"};
+    if (std::find(known.begin(), known.end(), end) == known.end())
+        throw InputError(fmt::format(
+            "{}: a mesh file whose name ends in \"{}\" is not known here, allowed are {}, .tab, .plt",
+            file.string(), end, fmt::join(known, ", ")));
+    return read_with_assimp(file, description.metres_per_unit, description.smooth_normals);
+}
+
+} // namespace
+
+bool is_bare_obj(std::string_view text) {
+    while (!text.empty()) {
+        std::string_view line = take_line(text);
+        line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+        for (const std::string_view word : {"vn", "vt", "mtllib", "usemtl"})
+            if (line.starts_with(word)) return false;
+    }
+    return true;
+}
+
+TriangleMesh read_mesh_file(const scene::MeshFile& description) {
+    TriangleMesh mesh = read(description);
+    if (!description.smooth_normals) mesh.normals = {};
+    if (description.smooth_normals && mesh.normals.empty()) smooth_normals(mesh);
+    return mesh;
+}
+
+} // namespace obscura::renderer

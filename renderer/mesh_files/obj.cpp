@@ -1,0 +1,113 @@
+#include "renderer/mesh_files/obj.hpp"
+
+#include "core/error.hpp"
+#include "renderer/mesh_files/text_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace obscura::renderer {
+namespace {
+
+/// The words of one line, taken from the left.
+class Words {
+public:
+    explicit Words(std::string_view line) : rest_(line) {}
+
+    std::string_view next() {
+        const auto begin = rest_.find_first_not_of(" \t\r");
+        if (begin == std::string_view::npos) return rest_ = {};
+        const auto end = std::min(rest_.find_first_of(" \t\r", begin), rest_.size());
+        const std::string_view word = rest_.substr(begin, end - begin);
+        rest_.remove_prefix(end);
+        return word;
+    }
+
+private:
+    std::string_view rest_;
+};
+
+class Parser {
+public:
+    Parser(const std::string& name, double metres_per_unit) : name_(name), scale_(metres_per_unit) {}
+
+    void line(std::string_view text) {
+        ++line_;
+        Words words(text.substr(0, text.find('#')));
+        const std::string_view keyword = words.next();
+        if (keyword == "v")
+            vertex(words);
+        else if (keyword == "f")
+            face(words);
+    }
+
+    TriangleMesh finish() {
+        validate(mesh_, name_);
+        return std::move(mesh_);
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const {
+        throw InputError(fmt::format("{}:{}: {}", name_, line_, what));
+    }
+
+    void vertex(Words& words) {
+        double xyz[3];
+        for (double& value : xyz) {
+            const std::string_view word = words.next();
+            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+            if (word.empty()) fail("vertex with fewer than three coordinates");
+            if (error != std::errc{} || end != word.data() + word.size())
+                fail(fmt::format("'{}' is not a coordinate: a decimal number is wanted", word));
+            value *= scale_;
+            if (!std::isfinite(static_cast<float>(value)))
+                fail(fmt::format("coordinate '{}' is not finite: allowed are numbers up to 3.4e38 m", word));
+        }
+        mesh_.vertices.push_back(
+            {static_cast<float>(xyz[0]), static_cast<float>(xyz[1]), static_cast<float>(xyz[2])});
+    }
+
+    void face(Words& words) {
+        corners_.clear();
+        for (std::string_view word = words.next(); !word.empty(); word = words.next())
+            corners_.push_back(corner(word));
+        if (corners_.size() < 3) fail(fmt::format("face with {} vertices: at least 3", corners_.size()));
+        for (std::size_t i = 2; i < corners_.size(); ++i)
+            mesh_.triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
+    }
+
+    std::uint32_t corner(std::string_view word) {
+        const std::string_view number = word.substr(0, word.find('/'));
+        std::int64_t index = 0;
+        const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), index);
+        const auto count = static_cast<std::int64_t>(mesh_.vertices.size());
+        if (error != std::errc{} || end != number.data() + number.size())
+            fail(fmt::format("'{}' is not a vertex index", word));
+        if (index < 0) index += count + 1;
+        // OBJ lets a face name a vertex of a later line, but no writer does so and strictness finds typing
+        // errors where they are.
+        if (index < 1 || index > count)
+            fail(fmt::format("vertex index {} out of range: allowed 1 to {}", number, count));
+        return static_cast<std::uint32_t>(index - 1);
+    }
+
+    const std::string& name_;
+    double scale_;
+    std::size_t line_ = 0;
+    TriangleMesh mesh_;
+    std::vector<std::uint32_t> corners_;
+};
+
+} // namespace
+
+TriangleMesh parse_obj(std::string_view text, const std::string& name, double metres_per_unit) {
+    Parser parser(name, metres_per_unit);
+    while (!text.empty())
+        parser.line(take_line(text));
+    return parser.finish();
+}
+
+} // namespace obscura::renderer

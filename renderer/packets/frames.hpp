@@ -1,0 +1,19 @@
+// Packets of vectors from one frame to another.
+#pragma once
+
+#include "renderer/packets/packet.hpp"
+
+namespace obscura::renderer {
+
+/// out = m in + offset, lane by lane.
+void transform(const Mat3& m, const Vec3s& in, Vec3 offset, Vec3s& out);
+
+inline void set_all(Vec3s& packet, Vec3 value) {
+    for (int i = 0; i < packet_size; ++i) {
+        packet.x.v[i] = value.x;
+        packet.y.v[i] = value.y;
+        packet.z.v[i] = value.z;
+    }
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,37 @@
+// Where samples lie: Owen-scrambled Sobol points keyed by (seed, frame, pixel), the same on any thread.
+#pragma once
+
+#include "renderer/packets/packet.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace obscura::renderer {
+
+/// 16 lanes of 32-bit words.
+struct alignas(64) Words {
+    std::uint32_t v[packet_size];
+    std::uint32_t& operator[](int i) { return v[i]; }
+    std::uint32_t operator[](int i) const { return v[i]; }
+};
+
+/// What a sample is for; part of the counter, so that effects do not share numbers.
+enum class SamplePurpose : std::uint32_t { pixel = 1, body = 2, lattice = 3, instant = 4 };
+
+/// The random words of one pixel (or body) in one frame: each seeds one pair of dimensions.
+using SeedWords = std::array<std::uint32_t, 4>;
+
+[[nodiscard]] SeedWords seed_words(std::uint64_t seed, std::uint64_t frame, SamplePurpose purpose,
+                                   std::int32_t x, std::int32_t y);
+
+/// The first two words of the seed words (purpose: pixel) of 16 pixels from (x, y) to the right.
+void pixel_seeds(std::uint64_t seed, std::uint64_t frame, std::int32_t x, std::int32_t y, Words& first,
+                 Words& second);
+
+/// The point `index` of a two-dimensional Sobol sequence, its order shuffled and its digits scrambled after
+/// Owen by hashes of `seed`; u, v in [0,1). Pairs with different seeds are independent ("padded").
+/// Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020; second dimension after Ahmed, An
+/// Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact, EGSR 2024.
+void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v);
+
+} // namespace obscura::renderer

@@ -1,0 +1,28 @@
+// The triaxial ellipsoid, intersected analytically in double precision.
+#pragma once
+
+#include "renderer/scene/scene.hpp"
+#include "renderer/shapes/shape.hpp"
+
+namespace obscura::renderer {
+
+/// Centre at the origin, semi-axes along the body's axes. Haines, Guenther, Akenine-Moeller, "Precision
+/// Improvements for Ray/Sphere Intersection", Ray Tracing Gems (2019) ch. 7: the discriminant comes from the
+/// point of closest approach, so that nothing cancels even from 1 au away.
+class Ellipsoid final : public Shape {
+public:
+    explicit Ellipsoid(const scene::Ellipsoid& description);
+
+    [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
+    [[nodiscard]] bool shadows_itself() const override { return false; }
+    void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
+    void occlude(RayPacket& rays) const override;
+    void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
+                 SurfacePacket& out) const override;
+
+private:
+    Vec3 inverse_radii_;
+    double bounding_radius_m_;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,93 @@
+// A triangle mesh in an Embree scene of its own, in its body's frame.
+#pragma once
+
+#include "renderer/shapes/embree_compat.hpp"
+#include "renderer/shapes/hull.hpp"
+#include "renderer/shapes/shape.hpp"
+#include "renderer/shapes/triangle_list.hpp"
+#include "renderer/shapes/triangle_mesh.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// The Embree device, shared by all meshes of a renderer.
+class EmbreeDevice {
+public:
+    /// Throws Error when Embree cannot start.
+    EmbreeDevice();
+    EmbreeDevice(const EmbreeDevice&) = delete;
+    EmbreeDevice& operator=(const EmbreeDevice&) = delete;
+
+    /// What Embree holds at the moment, as it tells.
+    [[nodiscard]] std::int64_t bytes() const { return bytes_.load(); }
+    [[nodiscard]] RTCDevice get() const { return device_.get(); }
+    [[nodiscard]] bool has_16_wide() const { return has_16_wide_; }
+
+private:
+    struct Release {
+        void operator()(RTCDevice d) const { rtcReleaseDevice(d); }
+    };
+    std::atomic<std::int64_t> bytes_{0}; ///< before the device, which counts in it to its end
+    std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
+    bool has_16_wide_ = false;
+};
+
+/// Embree works in floats, so every ray is first moved, in double precision, to where it enters the body's
+/// bounding sphere: what Embree sees is never larger than the body, wherever the camera is.
+class MeshShape final : public Shape {
+public:
+    /// `mesh` must have passed validate(). Points can be drawn from it when it `emits`.
+    MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits = false);
+
+    [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
+    [[nodiscard]] bool shadows_itself() const override { return true; }
+    void cull(const RayPacket& rays, double slack_rad, Lanes& near) const override {
+        hull_.cull(rays, slack_rad, near);
+    }
+    void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
+    void occlude(RayPacket& rays) const override;
+    void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
+                 SurfacePacket& out) const override;
+
+    bool chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
+               ChartPacket& out) const override;
+    [[nodiscard]] std::size_t part(std::uint32_t primitive) const override {
+        return mesh_.parts.empty() ? 0 : mesh_.parts[primitive];
+    }
+
+    [[nodiscard]] double sampled_area_m2() const override;
+    void sample_area(double u, double v, Vec3& position, Vec3& normal) const override;
+
+    [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
+    /// Of the mesh's own arrays; what Embree builds from it counts with the device.
+    [[nodiscard]] std::int64_t bytes() const;
+
+private:
+    struct Release {
+        void operator()(RTCScene s) const { rtcReleaseScene(s); }
+    };
+
+    /// A triangle that emits, or two that make a parallelogram.
+    struct Patch {
+        Vec3 corner, first, second, normal; ///< corner and edges from it; unit normal
+        double sum_m2;                      ///< area of the patches up to this one, itself included
+        bool whole;                         ///< a parallelogram
+    };
+    void find_patches();
+
+    std::shared_ptr<const EmbreeDevice> device_;
+    TriangleMesh mesh_;
+    std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
+    double bounding_radius_m_ = 0;
+    Hull hull_;
+    std::vector<Patch> patches_;      ///< of a mesh that emits
+    std::optional<FewTriangles> few_; ///< instead of Embree's tree
+};
+
+} // namespace obscura::renderer

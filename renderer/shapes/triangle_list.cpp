@@ -1,0 +1,147 @@
+#include "renderer/shapes/triangle_list.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double edge_slack = 1e-12;
+
+/// What 16 rays make of a triangle, all times the cosine against its face, whose sign is taken out.
+struct Crossing {
+    Doubles scale, distance, first, second;
+};
+
+/// Which active rays meet the triangle at 0 < t < limit; true when any does.
+OBSCURA_VECTOR_CLONES
+bool cross_triangle(const FewTriangles::Triangle& triangle, const RayPacket& rays, const Doubles& limit,
+                    Crossing& out, Lanes& met) {
+    const FewTriangles::Plane f = triangle.face;
+    const FewTriangles::Plane a = triangle.first;
+    const FewTriangles::Plane b = triangle.second;
+    for (int i = 0; i < packet_size; ++i) {
+        const double ox = rays.origin.x.v[i];
+        const double oy = rays.origin.y.v[i];
+        const double oz = rays.origin.z.v[i];
+        const double dx = rays.direction.x.v[i];
+        const double dy = rays.direction.y.v[i];
+        const double dz = rays.direction.z.v[i];
+        const double facing = f.x * dx + f.y * dy + f.z * dz;
+        const double away = f.d - (f.x * ox + f.y * oy + f.z * oz);
+        const double sign = facing < 0 ? -1.0 : 1.0;
+        const double scale = facing * sign;
+        const double distance = away * sign;
+        const double px = scale * ox + distance * dx;
+        const double py = scale * oy + distance * dy;
+        const double pz = scale * oz + distance * dz;
+        const double first = a.x * px + a.y * py + a.z * pz + a.d * scale;
+        const double second = b.x * px + b.y * py + b.z * pz + b.d * scale;
+        const double slack = -edge_slack * scale;
+        out.scale.v[i] = scale;
+        out.distance.v[i] = distance;
+        out.first.v[i] = first;
+        out.second.v[i] = second;
+        // No ray of the limit's infinite reach makes a product of 0 and infinity pass.
+        const bool inside = (first >= slack) & (second >= slack) & (scale - first - second >= slack);
+        const bool near = (distance > 0) & (distance < limit.v[i] * scale);
+        met.on[i] = inside & near ? rays.active.on[i] : 0;
+    }
+    return met.any();
+}
+
+/// Which rays' lines pass a sphere, and not behind them.
+OBSCURA_VECTOR_CLONES
+bool any_near(const RayPacket& rays, Vec3 centre, double radius2) {
+    Lanes near;
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = centre.x - rays.origin.x.v[i];
+        const double y = centre.y - rays.origin.y.v[i];
+        const double z = centre.z - rays.origin.z.v[i];
+        const double dx = rays.direction.x.v[i];
+        const double dy = rays.direction.y.v[i];
+        const double dz = rays.direction.z.v[i];
+        const double along = x * dx + y * dy + z * dz;
+        const double lx = x - along * dx;
+        const double ly = y - along * dy;
+        const double lz = z - along * dz;
+        const bool passes = lx * lx + ly * ly + lz * lz <= radius2;
+        const bool ahead = (along > 0) | (x * x + y * y + z * z <= radius2);
+        near.on[i] = passes & ahead ? rays.active.on[i] : 0;
+    }
+    return near.any();
+}
+
+FewTriangles::Plane plane(Vec3 normal, double d) {
+    return {normal.x, normal.y, normal.z, d};
+}
+
+Vec3 widen(Vec3f a) {
+    return {a.x, a.y, a.z};
+}
+
+} // namespace
+
+FewTriangles::FewTriangles(const TriangleMesh& mesh) {
+    constexpr double infinite = no_hit;
+    Vec3 least{infinite, infinite, infinite};
+    Vec3 largest{-infinite, -infinite, -infinite};
+    for (const auto& t : mesh.triangles)
+        for (const std::uint32_t corner : t) {
+            const Vec3 p = widen(mesh.vertices[corner]);
+            least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+            largest = {std::max(largest.x, p.x), std::max(largest.y, p.y), std::max(largest.z, p.z)};
+        }
+    centre_ = (least + largest) / 2;
+    // A little more than the boxes' diagonal, for the slack of edges and rounding.
+    radius2_ = length_squared(largest - centre_) * (1 + 1e-6);
+    for (const auto& t : mesh.triangles) {
+        const Vec3 a = widen(mesh.vertices[t[0]]);
+        const Vec3 ab = widen(mesh.vertices[t[1]]) - a;
+        const Vec3 ac = widen(mesh.vertices[t[2]]) - a;
+        const Vec3 n = cross(ab, ac);
+        const double n2 = length_squared(n);
+        const Vec3 first = cross(ac, n) / n2;
+        const Vec3 second = cross(n, ab) / n2;
+        triangles_.push_back(
+            {plane(n, dot(n, a)), plane(first, -dot(first, a)), plane(second, -dot(second, a))});
+    }
+}
+
+bool FewTriangles::reached(const RayPacket& rays) const {
+    // Not worth asking for a panel.
+    return triangles_.size() <= 4 || any_near(rays, centre_, radius2_);
+}
+
+void FewTriangles::intersect(const RayPacket& rays, Doubles& limit, std::int32_t body,
+                             HitPacket& hits) const {
+    if (!reached(rays)) return;
+    Crossing crossing;
+    Lanes met;
+    for (std::size_t k = 0; k < triangles_.size(); ++k) {
+        if (!cross_triangle(triangles_[k], rays, limit, crossing, met)) continue;
+        for (int i = 0; i < packet_size; ++i) {
+            if (met.on[i] == 0) continue;
+            const double inverse = 1 / crossing.scale[i];
+            limit[i] = hits.t[i] = crossing.distance[i] * inverse;
+            hits.body[i] = body;
+            hits.primitive[i] = static_cast<std::uint32_t>(k);
+            hits.u[i] = static_cast<float>(crossing.first[i] * inverse);
+            hits.v[i] = static_cast<float>(crossing.second[i] * inverse);
+        }
+    }
+}
+
+void FewTriangles::occlude(RayPacket& rays) const {
+    if (!reached(rays)) return;
+    Crossing crossing;
+    Lanes met;
+    for (const Triangle& triangle : triangles_) {
+        if (!cross_triangle(triangle, rays, rays.t_max, crossing, met)) continue;
+        for (int i = 0; i < packet_size; ++i)
+            rays.active.on[i] &= ~met.on[i];
+        if (!rays.active.any()) return;
+    }
+}
+
+} // namespace obscura::renderer

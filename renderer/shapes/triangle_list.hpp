@@ -1,0 +1,47 @@
+// Meshes of so few triangles that trying all of them is faster than any tree: rooms, panels, mock-ups.
+#pragma once
+
+#include "renderer/packets/packet.hpp"
+#include "renderer/shapes/triangle_mesh.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// Intersects packets with every triangle, in double precision throughout. Immutable after construction.
+///
+/// Each triangle is its plane and two planes that measure the barycentric coordinates (Havel and Herout, Yet
+/// Faster Ray-Triangle Intersection (Using SSE4), IEEE TVCG 16(3), 2010); lanes are divided only where
+/// something is met. Coordinates count as inside to 1e-12 beyond an edge, so that no ray slips between
+/// neighbours.
+class FewTriangles {
+public:
+    /// Up to this many triangles.
+    static constexpr std::size_t most = 16;
+
+    explicit FewTriangles(const TriangleMesh& mesh);
+
+    /// As Shape::intersect() and Shape::occlude(). `limit`: the nearest hit so far, or the end of the ray.
+    void intersect(const RayPacket& rays, Doubles& limit, std::int32_t body, HitPacket& hits) const;
+    void occlude(RayPacket& rays) const;
+
+    struct Plane {
+        double x, y, z, d;
+    };
+    struct Triangle {
+        Plane face;   ///< normal x and y and z, not of unit length; d: normal times a point
+        Plane first;  ///< first barycentric coordinate of a point p: x p.x + y p.y + z p.z + d
+        Plane second; ///< the second one
+    };
+
+private:
+    /// Whether any active ray comes near enough to look at the triangles.
+    [[nodiscard]] bool reached(const RayPacket& rays) const;
+
+    std::vector<Triangle> triangles_;
+    Vec3 centre_; ///< of a sphere about them
+    double radius2_ = 0;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,172 @@
+#include "renderer/textures/surface_textures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+/// The footprint of a ray on the surface, in texture coordinates.
+void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3 grad_u, Vec3 grad_v, TextureAxis& longer,
+               TextureAxis& shorter) {
+    const double cosine = std::max(std::abs(dot(direction, normal)), 0.01);
+    const Vec3 side = cross(direction, normal);
+    Vec3 across;
+    Vec3 along;
+    if (length_squared(side) > 1e-12) {
+        across = normalized(side);
+        along = cross(normal, across);
+    } else {
+        orthonormal_basis(normal, across, along);
+    }
+    const Vec3 a = along * (width_m / cosine);
+    const Vec3 b = across * width_m;
+    longer = {dot(grad_u, a), dot(grad_v, a)};
+    shorter = {dot(grad_u, b), dot(grad_v, b)};
+}
+
+} // namespace
+
+std::shared_ptr<const Texture> TextureShelf::get(const std::filesystem::path& file, TextureCoding coding,
+                                                 Texture::Edge edge) {
+    auto& texture = textures_[{file, coding, edge}];
+    if (!texture) texture = std::make_shared<const Texture>(read_texture(file, coding, edge));
+    return texture;
+}
+
+std::array<double, 3> colour_shares(const SpectralBand& band) {
+    const double nm = (band.from_m + band.to_m) / 2 * 1e9;
+    const double red = std::clamp((nm - 550) / 100, 0.0, 1.0);
+    const double blue = std::clamp((550 - nm) / 100, 0.0, 1.0);
+    return {red, 1 - red - blue, blue};
+}
+
+Paint::Paint(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
+             double left_longitude_rad)
+    : parts_(std::move(parts)),
+      weights_(parts_.size()),
+      bands_(bands.size()),
+      latlon_(latlon),
+      left_turns_(left_longitude_rad / (2 * std::numbers::pi)) {
+    double sum = 0;
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+        const Part& part = parts_[p];
+        double value = part.factor.empty() ? 1 : part.factor[0];
+        for (const double f : part.factor)
+            grey_ = grey_ && f == part.factor[0];
+        if (part.albedo) {
+            const std::size_t planes = part.albedo->planes();
+            std::vector<double>& w = weights_[p];
+            w.assign(bands.size() * planes, 0);
+            for (std::size_t b = 0; b < bands.size(); ++b) {
+                if (part.albedo->rgb()) {
+                    const auto shares = colour_shares(bands[b]);
+                    std::copy(shares.begin(), shares.end(), w.begin() + static_cast<std::ptrdiff_t>(3 * b));
+                } else {
+                    w[b * planes + (planes == 1 ? 0 : b)] = 1;
+                }
+                for (std::size_t k = 0; k < planes; ++k)
+                    grey_ = grey_ && w[b * planes + k] == w[k];
+            }
+            double mean = 0;
+            for (std::size_t k = 0; k < planes; ++k)
+                mean += w[k] * part.albedo->mean(k);
+            value *= mean;
+        }
+        sum += value;
+    }
+    typical_ = sum / static_cast<double>(parts_.size());
+}
+
+void Paint::set_maps(std::vector<Map> maps, std::vector<double> constants) {
+    maps_ = std::move(maps);
+    constants_ = std::move(constants);
+}
+
+bool Paint::chart(const Shape& shape, const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
+                  ChartPacket& out) const {
+    if (!latlon_ && shape.chart(hits, body, surface, out)) return true;
+    chart_by_longitude(surface, left_turns_, out);
+    return true;
+}
+
+void Paint::apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
+                  const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
+                  ParameterPacket& varied) const {
+    bool charted = false;
+    ChartPacket at;
+    for (std::size_t k = 0; varies() && k < constants_.size(); ++k)
+        for (int i = 0; i < packet_size; ++i)
+            varied.value[k][i] = constants_[k];
+    for (int i = 0; i < packet_size; ++i) {
+        for (std::size_t c = 0; c < channels; ++c)
+            factor.v[c][i] = 1;
+        if (hits.body[i] != body) continue;
+        const std::size_t number = part_of(shape, hits.primitive[i]);
+        const Part& part = parts_[number];
+        if (!part.factor.empty())
+            for (std::size_t c = 0; c < channels; ++c)
+                factor.v[c][i] = part.factor[c];
+        if (!part.albedo && !part.normal && maps_.empty()) continue;
+        if (!charted) {
+            chart(shape, hits, body, surface, at);
+            charted = true;
+        }
+        const Vec3 grad_u = at.grad_u.lane(i);
+        const Vec3 grad_v = at.grad_v.lane(i);
+        TextureAxis longer;
+        TextureAxis shorter;
+        footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], grad_u, grad_v, longer,
+                  shorter);
+        double planes[Texture::most_planes];
+        if (part.albedo) {
+            part.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
+            const std::size_t count = part.albedo->planes();
+            for (std::size_t c = 0; c < channels; ++c) {
+                double value = 0;
+                for (std::size_t k = 0; k < count; ++k)
+                    value += weights_[number][c * count + k] * planes[k];
+                factor.v[c][i] *= value > 0 ? value : 0.0;
+            }
+        }
+        for (const Map& map : maps_) {
+            map.texture->sample(at.u[i], at.v[i], longer, shorter, planes);
+            varied.value[map.parameter][i] = map.at_zero + map.gain * planes[0];
+        }
+        if (part.normal) {
+            part.normal->sample(at.u[i], at.v[i], longer, shorter, planes);
+            const Vec3 n = surface.normal.lane(i);
+            const Vec3 right = grad_u - n * dot(n, grad_u);
+            const Vec3 down = grad_v - n * dot(n, grad_v);
+            if (!(length_squared(right) > 0)) continue;
+            const Vec3 x = normalized(right);
+            Vec3 y = cross(n, x);
+            if (dot(y, down) > 0) y = -y;
+            const Vec3 turned = x * (2 * planes[0] - 1) + y * (2 * planes[1] - 1) + n * (2 * planes[2] - 1);
+            const double norm = length(turned);
+            if (norm > 1e-6) surface.normal.set(i, turned / norm);
+        }
+    }
+}
+
+void chart_by_longitude(const SurfacePacket& surface, double left_turns, ChartPacket& out) {
+    for (int i = 0; i < packet_size; ++i) {
+        const Vec3 p = surface.position.lane(i);
+        const double r2 = length_squared(p);
+        const double across2 = std::max(p.x * p.x + p.y * p.y, 1e-18 * r2);
+        const double across = std::sqrt(across2);
+        if (!(r2 > 0)) {
+            out.u[i] = out.v[i] = 0.5;
+            out.grad_u.set(i, {});
+            out.grad_v.set(i, {});
+            continue;
+        }
+        out.u[i] = std::atan2(p.y, p.x) / (2 * std::numbers::pi) - left_turns;
+        out.v[i] = 0.5 - std::atan2(p.z, across) / std::numbers::pi;
+        out.grad_u.set(i, Vec3{-p.y, p.x, 0} / (2 * std::numbers::pi * across2));
+        out.grad_v.set(i, Vec3{p.x * p.z / across, p.y * p.z / across, -across} / (std::numbers::pi * r2));
+    }
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,209 @@
+#include "renderer/textures/texture.hpp"
+
+#include "core/error.hpp"
+#include "images/image.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double code_max = 65535;
+constexpr int most_probes = 16;
+constexpr std::int64_t most_texels = std::int64_t{1} << 26;
+
+/// Half the size along one axis, each output covering in/out inputs.
+std::vector<float> halved(const std::vector<float>& in, std::int32_t width, std::int32_t height,
+                          std::int32_t out_width, std::int32_t out_height) {
+    const auto shrink = [](std::int32_t from, std::int32_t to, const auto& add) {
+        const double step = static_cast<double>(from) / to;
+        for (std::int32_t o = 0; o < to; ++o) {
+            const double begin = o * step;
+            const double end = (o + 1) * step;
+            for (auto i = static_cast<std::int32_t>(begin); i < from && i < end; ++i) {
+                const double share = std::min<double>(i + 1, end) - std::max<double>(i, begin);
+                if (share > 0) add(o, i, share / step);
+            }
+        }
+    };
+    const auto at = [](std::int32_t y, std::int32_t w, std::int32_t x) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
+    };
+    std::vector<double> rows(static_cast<std::size_t>(out_width) * static_cast<std::size_t>(height), 0);
+    for (std::int32_t y = 0; y < height; ++y)
+        shrink(width, out_width, [&](std::int32_t o, std::int32_t i, double share) {
+            rows[at(y, out_width, o)] += share * static_cast<double>(in[at(y, width, i)]);
+        });
+    std::vector<double> sums(static_cast<std::size_t>(out_width) * static_cast<std::size_t>(out_height), 0);
+    shrink(height, out_height, [&](std::int32_t o, std::int32_t i, double share) {
+        for (std::int32_t x = 0; x < out_width; ++x)
+            sums[at(o, out_width, x)] += share * rows[at(i, out_width, x)];
+    });
+    return {sums.begin(), sums.end()};
+}
+
+double from_srgb(double x) {
+    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+}
+
+/// x modulo n, for x not far outside.
+std::int32_t wrap(std::int32_t x, std::int32_t n) {
+    x %= n;
+    return x < 0 ? x + n : x;
+}
+
+} // namespace
+
+Texture::Texture(std::int32_t width, std::int32_t height, const std::vector<std::vector<float>>& planes,
+                 Edge edge, bool rgb)
+    : edge_(edge), rgb_(rgb && planes.size() == 3) {
+    assert(width > 0 && height > 0 && !planes.empty() && planes.size() <= most_planes);
+    std::size_t texels = 0;
+    for (std::int32_t w = width, h = height;;) {
+        levels_.push_back({w, h, texels * planes.size()});
+        texels += static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
+        if (w == 1 && h == 1) break;
+        w = std::max(1, w / 2);
+        h = std::max(1, h / 2);
+    }
+    texels_.resize(texels * planes.size());
+    for (std::size_t p = 0; p < planes.size(); ++p) {
+        const auto [least, most] = std::minmax_element(planes[p].begin(), planes[p].end());
+        const double range = static_cast<double>(*most) - static_cast<double>(*least);
+        planes_.push_back({static_cast<double>(*least), range / code_max});
+        std::vector<float> coarser;
+        for (std::size_t k = 0; k < levels_.size(); ++k) {
+            const Level& level = levels_[k];
+            const std::vector<float>& values = k == 0 ? planes[p] : coarser;
+            std::uint16_t* out =
+                texels_.data() + level.first +
+                p * static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height);
+            for (std::size_t i = 0; i < values.size(); ++i)
+                out[i] = range > 0
+                             ? static_cast<std::uint16_t>(std::lround(
+                                   (static_cast<double>(values[i]) - planes_[p].offset) / range * code_max))
+                             : std::uint16_t{0};
+            if (k + 1 < levels_.size())
+                coarser =
+                    halved(values, level.width, level.height, levels_[k + 1].width, levels_[k + 1].height);
+        }
+    }
+}
+
+double Texture::mean(std::size_t plane) const {
+    return planes_[plane].offset + planes_[plane].scale * texels_[levels_.back().first + plane];
+}
+
+double Texture::largest(std::size_t plane) const {
+    return planes_[plane].offset + planes_[plane].scale * code_max;
+}
+
+void Texture::add_bilinear(const Level& level, double u, double v, double weight, double* out) const {
+    const double x = u * level.width - 0.5;
+    const double y = v * level.height - 0.5;
+    const double left = std::floor(x);
+    const double top = std::floor(y);
+    const double fx = x - left;
+    const double fy = y - top;
+    const std::int32_t x0 = wrap(static_cast<std::int32_t>(left), level.width);
+    const std::int32_t x1 = x0 + 1 == level.width ? 0 : x0 + 1;
+    auto y0 = static_cast<std::int32_t>(top);
+    std::int32_t y1 = y0 + 1;
+    if (edge_ == Edge::repeat) {
+        y0 = wrap(y0, level.height);
+        y1 = wrap(y1, level.height);
+    } else {
+        y0 = std::clamp(y0, 0, level.height - 1);
+        y1 = std::clamp(y1, 0, level.height - 1);
+    }
+    const std::size_t plane = static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height);
+    const std::size_t row0 = static_cast<std::size_t>(y0) * static_cast<std::size_t>(level.width);
+    const std::size_t row1 = static_cast<std::size_t>(y1) * static_cast<std::size_t>(level.width);
+    for (std::size_t p = 0; p < planes_.size(); ++p) {
+        const std::uint16_t* t = texels_.data() + level.first + p * plane;
+        const double upper =
+            (1 - fx) * t[row0 + static_cast<std::size_t>(x0)] + fx * t[row0 + static_cast<std::size_t>(x1)];
+        const double lower =
+            (1 - fx) * t[row1 + static_cast<std::size_t>(x0)] + fx * t[row1 + static_cast<std::size_t>(x1)];
+        out[p] += weight * ((1 - fy) * upper + fy * lower);
+    }
+}
+
+void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* out) const {
+    const double w = levels_[0].width;
+    const double h = levels_[0].height;
+    const auto texels = [&](TextureAxis axis) {
+        return std::sqrt(axis.u * axis.u * w * w + axis.v * axis.v * h * h);
+    };
+    double longer = texels(a);
+    double shorter = texels(b);
+    if (longer < shorter) {
+        std::swap(longer, shorter);
+        std::swap(a, b);
+    }
+    // A footprint of several turns about a pole sees the same as one of one turn.
+    const double excess = std::max({1.0, std::abs(a.u), std::abs(a.v)});
+    a = {a.u / excess, a.v / excess};
+    longer /= excess;
+    const double wanted = std::ceil(longer / std::max(shorter, 1.0));
+    const int probes = wanted >= most_probes ? most_probes : std::max(1, static_cast<int>(wanted));
+    const double width = std::max({1.0, shorter, longer / probes});
+    // The logarithm, linear between powers of two: the same on every machine.
+    int exponent = 0;
+    const double mantissa = std::frexp(std::min(width, 0x1p30), &exponent);
+    const double height = static_cast<double>(exponent - 1) + (2 * mantissa - 1);
+    const auto last = static_cast<double>(levels_.size() - 1);
+    const double at = std::min(height, last);
+    const auto fine = static_cast<std::size_t>(at);
+    const double coarse_share = at - static_cast<double>(fine);
+
+    for (std::size_t p = 0; p < planes_.size(); ++p)
+        out[p] = 0;
+    for (int k = 0; k < probes; ++k) {
+        const double along = (k + 0.5) / probes - 0.5;
+        double pu = u + along * a.u;
+        double pv = v + along * a.v;
+        pu -= std::floor(pu);
+        pv = edge_ == Edge::repeat ? pv - std::floor(pv) : std::clamp(pv, 0.0, 1.0);
+        add_bilinear(levels_[fine], pu, pv, 1 - coarse_share, out);
+        if (coarse_share > 0) add_bilinear(levels_[fine + 1], pu, pv, coarse_share, out);
+    }
+    for (std::size_t p = 0; p < planes_.size(); ++p)
+        out[p] = planes_[p].offset + planes_[p].scale * out[p] / probes;
+}
+
+Texture read_texture(const std::filesystem::path& file, TextureCoding coding, Texture::Edge edge) {
+    const std::vector<std::string> names = images::colour_planes(file);
+    if (names.size() > Texture::most_planes)
+        throw InputError(fmt::format("{}: {} planes: a texture has at most {}", file.string(), names.size(),
+                                     Texture::most_planes));
+    std::vector<std::vector<float>> planes;
+    std::int32_t width = 0;
+    std::int32_t height = 0;
+    for (const std::string& name : names) {
+        const images::Image image = images::read_image(file, name);
+        if (std::int64_t{image.width} * image.height > most_texels)
+            throw InputError(fmt::format("{}: {} x {} texels: a texture has at most {}", file.string(),
+                                         image.width, image.height, most_texels));
+        width = image.width;
+        height = image.height;
+        std::vector<float> plane;
+        plane.reserve(image.values.size());
+        for (const double value : image.values) {
+            const double x = value / image.full_scale;
+            if (!(std::abs(x) <= 1e30))
+                throw InputError(
+                    fmt::format("{}: a value is not a finite number: textures need all", file.string()));
+            plane.push_back(
+                static_cast<float>(coding == TextureCoding::srgb ? from_srgb(std::clamp(x, 0.0, 1.0)) : x));
+        }
+        planes.push_back(std::move(plane));
+    }
+    return {width, height, planes, edge, names[0] != "0"};
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,377 @@
+#include "renderer/world/build.hpp"
+
+#include "core/error.hpp"
+#include "renderer/materials/parameters.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/scene/scene_tree.hpp"
+#include "renderer/shapes/box.hpp"
+#include "renderer/shapes/cone.hpp"
+#include "renderer/shapes/disc.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/mesh_shape.hpp"
+#include "renderer/shapes/procedural_body.hpp"
+#include "renderer/textures/surface_textures.hpp"
+#include "renderer/world/kinematics.hpp"
+#include "renderer/world/motion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+
+namespace obscura::renderer {
+namespace {
+
+bool positive(double x) {
+    return x > 0 && std::isfinite(x);
+}
+
+std::string name_of(const scene::Body& body) {
+    return fmt::format("body '{}'", body.name);
+}
+
+TriangleMesh triangulate(const scene::Polygons& polygons, const std::string& place) {
+    TriangleMesh mesh;
+    for (std::size_t f = 0; f < polygons.faces_m.size(); ++f) {
+        const auto& corners = polygons.faces_m[f];
+        if (corners.size() < 3)
+            throw ConfigError(
+                fmt::format("{}: face {} has {} corners: at least 3", place, f + 1, corners.size()));
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const Vec3 p : corners)
+            mesh.vertices.push_back(
+                {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+        for (std::uint32_t k = 2; k < corners.size(); ++k)
+            mesh.triangles.push_back({first, first + k - 1, first + k});
+    }
+    validate(mesh, place);
+    return mesh;
+}
+
+/// One finite number >= 0 for each band, or none at all.
+void validate_bands(const std::vector<double>& values, std::size_t bands, const std::string& what) {
+    if (!values.empty() && values.size() != bands)
+        throw ConfigError(
+            fmt::format("{}: {} numbers: one for each of the {} bands", what, values.size(), bands));
+    for (const double v : values)
+        if (!(v >= 0 && std::isfinite(v)))
+            throw ConfigError(fmt::format("{}: {}: allowed are numbers from 0 up", what, v));
+}
+
+/// Makes shapes; remembers meshes, so that bodies of the same file share one.
+class ShapeMaker {
+public:
+    std::shared_ptr<const Shape> make(const scene::Body& body) {
+        const std::string place = name_of(body);
+        if (const auto* e = std::get_if<scene::Ellipsoid>(&body.shape)) {
+            if (!positive(e->radii_m.x) || !positive(e->radii_m.y) || !positive(e->radii_m.z))
+                throw ConfigError(fmt::format("{}: radii {} {} {} m: allowed are positive numbers", place,
+                                              e->radii_m.x, e->radii_m.y, e->radii_m.z));
+            return std::make_shared<Ellipsoid>(*e);
+        }
+        if (const auto* b = std::get_if<scene::Box>(&body.shape)) {
+            if (!positive(b->size_m.x) || !positive(b->size_m.y) || !positive(b->size_m.z))
+                throw ConfigError(fmt::format("{}: size {} {} {} m: allowed are positive numbers", place,
+                                              b->size_m.x, b->size_m.y, b->size_m.z));
+            return std::make_shared<Box>(*b);
+        }
+        if (const auto* d = std::get_if<scene::Disc>(&body.shape)) {
+            if (!positive(d->radius_m) || !(d->inner_radius_m >= 0 && d->inner_radius_m < d->radius_m))
+                throw ConfigError(
+                    fmt::format("{}: radii {} and {} m: allowed are a positive outer and a smaller "
+                                "inner one",
+                                place, d->radius_m, d->inner_radius_m));
+            return std::make_shared<Disc>(*d);
+        }
+        if (const auto* c = std::get_if<scene::Cone>(&body.shape)) {
+            const bool radii = c->bottom_radius_m >= 0 && c->top_radius_m >= 0 &&
+                               positive(c->bottom_radius_m + c->top_radius_m);
+            if (!radii || !positive(c->height_m))
+                throw ConfigError(
+                    fmt::format("{}: radii {} and {} m, height {} m: allowed are radii from 0 up, "
+                                "not both 0, and a positive height",
+                                place, c->bottom_radius_m, c->top_radius_m, c->height_m));
+            return std::make_shared<Cone>(*c);
+        }
+        if (const auto* p = std::get_if<scene::ProceduralBody>(&body.shape)) {
+            try {
+                return mesh_shape(make_procedural_body(*p), !body.emission_w_m2_sr.empty());
+            } catch (const ConfigError& e) {
+                throw ConfigError(fmt::format("{}: {}", place, e.what()));
+            }
+        }
+        const bool emits = !body.emission_w_m2_sr.empty();
+        if (const auto* polygons = std::get_if<scene::Polygons>(&body.shape))
+            return mesh_shape(triangulate(*polygons, place), emits);
+        const auto& file = std::get<scene::MeshFile>(body.shape);
+        if (!positive(file.metres_per_unit))
+            throw ConfigError(fmt::format("{}: {} metres per unit: allowed are positive numbers", place,
+                                          file.metres_per_unit));
+        auto& shape = files_[{file.path, file.metres_per_unit, file.smooth_normals, emits}];
+        if (!shape) {
+            shape = mesh_shape(read_mesh_file(file), emits);
+        }
+        return shape;
+    }
+
+private:
+    std::shared_ptr<const Shape> mesh_shape(TriangleMesh mesh, bool emits) {
+        if (!device_) device_ = std::make_shared<const EmbreeDevice>();
+        return std::make_shared<MeshShape>(device_, std::move(mesh), emits);
+    }
+
+    std::shared_ptr<const EmbreeDevice> device_;
+    std::map<std::tuple<std::string, double, bool, bool>, std::shared_ptr<const Shape>> files_;
+};
+
+/// Where a mesh file's word for a texture leads: from the file's own folder, whatever system wrote it, or
+/// into a folder "textures" beside.
+std::filesystem::path find_texture(const std::filesystem::path& mesh, const std::string& word) {
+    std::string path = word;
+    std::replace(path.begin(), path.end(), '\\', '/');
+    const std::filesystem::path folder = mesh.parent_path();
+    const std::filesystem::path name = std::filesystem::path(path).filename();
+    for (const std::filesystem::path& at : {folder / path, folder / name, folder / "textures" / name}) {
+        std::error_code error;
+        if (std::filesystem::is_regular_file(at, error)) return at;
+    }
+    return folder / path;
+}
+
+/// Makes what colours bodies; remembers textures, so that bodies of the same file share one.
+class PaintMaker {
+public:
+    explicit PaintMaker(const std::vector<SpectralBand>& bands) : bands_(bands) {}
+
+    /// None where the body is the same all over. Sets the parameters of `material` that textures give to
+    /// their means.
+    std::shared_ptr<const Paint> make(const scene::Body& body, const Shape& shape,
+                                      scene::Material& material) {
+        const std::string place = name_of(body);
+        const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
+        const bool own_chart = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
+        const Texture::Edge edge = own_chart ? Texture::Edge::repeat : Texture::Edge::clamp;
+        const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
+        std::vector<Paint::Part> parts;
+        if (std::holds_alternative<scene::FileMaterials>(body.material)) {
+            const auto* file = std::get_if<scene::MeshFile>(&body.shape);
+            if (file == nullptr || mesh == nullptr)
+                throw ConfigError(fmt::format("{}: only a mesh file can bring its own materials", place));
+            if (mesh->mesh().materials.empty())
+                throw ConfigError(
+                    fmt::format("{}: {} brings no materials: the body needs one", place, file->path));
+            if (!body.textures.albedo.empty() || !body.textures.normal.empty() ||
+                !body.textures.parameters.empty())
+                throw ConfigError(
+                    fmt::format("{}: textures cannot stand beside the materials of its file", place));
+            for (const MeshMaterial& m : mesh->mesh().materials)
+                parts.push_back(part_of(file->path, m, own_chart, edge, place));
+        } else {
+            if (body.textures.albedo.empty() && body.textures.normal.empty() &&
+                body.textures.parameters.empty())
+                return nullptr;
+            Paint::Part part;
+            if (!body.textures.albedo.empty())
+                part.albedo = albedo(body.textures.albedo, coding, edge, place);
+            if (!body.textures.normal.empty()) part.normal = normal(body.textures.normal, edge, place);
+            parts.push_back(std::move(part));
+        }
+        auto paint = std::make_shared<Paint>(std::move(parts), bands_, body.textures.by_longitude,
+                                             body.textures.left_longitude_rad);
+        if (!body.textures.parameters.empty())
+            set_maps(body.textures.parameters, edge, place, material, *paint);
+        return paint;
+    }
+
+private:
+    void set_maps(const std::vector<scene::Textures::Parameter>& given, Texture::Edge edge,
+                  const std::string& place, scene::Material& material, Paint& paint) {
+        const std::vector<Parameter> parameters = parameters_of(material);
+        std::vector<Paint::Map> maps;
+        scene::Material least = material;
+        scene::Material most = material;
+        for (const scene::Textures::Parameter& map : given) {
+            const auto found = std::find_if(parameters.begin(), parameters.end(),
+                                            [&](const Parameter& p) { return p.name == map.name; });
+            if (found == parameters.end()) {
+                std::vector<std::string_view> names;
+                for (const Parameter& p : parameters)
+                    names.push_back(p.name);
+                throw ConfigError(
+                    fmt::format("{}: no texture can give its material's {}: allowed are albedo{}{}", place,
+                                map.name, names.empty() ? "" : ", ", fmt::join(names, ", ")));
+            }
+            const auto index = static_cast<std::size_t>(found - parameters.begin());
+            auto texture = shelf_.get(map.file, TextureCoding::linear, edge);
+            if (texture->planes() != 1)
+                throw InputError(fmt::format("{}: {} planes: the {} of {} needs 1", map.file,
+                                             texture->planes(), map.name, place));
+            const double gain = map.at_one - map.at_zero;
+            const double a = map.at_zero + gain * texture->least(0);
+            const double b = map.at_zero + gain * texture->largest(0);
+            // A limit that is met exactly must not be lost by rounding.
+            const double slack = 1e-12 * std::abs(gain);
+            set_parameter(least, index, std::min(a, b) + slack);
+            set_parameter(most, index, std::max(a, b) - slack);
+            set_parameter(material, index, map.at_zero + gain * texture->mean(0));
+            maps.push_back({index, std::move(texture), map.at_zero, gain});
+        }
+        // Whatever the law refuses, it refuses at its extremes.
+        (void)make_material(least, place + ", least texels of its parameters");
+        (void)make_material(most, place + ", largest texels of its parameters");
+        std::vector<double> constants;
+        for (const Parameter& p : parameters_of(material))
+            constants.push_back(p.value);
+        paint.set_maps(std::move(maps), std::move(constants));
+    }
+
+    Paint::Part part_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_chart,
+                        Texture::Edge edge, const std::string& place) {
+        Paint::Part part;
+        std::array<float, 3> rgb = m.diffuse;
+        const auto path = [&](const std::filesystem::path& word) {
+            if (word.string().starts_with("*"))
+                throw InputError(
+                    fmt::format("{}: material '{}' has its texture inside the file: it must be a file "
+                                "of its own",
+                                file.string(), m.name));
+            return find_texture(file, word.string());
+        };
+        // Without coordinates textures could not be placed.
+        if (own_chart && !m.albedo_texture.empty()) {
+            part.albedo = albedo(path(m.albedo_texture), TextureCoding::srgb, edge, place);
+            // Some writers leave the colour black under a texture.
+            if (rgb == std::array<float, 3>{0, 0, 0}) rgb = {1, 1, 1};
+        }
+        if (own_chart && !m.normal_texture.empty()) part.normal = normal(path(m.normal_texture), edge, place);
+        for (const SpectralBand& band : bands_) {
+            const std::array<double, 3> shares = colour_shares(band);
+            double value = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                value += shares[k] * static_cast<double>(rgb[k]);
+            part.factor.push_back(value);
+        }
+        return part;
+    }
+
+    std::shared_ptr<const Texture> albedo(const std::filesystem::path& file, TextureCoding coding,
+                                          Texture::Edge edge, const std::string& place) {
+        auto texture = shelf_.get(file, coding, edge);
+        if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
+            throw InputError(
+                fmt::format("{}: {} planes: allowed for {} are 1, red, green and blue, or one for "
+                            "each of the {} bands",
+                            file.string(), texture->planes(), place, bands_.size()));
+        return texture;
+    }
+    std::shared_ptr<const Texture> normal(const std::filesystem::path& file, Texture::Edge edge,
+                                          const std::string& place) {
+        auto texture = shelf_.get(file, TextureCoding::linear, edge);
+        if (texture->planes() != 3)
+            throw InputError(fmt::format("{}: {} planes: the normal map of {} needs 3", file.string(),
+                                         texture->planes(), place));
+        return texture;
+    }
+    const std::vector<SpectralBand>& bands_;
+    TextureShelf shelf_;
+};
+
+} // namespace
+
+void validate(const scene::Scene& scene) {
+    const scene::Camera& c = scene.camera;
+    constexpr std::int32_t largest = 65536;
+    if (c.width < 1 || c.width > largest || c.height < 1 || c.height > largest)
+        throw ConfigError(
+            fmt::format("camera: {} x {} pixels: allowed 1 to {} each", c.width, c.height, largest));
+    if (!positive(c.pixel_pitch_m) || !positive(c.focal_length_m))
+        throw ConfigError(fmt::format("camera: pixel pitch {} m and focal length {} m: allowed are positive "
+                                      "numbers",
+                                      c.pixel_pitch_m, c.focal_length_m));
+    if (!(c.psf_sigma_px >= 0 && c.psf_sigma_px <= 100))
+        throw ConfigError(fmt::format("camera: PSF sigma {} px: allowed 0 to 100", c.psf_sigma_px));
+    validate(c.motion, "camera");
+    if (!is_finite(scene.sun.position_m) || !positive(scene.sun.radius_m))
+        throw ConfigError("sun: the position must be finite and the radius positive");
+    if (!(scene.sun.limb_darkening >= 0 && scene.sun.limb_darkening <= 1))
+        throw ConfigError(fmt::format("sun: limb darkening {}: allowed 0 to 1", scene.sun.limb_darkening));
+    if (!(scene.sun.irradiance_scale >= 0 && std::isfinite(scene.sun.irradiance_scale)))
+        throw ConfigError(fmt::format("sun: irradiance scale {}: allowed are numbers from 0 up",
+                                      scene.sun.irradiance_scale));
+    if (scene.bands.empty()) throw ConfigError("bands: none: at least one spectral band is wanted");
+    for (std::size_t i = 0; i < scene.bands.size(); ++i)
+        if (!(scene.bands[i].from_m > 0 && scene.bands[i].to_m > scene.bands[i].from_m &&
+              std::isfinite(scene.bands[i].to_m)))
+            throw ConfigError(fmt::format("bands: band {} from {} to {} m: allowed 0 < from < to", i + 1,
+                                          scene.bands[i].from_m, scene.bands[i].to_m));
+    for (std::size_t i = 0; i < scene.bands.size(); ++i) {
+        const auto& curve = scene.bands[i].transmission;
+        for (std::size_t k = 0; k < curve.size(); ++k)
+            if (!(curve[k].value >= 0 && curve[k].value <= 1 && std::isfinite(curve[k].wavelength_m) &&
+                  (k == 0 || curve[k].wavelength_m > curve[k - 1].wavelength_m)))
+                throw ConfigError(
+                    fmt::format("bands: transmission of band {}: point {}: allowed are shares from 0 "
+                                "to 1 at increasing wavelengths",
+                                i + 1, k + 1));
+    }
+    if (!(is_finite(c.velocity_m_s) && length(c.velocity_m_s) < 2.99e8))
+        throw ConfigError("camera: the velocity must be finite and less than that of light");
+    if (scene.bands.size() > 16)
+        throw ConfigError(fmt::format("bands: {}: allowed 1 to 16", scene.bands.size()));
+    (void)scene::parents_of(scene.bodies);
+    (void)scene::parent_of(scene.bodies, c.parent, c.joint, "camera");
+    for (const scene::Body& body : scene.bodies) {
+        validate(body.motion, name_of(body));
+        validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
+        validate_bands(body.emission_w_m2_sr, scene.bands.size(), name_of(body) + ": emission");
+    }
+    for (const scene::Lamp& lamp : scene.lamps) {
+        const std::string place = fmt::format("lamp '{}'", lamp.name);
+        validate(lamp.motion, place);
+        (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint, place);
+        validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
+        if (!(lamp.half_angle_rad > 0 && lamp.half_angle_rad <= 3.1416))
+            throw ConfigError(
+                fmt::format("{}: half angle {} rad: allowed above 0 to pi", place, lamp.half_angle_rad));
+    }
+}
+
+std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
+    ShapeMaker shapes;
+    PaintMaker paints(scene.bands);
+    const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
+    std::vector<BuiltBody> built;
+    std::uint32_t materials = 1;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const scene::Body& body = scene.bodies[i];
+        (void)make_material(body.material, name_of(body));
+        auto shape = shapes.make(body);
+        scene::Material typical = body.material;
+        auto paint = paints.make(body, *shape, typical);
+        auto material = make_material(typical, name_of(body));
+        const auto parts = static_cast<std::uint32_t>(paint ? paint->parts() : 1);
+        built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
+                         body.emission_w_m2_sr, std::move(paint), parents[i], body.joint, materials});
+        materials += parts;
+    }
+    if (scene.sun.irradiance_scale == 0) return built;
+    scene::Motion sun_motion;
+    sun_motion.samples[0].pose.position_m = scene.sun.position_m;
+    const double r = scene.sun.radius_m;
+    built.push_back({std::make_shared<Ellipsoid>(scene::Ellipsoid{{r, r, r}}),
+                     nullptr,
+                     sun_motion,
+                     {},
+                     {},
+                     {},
+                     -1,
+                     {},
+                     materials});
+    return built;
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,93 @@
+#include "renderer/world/exposure.hpp"
+
+#include "renderer/world/kinematics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace obscura::renderer {
+namespace {
+
+constexpr double step_px = 0.5;
+
+double angle_between(const Quat& a, const Quat& b) {
+    // The sine of half the angle, from the difference: exact for the smallest ones.
+    const double sign = dot(a, b) < 0 ? -1 : 1;
+    const Vec3 v{a.x - sign * b.x, a.y - sign * b.y, a.z - sign * b.z};
+    const double w = a.w - sign * b.w;
+    return 4 * std::asin(std::min(1.0, std::sqrt(dot(v, v) + w * w) / 2));
+}
+
+/// How far body `from` to `to` moves in the picture, as an angle, beside the turn of the camera.
+double body_angle(const Pose& camera_from, const Pose& camera_to, const Pose& from, const Pose& to,
+                  double radius_m) {
+    const Vec3 a = from.position_m - camera_from.position_m;
+    const Vec3 b = to.position_m - camera_to.position_m;
+    // Of the part of the surface that is nearest to the camera.
+    const double nearest = std::max(std::min(length(a), length(b)) - radius_m, 0.01 * radius_m);
+    if (!(nearest > 0)) return std::numeric_limits<double>::infinity();
+    return (length(b - a) + radius_m * angle_between(from.orientation, to.orientation)) / nearest;
+}
+
+} // namespace
+
+double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                 const Projection& projection, double reach_px, const RowTime& row) {
+    if (row.exposure_ns() <= 0) return 0;
+    const std::array times{to_seconds(row.reset.ns), to_seconds(row.mid().ns), to_seconds(row.read.ns)};
+    std::array<Pose, 3> camera;
+    for (std::size_t i = 0; i < 3; ++i)
+        camera[i] = camera_pose(scene, bodies, times[i]);
+    const double turn_rad = angle_between(camera[0].orientation, camera[1].orientation) +
+                            angle_between(camera[1].orientation, camera[2].orientation);
+    const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
+    double most_rad = 0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const double radius_m = bodies[b].shape->bounding_radius_m();
+        std::array<Pose, 3> body;
+        bool near = false;
+        for (std::size_t i = 0; i < 3; ++i) {
+            body[i] = seen_pose(scene, bodies, b, camera[i].position_m, times[i]);
+            const Vec3 to_body = body[i].position_m - camera[i].position_m;
+            const double distance = length(to_body);
+            near = near || distance <= radius_m ||
+                   std::acos(std::clamp(dot(rotate(camera[i].orientation, {0, 0, 1}), to_body) / distance,
+                                        -1.0, 1.0)) < field_rad + std::asin(radius_m / distance);
+        }
+        if (!near) continue;
+        double moved_rad = 0;
+        for (std::size_t i = 0; i < 2; ++i)
+            moved_rad += body_angle(camera[i], camera[i + 1], body[i], body[i + 1], radius_m);
+        most_rad = std::max(most_rad, moved_rad);
+    }
+    return (turn_rad + most_rad) / projection.pixel_angle_rad();
+}
+
+Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most, std::uint32_t samples,
+                      double chance) {
+    Exposure e;
+    e.row = row;
+    e.points = static_cast<std::uint32_t>(
+        std::clamp(std::ceil(motion_px / step_px), 1.0, static_cast<double>(most)));
+    // As many as share the samples without rest.
+    if (e.points > 1 && e.points < samples) e.points = std::min(most, samples / (samples / e.points));
+    e.pixels = std::min(e.points, samples);
+    if (e.pixels < e.points) e.shift = chance;
+    return e;
+}
+
+double Exposure::point_s(std::uint32_t i) const {
+    if (points == 1) return at(0.5);
+    const double n = points;
+    return at(0.5 + ((i + 0.5) / n - 0.5) * std::sqrt(n * n / (n * n - 1)));
+}
+
+double Exposure::at(double share) const {
+    // The middle is that of whole nanoseconds, which stands in the frame's ground truth.
+    if (share == 0.5) return to_seconds(row.mid().ns);
+    return to_seconds(row.reset.ns) + share * to_seconds(row.exposure_ns());
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,181 @@
+#include "renderer/world/row_state.hpp"
+
+#include "core/solar_spectrum.hpp"
+#include "renderer/camera/aberration.hpp"
+#include "renderer/world/kinematics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+Mat3 product(const Mat3& a, const Mat3& b) {
+    Mat3 c;
+    for (int r = 0; r < 3; ++r)
+        for (int k = 0; k < 3; ++k)
+            c.m[r][k] = a.m[r][0] * b.m[0][k] + a.m[r][1] * b.m[1][k] + a.m[r][2] * b.m[2][k];
+    return c;
+}
+
+bool same_pose(const BodyState& a, const BodyState& b) {
+    bool same = a.position_m.x == b.position_m.x && a.position_m.y == b.position_m.y &&
+                a.position_m.z == b.position_m.z;
+    for (int r = 0; r < 3; ++r)
+        for (int k = 0; k < 3; ++k)
+            same = same && a.to_inertial.m[r][k] == b.to_inertial.m[r][k];
+    return same;
+}
+
+/// Whether `b` can reach into the hull of the spheres of `a` and the Sun.
+bool may_shade(const BodyState& a, const BodyState& b, Vec3 sun_m, double sun_radius_m) {
+    const Vec3 axis = sun_m - a.position_m;
+    const double axis_length = length(axis);
+    const double ra = a.shape->bounding_radius_m();
+    const double rb = b.shape->bounding_radius_m();
+    const Vec3 offset = b.position_m - a.position_m;
+    if (length(offset) <= ra + rb) return true;
+    const double along = std::clamp(dot(offset, axis) / (axis_length * axis_length), 0.0, 1.0);
+    const double slope = std::abs(sun_radius_m - ra) / axis_length;
+    const double hull = (ra + (sun_radius_m - ra) * along) * std::sqrt(1 + slope * slope) + slope * rb;
+    return length(offset - along * axis) <= hull + rb * std::sqrt(1 + slope * slope);
+}
+
+/// See BodyState::reference_radiance.
+double reference_radiance(const BodyState& s) {
+    if (s.material == nullptr) return 0;
+    const double sun_distance = length(s.sun_m);
+    const double camera_distance = length(s.camera_m);
+    if (!(sun_distance > 0 && camera_distance > 0)) return 0;
+    const double cos_phase =
+        std::clamp(dot(s.sun_m, s.camera_m) / (sun_distance * camera_distance), -1.0, 1.0);
+    const double cos_half = std::max(0.1, std::sqrt((1 + cos_phase) / 2));
+    ScatterPacket scatter;
+    for (int i = 0; i < packet_size; ++i) {
+        scatter.cos_in[i] = scatter.cos_out[i] = cos_half;
+        scatter.cos_phase[i] = cos_phase;
+    }
+    Doubles r;
+    s.material->reflectance(scatter, r);
+    const double factor = s.built->paint ? s.built->paint->typical() : 1;
+    return r[0] * factor * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
+}
+
+} // namespace
+
+Mat3 relative_rotation(const BodyState& from, const BodyState& to) {
+    return product(transposed(to.to_inertial), from.to_inertial);
+}
+
+Vec3 relative_origin(const BodyState& from, const BodyState& to) {
+    return transposed(to.to_inertial) * (from.position_m - to.position_m);
+}
+
+Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, std::size_t i, Vec3 camera_m,
+               double time_s) {
+    Pose pose = body_pose(bodies, i, time_s);
+    if (!scene.light_time) return pose;
+    // Each step is better by the factor v / c; as many as change anything.
+    double seen_s = time_s;
+    for (int step = 0; step < 20; ++step) {
+        const double next_s = time_s - length(pose.position_m - camera_m) / light_speed_m_s;
+        const bool settled = std::abs(next_s - seen_s) < 1e-12;
+        seen_s = next_s;
+        pose = body_pose(bodies, i, seen_s);
+        if (settled) break;
+    }
+    return pose;
+}
+
+Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, double time_s) {
+    if (!scene.aberration) return {0, 0, 0};
+    Vec3 velocity = scene.camera.velocity_m_s;
+    if (length(velocity) == 0) {
+        // Short against the samples of a trajectory, long against the rounding of positions at 1 au.
+        constexpr double half_s = 0.05;
+        velocity = (camera_pose(scene, bodies, time_s + half_s).position_m -
+                    camera_pose(scene, bodies, time_s - half_s).position_m) /
+                   (2 * half_s);
+    }
+    return transposed(to_matrix(camera_pose(scene, bodies, time_s).orientation)) *
+           (velocity / light_speed_m_s);
+}
+
+void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                   const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
+                   std::uint32_t parts, double time_s, RowState& row) {
+    row.camera = camera_pose(scene, bodies, time_s);
+    const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
+    row.inertial_from_camera = inertial_from_camera;
+    row.camera_from_inertial = transposed(inertial_from_camera);
+    row.bodies.resize(bodies.size());
+    // The farthest a displaced sample can lie from its pixel's centre.
+    const double margin_rad = (sample_reach_px + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
+
+    row.reach_rad = margin_rad;
+
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const BuiltBody& built = bodies[i];
+        BodyState& s = row.bodies[i];
+        const Pose pose = seen_pose(scene, bodies, i, row.camera.position_m, time_s);
+        s.shape = built.shape.get();
+        s.material = built.material.get();
+        s.built = &built;
+        s.position_m = pose.position_m;
+        s.to_inertial = to_matrix(pose.orientation);
+        const Mat3 from_inertial = transposed(s.to_inertial);
+        s.from_inertial = from_inertial;
+        // Bodies that do not move against each other mostly follow each other.
+        s.frame =
+            i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
+        s.from_camera = product(from_inertial, inertial_from_camera);
+        s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
+        s.sun_m = from_inertial * (scene.sun.position_m - pose.position_m);
+        s.occluders.clear();
+        s.reference_radiance = reference_radiance(s);
+
+        const Vec3 to_body = pose.position_m - row.camera.position_m;
+        const double distance = length(to_body);
+        const double radius = s.shape->bounding_radius_m();
+        if (distance <= radius) {
+            s.direction = {0, 0, 1};
+            s.cone_sine = 1;
+            s.cos_cone = -1;
+            s.reach_chord2 = 5;
+            s.solid_angle_sr = 4 * std::numbers::pi;
+            s.targeted = false;
+            s.large = true;
+            s.samples = samples_per_pixel;
+            continue;
+        }
+        s.direction = row.camera_from_inertial * (to_body / distance);
+        s.cone_sine = radius / distance;
+        s.cos_cone = std::sqrt(std::max(0.0, 1 - s.cone_sine * s.cone_sine));
+        s.solid_angle_sr =
+            2 * std::numbers::pi * (s.cone_sine * s.cone_sine / (1 + s.cos_cone)); // 2 pi (1 - cos)
+        const double angle = std::asin(s.cone_sine);
+        const double half = (angle + margin_rad) / 2;
+        s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
+        const double radius_px = angle / projection.local_pixel_angle_rad(s.direction);
+        s.targeted = radius_px < targeted_radius_px;
+        s.large = radius_px > large_radius_px;
+        s.samples = 0;
+        if (!s.targeted) {
+            const double wanted = samples_per_body / parts / (std::numbers::pi * radius_px * radius_px);
+            s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
+        }
+    }
+    row.lamps.clear();
+    for (const scene::Lamp& lamp : scene.lamps)
+        row.lamps.push_back(lamp_pose(scene, bodies, lamp, time_s));
+    for (std::size_t a = 0; a < bodies.size(); ++a) {
+        if (row.bodies[a].material == nullptr) continue;
+        for (std::size_t b = 0; b < bodies.size(); ++b)
+            if (b != a && row.bodies[b].material != nullptr &&
+                may_shade(row.bodies[a], row.bodies[b], scene.sun.position_m, scene.sun.radius_m))
+                row.bodies[a].occluders.push_back(static_cast<std::int32_t>(b));
+    }
+}
+
+} // namespace obscura::renderer

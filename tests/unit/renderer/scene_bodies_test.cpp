@@ -1,0 +1,200 @@
+// What scene files say about bodies: named materials against their published albedos, textures, joints.
+#include "core/error.hpp"
+#include "renderer/materials/material.hpp"
+#include "renderer/materials/presets.hpp"
+#include "renderer/scene/scene_file.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+using namespace obscura;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+/// Of a sphere at phase angle 0: 2 pi times the integral of r(i = e = acos mu, g = 0) mu.
+double geometric_albedo(const scene::Material& description) {
+    const auto material = renderer::make_material(description, "test");
+    constexpr int steps = 1600;
+    double sum = 0;
+    for (int n = 0; n < steps; n += renderer::packet_size) {
+        renderer::ScatterPacket s;
+        for (int i = 0; i < renderer::packet_size; ++i) {
+            s.cos_in[i] = s.cos_out[i] = (n + i + 0.5) / steps;
+            s.cos_phase[i] = 1;
+        }
+        renderer::Doubles r;
+        material->reflectance(s, r);
+        for (int i = 0; i < renderer::packet_size; ++i)
+            sum += r[i] * s.cos_out[i] / steps;
+    }
+    return 2 * std::numbers::pi * sum;
+}
+
+std::string refusal(const test::TempFolder& folder, const std::string& text) {
+    try {
+        (void)scene::load_scene(folder.write("s.toml", text));
+    } catch (const Error& e) {
+        std::string line = e.what();
+        CHECK(line.find('\n') == std::string::npos);
+        const std::string prefix = folder.path().string() + "/";
+        while (line.find(prefix) != std::string::npos)
+            line.erase(line.find(prefix), prefix.size());
+        return line;
+    }
+    return "accepted";
+}
+
+} // namespace
+
+TEST_CASE("Named bodies have the geometric albedo that their sources give") {
+    CHECK_THAT(geometric_albedo(scene::Lambert{0.6}), WithinRel(0.4, 1e-3));
+    // The model's surge goes on to phase 0, where the Moon itself is eclipsed: 0.136.
+    CHECK_THAT(geometric_albedo(scene::moon()), WithinRel(0.12, 0.15));
+    CHECK_THAT(geometric_albedo(scene::eros()), WithinRel(0.23, 0.08));
+    CHECK_THAT(geometric_albedo(scene::itokawa()), WithinRel(0.27, 0.08));
+    CHECK_THAT(geometric_albedo(scene::comet_67p()), WithinRel(0.065, 0.08));
+}
+
+TEST_CASE("Scene files name materials, textures, parents and joints") {
+    const test::TempFolder folder;
+    (void)folder.write("t.png", "x");
+    (void)folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    (void)folder.write("panel.csv", "time_s,angle_deg\n0,0\n10,90\n");
+    const scene::Scene s = scene::load_scene(folder.write("s.toml", R"(
+[[body]]
+name = "bus"
+shape = "box"
+size_m = [1, 1, 1]
+material = "mli"
+roughness = 0.2
+[[body]]
+name = "panel"
+shape = "box"
+size_m = [1, 5, 0.1]
+material = "solar-cell"
+parent = "bus"
+position_m = [0, 3, 0]
+joint = "hinge"
+joint_axis = [0, 1, 0]
+joint_table = "panel.csv"
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+material = "moon"
+albedo_texture = "t.png"
+texture_coding = "srgb"
+texture_left_deg = 0
+[[body]]
+shape = "mesh"
+file = "m.obj"
+)"));
+    CHECK(std::get<scene::Ggx>(s.bodies[0].material).roughness == 0.2);
+    CHECK(std::get<scene::Ggx>(s.bodies[0].material).reflectance_f0 == 0.6);
+    CHECK(s.bodies[1].parent == "bus");
+    CHECK(s.bodies[1].joint.kind == scene::Joint::Kind::hinge);
+    CHECK_THAT(s.bodies[1].joint.samples.at(1).value, WithinAbs(std::numbers::pi / 2, 1e-12));
+    CHECK(std::get<scene::Hapke>(s.bodies[2].material).single_scattering_albedo == 0.21);
+    CHECK(s.bodies[2].textures.albedo == (folder.path() / "t.png").string());
+    CHECK(s.bodies[2].textures.srgb);
+    CHECK(s.bodies[2].textures.left_longitude_rad == 0);
+    CHECK(std::holds_alternative<scene::FileMaterials>(s.bodies[3].material));
+}
+
+TEST_CASE("A colour over wavelength becomes the mean of each band") {
+    const test::TempFolder folder;
+    const std::string body = "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 1\n";
+    const std::string bands =
+        "[[band]]\nfrom_nm = 300\nto_nm = 350\n[[band]]\nfrom_nm = 450\nto_nm = 550\n[[band]]\n"
+        "from_nm = 400\nto_nm = 700\n[[band]]\nfrom_nm = 800\nto_nm = 900\n";
+    const scene::Scene s = scene::load_scene(
+        folder.write("s.toml", body + "colour_curve = [[400, 0.1], [500, 0.5], [700, 0.3]]\n" + bands));
+    // By hand: held, (0.3 + 0.5) / 2 and (0.5 + 0.45) / 2, trapezoids of 100 and 200 nm, held.
+    const std::array<double, 4> wanted{0.1, (0.4 + 0.475) / 2, (0.3 + 2 * 0.4) / 3, 0.3};
+    REQUIRE(s.bodies[0].colour.size() == 4);
+    for (std::size_t b = 0; b < 4; ++b)
+        CHECK_THAT(s.bodies[0].colour[b], WithinRel(wanted[b], 1e-12));
+    CHECK(refusal(folder, body + "colour_curve = [[400, 0.1], [300, 0.5]]\n").find("body[0].colour_curve") !=
+          std::string::npos);
+    CHECK(refusal(folder, body + "colour = [1]\ncolour_curve = [[400, 0.1]]\n") ==
+          "s.toml:6:16: body[0].colour_curve: cannot stand beside \"colour\"");
+}
+
+TEST_CASE("Images give parameters of materials, camera and lamps hang on bodies") {
+    const test::TempFolder folder;
+    (void)folder.write("t.png", "x");
+    const std::string ball = "[[body]]\nname = \"ball\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\n";
+    const scene::Scene s = scene::load_scene(folder.write("s.toml", R"(
+[camera]
+parent = "ball"
+position_m = [0, 0, 5]
+joint = "hinge"
+joint_axis = [0, 1, 0]
+joint_angle_deg = 90
+[[lamp]]
+name = "torch"
+intensity_w_sr = [1]
+parent = "ball"
+joint = "slide"
+joint_axis = [1, 0, 0]
+joint_offset_m = 2
+)" + ball + R"(material = "hapke"
+single_scattering_albedo_texture = "t.png"
+roughness_texture = "t.png"
+roughness_texture_range = [10, 40]
+)"));
+    const auto& maps = s.bodies[0].textures.parameters;
+    REQUIRE(maps.size() == 2);
+    CHECK(maps[0].name == "single_scattering_albedo");
+    CHECK(maps[0].file == (folder.path() / "t.png").string());
+    CHECK(maps[0].at_zero == 0);
+    CHECK(maps[0].at_one == 1);
+    CHECK(maps[1].name == "roughness");
+    CHECK_THAT(maps[1].at_zero, WithinAbs(10 * std::numbers::pi / 180, 1e-12));
+    CHECK_THAT(maps[1].at_one, WithinAbs(40 * std::numbers::pi / 180, 1e-12));
+    CHECK(s.camera.parent == "ball");
+    CHECK(s.camera.joint.kind == scene::Joint::Kind::hinge);
+    CHECK_THAT(s.camera.joint.samples.at(0).value, WithinAbs(std::numbers::pi / 2, 1e-12));
+    CHECK(s.lamps[0].parent == "ball");
+    CHECK(s.lamps[0].joint.samples.at(0).value == 2);
+
+    CHECK(refusal(folder, ball + "material = \"ggx\"\nroughness = 0.2\nroughness_texture = \"t.png\"\n") ==
+          "s.toml:7:21: body[0].roughness_texture: cannot stand beside \"roughness\"");
+    CHECK(refusal(folder, ball + "material = \"ggx\"\nroughness_texture_range = [0, 1]\n")
+              .find("the key \"roughness_texture\" is missing") != std::string::npos);
+    CHECK(refusal(folder, ball + "material = \"minnaert\"\nalbedo = 0.1\nroughness_texture = \"t.png\"\n")
+              .find("roughness_texture") != std::string::npos);
+    CHECK(refusal(folder, ball + "albedo = 0.1\n[camera]\nparent = \"lander\"\n") ==
+          "s.toml: camera: its parent 'lander' is no body of the scene");
+    CHECK(refusal(folder, ball + "albedo = 0.1\n[[lamp]]\nintensity_w_sr = [1]\nparent = \"camera\"\n") ==
+          "s.toml: lamp 'lamp0': its parent 'camera' is no body of the scene");
+    CHECK(refusal(folder, ball + "albedo = 0.1\n[camera]\njoint = \"hinge\"\n")
+              .find("camera.joint: belongs to joint = \"fixed\" where there is no parent") !=
+          std::string::npos);
+}
+
+TEST_CASE("Impossible bodies are refused with file and place") {
+    const test::TempFolder folder;
+    const std::string box = "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nalbedo = 0.1\n";
+    CHECK(refusal(folder, box + "parent = \"a\"\n") == "s.toml: body 'a': parents go in a circle: a -> a");
+    CHECK(refusal(folder, box + "parent = \"b\"\n") ==
+          "s.toml: body 'a': its parent 'b' is no body of the scene");
+    CHECK(refusal(folder, box + "joint = \"hinge\"\n") ==
+          "s.toml:6:9: body[0].joint: belongs to joint = \"fixed\" where there is no parent");
+    CHECK(refusal(folder, box + "joint_angle_deg = 3\n") ==
+          "s.toml:6:19: body[0].joint_angle_deg: belongs to joint = \"hinge\"");
+    CHECK(refusal(folder, box + "albedo_texture = \"gone.png\"\n") ==
+          "s.toml:6:18: body[0].albedo_texture: gone.png: no such file");
+    (void)folder.write("bad.csv", "time_s,offset_m\n0,1\n0,2\n");
+    CHECK(refusal(folder, box + box.substr(0, 9) + box.substr(20) +
+                              "parent = \"a\"\njoint = \"slide\"\njoint_table = "
+                              "\"bad.csv\"\n") == "bad.csv:3:1: time_s: 0 does not come after 0");
+    CHECK_THAT(refusal(folder, "[[body]]\nshape = \"box\"\nsize_m = [0, 1, 1]\nalbedo = 0.1\n"),
+               Catch::Matchers::ContainsSubstring("s.toml:3:") &&
+                   Catch::Matchers::ContainsSubstring("size_m"));
+}

@@ -1,0 +1,33 @@
+#include "tools/support/irradiance_image.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace obscura::tools {
+
+std::vector<images::ExrChannel> irradiance_channels(std::span<const float> image,
+                                                    const std::vector<SpectralBand>& bands) {
+    const std::size_t plane = image.size() / bands.size();
+    std::vector<images::ExrChannel> channels;
+    for (std::size_t i = 0; i < bands.size(); ++i) {
+        std::string name = fmt::format("irradiance.{}-{}nm", std::lround(1e9 * bands[i].from_m),
+                                       std::lround(1e9 * bands[i].to_m));
+        const auto same = [&](const images::ExrChannel& c) { return c.name == name; };
+        if (std::any_of(channels.begin(), channels.end(), same)) name += fmt::format("-{}", i);
+        channels.push_back({std::move(name), "W m-2", image.subspan(i * plane, plane)});
+    }
+    return channels;
+}
+
+images::Cards band_cards(const std::vector<SpectralBand>& bands) {
+    images::Cards cards;
+    for (std::size_t i = 0; i < bands.size(); ++i) {
+        cards.push_back({fmt::format("B{}_FROM", i), 1e9 * bands[i].from_m, "[nm] lower end of the band"});
+        cards.push_back({fmt::format("B{}_TO", i), 1e9 * bands[i].to_m, "[nm] upper end of the band"});
+    }
+    return cards;
+}
+
+} // namespace obscura::tools

@@ -1,0 +1,312 @@
+#include "tools/support/registration.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace obscura::tools {
+namespace {
+
+/// Sums of a weighted linear regression.
+struct Sums {
+    std::int64_t n = 0;
+    double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+    void add(double x, double y) {
+        ++n;
+        a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
+    }
+    [[nodiscard]] double correlation() const {
+        if (n < 2) return -1;
+        const auto count = static_cast<double>(n);
+        const double va = aa - a * a / count, vb = bb - b * b / count;
+        // A flat image correlates with nothing.
+        if (!(va > 1e-14 * aa) || !(vb > 1e-14 * bb)) return -1;
+        return (ab - a * b / count) / std::sqrt(va * vb);
+    }
+};
+
+Image halved(const Image& image) {
+    Image out{image.width / 2, image.height / 2, {}};
+    out.values.reserve(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+    for (std::int32_t y = 0; y < out.height; ++y)
+        for (std::int32_t x = 0; x < out.width; ++x)
+            out.values.push_back(0.25 * (image.at(2 * x, 2 * y) + image.at(2 * x + 1, 2 * y) +
+                                         image.at(2 * x, 2 * y + 1) + image.at(2 * x + 1, 2 * y + 1)));
+    return out;
+}
+
+struct Shift {
+    std::int32_t x = 0, y = 0;
+};
+
+double correlation_at(const Image& reference, const Image& image, Shift shift) {
+    Sums sums;
+    const std::int32_t x0 = std::max(0, -shift.x), x1 = std::min(reference.width, reference.width - shift.x);
+    const std::int32_t y0 = std::max(0, -shift.y),
+                       y1 = std::min(reference.height, reference.height - shift.y);
+    for (std::int32_t y = y0; y < y1; ++y)
+        for (std::int32_t x = x0; x < x1; ++x) {
+            const double a = reference.at(x, y), b = image.at(x + shift.x, y + shift.y);
+            if (!std::isnan(a + b)) sums.add(a, b);
+        }
+    return sums.correlation();
+}
+
+/// Best integer shift within `radius` of `around`, none beyond `limit`.
+Shift search(const Image& reference, const Image& image, Shift around, std::int32_t radius,
+             std::int32_t limit) {
+    Shift best = around;
+    double highest = -2;
+    for (std::int32_t dy = -radius; dy <= radius; ++dy)
+        for (std::int32_t dx = -radius; dx <= radius; ++dx) {
+            const Shift shift{around.x + dx, around.y + dy};
+            if (std::abs(shift.x) > limit || std::abs(shift.y) > limit) continue;
+            const double r = correlation_at(reference, image, shift);
+            if (r > highest) highest = r, best = shift;
+        }
+    return best;
+}
+
+Shift search_pyramid(const Image& reference, const Image& image, std::int32_t max_shift) {
+    constexpr std::int32_t small_radius = 4, smallest_side = 32;
+    if (max_shift <= small_radius || std::min(reference.width, reference.height) < 2 * smallest_side)
+        return search(reference, image, {}, max_shift, max_shift);
+    const Shift coarse = search_pyramid(halved(reference), halved(image), (max_shift + 1) / 2);
+    return search(reference, image, {2 * coarse.x, 2 * coarse.y}, 2, max_shift);
+}
+
+/// Keys' cubic convolution kernel (a = -1/2) at the four neighbours of a point `t` past the second.
+std::array<double, 4> cubic_weights(double t) {
+    const double t2 = t * t, t3 = t2 * t;
+    return {-0.5 * t + t2 - 0.5 * t3, 1 - 2.5 * t2 + 1.5 * t3, 0.5 * t + 2 * t2 - 1.5 * t3,
+            -0.5 * t2 + 0.5 * t3};
+}
+
+/// image(x + dx, y + dy) for every pixel; NaN where a neighbour is missing. Separable.
+Image shifted(const Image& image, double dx, double dy) {
+    if (dx == 0 && dy == 0) return image;
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto pass = [&](const Image& in, double shift, bool along_x) {
+        const auto whole = static_cast<std::int32_t>(std::floor(shift));
+        const std::array<double, 4> w = cubic_weights(shift - whole);
+        Image out{in.width, in.height, std::vector<double>(in.values.size(), nan)};
+        const std::int32_t limit = along_x ? in.width : in.height;
+        for (std::int32_t y = 0; y < in.height; ++y)
+            for (std::int32_t x = 0; x < in.width; ++x) {
+                const std::int32_t first = (along_x ? x : y) + whole - 1;
+                if (first < 0 || first + 3 >= limit) continue;
+                double sum = 0;
+                for (std::int32_t i = 0; i < 4; ++i)
+                    sum += w[static_cast<std::size_t>(i)] *
+                           (along_x ? in.at(first + i, y) : in.at(x, first + i));
+                out.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(in.width) +
+                           static_cast<std::size_t>(x)] = sum;
+            }
+        return out;
+    };
+    return pass(pass(image, dx, true), dy, false);
+}
+
+/// The image under a Gaussian of one pixel, of what is not NaN. Interpolation between pixels smooths by an
+/// amount that depends on the shift, and what it takes off noise makes images agree better: without this,
+/// shifts are drawn towards odd numbers of half pixels by a tenth of a pixel or more.
+Image smoothed(const Image& image) {
+    constexpr std::int32_t radius = 3;
+    std::array<double, 2 * radius + 1> kernel{};
+    for (std::int32_t i = -radius; i <= radius; ++i)
+        kernel[static_cast<std::size_t>(i + radius)] = std::exp(-0.5 * i * i);
+    const auto pass = [&](const Image& in, bool along_x) {
+        Image out{in.width, in.height, in.values};
+        const std::int32_t limit = along_x ? in.width : in.height;
+        for (std::int32_t y = 0; y < in.height; ++y)
+            for (std::int32_t x = 0; x < in.width; ++x) {
+                double sum = 0, weights = 0;
+                const std::int32_t centre = along_x ? x : y;
+                for (std::int32_t i = -radius; i <= radius; ++i) {
+                    if (centre + i < 0 || centre + i >= limit) continue;
+                    const double value = along_x ? in.at(x + i, y) : in.at(x, y + i);
+                    if (std::isnan(value)) continue;
+                    const double weight = kernel[static_cast<std::size_t>(i + radius)];
+                    sum += weight * value, weights += weight;
+                }
+                double& value = out.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(in.width) +
+                                           static_cast<std::size_t>(x)];
+                if (!std::isnan(value)) value = sum / weights;
+            }
+        return out;
+    };
+    return pass(pass(image, true), false);
+}
+
+/// Sums over the pixels of both images, each moved by half of the shift towards the other.
+Sums sums_at(const Image& reference, const Image& image, double dx, double dy) {
+    const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
+    Sums sums;
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+        if (!std::isnan(a.values[i] + b.values[i])) sums.add(a.values[i], b.values[i]);
+    return sums;
+}
+
+/// Climbs to the maximum of the correlation within `limit` with parabolas through ever closer points.
+void refine(const Image& reference, const Image& image, double limit, double& x, double& y) {
+    for (const double h : {0.5, 0.25, 0.1, 0.05}) {
+        const auto f = [&](double dx, double dy) {
+            return sums_at(reference, image, x + dx, y + dy).correlation();
+        };
+        const double centre = f(0, 0);
+        const auto step = [&](double minus, double plus) {
+            const double curvature = minus - 2 * centre + plus;
+            if (!(curvature < 0)) return minus > plus ? -h : h;
+            return std::clamp(0.5 * h * (minus - plus) / curvature, -h, h);
+        };
+        const double sx = step(f(-h, 0), f(h, 0)), sy = step(f(0, -h), f(0, h));
+        x = std::clamp(x + sx, -limit, limit), y = std::clamp(y + sy, -limit, limit);
+    }
+}
+
+/// How much of the correlation each block of a grid over the image gives at a shift.
+constexpr std::int32_t grid_blocks = 8;
+using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
+
+/// With both images brought to mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2: the shares
+/// are what each block takes off.
+BlockShares shares_at(const Image& reference, const Image& image, double dx, double dy) {
+    const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
+    Sums s;
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+        if (!std::isnan(a.values[i] + b.values[i])) s.add(a.values[i], b.values[i]);
+    const auto n = static_cast<double>(s.n);
+    const double mean_a = s.a / n, mean_b = s.b / n;
+    const double sigma_a = std::sqrt(s.aa / n - mean_a * mean_a),
+                 sigma_b = std::sqrt(s.bb / n - mean_b * mean_b);
+    BlockShares out{};
+    for (std::int32_t y = 0; y < a.height; ++y)
+        for (std::int32_t x = 0; x < a.width; ++x) {
+            const double difference = (a.at(x, y) - mean_a) / sigma_a - (b.at(x, y) - mean_b) / sigma_b;
+            if (std::isnan(difference)) continue;
+            const std::int32_t block = y * grid_blocks / a.height * grid_blocks + x * grid_blocks / a.width;
+            out[static_cast<std::size_t>(block)] -= difference * difference / (2 * n);
+        }
+    return out;
+}
+
+/// Standard errors of the shift (x, y) that the search within `limit` ended at.
+void estimate_errors(const Image& reference, const Image& image, double limit, double x, double y,
+                     Agreement& out) {
+    constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
+    const auto at = [&](double dx, double dy) { return shares_at(reference, image, x + dx, y + dy); };
+    const auto total = [](const BlockShares& shares) {
+        double sum = 0;
+        for (const double share : shares)
+            sum += share;
+        return sum;
+    };
+    const BlockShares left = at(-h, 0), right = at(h, 0), up = at(0, -h), down = at(0, h);
+    const double centre = total(at(0, 0));
+    // Curvature of -correlation, and the scatter of the blocks' slopes.
+    const double hxx = -(total(left) - 2 * centre + total(right)) / (h * h);
+    const double hyy = -(total(up) - 2 * centre + total(down)) / (h * h);
+    const double hxy =
+        -(total(at(h, h)) + total(at(-h, -h)) - total(at(h, -h)) - total(at(-h, h))) / (4 * h * h);
+    double jxx = 0, jyy = 0, jxy = 0;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+        const double slope_x = (right[i] - left[i]) / (2 * h), slope_y = (down[i] - up[i]) / (2 * h);
+        jxx += slope_x * slope_x, jyy += slope_y * slope_y, jxy += slope_x * slope_y;
+    }
+    const double determinant = hxx * hyy - hxy * hxy;
+    const bool peak = hxx > 0 && hyy > 0 && determinant > 0;
+    // Inverse curvature times scatter times inverse curvature.
+    const double ixx = hyy / determinant, iyy = hxx / determinant, ixy = -hxy / determinant;
+    const double vx = ixx * ixx * jxx + 2 * ixx * ixy * jxy + ixy * ixy * jyy;
+    const double vy = ixy * ixy * jxx + 2 * ixy * iyy * jxy + iyy * iyy * jyy;
+    constexpr double border_px = 1e-9;
+    const bool border_x = std::abs(x) > limit - border_px, border_y = std::abs(y) > limit - border_px;
+    out.error_x_px = peak && !border_x ? std::sqrt(vx) : infinite;
+    out.error_y_px = peak && !border_y ? std::sqrt(vy) : infinite;
+}
+
+} // namespace
+
+Agreement compare_images(const Image& reference, const Image& image, const RegistrationSettings& settings) {
+    if (reference.width != image.width || reference.height != image.height)
+        throw InputError(fmt::format("the images have {} x {} and {} x {} pixels, allowed are equal sizes",
+                                     reference.width, reference.height, image.width, image.height));
+    const std::int32_t limit =
+        std::min({settings.max_shift_px, reference.width / 2 - 1, reference.height / 2 - 1});
+    Agreement out;
+    out.correlation_unshifted = correlation_at(reference, image, {});
+    if (limit > 0) {
+        const Shift whole = search_pyramid(reference, image, limit);
+        out.shift_x_px = whole.x, out.shift_y_px = whole.y;
+        const Image a = smoothed(reference), b = smoothed(image);
+        refine(a, b, limit, out.shift_x_px, out.shift_y_px);
+        estimate_errors(a, b, limit, out.shift_x_px, out.shift_y_px, out);
+    }
+    const Sums s = sums_at(reference, image, out.shift_x_px, out.shift_y_px);
+    out.pixels = s.n;
+    out.correlation = s.correlation();
+    if (out.correlation < -0.999999 && s.n < 2) throw InputError("the images have no pixels in common");
+    const auto n = static_cast<double>(s.n);
+    if (settings.with_offset) {
+        const double va = s.aa - s.a * s.a / n;
+        if (!(va > 1e-14 * s.aa)) throw InputError("the reference is flat: nothing to compare");
+        out.scale = (s.ab - s.a * s.b / n) / va;
+        out.offset = (s.b - out.scale * s.a) / n;
+    } else {
+        if (!(s.aa > 0)) throw InputError("the reference is zero everywhere: nothing to compare");
+        out.scale = s.ab / s.aa;
+    }
+    const double square = s.bb + out.scale * out.scale * s.aa + n * out.offset * out.offset -
+                          2 * out.scale * s.ab - 2 * out.offset * s.b + 2 * out.scale * out.offset * s.a;
+    out.residual_rms = std::sqrt(std::max(0.0, square / n));
+    out.image_rms = std::sqrt(s.bb / n);
+    return out;
+}
+
+Image residual_image(const Image& reference, const Image& image, const Agreement& agreement) {
+    Image out = shifted(image, agreement.shift_x_px, agreement.shift_y_px);
+    for (std::size_t i = 0; i < out.values.size(); ++i)
+        out.values[i] -= agreement.scale * reference.values[i] + agreement.offset;
+    return out;
+}
+
+BlockDisagreement compare_blocks(const Image& reference, const Image& image, const Agreement& agreement,
+                                 std::int32_t size, double floor) {
+    struct Block {
+        double expected = 0, got = 0;
+    };
+    std::vector<Block> blocks;
+    for (std::int32_t y0 = 0; y0 + size <= reference.height; y0 += size)
+        for (std::int32_t x0 = 0; x0 + size <= reference.width; x0 += size) {
+            Block block;
+            for (std::int32_t y = y0; y < y0 + size; ++y)
+                for (std::int32_t x = x0; x < x0 + size; ++x) {
+                    block.expected += agreement.scale * reference.at(x, y) + agreement.offset;
+                    block.got += image.at(x, y);
+                }
+            if (!std::isnan(block.expected + block.got)) blocks.push_back(block);
+        }
+    double brightest = 0;
+    for (const Block& block : blocks)
+        brightest = std::max(brightest, block.expected);
+    std::vector<double> errors;
+    for (const Block& block : blocks)
+        if (block.expected > floor * brightest && block.expected > 0)
+            errors.push_back(std::abs(block.got - block.expected) / block.expected);
+    BlockDisagreement out;
+    out.blocks = static_cast<std::int64_t>(errors.size());
+    if (errors.empty()) return out;
+    std::sort(errors.begin(), errors.end());
+    out.worst = errors.back();
+    out.median = errors[errors.size() / 2];
+    return out;
+}
+
+} // namespace obscura::tools

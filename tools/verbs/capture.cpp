@@ -1,0 +1,140 @@
+// obscura capture: the frames that the daemon would send, made offline and saved.
+#include "emulator/assemble.hpp"
+#include "emulator/config/daemon_config.hpp"
+#include "images/writers/exr.hpp"
+#include "images/writers/frame_writer.hpp"
+#include "images/writers/pending_file.hpp"
+#include "images/writers/truth_file.hpp"
+#include "tools/support/interrupt.hpp"
+#include "tools/support/irradiance_image.hpp"
+#include "tools/support/preview.hpp"
+#include "tools/support/progress.hpp"
+#include "tools/support/report.hpp"
+#include "tools/verbs/verb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+namespace obscura::tools {
+namespace {
+
+class Capture final : public Verb {
+public:
+    void declare(CommandLine& line) override {
+        line.summary = "makes the frames of a camera offline: render and detector, no network";
+        line.description = "Makes frames 1 to N of a daemon configuration as fast as it can and saves them. "
+                           "With scene_time = "
+                           "\"nominal\" they are byte for byte those that obscurad sends after an "
+                           "acquisition start with the same "
+                           "configuration: frame k shows the scene k - 1 trigger periods after its start.";
+        line.positional("CONFIG", &config_, "Daemon configuration (TOML)");
+        line.number("-n,--frames", &frames_, "N", "Frames to make", 1, 1e9);
+        line.number("--first", &first_, "K", "Number of the first frame", 1, 1e9);
+        line.option("-o,--output", &output_, "DIR", "Save the frames there; made if need be").required = true;
+        line.option("--format", &format_, "FORMAT", "Kind of file").choices = {"png", "fits", "raw"};
+        line.flag(
+            "--truth", truth_,
+            "Also save the truth about each pixel as truth_NNNNNN.fits: electrons before noise, saturated "
+            "pixels, windows, row times, particles");
+        line.flag("--exr", exr_, "Also save the ideal irradiance of each frame (W/m2) as ideal_NNNNNN.exr");
+        line.flag("--preview", preview_, "Also save each frame as a stretched 8-bit picture to look at");
+        line.flag("--json", json_, "Print one JSON object with the figures of the run");
+        line.examples = {
+            "obscura capture config/demo.toml --frames 5 -o frames",
+            "obscura capture config/demo.toml -n 100 -o frames --format fits --exr",
+        };
+    }
+
+    int run() override {
+        const emulator::DaemonConfig config = emulator::load_config(config_);
+        images::make_writable(output_);
+
+        emulator::Imaging imaging(config, 1, {}, truth_);
+        imaging.catch_up(first_);
+        const FrameRef frame = imaging.pool->acquire();
+        const images::FrameFormat format = images::frame_format(format_);
+        const std::filesystem::path folder(output_);
+        std::vector<double> frame_ms;
+        std::uint64_t made = 0;
+        {
+            Progress progress("capture", frames_);
+            for (std::uint64_t id = first_; id < first_ + frames_ && !interrupted(); ++id) {
+                const auto start = std::chrono::steady_clock::now();
+                frame->info = FrameInfo{};
+                frame->flags = 0;
+                frame->saturated_windows = 0;
+                const emulator::FrameOrder order = imaging.nominal_order(id);
+                if (const std::string refusal = imaging.maker->make(order, *frame); !refusal.empty())
+                    throw ConfigError(fmt::format("{}: {}", config_, refusal));
+                frame_ms.push_back(
+                    std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                        .count());
+                const FrameInfo& info = frame->info;
+                images::write_picture(folder / images::frame_file_name(id, format), format,
+                                      {info.width, info.height, info.bits_per_pixel, frame->pixels()},
+                                      images::frame_cards(*frame));
+                if (preview_)
+                    write_preview(folder / fmt::format("preview_{:06}.png", id), info.width, info.height,
+                                  {frame->pixels().begin(), frame->pixels().end()});
+                if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame);
+                if (exr_)
+                    save_ideal(imaging, *frame, folder / fmt::format("ideal_{:06}.exr", id),
+                               config.scene.bands);
+                progress.done(++made);
+            }
+        }
+        Report report;
+        report.add("frames", "frames", static_cast<std::int64_t>(made));
+        report.add("width", "width", static_cast<std::int64_t>(frame->info.width));
+        report.add("height", "height", static_cast<std::int64_t>(frame->info.height));
+        report.add("frame_ms_p50", "render and detector, p50", percentile(frame_ms, 50), "ms", 2);
+        report.add("output", "saved in", output_);
+        report.print(json_);
+        return made == frames_ ? exit_ok : exit_failure;
+    }
+
+private:
+    static void save_ideal(const emulator::Imaging& imaging, const Frame& frame,
+                           const std::filesystem::path& file, const std::vector<SpectralBand>& bands) {
+        const sensors::ReadoutPlan& plan = imaging.maker->plan();
+        const auto width = static_cast<std::size_t>(plan.width);
+        const std::size_t plane = width * static_cast<std::size_t>(plan.height);
+        std::vector<float> image(plane * bands.size());
+        std::vector<float> part;
+        for (const FrameWindow& window : plan.windows) {
+            renderer::RenderRequest request;
+            request.window = window.sensor;
+            request.rows = window.sensor.height;
+            request.row_times = std::span(plan.rows).subspan(static_cast<std::size_t>(window.image_y),
+                                                             static_cast<std::size_t>(request.rows));
+            request.frame_id = frame.info.frame_id;
+            const auto columns = static_cast<std::size_t>(window.sensor.width);
+            part.resize(bands.size() * columns * static_cast<std::size_t>(request.rows));
+            imaging.renderer->render(request, part);
+            std::size_t line = 0;
+            for (std::size_t b = 0; b < bands.size(); ++b)
+                for (std::int32_t r = 0; r < request.rows; ++r, ++line)
+                    std::copy_n(part.begin() + static_cast<std::ptrdiff_t>(line * columns), columns,
+                                image.begin() +
+                                    static_cast<std::ptrdiff_t>(
+                                        b * plane + static_cast<std::size_t>(window.image_y + r) * width));
+        }
+        images::write_exr(file, plan.width, plan.height, irradiance_channels(image, bands),
+                          images::frame_cards(frame));
+    }
+
+    std::string config_, output_, format_ = "png";
+    std::uint64_t frames_ = 1, first_ = 1;
+    bool exr_ = false, truth_ = false, preview_ = false, json_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_capture() {
+    return std::make_unique<Capture>();
+}
+
+} // namespace obscura::tools

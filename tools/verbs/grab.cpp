@@ -1,0 +1,263 @@
+// obscura grab: receives frames from a GigE Vision camera and saves them.
+#include "images/writers/frame_writer.hpp"
+#include "images/writers/pending_file.hpp"
+#include "tools/support/interrupt.hpp"
+#include "tools/support/preview.hpp"
+#include "tools/support/progress.hpp"
+#include "tools/support/receiver.hpp"
+#include "tools/support/report.hpp"
+#include "tools/verbs/verb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+namespace obscura::tools {
+namespace {
+
+/// Fires TriggerSoftware at a steady rate while it lives. libaravis serialises register accesses.
+class SoftwareTrigger {
+public:
+    SoftwareTrigger(Receiver& receiver, double rate_hz)
+        : thread_([this, &receiver, rate_hz] {
+              const auto start = std::chrono::steady_clock::now();
+              for (std::uint64_t k = 1; !stop_; ++k) {
+                  std::this_thread::sleep_until(start + std::chrono::nanoseconds(static_cast<std::int64_t>(
+                                                            1e9 * static_cast<double>(k) / rate_hz)));
+                  if (stop_) return;
+                  try {
+                      receiver.execute("TriggerSoftware");
+                  } catch (const Error& error) {
+                      fmt::print(stderr, "{}\n", error.what());
+                      return;
+                  }
+              }
+          }) {}
+    ~SoftwareTrigger() {
+        stop_ = true;
+        thread_.join();
+    }
+    SoftwareTrigger(const SoftwareTrigger&) = delete;
+    SoftwareTrigger& operator=(const SoftwareTrigger&) = delete;
+
+private:
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+/// When a frame was asked for and when it came.
+struct Stamps {
+    std::int64_t device_ns = 0, first_packet_ns = 0, complete_ns = 0;
+};
+
+/// Numbers of frames between two block ids that never came; ids count from 1 and wrap at 65535 or not at all.
+std::uint64_t skipped(std::uint64_t previous, std::uint64_t next) {
+    if (next > previous) return next - previous - 1;
+    if (previous <= 0xffff && next >= 1) return 0xffff - previous + next - 1;
+    return 0;
+}
+
+class Grab final : public Verb {
+public:
+    void declare(CommandLine& line) override {
+        line.summary = "receives frames from a GigE Vision camera and saves them";
+        line.description = "Takes control of the camera, starts the acquisition, receives frames with "
+                           "libaravis (packets that are "
+                           "lost are asked for again) and prints what arrived and how fast. The delays count "
+                           "from the camera's own "
+                           "time stamp of the frame (with Obscura: the trigger's edge); its clock is "
+                           "compared with ours through "
+                           "the time-stamp latch, so they hold for a camera on another machine too. Works "
+                           "with any GigE Vision "
+                           "camera.";
+        line.option("-a,--address", &address_, "HOST", "Camera: IPv4 address or host name");
+        line.number("-n,--frames", &frames_, "N", "Frames to receive", 1, 1e9);
+        line.option("-o,--output", &output_, "DIR", "Save the frames there; made if need be");
+        line.option("--format", &format_, "FORMAT", "Kind of file").choices = {"png", "fits", "raw"};
+        line.flag("--preview", preview_, "Also save each frame as a stretched 8-bit picture to look at");
+        line.number("--timeout", &timeout_s_, "S", "Give up when no frame comes for so long", 0.01, 3600);
+        line.number("--rate", &rate_hz_, "HZ",
+                    "Run freely at this rate instead of waiting for triggers (0: as set)", 0, 10000);
+        line.number("--software-trigger-rate", &software_rate_hz_, "HZ",
+                    "Trigger from here, through TriggerSoftware (0: no)", 0, 10000);
+        line.number("--exposure-us", &exposure_us_, "US", "ExposureTime (0: as set)", 0, 1e8);
+        line.number("--gain-db", &gain_db_, "DB", "Gain (-1: as set)", -1, 100);
+        line.option("--pixel-format", &pixel_format_, "FORMAT",
+                    "PixelFormat, for example Mono8 (empty: as set)");
+        line.number("--packet-size", &packet_size_, "BYTES", "GevSCPSPacketSize (0: negotiated)", 0, 65532);
+        line.number("--packet-delay-ns", &packet_delay_ns_, "NS", "Gap between packets (-1: as set)", -1,
+                    1e9);
+        line.flag("--json", json_, "Print one JSON object instead of a table");
+        line.examples = {
+            "obscura grab --address 127.0.0.1 --frames 25 -o frames",
+            "obscura grab -a 192.168.1.20 -n 100 --software-trigger-rate 10 --json",
+            "obscura grab -a 127.0.0.1 -n 1 --rate 5 -o . --format fits --exposure-us 2000",
+        };
+    }
+
+    int run() override {
+        if (rate_hz_ > 0 && software_rate_hz_ > 0)
+            throw UsageError("obscura grab: --rate and --software-trigger-rate exclude each other");
+        if (!output_.empty()) {
+            images::make_writable(output_);
+        }
+        Receiver receiver({address_, packet_size_, packet_delay_ns_, 16});
+        configure(receiver);
+        const std::optional<ClockReading> clock_before = receiver.read_clock();
+        receiver.start();
+        {
+            std::unique_ptr<SoftwareTrigger> trigger;
+            if (software_rate_hz_ > 0)
+                trigger = std::make_unique<SoftwareTrigger>(receiver, software_rate_hz_);
+            receive_all(receiver);
+        }
+        const StreamStatistics statistics = receiver.statistics();
+        const std::optional<ClockReading> clock_after = receiver.read_clock();
+        try {
+            receiver.stop();
+        } catch (const HardwareError& error) {
+            fmt::print(stderr, "{}\n", error.what());
+        }
+        report(statistics, clock_before, clock_after);
+        return received_ == frames_ && incomplete_ == 0 && missing_ == 0 ? exit_ok : exit_failure;
+    }
+
+private:
+    void configure(Receiver& receiver) const {
+        if (!pixel_format_.empty()) receiver.set("PixelFormat", pixel_format_);
+        if (exposure_us_ > 0) receiver.set("ExposureTime", exposure_us_);
+        if (gain_db_ >= 0) receiver.set("Gain", gain_db_);
+        if (rate_hz_ > 0) {
+            receiver.set("TriggerMode", "Off");
+            receiver.set("AcquisitionFrameRate", rate_hz_);
+        }
+        if (software_rate_hz_ > 0) {
+            receiver.set("TriggerMode", "On");
+            receiver.set("TriggerSource", "Software");
+        }
+    }
+
+    void receive_all(Receiver& receiver) {
+        Progress progress("grab", frames_);
+        std::uint64_t previous = 0;
+        while (received_ < frames_ && !interrupted()) {
+            const std::optional<ReceivedFrame> frame = receive_one(receiver);
+            if (!frame) {
+                if (!interrupted())
+                    fmt::print(stderr, "obscura grab: no frame for {} s, {} of {} received\n", timeout_s_,
+                               received_, frames_);
+                return;
+            }
+            ++received_;
+            if (received_ == 1)
+                // The acquisition began with block 1, as far as the camera follows the standard.
+                missing_ += frame->block_id > 1 && frame->block_id <= frames_ ? frame->block_id - 1 : 0;
+            else
+                missing_ += skipped(previous, frame->block_id);
+            previous = frame->block_id;
+            if (!frame->complete) {
+                ++incomplete_;
+            } else {
+                stamps_.push_back({static_cast<std::int64_t>(frame->device_ns), frame->first_packet_ns,
+                                   frame->complete_ns});
+                if (!output_.empty()) save(*frame);
+            }
+            progress.done(received_);
+        }
+    }
+
+    /// Waits in short steps, so that ^C is heard.
+    std::optional<ReceivedFrame> receive_one(Receiver& receiver) const {
+        const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s_);
+        while (std::chrono::steady_clock::now() < give_up && !interrupted())
+            if (auto frame = receiver.receive(std::min(0.1, timeout_s_))) return frame;
+        return std::nullopt;
+    }
+
+    void save(const ReceivedFrame& frame) const {
+        int bits = 16;
+        const std::size_t pixels =
+            static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
+        const std::vector<std::uint16_t> values = unpack_pixels(frame.pixel_format, pixels, frame.data, bits);
+        if (values.empty())
+            throw OutputError(
+                fmt::format("{}: pixel format {:#010x} cannot be saved, allowed are Mono8 to Mono16, "
+                            "Mono10p and Mono12p",
+                            output_, frame.pixel_format));
+        const images::FrameFormat format = images::frame_format(format_);
+        const images::Cards cards{
+            {"FRAMEID", static_cast<std::int64_t>(frame.block_id), "block id"},
+            {"T_DEV", static_cast<std::int64_t>(frame.device_ns), "[ns] time stamp of the camera"}};
+        const std::filesystem::path folder(output_);
+        images::write_picture(folder / images::frame_file_name(frame.block_id, format), format,
+                              {frame.width, frame.height, bits, values}, cards);
+        if (preview_)
+            write_preview(folder / fmt::format("preview_{:06}.png", frame.block_id), frame.width,
+                          frame.height, std::vector<float>(values.begin(), values.end()));
+    }
+
+    void report(const StreamStatistics& statistics, const std::optional<ClockReading>& before,
+                const std::optional<ClockReading>& after) const {
+        std::vector<double> to_first, to_complete;
+        for (const Stamps& s : stamps_) {
+            if (!before || !after) break;
+            // Between the two readings the camera's clock may drift against ours: linear.
+            const double span = static_cast<double>(after->client_ns - before->client_ns);
+            const double part = span > 0 ? static_cast<double>(s.complete_ns - before->client_ns) / span : 0;
+            const auto offset =
+                static_cast<std::int64_t>(static_cast<double>(after->offset_ns - before->offset_ns) * part) +
+                before->offset_ns;
+            to_first.push_back(static_cast<double>(s.first_packet_ns - s.device_ns - offset) * 1e-6);
+            to_complete.push_back(static_cast<double>(s.complete_ns - s.device_ns - offset) * 1e-6);
+        }
+        std::optional<double> rate;
+        if (stamps_.size() > 1)
+            rate = static_cast<double>(stamps_.size() - 1) * 1e9 /
+                   static_cast<double>(stamps_.back().complete_ns - stamps_.front().complete_ns);
+        Report report;
+        report.add("address", "camera", address_);
+        report.add("requested", "frames asked for", static_cast<std::int64_t>(frames_));
+        report.add("frames", "frames", static_cast<std::int64_t>(received_ - incomplete_));
+        report.add("incomplete", "incomplete", static_cast<std::int64_t>(incomplete_));
+        report.add("missing", "missing", static_cast<std::int64_t>(missing_));
+        report.add("fps", "fps", rate, "", 3);
+        report.add("trigger_to_first_packet_ms_p50", "trigger to first packet, p50", percentile(to_first, 50),
+                   "ms", 3);
+        report.add("trigger_to_first_packet_ms_p99", "trigger to first packet, p99", percentile(to_first, 99),
+                   "ms", 3);
+        report.add("trigger_to_complete_ms_p50", "trigger to complete, p50", percentile(to_complete, 50),
+                   "ms", 3);
+        report.add("trigger_to_complete_ms_p99", "trigger to complete, p99", percentile(to_complete, 99),
+                   "ms", 3);
+        report.add("clock_uncertainty_ms", "clock uncertainty",
+                   before ? std::optional(static_cast<double>(before->round_trip_ns) * 0.5e-6) : std::nullopt,
+                   "ms", 3);
+        report.add("missing_packets", "packets missed",
+                   static_cast<std::int64_t>(statistics.missing_packets));
+        report.add("resent_packets", "packets resent", static_cast<std::int64_t>(statistics.resent_packets));
+        report.add("underruns", "client underruns", static_cast<std::int64_t>(statistics.underruns));
+        if (!output_.empty()) report.add("output", "saved in", output_);
+        report.print(json_);
+    }
+
+    std::string address_ = "127.0.0.1", output_, format_ = "png", pixel_format_;
+    std::uint64_t frames_ = 10;
+    double timeout_s_ = 5, rate_hz_ = 0, software_rate_hz_ = 0, exposure_us_ = 0, gain_db_ = -1;
+    std::int32_t packet_size_ = 0, packet_delay_ns_ = -1;
+    bool json_ = false, preview_ = false;
+
+    std::uint64_t received_ = 0, incomplete_ = 0, missing_ = 0;
+    std::vector<Stamps> stamps_;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_grab() {
+    return std::make_unique<Grab>();
+}
+
+} // namespace obscura::tools

@@ -1,0 +1,381 @@
+// obscura render: a scene as the camera would see it, in physical units.
+#include "images/writers/exr.hpp"
+#include "images/writers/fits.hpp"
+#include "images/writers/pending_file.hpp"
+#include "renderer/renderer.hpp"
+#include "renderer/scene/scene_file.hpp"
+#include "tools/support/interrupt.hpp"
+#include "tools/support/irradiance_image.hpp"
+#include "tools/support/preview.hpp"
+#include "tools/support/progress.hpp"
+#include "tools/support/report.hpp"
+#include "tools/support/sequence.hpp"
+#include "tools/verbs/verb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <string_view>
+#include <vector>
+
+namespace obscura::tools {
+namespace {
+
+class Render final : public Verb {
+public:
+    void declare(CommandLine& line) override {
+        line.summary = "renders a scene to irradiance per pixel";
+        line.description = "Renders the scene file's camera at one instant, or a sequence. EXR and FITS "
+                           "files hold the irradiance of "
+                           "every pixel at the entrance pupil in W/m2, one channel or plane per spectral "
+                           "band, exactly 0 where "
+                           "nothing is. A PNG is a stretched 8-bit picture of the first band, to look at. "
+                           "The same scene, settings "
+                           "and seed give the same bytes on any number of threads (with --time-budget only "
+                           "as far as the number of "
+                           "passes is the same). A sequence needs a number in the file's name, such as %04d; "
+                           "what is already there "
+                           "can be left alone with --resume.";
+        line.positional("SCENE", &scene_, "Scene file (TOML)");
+        line.option("-o,--output", &output_, "FILE", "Picture to write: .exr, .fits or .png").required = true;
+        line.option("--size", &size_, "WxH",
+                    "Pixels, with the same field of view across (default: the scene's)");
+        line.number("--samples", &settings_.samples_per_pixel, "N", "Rays per pixel that a body may cover", 1,
+                    65536);
+        line.option(
+            "--window", &window_text_, "X,Y,WxH",
+            "Only these pixels, from the upper left corner (X, Y): the same as those of the whole picture");
+        line.number("--error", &settings_.target_error, "SHARE",
+                    "Take more samples until a pixel's relative standard error is about this (0: --samples "
+                    "everywhere)",
+                    0, 1);
+        line.number("--max-samples", &settings_.max_samples_per_pixel, "N", "Limit that goes with --error", 1,
+                    65536);
+        line.number(
+            "--bounces", &settings_.max_bounces, "N",
+            "Reflections after the first that light is followed over (at least the scene's own number)", 0,
+            1000);
+        line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
+        line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
+        line.number("--time", &time_s_, "S", "Scene time of the first frame", -1e9, 1e9);
+        line.number("--exposure", &exposure_s_, "S",
+                    "Time over which light is gathered, half of it before the frame's; what moves is blurred",
+                    0, 1e6);
+        line.number("--frames", &frames_, "N", "Frames of a sequence", 1, 1e6);
+        line.number("--step", &step_s_, "S", "Scene time from frame to frame", -1e9, 1e9);
+        line.flag("--trajectory", trajectory_, "One frame at each time of the camera's trajectory instead");
+        line.flag("--resume", resume_, "Leave frames alone whose file is there already");
+        line.number("--time-budget", &budget_s_, "S",
+                    "Repeat and average each frame for about so long, at least once (0: once)", 0, 1e6);
+        line.flag("--layers", layers_,
+                  "EXR and FITS: body, range, depth, normals, latitude, longitude, slope, angles, texture "
+                  "coordinates, "
+                  "albedo, material, samples and variance as further layers or image units");
+        line.flag("--json", json_, "Print one JSON object with the figures of the run");
+        line.examples = {
+            "obscura render config/scenes/demo.toml -o demo.exr",
+            "obscura render config/scenes/demo.toml -o demo.png --size 1280x1024 --samples 16",
+            "obscura render config/scenes/demo.toml -o later.fits --time 60 --json",
+            "obscura render config/scenes/demo.toml -o spin_%03d.png --frames 36 --step 20 --resume",
+        };
+    }
+
+    int run() override {
+        const Writer write = writer();
+        if (layers_ && write == &Render::write_png)
+            throw UsageError(fmt::format(
+                "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
+        std::int32_t width = 0, height = 0;
+        if (!size_.empty()) parse_size(size_, width, height);
+        const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
+        images::require_writable(folder.empty() ? "." : folder);
+
+        scene::Scene scene = scene::load_scene(scene_);
+        if (!size_.empty()) {
+            scene.camera.pixel_pitch_m *= static_cast<double>(scene.camera.width) / width;
+            scene.camera.width = width, scene.camera.height = height;
+        }
+        width = scene.camera.width, height = scene.camera.height;
+        if (!window_text_.empty()) parse_window(width, height);
+        const std::vector<SequenceFrame> frames = sequence(output_, times(scene));
+        const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        const std::vector<SpectralBand> bands = scene.bands;
+        radiance_ = scene.quantity == scene::Quantity::radiance;
+
+        const auto start = Clock::now();
+        const renderer::Renderer renderer(std::move(scene), settings_);
+        const auto built = Clock::now();
+        const std::clock_t built_cpu = std::clock();
+        std::vector<float> image(plane * bands.size());
+        std::uint64_t written = 0, present = 0;
+        Progress progress("render", frames.size() * static_cast<std::uint64_t>(height));
+        for (const SequenceFrame& frame : frames) {
+            if (resume_ && std::filesystem::exists(frame.file)) {
+                ++present;
+                continue;
+            }
+            if (!average(renderer, width, height, frame, progress, image)) break;
+            if (layers_ && !trace_layers(renderer, width, height, frame)) break;
+            (this->*write)(frame, width, height, bands, image);
+            ++written;
+        }
+        const double render_s = seconds_since(built);
+        const double render_cpu_s = static_cast<double>(std::clock() - built_cpu) / CLOCKS_PER_SEC;
+        if (written + present < frames.size())
+            fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
+                       frames.size());
+
+        double total = 0;
+        for (const float value : image)
+            total += static_cast<double>(value);
+        const double brightest = static_cast<double>(*std::max_element(image.begin(), image.end()));
+        Report report;
+        report.add("output", "written", output_);
+        report.add("frames", "frames", static_cast<std::int64_t>(written));
+        if (resume_) report.add("present", "already there", static_cast<std::int64_t>(present));
+        report.add("width", "width", static_cast<std::int64_t>(width));
+        report.add("height", "height", static_cast<std::int64_t>(height));
+        report.add("bands", "bands", static_cast<std::int64_t>(bands.size()));
+        if (budget_s_ > 0) report.add("passes", "passes", static_cast<std::int64_t>(passes_));
+        report.add("build_s", "scene made ready in", std::chrono::duration<double>(built - start).count(),
+                   "s", 3);
+        report.add("render_s", "rendered in", render_s, "s", 3);
+        report.add("render_cpu_s", "processor time of it", render_cpu_s, "s", 3);
+        report.add("rays", "rays", static_cast<std::int64_t>(renderer.rays_traced()));
+        report.add("samples", "samples", static_cast<std::int64_t>(renderer.samples_taken()));
+        if (written > 0) {
+            report.add("max_w_m2", "brightest pixel", fmt::format("{:.6g} W/m2", brightest), brightest);
+            report.add("total_w_m2", "sum of all pixels", fmt::format("{:.6g} W/m2", total), total);
+        }
+        report.print(json_);
+        return written + present == frames.size() ? exit_ok : exit_failure;
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    using Writer = void (Render::*)(const SequenceFrame&, std::int32_t, std::int32_t,
+                                    const std::vector<SpectralBand>&, const std::vector<float>&) const;
+
+    static double seconds_since(Clock::time_point start) {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+
+    /// From the sensor's size to the window's.
+    void parse_window(std::int32_t& width, std::int32_t& height) {
+        const std::size_t comma = window_text_.rfind(',');
+        const auto number = [](std::string_view digits, std::int32_t& value) {
+            const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+            return error == std::errc{} && end == digits.data() + digits.size() && value >= 0;
+        };
+        const std::string corner = comma == std::string::npos ? "" : window_text_.substr(0, comma);
+        const std::size_t middle = corner.find(',');
+        std::int32_t w = 0, h = 0;
+        bool good = middle != std::string::npos && number(corner.substr(0, middle), window_x_) &&
+                    number(corner.substr(middle + 1), window_y_);
+        if (good) parse_size(std::string_view(window_text_).substr(comma + 1), w, h);
+        good = good && window_x_ < width && window_y_ < height && w <= width - window_x_ &&
+               h <= height - window_y_;
+        if (!good)
+            throw UsageError(
+                fmt::format("obscura render: --window \"{}\": allowed is X,Y,WIDTHxHEIGHT inside the "
+                            "{} x {} pixels, for example 8,16,64x32",
+                            window_text_.substr(0, 60), width, height));
+        width = w, height = h;
+    }
+
+    [[nodiscard]] std::vector<double> times(const scene::Scene& scene) const {
+        std::vector<double> out;
+        if (trajectory_) {
+            if (frames_ != 1)
+                throw UsageError("obscura render: --trajectory and --frames exclude each other");
+            for (const scene::TimedPose& sample : scene.camera.motion.samples)
+                out.push_back(sample.time_s);
+            return out;
+        }
+        for (std::uint64_t i = 0; i < frames_; ++i)
+            out.push_back(time_s_ + static_cast<double>(i) * step_s_);
+        return out;
+    }
+
+    /// Renders passes of a frame until the time budget is spent, and averages them. False when interrupted.
+    bool average(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+                 const SequenceFrame& frame, Progress& progress, std::vector<float>& image) {
+        const auto start = Clock::now();
+        // Passes must not repeat each other's random numbers, nor those of other frames.
+        constexpr std::uint64_t pass_stride = std::uint64_t{1} << 24;
+        passes_ = 0;
+        if (layers_) {
+            samples_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+            variance_.resize(samples_.size());
+        }
+        std::uint64_t rows_before = (frame.number - 1) * static_cast<std::uint64_t>(height);
+        if (!fill(renderer, width, height, frame.number, frame.time_s, rows_before, progress, image))
+            return false;
+        passes_ = 1;
+        if (budget_s_ <= 0) return true;
+        std::vector<double> sum(image.begin(), image.end());
+        // A pass that would end after the budget is not begun.
+        while (!interrupted() &&
+               seconds_since(start) * (1 + 1.0 / static_cast<double>(passes_)) < budget_s_) {
+            if (!fill(renderer, width, height, frame.number + passes_ * pass_stride, frame.time_s,
+                      rows_before, progress, image))
+                break;
+            std::transform(sum.begin(), sum.end(), image.begin(), sum.begin(),
+                           [](double a, float b) { return a + static_cast<double>(b); });
+            ++passes_;
+        }
+        // Of the mean of the passes.
+        for (float& v : variance_)
+            v /= static_cast<float>(passes_ * passes_);
+        std::transform(sum.begin(), sum.end(), image.begin(),
+                       [this](double v) { return static_cast<float>(v / static_cast<double>(passes_)); });
+        return true;
+    }
+
+    [[nodiscard]] Writer writer() const {
+        const std::string extension = std::filesystem::path(output_).extension().string();
+        if (extension == ".exr") return &Render::write_exr;
+        if (extension == ".fits" || extension == ".fit") return &Render::write_fits;
+        if (extension == ".png") return &Render::write_png;
+        throw UsageError(
+            fmt::format("obscura render: --output {}: the name must end in .exr, .fits or .png", output_));
+    }
+
+    bool fill(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+              std::uint64_t frame_id, double time_s, std::uint64_t rows_before, Progress& progress,
+              std::vector<float>& image) {
+        const bool first_pass = passes_ == 0;
+        constexpr std::int32_t band_rows = 16;
+        const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        const std::size_t planes = image.size() / plane;
+        const Time when{std::llround(time_s * 1e9)};
+        const std::int64_t half_ns = std::llround(exposure_s_ * 0.5e9);
+        const std::vector<RowTime> times(static_cast<std::size_t>(band_rows),
+                                         {when - half_ns, when + half_ns});
+        std::vector<float> band;
+        for (std::int32_t y = 0; y < height; y += band_rows) {
+            if (interrupted()) return false;
+            renderer::RenderRequest request;
+            request.window = {window_x_, window_y_, width, height};
+            request.first_row = y;
+            request.rows = std::min(band_rows, height - y);
+            request.row_times = std::span(times).first(static_cast<std::size_t>(request.rows));
+            request.frame_id = frame_id;
+            const std::size_t values =
+                static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(width);
+            band.resize(values * planes);
+            if (layers_) {
+                band_samples_.resize(values);
+                band_variance_.resize(values);
+                request.samples = band_samples_;
+                request.variance = band_variance_;
+            }
+            renderer.render(request, band);
+            const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+            for (std::size_t i = 0; layers_ && i < values; ++i) {
+                samples_[at + i] = band_samples_[i] + (first_pass ? 0.0F : samples_[at + i]);
+                variance_[at + i] = band_variance_[i] + (first_pass ? 0.0F : variance_[at + i]);
+            }
+            for (std::size_t p = 0; p < planes; ++p)
+                std::copy_n(band.begin() + static_cast<std::ptrdiff_t>(p * values), values,
+                            image.begin() + static_cast<std::ptrdiff_t>(p * plane) +
+                                static_cast<std::ptrdiff_t>(y) * width);
+            progress.done(rows_before + static_cast<std::uint64_t>(y + request.rows));
+        }
+        return true;
+    }
+
+    /// The geometry behind every pixel at the frame's time, into layer_values_.
+    bool trace_layers(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+                      const SequenceFrame& frame) {
+        const Time when{std::llround(frame.time_s * 1e9)};
+        const std::vector<RowTime> times(static_cast<std::size_t>(height), {when, when});
+        layer_values_.resize(renderer::layer_count * static_cast<std::size_t>(width) *
+                             static_cast<std::size_t>(height));
+        renderer::RenderRequest request;
+        request.window = {window_x_, window_y_, width, height};
+        request.rows = height;
+        request.row_times = times;
+        return !interrupted() && renderer.render_layers(request, layer_values_);
+    }
+
+    [[nodiscard]] images::Cards cards(const SequenceFrame& frame,
+                                      const std::vector<SpectralBand>& bands) const {
+        images::Cards out{
+            {"TIME", frame.time_s, "[s] scene time"},
+            {"EXPTIME", exposure_s_, "[s] exposure, half of it before TIME"},
+            {"FRAMEID", static_cast<std::int64_t>(frame.number), "frame of the sequence, from 1"},
+            {"SAMPLES", static_cast<std::int64_t>(settings_.samples_per_pixel), "rays per pixel"},
+            {"SEED", static_cast<std::int64_t>(settings_.seed), "of the sampling"},
+        };
+        if (!window_text_.empty()) {
+            out.push_back(
+                {"WINDOWX", static_cast<std::int64_t>(window_x_), "[px] first column on the sensor"});
+            out.push_back({"WINDOWY", static_cast<std::int64_t>(window_y_), "[px] first row on the sensor"});
+        }
+        const images::Cards of_bands = band_cards(bands);
+        out.insert(out.end(), of_bands.begin(), of_bands.end());
+        return out;
+    }
+
+    /// The layers that were asked for, with their units.
+    [[nodiscard]] std::vector<images::FitsPlane> layers(std::int32_t width, std::int32_t height) const {
+        std::vector<images::FitsPlane> out;
+        if (!layers_) return out;
+        const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        for (std::size_t k = 0; k < renderer::layer_count; ++k) {
+            const std::string name = renderer::layer_name(static_cast<renderer::LayerId>(k));
+            const char* unit = name.ends_with("_m") ? "m" : name.ends_with("_deg") ? "deg" : "";
+            out.push_back({name, unit, std::span(layer_values_).subspan(k * plane, plane)});
+        }
+        out.push_back({"samples", "", samples_});
+        out.push_back({"variance", radiance_ ? "W2 m-4 sr-2" : "W2 m-4", variance_});
+        return out;
+    }
+
+    void write_exr(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
+                   const std::vector<SpectralBand>& bands, const std::vector<float>& image) const {
+        std::vector<images::ExrChannel> channels = irradiance_channels(image, bands);
+        if (radiance_)
+            for (images::ExrChannel& channel : channels) {
+                channel.name.replace(0, channel.name.find('.'), "radiance");
+                channel.unit = "W m-2 sr-1";
+            }
+        for (const images::FitsPlane& layer : layers(width, height))
+            channels.push_back({layer.name, layer.unit, layer.values});
+        images::write_exr(frame.file, width, height, channels, cards(frame, bands));
+    }
+    void write_fits(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
+                    const std::vector<SpectralBand>& bands, const std::vector<float>& image) const {
+        images::write_fits_float(frame.file, width, height, static_cast<std::int32_t>(bands.size()), image,
+                                 radiance_ ? "W m-2 sr-1" : "W m-2", cards(frame, bands),
+                                 layers(width, height));
+    }
+    void write_png(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
+                   const std::vector<SpectralBand>& bands, const std::vector<float>& image) const {
+        const auto plane = static_cast<std::ptrdiff_t>(image.size() / bands.size());
+        write_preview(frame.file, width, height, {image.begin(), image.begin() + plane});
+    }
+
+    std::string scene_, output_, size_, window_text_;
+    std::int32_t window_x_ = 0, window_y_ = 0;
+    renderer::RenderSettings settings_;
+    double exposure_s_ = 0;
+    double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
+    std::uint64_t frames_ = 1, passes_ = 0;
+    bool trajectory_ = false, resume_ = false;
+    std::vector<float> layer_values_, samples_, variance_, band_samples_, band_variance_;
+    bool layers_ = false, radiance_ = false, json_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_render() {
+    return std::make_unique<Render>();
+}
+
+} // namespace obscura::tools

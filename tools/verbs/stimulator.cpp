@@ -1,0 +1,218 @@
+// obscura stimulator: finds USB displays, shows test patterns on them, and calibrates screen and camera.
+#include "images/image.hpp"
+#include "images/writers/pending_file.hpp"
+#include "images/writers/png.hpp"
+#include "tools/support/interrupt.hpp"
+#include "tools/support/report.hpp"
+#include "tools/verbs/verb.hpp"
+#include "transports/stimulator/calibrate.hpp"
+#include "transports/stimulator/display_link.hpp"
+#include "transports/stimulator/grey.hpp"
+#include "transports/stimulator/libusb_bus.hpp"
+#include "transports/stimulator/patterns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <thread>
+
+namespace obscura::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using transports::PatternSequence;
+
+class Stimulator final : public Verb {
+public:
+    void declare(CommandLine& line) override {
+        line.summary = "finds USB displays, shows test patterns, calibrates screen and camera";
+        line.description =
+            "ACTION list names the displays (GUD) that are plugged in. patterns writes the pictures of a "
+            "calibration as PNG; "
+            "show puts them on a display one after the other, or one with --pattern. calibrate reads what "
+            "the camera "
+            "saw of each, NAME.png or NAME.fits with the names of the pictures, and writes the table for "
+            "stimulator.calibration. A further capture named dark, taken with the screen off, makes the "
+            "screen's black "
+            "known. Captures must be linear in light, all with one exposure that does not saturate.";
+        line.positional("ACTION", &action_, "What to do").choices = {"list", "patterns", "show", "calibrate"};
+        line.option("--size", &size_, "WxH", "Pixels of the screen (patterns, calibrate)");
+        line.option("--grey", &grey_, "CODING", "Grey coding of the display; says how many levels there are")
+            .choices = {"equal", "sum", "high_low"};
+        line.number("--ramp", &ramp_, "N", "Steps of the grey ramp", 2, 4096);
+        line.number("--dot-step", &dot_step_, "PX", "Screen pixels from dot to dot", 8, 1024);
+        line.option("--captures", &captures_, "DIR", "Folder of the captures (calibrate)");
+        line.number("--saturation", &saturation_, "DN", "Digital number at which the camera saturates", 1,
+                    65535);
+        line.option("-o,--output", &output_, "PATH", "Folder for the patterns, file for the calibration");
+        line.option("--pattern", &pattern_, "NAME", "Show only this one");
+        line.number("--seconds", &seconds_, "S", "How long each picture is shown", 0, 86400);
+        line.option("--serial", &serial_, "TEXT", "Serial number of the display (show; default: the first)");
+        line.flag("--json", json_, "Print the calibration's figures as one JSON object");
+        line.examples = {"obscura stimulator list",
+                         "obscura stimulator patterns --size 1280x1024 -o patterns",
+                         "obscura stimulator show --seconds 2",
+                         "obscura stimulator calibrate --size 1280x1024 --captures captures -o bench.fits"};
+    }
+
+    int run() override {
+        if (action_ == "list") return list();
+        if (action_ == "show") return show();
+        if (output_.empty())
+            throw UsageError(fmt::format("obscura stimulator {}: --output is missing", action_));
+        if (size_.empty()) throw UsageError(fmt::format("obscura stimulator {}: --size is missing", action_));
+        std::int32_t width = 0, height = 0;
+        parse_size(size_, width, height);
+        if (width < 16 || height < 16 || width > 16384 || height > 16384)
+            throw UsageError(
+                fmt::format("obscura stimulator: --size: \"{}\", allowed 16 to 16384 a side", size_));
+        const int levels = grey_ == "equal" ? 256 : grey_ == "sum" ? 766 : 65536;
+        const PatternSequence sequence(width, height, levels, ramp_, dot_step_);
+        return action_ == "patterns" ? patterns(sequence) : calibrate(sequence);
+    }
+
+private:
+    static int list() {
+        const auto bus = transports::make_libusb_bus();
+        const auto found = bus->list(transports::gud::default_vendor_id, transports::gud::default_product_id);
+        for (const transports::UsbIdentity& d : found)
+            fmt::print("{:04x}:{:04x} bus {} address {} serial {}{}{}\n", d.vendor_id, d.product_id, d.bus,
+                       d.address, d.serial.empty() ? "-" : d.serial, d.problem.empty() ? "" : ": ",
+                       d.problem);
+        if (found.empty()) fmt::print(stderr, "no display with this protocol is plugged in\n");
+        return found.empty() ? exit_hardware : exit_ok;
+    }
+
+    int patterns(const PatternSequence& sequence) const {
+        std::error_code error;
+        fs::create_directories(output_, error);
+        images::require_writable(output_);
+        for (const transports::Pattern& pattern : sequence.patterns()) {
+            if (interrupted()) return exit_failure;
+            const auto picture = sequence.draw(pattern);
+            const fs::path file = fs::path(output_) / (pattern.name + ".png");
+            if (sequence.levels() == 256)
+                images::write_png8(file, sequence.width(), sequence.height(),
+                                   std::vector<std::uint8_t>(picture.begin(), picture.end()), {});
+            else
+                images::write_png16(file, sequence.width(), sequence.height(), 16, picture, {});
+        }
+        fmt::print("{}: {} pictures\n", output_, sequence.patterns().size());
+        return exit_ok;
+    }
+
+    int show() const {
+        const auto bus = transports::make_libusb_bus();
+        std::optional<transports::UsbIdentity> chosen;
+        for (const auto& d :
+             bus->list(transports::gud::default_vendor_id, transports::gud::default_product_id))
+            if (!chosen && (serial_.empty() || d.serial == serial_)) chosen = d;
+        if (!chosen)
+            throw HardwareError(
+                "obscura stimulator: no such display is plugged in (try: obscura stimulator list)");
+        const auto device = bus->open(*chosen);
+        transports::DisplayWish wish;
+        if (grey_ != "equal") wish.format = transports::gud::Format::xrgb8888;
+        transports::DisplayLink link(*device, wish);
+        const transports::GreyCoding grey = transports::grey_coding_named(grey_);
+        const PatternSequence sequence(link.width(), link.height(),
+                                       transports::grey_levels(link.format(), grey), ramp_, dot_step_);
+        bool any = false;
+        for (const transports::Pattern& pattern : sequence.patterns()) {
+            if (interrupted() || (!pattern_.empty() && pattern.name != pattern_)) continue;
+            any = true;
+            send(*device, link, grey, sequence.draw(pattern));
+            fmt::print("{}\n", pattern.name);
+            std::fflush(stdout);
+            const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds_);
+            while (!interrupted() && std::chrono::steady_clock::now() < end)
+                std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        if (!any && !interrupted())
+            throw UsageError(
+                fmt::format("obscura stimulator: there is no pattern \"{}\" (obscura stimulator patterns "
+                            "writes them all)",
+                            pattern_.substr(0, 60)));
+        return exit_ok;
+    }
+
+    /// The whole picture, in as many parts as the display wants.
+    static void send(transports::UsbDevice& device, transports::DisplayLink& link,
+                     transports::GreyCoding grey, const std::vector<std::uint16_t>& levels) {
+        std::vector<std::uint8_t> bytes(link.frame_bytes());
+        transports::pack_levels(link.format(), grey, levels, bytes);
+        const std::size_t stride = bytes.size() / static_cast<std::size_t>(link.height());
+        const auto rows = static_cast<std::int32_t>(
+            std::min<std::size_t>(link.max_update_bytes() / stride, static_cast<std::size_t>(link.height())));
+        for (std::int32_t y = 0; y < link.height(); y += rows) {
+            const std::int32_t n = std::min(rows, link.height() - y);
+            const transports::DisplayUpdate update{
+                {0, y, link.width(), n},
+                std::span(bytes).subspan(static_cast<std::size_t>(y) * stride,
+                                         static_cast<std::size_t>(n) * stride),
+                false};
+            transports::UsbStatus status = link.send(0, update);
+            if (status == transports::UsbStatus::ok) status = device.wait(0, 5000).status;
+            if (status != transports::UsbStatus::ok)
+                throw HardwareError(
+                    fmt::format("stimulator {}: {}", device.description(), transports::to_string(status)));
+        }
+    }
+
+    int calibrate(const PatternSequence& sequence) const {
+        if (captures_.empty()) throw UsageError("obscura stimulator calibrate: --captures is missing");
+        std::map<std::string, std::optional<transports::Capture>> read;
+        const auto capture = [&](const std::string& name) -> const transports::Capture* {
+            const auto [place, fresh] = read.try_emplace(name);
+            if (fresh)
+                for (const char* ending : {".fits", ".png"})
+                    if (const fs::path file = fs::path(captures_) / (name + ending); fs::exists(file)) {
+                        const images::Image image = images::read_image(file);
+                        place->second =
+                            transports::Capture{image.width, image.height,
+                                                std::vector<float>(image.values.begin(), image.values.end())};
+                        break;
+                    }
+            return place->second ? &*place->second : nullptr;
+        };
+        transports::CalibrationSettings settings;
+        settings.saturation = saturation_;
+        transports::CalibrationReport found;
+        const transports::CalibrationTable table = transports::calibrate(sequence, capture, settings, found);
+        transports::write_calibration(output_, table);
+        Report report;
+        report.add("seen_percent", "camera pixels that see the screen", found.seen_percent, "%", 1);
+        report.add("camera_per_screen", "camera pixels per screen pixel", found.camera_per_screen, "", 3);
+        report.add("finest_column_stripe", "finest columns resolved (px)",
+                   std::int64_t{found.finest_column_stripe});
+        report.add("finest_row_stripe", "finest rows resolved (px)", std::int64_t{found.finest_row_stripe});
+        report.add("dots_used", "dots used", std::int64_t{found.dots_used});
+        report.add("dots_rejected", "dots rejected", std::int64_t{found.dots_rejected});
+        report.add("homography_rms_px", "dots about the homography", found.homography_rms_px, "px", 3);
+        report.add("residual_rms_px", "dots about the distortion map", found.residual_rms_px, "px", 3);
+        report.add("uniformity_min", "weakest place", found.uniformity_min, "", 3);
+        report.add("black_to_white", "black to white", found.black_to_white, "", 5);
+        report.add("dead_pixels_resolved", "single screen pixels resolved", found.dead_pixels_resolved);
+        report.add("dead_pixels", "pixels that do not follow", static_cast<std::int64_t>(table.dead.size()));
+        report.print(json_);
+        return exit_ok;
+    }
+
+    std::string action_, size_, grey_ = "equal", captures_, output_, pattern_, serial_;
+    std::int32_t ramp_ = 33, dot_step_ = 40;
+    double saturation_ = 65535, seconds_ = 1;
+    bool json_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_stimulator() {
+    return std::make_unique<Stimulator>();
+}
+
+} // namespace obscura::tools

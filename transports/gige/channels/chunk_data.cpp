@@ -1,0 +1,210 @@
+#include "transports/gige/channels/chunk_data.hpp"
+
+#include "core/frame_flags.hpp"
+#include "transports/gige/wire/bytes.hpp"
+
+#include <bit>
+#include <cassert>
+#include <cstring>
+
+namespace obscura::transports::gige {
+namespace {
+
+constexpr std::size_t region_bytes = 48;
+constexpr std::size_t truth_head_bytes = 104;
+constexpr std::size_t truth_body_bytes = 88;
+
+std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
+    switch (c) {
+    case Chunk::width:
+    case Chunk::height:
+    case Chunk::offset_x:
+    case Chunk::offset_y:
+    case Chunk::pixel_format:
+    case Chunk::frame_flags:
+    case Chunk::line_status_all:
+    case Chunk::sequencer_set_active:
+        return 4;
+    case Chunk::regions:
+        return 8 + max_windows * region_bytes;
+    case Chunk::region_id:
+        return 4 + max_windows * 4;
+    case Chunk::row_times:
+        return 8 + static_cast<std::size_t>(rows) * 16;
+    case Chunk::ground_truth:
+        return truth_head_bytes + max_truth_bodies * truth_body_bytes;
+    default:
+        return 8;
+    }
+}
+
+/// Writes numbers one after the other.
+class Pen {
+public:
+    explicit Pen(std::uint8_t* at) : at_(at) {}
+    void u32(std::uint32_t v) {
+        store_be32(at_, v);
+        at_ += 4;
+    }
+    void u64(std::uint64_t v) {
+        store_be64(at_, v);
+        at_ += 8;
+    }
+    void i32(std::int32_t v) { u32(static_cast<std::uint32_t>(v)); }
+    void f64(double v) { u64(std::bit_cast<std::uint64_t>(v)); }
+    void vector(Vec3 v) {
+        f64(v.x);
+        f64(v.y);
+        f64(v.z);
+    }
+    void pose(const Pose& p) {
+        vector(p.position_m);
+        f64(p.orientation.w);
+        f64(p.orientation.x);
+        f64(p.orientation.y);
+        f64(p.orientation.z);
+    }
+    void bytes(const void* from, std::size_t n) {
+        std::memcpy(at_, from, n);
+        at_ += n;
+    }
+    void zeros(std::size_t n) {
+        std::memset(at_, 0, n);
+        at_ += n;
+    }
+    [[nodiscard]] std::uint8_t* at() const { return at_; }
+
+private:
+    std::uint8_t* at_;
+};
+
+} // namespace
+
+std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept {
+    if (selection == 0) return 0;
+    std::size_t bytes = chunk_tag_bytes;
+    for (unsigned i = 0; i < chunk_count; ++i)
+        if ((selection >> i & 1) != 0) bytes += data_bytes(static_cast<Chunk>(i), rows) + chunk_tag_bytes;
+    return bytes;
+}
+
+std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
+                         std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
+                         std::int64_t timestamp_origin_ns, const RegionNumbers& regions,
+                         const Binning& binning) noexcept {
+    const FrameInfo& info = frame.info;
+    const Region& first = info.windows[0].sensor;
+    const Region image = binning.of({first.x, first.y, info.width, info.height});
+    const auto device_time = [&](Time t) {
+        return static_cast<std::uint64_t>(t.ns + info.tai_offset_ns - timestamp_origin_ns);
+    };
+    Pen pen(out.data());
+    if (tag_image) {
+        pen.u32(chunk_id_base);
+        pen.u32(static_cast<std::uint32_t>(image_bytes));
+    }
+    for (unsigned i = 0; i < chunk_count; ++i) {
+        if ((selection >> i & 1) == 0) continue;
+        const auto chunk = static_cast<Chunk>(i);
+        const std::uint8_t* const begin = pen.at();
+        switch (chunk) {
+        case Chunk::timestamp:
+            pen.u64(device_time(info.trigger_edge));
+            break;
+        case Chunk::exposure_time:
+            pen.f64(static_cast<double>(info.exposure_ns) / 1000);
+            break;
+        case Chunk::gain:
+            pen.f64(info.gain_db);
+            break;
+        case Chunk::frame_id:
+            pen.u64(frame_id);
+            break;
+        case Chunk::width:
+            pen.i32(image.width);
+            break;
+        case Chunk::height:
+            pen.i32(image.height);
+            break;
+        case Chunk::offset_x:
+            pen.i32(image.x);
+            break;
+        case Chunk::offset_y:
+            pen.i32(image.y);
+            break;
+        case Chunk::pixel_format:
+            pen.u32(static_cast<std::uint32_t>(info.pixel_format));
+            break;
+        case Chunk::trigger_id:
+            pen.u64(info.trigger_id);
+            break;
+        case Chunk::frame_flags:
+            pen.u32(reported_flags(frame));
+            break;
+        case Chunk::regions:
+            pen.u32(info.window_count);
+            pen.u32(0);
+            for (std::uint32_t w = 0; w < max_windows; ++w) {
+                const FrameWindow window = w < info.window_count ? info.windows[w] : FrameWindow{};
+                pen.i32(window.sensor.x);
+                pen.i32(window.sensor.y);
+                pen.i32(window.sensor.width);
+                pen.i32(window.sensor.height);
+                pen.i32(window.image_y / binning.vertical);
+                pen.u32(w < info.window_count ? frame.window_flags(w) : 0);
+                for (const std::int64_t ns :
+                     {window.exposure_requested_ns, window.exposure_min_ns, window.exposure_max_ns})
+                    pen.u64(static_cast<std::uint64_t>(ns));
+            }
+            break;
+        case Chunk::row_times:
+            pen.i32(image.height);
+            pen.u32(0);
+            for (std::int32_t row = 0; row < image.height; ++row) {
+                const auto rows = frame.row_times().subspan(static_cast<std::size_t>(row * binning.vertical),
+                                                            static_cast<std::size_t>(binning.vertical));
+                pen.u64(device_time(rows.front().reset));
+                pen.u64(device_time(rows.back().read));
+            }
+            break;
+        case Chunk::line_status_all:
+            pen.u32(info.line_status);
+            break;
+        case Chunk::sequencer_set_active:
+            pen.u32(info.sequence_step);
+            break;
+        case Chunk::region_id:
+            pen.u32(info.window_count);
+            for (std::uint32_t w = 0; w < max_windows; ++w)
+                pen.u32(w < info.window_count ? regions[info.windows[w].request % max_windows] : 0U);
+            break;
+        case Chunk::ground_truth: {
+            const GroundTruth& truth = info.truth;
+            pen.u64(device_time(truth.mid_exposure));
+            pen.pose(truth.camera);
+            pen.vector(truth.sun_position_m);
+            pen.u64(truth.seed);
+            pen.u32(truth.body_count);
+            pen.u32(0);
+            for (std::uint32_t b = 0; b < max_truth_bodies; ++b) {
+                if (b < truth.body_count) {
+                    pen.bytes(truth.bodies[b].name.data(), 32);
+                    pen.pose(truth.bodies[b].pose);
+                } else {
+                    pen.zeros(truth_body_bytes);
+                }
+            }
+            break;
+        }
+        }
+        const auto bytes = static_cast<std::size_t>(pen.at() - begin);
+        assert(bytes == data_bytes(chunk, image.height));
+        pen.u32(chunk_id_base + i + 1);
+        pen.u32(static_cast<std::uint32_t>(bytes));
+    }
+    const auto written = static_cast<std::size_t>(pen.at() - out.data());
+    assert(written <= out.size());
+    return written;
+}
+
+} // namespace obscura::transports::gige

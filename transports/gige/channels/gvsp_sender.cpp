@@ -1,0 +1,479 @@
+#include "transports/gige/channels/gvsp_sender.hpp"
+
+#include "core/realtime.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace obscura::transports::gige {
+namespace {
+
+// Ethernet header, frame check, preamble and gap around each IP datagram.
+constexpr std::int64_t ethernet_overhead_bytes = 38;
+// Batches of paced packets span about this long: short enough to look even, long enough to be worth a sleep.
+constexpr std::int64_t paced_batch_ns = 100 * ns_per_us;
+// How often a block may be sent again in total, so that forged requests cannot turn the camera into a cannon:
+// for who has the receiver's address but another port, and for the receiver. What the first asks for does not
+// use up what the second needs.
+constexpr std::array<std::uint32_t, 2> resend_budget{1, 4};
+
+} // namespace
+
+GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network,
+                       MessageChannel& messages, const Clock& clock)
+    : settings_(settings), network_(network), clock_(clock), messages_(messages) {}
+
+void GvspSender::start() {
+    socket_.open(network_, 4U << 20);
+    socket_.set_backend(choose_backend(settings_.backend, network_));
+    quit_.store(false);
+    thread_ = std::thread([this] { loop(); });
+}
+
+void GvspSender::stop() {
+    if (!thread_.joinable()) return;
+    accepting_.store(false);
+    quit_.store(true);
+    wake_.ring();
+    thread_.join();
+    heartbeat_.rest();
+    for (FrameRef left; queue_.pop(left);)
+        counters_.dropped.fetch_add(1, std::memory_order_relaxed);
+    session_ = nullptr;
+    owned_session_.reset(); // gives the history's frames back to their pool
+    socket_.close();
+}
+
+bool GvspSender::submit(const FrameRef& frame) noexcept {
+    counters_.submitted.fetch_add(1, std::memory_order_relaxed);
+    // The bell first: rows may be published as soon as the frame is in the queue.
+    if (accepting_.load(std::memory_order_acquire) && frame->add_bell(wake_) && queue_.push(frame)) {
+        wake_.ring();
+        return true;
+    }
+    counters_.dropped.fetch_add(1, std::memory_order_relaxed);
+    return false;
+}
+
+bool GvspSender::begin(const StreamConfig& config) {
+    accepting_.store(false);
+    if (!thread_.joinable()) return false;
+    if (!wait_idle(ns_per_s)) {
+        abort();
+        if (!wait_idle(ns_per_s)) return false;
+    }
+    auto session = std::make_unique<Session>();
+    session->config = config;
+    session->packet_payload = config.packet_size - ip_udp_bytes -
+                              (config.extended_ids ? gvsp_extended_header_bytes : gvsp_header_bytes) -
+                              (config.payload.multipart ? gvsp_part_header_bytes : 0);
+    session->type = config.payload.multipart     ? PayloadType::multipart
+                    : config.payload.chunks == 0 ? PayloadType::image
+                    : config.chunk_in_image      ? PayloadType::image_with_chunks
+                                                 : PayloadType::extended_chunk;
+    const std::int64_t wire_bytes = config.packet_size + ethernet_overhead_bytes;
+    if (config.packet_delay_ns > 0)
+        session->packet_interval_ns = config.packet_delay_ns + wire_bytes * 8000 / network_.speed_mbit_s;
+    if (config.throughput_limit > 0)
+        session->packet_interval_ns =
+            std::max(session->packet_interval_ns, wire_bytes * ns_per_s / config.throughput_limit);
+    if (session->packet_interval_ns > 0) {
+        session->batch = static_cast<std::uint32_t>(
+            std::clamp<std::int64_t>(paced_batch_ns / session->packet_interval_ns, 1, session->batch));
+    }
+    session->zeros.resize(session->packet_payload);
+    session->scratch.resize(session->packet_payload);
+    session->blocks.resize(static_cast<std::size_t>(std::max(settings_.history_frames, 1)) + 1);
+    for (Block& b : session->blocks)
+        b.payload.reserve(config.payload);
+
+    if (config.continue_blocks && owned_session_) session->frames = owned_session_->frames;
+
+    incoming_.store(session.get(), std::memory_order_release);
+    for (const Time give_up = clock_.now() + ns_per_s;;) {
+        const std::uint32_t seen = rest_.value();
+        wake_.ring();
+        if (incoming_.load(std::memory_order_acquire) == nullptr) break;
+        if (clock_.now() >= give_up && incoming_.exchange(nullptr) != nullptr) return false;
+        rest_.wait(seen, clock_.now() + 10 * ns_per_ms);
+    }
+    owned_session_ = std::move(session);
+    abort_.store(false, std::memory_order_release);
+    accepting_.store(true, std::memory_order_release);
+    return true;
+}
+
+void GvspSender::abort() noexcept {
+    accepting_.store(false, std::memory_order_release);
+    abort_.store(true, std::memory_order_release);
+    wake_.ring();
+}
+
+bool GvspSender::idle() const noexcept {
+    // In this order: the sender says that it works before it takes from the queue.
+    return queue_.empty() && !working_.load(std::memory_order_seq_cst);
+}
+
+bool GvspSender::wait_idle(std::int64_t span_ns) noexcept {
+    for (const Time give_up = clock_.now() + span_ns;;) {
+        const std::uint32_t seen = rest_.value();
+        if (idle() || !thread_.joinable()) return true;
+        if (clock_.now() >= give_up) return false;
+        rest_.wait(seen, std::min(give_up, clock_.now() + 10 * ns_per_ms));
+    }
+}
+
+void GvspSender::resend(const ResendRequest& request) noexcept {
+    counters_.resend_requests.fetch_add(1, std::memory_order_relaxed);
+    if (resends_.push(request)) {
+        wake_.ring();
+    } else {
+        counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
+    }
+}
+
+bool GvspSender::send_test_packet(const StreamConfig& config) noexcept {
+    // On a socket of its own: the stream's belongs to the sender thread. Same address, any source port.
+    try {
+        PacketSocket once;
+        once.open(network_, 1U << 20);
+        once.set_destination(config.destination_ip, config.destination_port);
+        once.set_do_not_fragment(config.do_not_fragment);
+        std::array<std::uint8_t, gvsp_extended_header_bytes> header{};
+        const std::size_t n = write_gvsp_header(header.data(), config.extended_ids, Status::success, 0,
+                                                PacketFormat::payload, 0, false);
+        const std::vector<std::uint8_t> body(config.packet_size - ip_udp_bytes - n);
+        once.add({header.data(), n}, body);
+        once.flush();
+        return once.errors() == 0;
+    } catch (const std::exception&) {
+        return false;
+    }
+}
+
+void GvspSender::loop() {
+    enter_thread(heartbeat_.name().c_str(), {settings_.realtime_priority, settings_.cores});
+    while (!quit_.load(std::memory_order_acquire)) {
+        heartbeat_.beat();
+        const std::uint32_t seen = wake_.value();
+        install_session();
+        serve_resends();
+        working_.store(true, std::memory_order_seq_cst);
+        FrameRef frame;
+        const bool got = queue_.pop(frame);
+        if (got) send_frame(std::move(frame));
+        working_.store(false, std::memory_order_seq_cst);
+        if (got) {
+            rest_.ring();
+        } else {
+            wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
+        }
+    }
+    working_.store(false);
+    rest_.ring();
+}
+
+void GvspSender::install_session() noexcept {
+    Session* next = incoming_.load(std::memory_order_acquire);
+    if (next == nullptr) return;
+    session_ = next;
+    socket_.set_destination(next->config.destination_ip, next->config.destination_port);
+    socket_.set_do_not_fragment(next->config.do_not_fragment);
+    for (ResendRequest stale; resends_.pop(stale);) {
+    }
+    // Only now may the control thread free the session before.
+    incoming_.store(nullptr, std::memory_order_release);
+    rest_.ring();
+}
+
+void GvspSender::send_frame(FrameRef frame) noexcept {
+    const bool delivered = send_block(frame, false);
+    (delivered ? counters_.delivered : counters_.dropped).fetch_add(1, std::memory_order_relaxed);
+    if (delivered && !giving_up() &&
+        session_->config.faults.strikes(Fault::repeat_frame, session_->frames) != nullptr)
+        send_block(frame, true);
+}
+
+bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
+    if (session_ == nullptr || giving_up() || session_->config.destination_port == 0) return false;
+    Block& block = session_->blocks[session_->frames % session_->blocks.size()];
+    if (!prepare(block, frame)) return false;
+    const Time edge = frame->info.trigger_edge;
+    ++session_->frames; // from here on in the history
+    if (fault(Fault::skip_frame, block) != nullptr) {
+        block.frame = block.live = {};
+        counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
+        return false;
+    }
+    post(Event::frame_start, block, edge);
+    if (fault(Fault::drop_leader, block) == nullptr) queue_packet(block, 0, false);
+    socket_.flush();
+    block.sent = 1;
+    if (!again) {
+        const Time now = clock_.now();
+        counters_.trigger_to_first.add(now - edge);
+        frame->info.note_bytes(Outlet::gige, now);
+    }
+    const bool sent = send_payload(block);
+    block.live = {};
+    if (!sent) return false;
+    write_trailer(block);
+    if (fault(Fault::drop_trailer, block) == nullptr) queue_packet(block, block.sent, false);
+    socket_.flush();
+    ++block.sent;
+    if (session_->config.faults.any() && fault(Fault::freeze_frame, block) == nullptr)
+        session_->shown = block.frame;
+    if (again) return true;
+    const Time now = clock_.now();
+    counters_.trigger_to_last.add(now - edge);
+    frame->info.note_bytes(Outlet::gige, now);
+    // What goes out is not what was asked for: cut short or a repetition.
+    if (!frame->complete() || (frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
+        post(Event::error, block, clock_.now());
+    const auto rows = frame->row_times();
+    if (!rows.empty()) {
+        post(Event::exposure_start, block, rows.front().reset);
+        post(Event::exposure_end, block, rows.back().read);
+    }
+    return true;
+}
+
+bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
+    block.sent = 0;
+    block.resent = {};
+    block.count = session_->frames + 1;
+    // The producer numbers all frames, those too that nobody could take.
+    const std::uint64_t before = std::exchange(session_->last_frame_id, frame->info.frame_id);
+    block.flags = before != 0 && frame->info.frame_id > before + 1 ? gvsp_flag::previous_block_dropped : 0;
+    std::uint64_t shown_id = block.count;
+    if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
+        shown_id += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount));
+    block.wire_id = wire_block_id(shown_id, session_->config.extended_ids);
+    block.live = block.frame = frame;
+    const FrameRef& old = session_->shown;
+    if (old && fault(Fault::freeze_frame, block) != nullptr && old->info.width == frame->info.width &&
+        old->info.height == frame->info.height && old->info.pixel_format == frame->info.pixel_format)
+        block.frame = old;
+    // Geometry and chunks are the picture's, the time stamp is the trigger's.
+    const FrameInfo& info = block.frame->info;
+    if (!block.payload.begin(*block.frame, info.frame_id, session_->packet_payload)) {
+        block.frame = block.live = {};
+        return false;
+    }
+    auto stamp = static_cast<std::uint64_t>(frame->info.trigger_edge.ns + frame->info.tai_offset_ns -
+                                            session_->config.payload.timestamp_origin_ns);
+    if (const FaultRule* rule = fault(Fault::wrong_timestamp, block))
+        stamp += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount * 1000));
+    block.leader_bytes = session_->type == PayloadType::multipart
+                             ? write_multipart_leader(block.leader.data(), info, block.payload, stamp)
+                             : write_image_leader(block.leader.data(), session_->type, info.pixel_format,
+                                                  block.payload.image(), stamp);
+    block.trailer_bytes = 0;
+    return true;
+}
+
+void GvspSender::write_trailer(Block& block) noexcept {
+    block.trailer_bytes =
+        session_->type == PayloadType::multipart
+            ? write_multipart_trailer(block.trailer.data())
+            : write_image_trailer(block.trailer.data(), session_->type, block.payload.image().height,
+                                  block.payload.bytes(), block.payload.chunks());
+}
+
+bool GvspSender::send_payload(Block& block) noexcept {
+    const std::uint32_t end = block.payload.packets() + 1; // payload has the ids 1 .. end - 1
+    std::uint32_t held = 0;                                // by a reorder fault
+    Time due = clock_.now();
+    while (block.sent < end) {
+        const std::uint32_t seen = wake_.value();
+        if (giving_up()) return false;
+        serve_resends();
+        block.payload.update(*block.frame);
+        std::uint32_t ready = block.payload.ready_packets();
+        // A frozen picture still leaves at the pace of the readout.
+        const Frame& live = *block.live;
+        if (&live != block.frame.get() && !live.complete() && !live.abandoned())
+            ready = std::min(ready, static_cast<std::uint32_t>(std::uint64_t{block.payload.packets()} *
+                                                               static_cast<std::uint32_t>(live.rows_ready()) /
+                                                               static_cast<std::uint32_t>(live.info.height)));
+        const std::uint32_t until = std::min({block.sent + session_->batch, ready + 1, end});
+        heartbeat_.beat();
+        if (until <= block.sent) {
+            wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
+            continue;
+        }
+        pace(due, until - block.sent);
+        for (std::uint32_t id = block.sent; id < until; ++id) {
+            // One that changes places waits for the next, which may be in another batch.
+            if (held == 0 && id + 1 < end && fault(Fault::reorder, block, id) != nullptr) {
+                held = id;
+                continue;
+            }
+            send_one(block, id);
+            if (held != 0) send_one(block, std::exchange(held, 0U));
+        }
+        socket_.flush();
+        block.sent = until;
+    }
+    return true;
+}
+
+void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
+    if (session_->packet_interval_ns == 0) return;
+    for (;;) {
+        const std::uint32_t seen = wake_.value();
+        const Time now = clock_.now();
+        if (giving_up()) return;
+        if (now >= due) {
+            // A schedule that fell behind because rows were late is not made up for by a burst.
+            if (now - due > ns_per_ms) due = now;
+            break;
+        }
+        serve_resends();
+        heartbeat_.beat();
+        wake_.wait(seen, std::min(due, now + Heartbeat::longest_wait_ns));
+    }
+    due += session_->packet_interval_ns * packets;
+}
+
+void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt) noexcept {
+    // The scratch packet is in use until a flush.
+    if (corrupt) socket_.flush();
+    if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
+    std::uint8_t* header = headers_[socket_.queued()].data();
+    const bool multipart = block.payload.multipart();
+    const PacketFormat format = id == 0                        ? PacketFormat::leader
+                                : id > block.payload.packets() ? PacketFormat::trailer
+                                : multipart                    ? PacketFormat::multipart
+                                                               : PacketFormat::payload;
+    std::size_t n = write_gvsp_header(header, session_->config.extended_ids, Status::success, block.wire_id,
+                                      format, id, resent, block.flags);
+    if (format == PacketFormat::leader) {
+        if (multipart) set_part_count(header, block.payload.parts().size());
+        socket_.add({header, n}, {block.leader.data(), block.leader_bytes});
+    } else if (format == PacketFormat::trailer) {
+        socket_.add({header, n}, {block.trailer.data(), block.trailer_bytes});
+    } else {
+        std::size_t offset = 0;
+        Payload::Pieces pieces = block.payload.packet(id - 1, session_->zeros, offset);
+        if (multipart) {
+            const Payload::Part& part = block.payload.part_of(id - 1);
+            n +=
+                write_part_header(header + n, static_cast<std::uint8_t>(&part - block.payload.parts().data()),
+                                  offset, id == part.first_packet + part.packets);
+        }
+        if (corrupt) {
+            std::size_t bytes = 0;
+            for (const auto& piece : pieces) {
+                std::copy(piece.begin(), piece.end(),
+                          session_->scratch.begin() + static_cast<std::ptrdiff_t>(bytes));
+                bytes += piece.size();
+            }
+            session_->scratch[bytes / 2] ^= 0x10;
+            pieces = {std::span<const std::uint8_t>(session_->scratch).first(bytes)};
+        }
+        socket_.add({header, n}, pieces[0], pieces[1], pieces[2]);
+        if (corrupt) socket_.flush();
+    }
+}
+
+void GvspSender::queue_error(const ResendRequest& request, Status status, std::uint16_t flags) noexcept {
+    counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
+    // It goes to the receiver, who takes it as the end of all hope for the block: not because others ask.
+    if (!request.trusted) return;
+    if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
+    std::uint8_t* header = headers_[socket_.queued()].data();
+    const std::size_t n =
+        write_gvsp_header(header, session_->config.extended_ids, session_->config.status_codes.shown(status),
+                          request.block_id, PacketFormat::payload, request.first, true, flags);
+    socket_.add({header, n}, {});
+}
+
+void GvspSender::serve_resends() noexcept {
+    if (resends_.empty()) return;
+    for (ResendRequest request; resends_.pop(request);)
+        if (session_ != nullptr && session_->config.destination_port != 0) serve_resend(request);
+    socket_.flush();
+}
+
+void GvspSender::serve_resend(const ResendRequest& request) noexcept {
+    // Cut to the 16 bits of the stream, an answer would be about another block.
+    if (!session_->config.extended_ids && request.block_id > 0xFFFF) return;
+    Block* found = nullptr;
+    for (Block& b : session_->blocks)
+        if (b.count != 0 && b.frame && b.wire_id == request.block_id) found = &b;
+    // Receivers take a packet of a block long past for a jump of the stream and throw away every block that
+    // follows, so a forged request could stop it. Likewise an answer about a block that never was.
+    constexpr std::uint64_t recent = 64;
+    const std::uint64_t newest = wire_block_id(session_->frames, session_->config.extended_ids);
+    const std::uint64_t age = session_->config.extended_ids
+                                  ? newest - request.block_id
+                                  : (newest + 0xFFFF - request.block_id % 0xFFFF) % 0xFFFF;
+    if (found == nullptr) {
+        if (session_->frames > 0 && request.block_id != 0 && age > 0 &&
+            age <= std::min(recent, session_->frames - 1))
+            queue_error(request, Status::packet_removed);
+        return;
+    }
+    if (!request.trusted && session_->frames - found->count > recent) return;
+    const std::uint32_t last_of_block = found->payload.packets() + 1;
+    if (request.first > last_of_block) {
+        queue_error(request, Status::packet_unavailable, gvsp_flag::resend_range_error);
+        return;
+    }
+    const std::uint32_t last = std::min(request.last, last_of_block);
+    for (std::uint32_t id = request.first; id <= last; ++id) {
+        if (id >= found->sent) {
+            // Of the block in work: the client takes this for "wait", any other refusal for "never".
+            ResendRequest rest = request;
+            rest.first = id;
+            queue_error(rest, Status::packet_not_yet_available);
+            return;
+        }
+        if (found->resent[request.trusted] >=
+            resend_budget[request.trusted] * (found->payload.packets() + 2)) {
+            queue_error(request, Status::packet_unavailable);
+            return;
+        }
+        ++found->resent[request.trusted];
+        if (fault(Fault::lose_for_good, *found, id) != nullptr) {
+            ResendRequest gone = request;
+            gone.first = id;
+            queue_error(gone, Status::packet_removed);
+            continue;
+        }
+        queue_packet(*found, id, true);
+        counters_.resent_packets.fetch_add(1, std::memory_order_relaxed);
+    }
+}
+
+void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
+    if (!session_->config.faults.any()) {
+        queue_packet(block, id, false);
+        return;
+    }
+    if (fault(Fault::lose, block, id) != nullptr || fault(Fault::lose_for_good, block, id) != nullptr) {
+        counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
+        return;
+    }
+    if (const FaultRule* rule = fault(Fault::delay, block, id)) {
+        socket_.flush();
+        for (const Time until = clock_.now() + static_cast<std::int64_t>(rule->amount * ns_per_us);
+             !giving_up();) {
+            const std::uint32_t seen = wake_.value();
+            if (clock_.now() >= until) break;
+            wake_.wait(seen, until);
+        }
+    }
+    queue_packet(block, id, false, fault(Fault::corrupt, block, id) != nullptr);
+    if (fault(Fault::duplicate, block, id) != nullptr) queue_packet(block, id, false);
+}
+
+void GvspSender::post(Event e, const Block& block, Time t) noexcept {
+    messages_.post({e, block.wire_id,
+                    static_cast<std::uint64_t>(t.ns + block.frame->info.tai_offset_ns -
+                                               session_->config.payload.timestamp_origin_ns)});
+}
+
+} // namespace obscura::transports::gige

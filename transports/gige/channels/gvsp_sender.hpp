@@ -1,0 +1,133 @@
+// The stream thread: frames in, GVSP packets out, and the last blocks kept for resends.
+#pragma once
+
+#include "core/clock.hpp"
+#include "core/frame.hpp"
+#include "core/heartbeat.hpp"
+#include "core/latency_histogram.hpp"
+#include "core/spsc_ring.hpp"
+#include "core/wakeup.hpp"
+#include "transports/gige/channels/message_channel.hpp"
+#include "transports/gige/channels/packet_socket.hpp"
+#include "transports/gige/channels/stream_port.hpp"
+#include "transports/gige/settings.hpp"
+#include "transports/gige/wire/gvsp.hpp"
+
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <vector>
+
+namespace obscura::transports::gige {
+
+/// Written by the sender, read from any thread.
+struct SenderCounters {
+    std::atomic<std::uint64_t> submitted{0}, delivered{0}, dropped{0};
+    std::atomic<std::uint64_t> resend_requests{0}, resent_packets{0}, resend_refused{0};
+    std::atomic<std::uint64_t> injected_losses{0};
+    LatencyHistogram trigger_to_first, trigger_to_last;
+};
+
+/// Sends each block as its rows become ready and answers resends between batches, all on one thread, so that
+/// packets of different origin never race. A block is in the history before its first packet leaves. After
+/// start() the thread neither allocates, locks nor logs; begin() allocates on the control thread.
+class GvspSender final : public StreamPort {
+public:
+    GvspSender(const GigeSettings& settings, const NetworkInterface& network, MessageChannel& messages,
+               const Clock& clock);
+    ~GvspSender() override { stop(); }
+
+    /// Throws HardwareError.
+    void start();
+    void stop();
+    /// Pipeline thread. See Transport::submit().
+    bool submit(const FrameRef& frame) noexcept;
+
+    bool begin(const StreamConfig& config) override;
+    void abort() noexcept override;
+    [[nodiscard]] bool idle() const noexcept override;
+    bool wait_idle(std::int64_t span_ns) noexcept override;
+    void resend(const ResendRequest& request) noexcept override;
+    bool send_test_packet(const StreamConfig& config) noexcept override;
+    [[nodiscard]] std::uint16_t source_port() const noexcept override { return socket_.port(); }
+
+    [[nodiscard]] const SenderCounters& counters() const noexcept { return counters_; }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
+    [[nodiscard]] const PacketSocket& socket() const noexcept { return socket_; }
+
+private:
+    /// A frame on its way out or kept for resends.
+    struct Block {
+        FrameRef frame; // whose picture goes out
+        FrameRef live;  // while it is sent: the frame that was to go out; another only under freeze_frame
+        std::uint64_t count = 0;   // from 1; 0: unused
+        std::uint64_t wire_id = 0; // as the client knows it
+        std::uint16_t flags = 0;   // of its packets
+        Payload payload;
+        std::uint32_t sent = 0; // packets that have left or were left out on purpose: ids below this
+        // Packets sent again so far, for others and for those whom the stream is for.
+        std::array<std::uint32_t, 2> resent{};
+        std::array<std::uint8_t, gvsp_max_leader> leader{};
+        std::array<std::uint8_t, gvsp_max_trailer> trailer{};
+        std::size_t leader_bytes = 0, trailer_bytes = 0;
+    };
+    /// All that one acquisition needs, allocated before it starts.
+    struct Session {
+        StreamConfig config;
+        std::size_t packet_payload = 0; // bytes of payload in a full packet
+        std::int64_t packet_interval_ns = 0;
+        PayloadType type = PayloadType::image;
+        std::uint32_t batch = PacketSocket::batch_packets;
+        std::vector<Block> blocks; // ring; the newest is blocks[(frames - 1) % size]
+        std::vector<std::uint8_t> zeros;
+        std::vector<std::uint8_t> scratch; // one packet, for corrupting it
+        FrameRef shown;                    // with fault rules: the last frame that went out unfrozen
+        std::uint64_t last_frame_id = 0;   // of the producer's
+        std::uint64_t frames = 0;          // sent so far on this channel; the newest block's count
+    };
+
+    void loop();
+    void install_session() noexcept;
+    void send_frame(FrameRef frame) noexcept;
+    bool send_block(const FrameRef& frame, bool again) noexcept;
+    bool prepare(Block& block, const FrameRef& frame) noexcept;
+    bool send_payload(Block& block) noexcept;
+    void write_trailer(Block& block) noexcept;
+    void pace(Time& due, std::uint32_t packets) noexcept;
+    void queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt = false) noexcept;
+    void queue_error(const ResendRequest& request, Status status, std::uint16_t flags = 0) noexcept;
+    void serve_resends() noexcept;
+    void serve_resend(const ResendRequest& request) noexcept;
+    void send_one(Block& block, std::uint32_t id) noexcept;
+    void post(Event e, const Block& block, Time t) noexcept;
+    [[nodiscard]] const FaultRule* fault(Fault f, const Block& block, std::uint32_t id = 0) const noexcept {
+        return session_->config.faults.any() ? session_->config.faults.strikes(f, block.count, id) : nullptr;
+    }
+    [[nodiscard]] bool giving_up() const noexcept {
+        return abort_.load(std::memory_order_acquire) || quit_.load(std::memory_order_acquire);
+    }
+
+    const GigeSettings settings_;
+    const NetworkInterface network_;
+    const Clock& clock_;
+    MessageChannel& messages_;
+    PacketSocket socket_;
+    SenderCounters counters_;
+
+    Wakeup wake_; // rung for the sender
+    Wakeup rest_; // rung by the sender when it has nothing in hand
+    SpscRing<FrameRef, 8> queue_;
+    SpscRing<ResendRequest, 256> resends_;
+    std::atomic<bool> accepting_{false}, abort_{false}, quit_{false}, working_{false};
+    std::atomic<Session*> incoming_{nullptr};
+    Session* session_ = nullptr;             // sender thread only, while it runs
+    std::unique_ptr<Session> owned_session_; // control thread only
+
+    std::array<std::array<std::uint8_t, gvsp_extended_header_bytes + gvsp_part_header_bytes>,
+               PacketSocket::batch_packets>
+        headers_{};
+    Heartbeat heartbeat_{"gige-stream"};
+    std::thread thread_;
+};
+
+} // namespace obscura::transports::gige

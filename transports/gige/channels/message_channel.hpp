@@ -1,0 +1,109 @@
+// The message channel: tells the controlling application of events, again and again until it acknowledges.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+#include "core/heartbeat.hpp"
+#include "core/time.hpp"
+#include "core/wakeup.hpp"
+#include "transports/gige/control/network_interface.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+
+namespace obscura::transports::gige {
+
+/// What can be notified, in the order of EventSelector.
+enum class Event : std::uint8_t {
+    frame_start,
+    exposure_start,
+    exposure_end,
+    frame_trigger_missed,
+    error,
+    test,
+    application_switch,
+    action_late,
+};
+constexpr std::size_t event_count = 8;
+
+/// The identifier on the wire: standard ones where the standard has them, else in the device's own range.
+constexpr std::uint16_t event_id(Event e) noexcept {
+    switch (e) {
+    case Event::application_switch:
+        return 0x0007;
+    case Event::action_late:
+        return 0x0009;
+    default:
+        return static_cast<std::uint16_t>(0x9001 + static_cast<unsigned>(e));
+    }
+}
+
+struct EventMessage {
+    Event event = Event::test;
+    std::uint64_t block_id = 0;     ///< 0: of no block
+    std::uint64_t timestamp_ns = 0; ///< device time
+};
+
+/// Where and how stubbornly to notify.
+struct MessageConfig {
+    std::uint32_t destination_ip = 0;
+    std::uint16_t destination_port = 0; ///< 0: channel closed
+    std::uint32_t timeout_ms = 300;     ///< 0: no acknowledge wanted
+    std::uint32_t retries = 3;
+};
+
+/// A thread of its own, because waiting for acknowledges must hold up neither control nor stream.
+class MessageChannel {
+public:
+    explicit MessageChannel(const NetworkInterface& network) : network_(network) {}
+    ~MessageChannel() { stop(); }
+
+    /// Throws HardwareError.
+    void start();
+    void stop();
+    void configure(const MessageConfig& config);
+    void enable(Event e, bool on) noexcept;
+    [[nodiscard]] bool enabled(Event e) const noexcept {
+        return (enabled_.load(std::memory_order_relaxed) >> static_cast<unsigned>(e) & 1) != 0;
+    }
+    /// Any thread; neither blocks, locks nor allocates. Events that are not enabled are nothing; what does
+    /// not fit the queue is counted as lost.
+    void post(const EventMessage& message) noexcept;
+    [[nodiscard]] std::uint16_t source_port() const noexcept { return port_; }
+
+    [[nodiscard]] std::uint64_t acknowledged() const noexcept { return acknowledged_.load(); }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
+    [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(); }
+
+private:
+    void loop();
+    void deliver(const EventMessage& message, const MessageConfig& config);
+    bool pop(EventMessage& message) noexcept;
+
+    // Vyukov's bounded queue: each cell carries the turn on which it may be written or read.
+    static constexpr std::size_t capacity = 256;
+    struct Cell {
+        std::atomic<std::size_t> turn{0};
+        EventMessage message;
+    };
+    std::array<Cell, capacity> cells_;
+    std::atomic<std::size_t> head_{0};
+    std::size_t tail_ = 0;
+
+    const NetworkInterface network_;
+    FileDescriptor socket_;
+    std::uint16_t port_ = 0;
+    std::uint16_t request_id_ = 0;
+    std::mutex mutex_; // guards config_
+    MessageConfig config_;
+    std::atomic<std::uint32_t> enabled_{0};
+    std::atomic<std::uint64_t> acknowledged_{0}, lost_{0};
+    std::atomic<bool> quit_{false};
+    Wakeup wake_;
+    Heartbeat heartbeat_{"gige-message"};
+    std::thread thread_;
+};
+
+} // namespace obscura::transports::gige

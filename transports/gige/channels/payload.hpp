@@ -1,0 +1,95 @@
+// The bytes of one block: pixels laid out for the wire as rows become ready, chunks after them, cut into
+// packets.
+#pragma once
+
+#include "core/frame.hpp"
+#include "transports/gige/channels/binning.hpp"
+#include "transports/gige/channels/chunk_data.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace obscura::transports::gige {
+
+constexpr std::size_t max_parts = max_windows + 1; ///< every window, and the chunks
+
+/// What a client chose for its stream and what bounds it.
+struct PayloadFormat {
+    bool multipart = false;    ///< one part per sensor window instead of the composed image
+    bool packs_pixels = false; ///< the pixel format is not what a Frame holds
+    std::uint32_t chunks = 0;  ///< selection, see Chunk
+    std::size_t max_image_bytes = 0;
+    std::int32_t max_width = 0, max_height = 0;
+    std::int64_t timestamp_origin_ns = 0;
+    RegionNumbers regions{};
+    Binning binning; ///< none together with multipart
+};
+
+/// Pixels are not copied where the frame holds them as they go out; else they are packed once, each row when
+/// it is ready. One thread; only reserve() allocates.
+class Payload {
+public:
+    struct Part {
+        std::size_t begin = 0, bytes = 0; // in the payload
+        std::uint32_t first_packet = 0;   // its first packet, counted from 0 over the payload
+        std::uint32_t packets = 0;
+        std::uint32_t window = 0; // of the frame; the chunk part has max_windows
+    };
+    /// A stretch of the payload in up to three pieces of memory.
+    using Pieces = std::array<std::span<const std::uint8_t>, 3>;
+
+    void reserve(const PayloadFormat& format);
+    /// Lays `frame` out for packets of `packet_bytes`. False when it does not fit what was reserved.
+    bool begin(const Frame& frame, std::uint64_t frame_id, std::size_t packet_bytes) noexcept;
+    /// Takes up the rows that have become ready since; after an abandoned frame's last row come zeros.
+    void update(const Frame& frame) noexcept;
+
+    [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
+    [[nodiscard]] std::uint32_t packets() const noexcept { return packets_; }
+    /// Packets [0, ready_packets()) may be sent.
+    [[nodiscard]] std::uint32_t ready_packets() const noexcept;
+    [[nodiscard]] std::span<const Part> parts() const noexcept { return {parts_.data(), part_count_}; }
+    /// The part that holds packet `i`.
+    [[nodiscard]] const Part& part_of(std::uint32_t i) const noexcept;
+    /// Contents of packet `i`; `zeros` is at least packet_bytes of zeros. `offset` is where they lie in the
+    /// payload.
+    [[nodiscard]] Pieces packet(std::uint32_t i, std::span<const std::uint8_t> zeros,
+                                std::size_t& offset) const noexcept;
+    [[nodiscard]] std::uint32_t chunks() const noexcept { return format_.chunks; }
+    [[nodiscard]] bool multipart() const noexcept { return format_.multipart; }
+    /// The image as the client gets it: its first window's offset, its own size.
+    [[nodiscard]] const Region& image() const noexcept { return image_; }
+
+private:
+    void append_row(const FrameInfo& info, std::span<const std::uint16_t> row) noexcept;
+    void finish_part(const Frame& frame) noexcept;
+    [[nodiscard]] bool done() const noexcept { return available_ == bytes_; }
+
+    PayloadFormat format_;
+    std::size_t packet_bytes_ = 0;
+    std::uint64_t frame_id_ = 0;
+    bool direct_ = false;
+    Region image_;
+    RowBinner binner_;
+    const std::uint8_t* data_ = nullptr;
+    std::size_t image_bytes_ = 0, bytes_ = 0;
+    std::size_t valid_ = 0, available_ = 0; // image bytes that are pixels; payload bytes that may be sent
+    std::uint32_t packets_ = 0;
+    std::array<Part, max_parts> parts_{};
+    std::size_t part_count_ = 0;
+    // Packing: where the next row goes.
+    std::size_t packing_part_ = 0;
+    std::int32_t packing_row_ = 0; // of the part
+    std::size_t carried_ = 0;      // pixels in carry_ that do not yet fill whole bytes
+    std::vector<std::uint8_t> packed_, chunk_store_;
+    std::vector<std::uint16_t> carry_;
+};
+
+/// Bytes of a payload with `format` and an image of `pixels` pixels at most, for PayloadSize.
+[[nodiscard]] std::size_t payload_size(PixelFormat pixel_format, std::int64_t pixels, std::int32_t rows,
+                                       bool multipart, std::uint32_t chunks) noexcept;
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,267 @@
+#include "transports/gige/control/control_port.hpp"
+
+#include "transports/gige/wire/bytes.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace obscura::transports::gige {
+
+ControlPort::ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network)
+    : device_(device),
+      network_(network),
+      policy_(network, settings.allow, settings.off_link),
+      read_only_(settings.read_only),
+      bank_(device.registers()) {
+    bank_.add({.name = "GevHeartbeatTimeout",
+               .address = reg::heartbeat_timeout,
+               .access = Access::read_write,
+               .reset = static_cast<std::uint32_t>(std::max(settings.heartbeat_timeout_ms, 500)),
+               .minimum = 500,
+               .maximum = 24 * 3600 * 1000});
+    bank_.add({.name = "ControlSwitchoverKey",
+               .address = reg::switchover_key,
+               .access = Access::write_only,
+               .maximum = 0xFFFF,
+               .write = [this](std::uint32_t value) {
+                   bank_.poke(reg::switchover_key, value);
+                   return Status::success;
+               }});
+    bank_.add({.name = "GevCCP",
+               .address = reg::control_privilege,
+               .access = Access::read_write,
+               .read = [this] { return privilege_; },
+               .write = [this](std::uint32_t value) { return write_privilege(value); }});
+    bank_.add({.name = "GevPrimaryApplicationSocket", .address = reg::primary_port, .read = [this] {
+                   return std::uint32_t{controller_.port};
+               }});
+    bank_.add({.name = "GevPrimaryApplicationIPAddress", .address = reg::primary_ip, .read = [this] {
+                   return controller_.ip;
+               }});
+}
+
+std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> datagram, Peer from,
+                                                  bool broadcast, Time now) {
+    counters_.datagrams.fetch_add(1, std::memory_order_relaxed);
+    if (!policy_.admits(from.ip)) {
+        counters_.ignored.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    ++commands_;
+    if (device_.control_faults().strikes(Fault::mute_control, commands_) != nullptr) {
+        counters_.muted.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    const Request request = parse_gvcp(datagram, broadcast);
+    if (request.kind == Request::Kind::ignore) {
+        counters_.ignored.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    if (request.kind == Request::Kind::reject) {
+        counters_.rejected.fetch_add(1, std::memory_order_relaxed);
+        return acknowledge(request, request.status);
+    }
+    const bool answered = request.wants_ack() && request.command != Command::packet_resend;
+    if (is_controller(from)) {
+        if (device_.control_faults().strikes(Fault::heartbeat_loss, commands_) == nullptr) last_heard_ = now;
+        if (answered && datagram.size() == last_request_bytes_ &&
+            std::equal(datagram.begin(), datagram.end(), last_request_.begin())) {
+            counters_.retries.fetch_add(1, std::memory_order_relaxed);
+            return {last_reply_.data(), last_reply_bytes_};
+        }
+    }
+    const std::span<const std::uint8_t> reply = run(request, from, broadcast, now);
+    if (is_controller(from) && answered && datagram.size() <= last_request_.size() && !reply.empty()) {
+        std::copy(datagram.begin(), datagram.end(), last_request_.begin());
+        std::copy(reply.begin(), reply.end(), last_reply_.begin());
+        last_request_bytes_ = datagram.size();
+        last_reply_bytes_ = reply.size();
+    }
+    if (!request.wants_ack() || reply.empty()) return {};
+    // Answers longer than their question are what an amplifier is made of.
+    if (reply.size() > datagram.size() && !policy_.spend(from.ip, reply.size(), now)) {
+        counters_.throttled.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    if (const std::uint32_t delay_ms = device_.take_pending_ack_ms(); delay_ms > 0)
+        return postpone(reply, from, now, delay_ms);
+    return reply;
+}
+
+std::span<const std::uint8_t> ControlPort::postpone(std::span<const std::uint8_t> reply, Peer from, Time now,
+                                                    std::uint32_t delay_ms) {
+    std::copy(reply.begin(), reply.end(), pending_reply_.begin());
+    pending_reply_bytes_ = reply.size();
+    pending_peer_ = from;
+    pending_due_ = now + std::int64_t{delay_ms} * ns_per_ms;
+    if (!device_.announces_slow_commands()) return {};
+    // The client is to wait half as long again as we mean to take.
+    const std::uint16_t id = load_be16(reply.data() + 6);
+    store_be16(reply_.data(), static_cast<std::uint16_t>(Status::success));
+    store_be16(reply_.data() + 2, static_cast<std::uint16_t>(Command::pending_ack) + 1);
+    store_be16(reply_.data() + 4, 4);
+    store_be16(reply_.data() + 6, id);
+    store_be16(payload(), 0);
+    store_be16(payload() + 2, static_cast<std::uint16_t>(delay_ms + delay_ms / 2 + 100));
+    return {reply_.data(), gvcp_header_bytes + 4};
+}
+
+std::span<const std::uint8_t> ControlPort::take_due_reply(Time now, Peer& to) {
+    if (pending_reply_bytes_ == 0 || now < pending_due_) return {};
+    to = pending_peer_;
+    return {pending_reply_.data(), std::exchange(pending_reply_bytes_, 0U)};
+}
+
+std::span<const std::uint8_t> ControlPort::acknowledge(const Request& request, Status status,
+                                                       std::size_t bytes) {
+    store_be16(reply_.data(), static_cast<std::uint16_t>(device_.status_codes().shown(status)));
+    store_be16(reply_.data() + 2,
+               static_cast<std::uint16_t>(static_cast<std::uint16_t>(request.command) + 1));
+    store_be16(reply_.data() + 4, static_cast<std::uint16_t>(bytes));
+    store_be16(reply_.data() + 6, request.id);
+    return {reply_.data(), gvcp_header_bytes + bytes};
+}
+
+Status ControlPort::read_registers(const Request& request, std::size_t& bytes) {
+    for (bytes = 0; bytes < request.payload.size(); bytes += 4) {
+        std::uint32_t value = 0;
+        const Status status = device_.read_word(load_be32(request.payload.data() + bytes), value);
+        if (status != Status::success) return status;
+        store_be32(payload() + bytes, value);
+    }
+    return Status::success;
+}
+
+Status ControlPort::write_registers(const Request& request, std::size_t& entries) {
+    for (entries = 0; entries < request.count; ++entries) {
+        const std::uint8_t* entry = request.payload.data() + 8 * entries;
+        const Status status = device_.write_word(load_be32(entry), load_be32(entry + 4));
+        if (status != Status::success) return status;
+    }
+    return Status::success;
+}
+
+std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from, bool broadcast, Time now) {
+    asking_ = from;
+    asked_ = now;
+    const auto deny = [&] {
+        counters_.denied.fetch_add(1, std::memory_order_relaxed);
+        return acknowledge(request, Status::access_denied);
+    };
+    const bool locked_out = (privilege_ & privilege::exclusive) != 0 && !is_controller(from);
+    // Anybody may try to take control; everything else is for who has it.
+    const auto may_write = [&](std::uint32_t address) {
+        return is_controller(from) || address == reg::control_privilege;
+    };
+
+    switch (request.command) {
+    case Command::discovery:
+        bank_.read(0, {payload(), reg::discovery_bytes});
+        return acknowledge(request, Status::success, reg::discovery_bytes);
+    case Command::read_register: {
+        if (locked_out) return deny();
+        std::size_t bytes = 0;
+        const Status status = read_registers(request, bytes);
+        return acknowledge(request, status, bytes);
+    }
+    case Command::read_memory: {
+        if (locked_out) return deny();
+        store_be32(payload(), request.address);
+        const Status status = device_.read(request.address, {payload() + 4, request.count});
+        return acknowledge(request, status, status == Status::success ? 4U + request.count : 0U);
+    }
+    case Command::write_register: {
+        for (std::size_t i = 0; i < request.count; ++i)
+            if (!may_write(load_be32(request.payload.data() + 8 * i))) return deny();
+        std::size_t entries = 0;
+        const Status status = write_registers(request, entries);
+        store_be32(payload(), static_cast<std::uint32_t>(entries));
+        return acknowledge(request, status, 4);
+    }
+    case Command::write_memory: {
+        if (!may_write(request.address)) return deny();
+        if (!is_controller(from) && request.payload.size() > 8) return deny();
+        std::size_t done = 0;
+        const Status status = device_.write(request.address, request.payload.subspan(4), done);
+        store_be32(payload(), static_cast<std::uint32_t>(done));
+        return acknowledge(request, status, 4);
+    }
+    case Command::packet_resend:
+        if (request.resend.channel == 0 && device_.may_ask_resend(from.ip)) {
+            ResendRequest wanted = request.resend;
+            wanted.trusted = is_controller(from) || from.port == bank_.peek(reg::stream_port);
+            device_.resend(wanted);
+        }
+        return {};
+    case Command::action:
+        if (Status status{}; device_.action(request.action, now, status)) return acknowledge(request, status);
+        return {};
+    case Command::force_ip:
+        if (request.force_ip.mac != network_.mac) return {}; // meant for another device
+        return acknowledge(request, force_ip(request.force_ip));
+    default:
+        return broadcast ? std::span<const std::uint8_t>{} : acknowledge(request, Status::not_implemented);
+    }
+}
+
+Status ControlPort::force_ip(const ForceIpRequest& wanted) const {
+    // Nobody moves a camera from under its application.
+    if (controlled()) return Status::access_denied;
+    // The host's address is the host's business: the camera can be told to be where it is, or to configure
+    // itself as ever (address 0), which comes to the same.
+    const bool stays = wanted.ip == 0 || (wanted.ip == network_.address && wanted.mask == network_.mask);
+    return stays ? Status::success : Status::invalid_parameter;
+}
+
+Status ControlPort::write_privilege(std::uint32_t value) {
+    const std::uint32_t bits = value & 0xFFFF;
+    constexpr std::uint32_t known = privilege::control | privilege::exclusive | privilege::switchover_enable;
+    if ((bits & ~known) != 0) return Status::invalid_parameter;
+    if (read_only_) return Status::access_denied;
+    if (controlled() && !is_controller(asking_)) {
+        // Switchover: the controller has left the door open for whoever knows the key.
+        const bool open = (privilege_ & privilege::switchover_enable) != 0 && bits != 0 &&
+                          value >> 16 == bank_.peek(reg::switchover_key);
+        if (!open) return Status::access_denied;
+        device_.post(Event::application_switch, asked_);
+        last_request_bytes_ = 0;
+    }
+    if (bits == 0) {
+        if (controlled()) release();
+        return Status::success;
+    }
+    value = bits;
+    controller_ = asking_;
+    privilege_ = value;
+    last_heard_ = asked_;
+    device_.set_controller(asking_.ip);
+    return Status::success;
+}
+
+Time ControlPort::deadline() const noexcept {
+    Time due = device_.next_action();
+    if (pending_reply_bytes_ != 0) due = std::min(due, pending_due_);
+    if (controlled()) due = std::min(due, heartbeat_deadline());
+    return due;
+}
+
+Time ControlPort::heartbeat_deadline() const noexcept {
+    return last_heard_ + std::int64_t{bank_.peek(reg::heartbeat_timeout)} * ns_per_ms;
+}
+
+void ControlPort::on_timer(Time now) {
+    device_.run_actions(now);
+    if (!controlled() || now < heartbeat_deadline()) return;
+    counters_.control_lost.fetch_add(1, std::memory_order_relaxed);
+    release();
+}
+
+void ControlPort::release() {
+    controller_ = {};
+    privilege_ = 0;
+    last_request_bytes_ = 0;
+    device_.control_lost();
+}
+
+} // namespace obscura::transports::gige

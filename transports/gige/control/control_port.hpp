@@ -1,0 +1,92 @@
+// The control channel without its sockets: datagram in, datagram out, with privilege, heartbeat and retries.
+#pragma once
+
+#include "core/time.hpp"
+#include "transports/gige/control/source_policy.hpp"
+#include "transports/gige/device/device.hpp"
+#include "transports/gige/wire/gvcp_parser.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <span>
+
+namespace obscura::transports::gige {
+
+/// Who sent a datagram; host byte order.
+struct Peer {
+    std::uint32_t ip = 0;
+    std::uint16_t port = 0;
+    constexpr bool operator==(const Peer&) const = default;
+};
+
+/// Counted for the log and for tests.
+struct ControlCounters {
+    std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_lost{0},
+        throttled{0}, muted{0};
+};
+
+/// Runs requests against a Device and decides who may. Control thread only, but for counters() and
+/// controller().
+class ControlPort {
+public:
+    ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network);
+
+    /// The acknowledge to send back to `from`, empty for none; valid until the next call. `now` is when the
+    /// datagram arrived.
+    std::span<const std::uint8_t> handle(std::span<const std::uint8_t> datagram, Peer from, bool broadcast,
+                                         Time now);
+
+    /// When on_timer() wants to be called; Time::max when nothing is awaited.
+    [[nodiscard]] Time deadline() const noexcept;
+    /// The final acknowledge of a command that was first answered with PENDING_ACK, once it is due; empty
+    /// otherwise.
+    std::span<const std::uint8_t> take_due_reply(Time now, Peer& to);
+    /// Runs scheduled actions that are due, and takes control from a controller that has been
+    /// silent for the heartbeat time-out.
+    void on_timer(Time now);
+    /// Gives up control whoever has it (shutdown).
+    void release();
+
+    [[nodiscard]] const ControlCounters& counters() const noexcept { return counters_; }
+    [[nodiscard]] bool controlled() const noexcept { return controller_.ip != 0; }
+
+private:
+    std::span<const std::uint8_t> run(const Request& request, Peer from, bool broadcast, Time now);
+    std::span<const std::uint8_t> acknowledge(const Request& request, Status status, std::size_t payload = 0);
+    std::uint8_t* payload() noexcept { return reply_.data() + gvcp_header_bytes; }
+    Status read_registers(const Request& request, std::size_t& bytes);
+    Status write_registers(const Request& request, std::size_t& entries);
+    [[nodiscard]] bool is_controller(Peer p) const noexcept { return controlled() && p == controller_; }
+    Status write_privilege(std::uint32_t value);
+    [[nodiscard]] Status force_ip(const ForceIpRequest& wanted) const;
+    [[nodiscard]] Time heartbeat_deadline() const noexcept;
+    std::span<const std::uint8_t> postpone(std::span<const std::uint8_t> reply, Peer from, Time now,
+                                           std::uint32_t delay_ms);
+
+    Device& device_;
+    const NetworkInterface network_;
+    SourcePolicy policy_;
+    const bool read_only_;
+    std::uint64_t commands_ = 0; // datagrams from those who may, for fault rules
+    RegisterBank& bank_;
+    ControlCounters counters_;
+    Peer controller_; // ip 0: nobody
+    std::uint32_t privilege_ = 0;
+    Time last_heard_;
+    Peer asking_; // sender of the request in work
+    Time asked_;
+
+    std::array<std::uint8_t, gvcp_max_datagram> reply_{};
+    // The controller's latest request and its answer: a repeated request is answered again, not run again.
+    std::array<std::uint8_t, gvcp_max_datagram> last_request_{};
+    std::array<std::uint8_t, gvcp_max_datagram> last_reply_{};
+    std::size_t last_request_bytes_ = 0, last_reply_bytes_ = 0;
+    // A command answered with PENDING_ACK, and what to answer in the end.
+    std::array<std::uint8_t, gvcp_max_datagram> pending_reply_{};
+    std::size_t pending_reply_bytes_ = 0;
+    Peer pending_peer_;
+    Time pending_due_;
+};
+
+} // namespace obscura::transports::gige

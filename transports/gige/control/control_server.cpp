@@ -1,0 +1,152 @@
+#include "transports/gige/control/control_server.hpp"
+
+#include "core/error.hpp"
+#include "core/realtime.hpp"
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/timerfd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace obscura::transports::gige {
+namespace {
+
+sockaddr_in socket_address(std::uint32_t ip, int port) {
+    sockaddr_in a{};
+    a.sin_family = AF_INET;
+    a.sin_addr.s_addr = htonl(ip);
+    a.sin_port = htons(static_cast<std::uint16_t>(port));
+    return a;
+}
+
+FileDescriptor bind_socket(const NetworkInterface& network, std::uint32_t ip, int port, bool broadcast) {
+    FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    if (fd.get() < 0) throw HardwareError(fmt::format("gige: no socket to be had: {}", std::strerror(errno)));
+    const int on = 1;
+    // Broadcasts go to every camera of the host; the unicast address is ours alone, so there a second
+    // camera is told that the port is taken.
+    if (broadcast) {
+        setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+        // Without CAP_NET_RAW older kernels refuse this; discovery then also answers to other interfaces.
+        setsockopt(fd.get(), SOL_SOCKET, SO_BINDTODEVICE, network.name.c_str(),
+                   static_cast<socklen_t>(network.name.size()));
+    }
+    const sockaddr_in a = socket_address(ip, port);
+    if (bind(fd.get(), reinterpret_cast<const sockaddr*>(&a), sizeof a) != 0) {
+        const int cause = errno;
+        throw HardwareError(fmt::format("gige.port: cannot bind UDP {}:{} on {}: {}{}", dotted(ip), port,
+                                        network.name, std::strerror(cause),
+                                        cause == EADDRINUSE ? " (another camera there?)" : ""));
+    }
+    return fd;
+}
+
+} // namespace
+
+ControlServer::ControlServer(ControlPort& port, const NetworkInterface& network, const Clock& clock,
+                             int udp_port, const ThreadSettings& thread)
+    : port_(port), network_(network), clock_(clock), udp_port_(udp_port), thread_settings_(thread) {}
+
+void ControlServer::start() {
+    sockets_[0] = bind_socket(network_, network_.address, udp_port_, false);
+    sockets_[1] = bind_socket(network_, INADDR_BROADCAST, udp_port_, true);
+    if (network_.broadcast != INADDR_BROADCAST && network_.broadcast != network_.address)
+        sockets_[2] = bind_socket(network_, network_.broadcast, udp_port_, true);
+    epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
+    timer_ = FileDescriptor(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+    stop_event_ = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    const auto watch = [this](int fd) {
+        epoll_event e{};
+        e.events = EPOLLIN;
+        e.data.fd = fd;
+        if (fd >= 0 && epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &e) != 0)
+            throw HardwareError(fmt::format("gige: epoll: {}", std::strerror(errno)));
+    };
+    for (const FileDescriptor& s : sockets_)
+        watch(s.get());
+    watch(timer_.get());
+    watch(stop_event_.get());
+    armed_ = {INT64_MAX};
+    thread_ = std::thread([this] { loop(); });
+}
+
+void ControlServer::stop() {
+    if (!thread_.joinable()) return;
+    const std::uint64_t one = 1;
+    while (write(stop_event_.get(), &one, sizeof one) < 0 && errno == EINTR) {
+    }
+    thread_.join();
+    heartbeat_.rest();
+    port_.release();
+    for (FileDescriptor& s : sockets_)
+        s = {};
+}
+
+void ControlServer::loop() {
+    enter_thread(heartbeat_.name().c_str(), thread_settings_);
+    for (;;) {
+        heartbeat_.beat();
+        constexpr int longest_wait_ms = Heartbeat::longest_wait_ns / ns_per_ms;
+        std::array<epoll_event, 8> events{};
+        const int n =
+            epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), longest_wait_ms);
+        for (int i = 0; i < n; ++i) {
+            const int fd = events[static_cast<std::size_t>(i)].data.fd;
+            if (fd == stop_event_.get()) return;
+            if (fd == timer_.get()) {
+                std::uint64_t expirations = 0;
+                if (read(fd, &expirations, sizeof expirations) < 0 && errno != EAGAIN) continue;
+                armed_ = {INT64_MAX};
+                port_.on_timer(clock_.now());
+                Peer to;
+                if (const auto late = port_.take_due_reply(clock_.now(), to); !late.empty()) {
+                    const sockaddr_in a = socket_address(to.ip, to.port);
+                    sendto(sockets_[0].get(), late.data(), late.size(), MSG_NOSIGNAL,
+                           reinterpret_cast<const sockaddr*>(&a), sizeof a);
+                }
+            } else {
+                serve(fd, fd != sockets_[0].get());
+            }
+        }
+        arm_heartbeat();
+    }
+}
+
+void ControlServer::serve(int fd, bool broadcast) {
+    // A bounded number per round, so that a flood cannot keep the timer and the stop event waiting.
+    for (int i = 0; i < 64; ++i) {
+        std::array<std::uint8_t, 2048> datagram;
+        sockaddr_in from{};
+        socklen_t from_bytes = sizeof from;
+        const ssize_t n = recvfrom(fd, datagram.data(), datagram.size(), MSG_TRUNC,
+                                   reinterpret_cast<sockaddr*>(&from), &from_bytes);
+        if (n < 0) return;
+        if (static_cast<std::size_t>(n) > datagram.size()) continue;
+        const Peer peer{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)};
+        const auto reply =
+            port_.handle({datagram.data(), static_cast<std::size_t>(n)}, peer, broadcast, clock_.now());
+        // Always from the camera's own address; a full socket buffer costs the client a retry.
+        if (!reply.empty())
+            sendto(sockets_[0].get(), reply.data(), reply.size(), MSG_NOSIGNAL,
+                   reinterpret_cast<const sockaddr*>(&from), from_bytes);
+    }
+}
+
+void ControlServer::arm_heartbeat() {
+    // The deadline moves with every command; the timer is only set anew when it has fired or must fire
+    // sooner.
+    const Time due = port_.deadline();
+    if (due.ns == INT64_MAX || due >= armed_) return;
+    itimerspec spec{};
+    spec.it_value.tv_sec = due.ns / ns_per_s;
+    spec.it_value.tv_nsec = due.ns % ns_per_s;
+    timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &spec, nullptr);
+    armed_ = due;
+}
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,561 @@
+#include "transports/gige/genicam/user_xml.hpp"
+
+#include "core/error.hpp"
+#include "transports/gige/registers/features.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace obscura::transports::gige {
+namespace {
+
+/// Where the standard leaves registers to the manufacturer.
+constexpr std::uint64_t manufacturer_begin = 0xA000;
+/// How far behind its first place a register may lie that moves with a selector.
+constexpr std::uint64_t indexed_reach = 0x10000;
+constexpr std::size_t pages_max = 4096; // 16 MiB
+
+/// A choice by its SFNC name.
+struct Word {
+    std::string_view name;
+    std::uint32_t value;
+};
+
+constexpr std::array no_words = std::array<Word, 0>{};
+constexpr std::array acquisition_modes{Word{"Continuous", 0}, Word{"SingleFrame", 1}, Word{"MultiFrame", 2}};
+constexpr std::array on_off{Word{"Off", 0}, Word{"On", 1}};
+// The camera has one trigger line, whatever the number that the real one calls it by.
+constexpr std::array trigger_sources{Word{"Line0", 1},    Word{"Line1", 1},  Word{"Line2", 1},
+                                     Word{"Line3", 1},    Word{"Line4", 1},  Word{"Line5", 1},
+                                     Word{"Software", 0}, Word{"Action1", 2}};
+constexpr std::array exposure_autos{Word{"Off", 0}, Word{"Once", 1}, Word{"Continuous", 2}};
+constexpr std::array overlaps{Word{"Off", 0}, Word{"ReadOut", 1}, Word{"PreviousFrame", 2}};
+constexpr std::array binning_modes{Word{"Sum", 0}, Word{"Average", 1}};
+constexpr std::array pixel_formats{Word{"Mono8", 0x01080001},  Word{"Mono10", 0x01100003},
+                                   Word{"Mono12", 0x01100005}, Word{"Mono14", 0x01100025},
+                                   Word{"Mono16", 0x01100007}, Word{"Mono10p", 0x010A0046},
+                                   Word{"Mono12p", 0x010C0047}};
+constexpr std::array test_patterns{
+    Word{"Off", 0},
+    Word{"Black", 1},
+    Word{"White", 2},
+    Word{"GreyHorizontalRamp", 3},
+    Word{"GreyVerticalRamp", 4},
+    Word{"GreyHorizontalRampMoving", 5},
+    Word{"GreyVerticalRampMoving", 6},
+    Word{"FrameCounter", 7},
+};
+
+/// No register holds this for a choice: an unknown name is refused by it.
+constexpr std::uint32_t unknown_choice = 0xFFFFFFFF;
+
+} // namespace
+
+struct UserXml::Feature {
+    const char* name;
+    std::uint32_t native;
+    enum class Kind : std::uint8_t { setting, shown, command, text } kind = Kind::setting;
+    double scale = 1;                       ///< native word per unit
+    bool negative = false;                  ///< two's complement
+    std::span<const Word> words = no_words; ///< of a choice
+    /// Only the item of a selector that is ours is bound.
+    const char* selector = nullptr;
+    const char* selected = nullptr;
+    bool moves = false; ///< a setting that the camera changes by itself
+};
+
+namespace {
+
+using Feature = UserXml::Feature;
+constexpr auto setting = Feature::Kind::setting, shown = Feature::Kind::shown,
+               command = Feature::Kind::command, text = Feature::Kind::text;
+
+constexpr const char *trigger = "TriggerSelector", *frame_start = "FrameStart";
+constexpr const char *region = "RegionSelector", *region0 = "Region0";
+
+// In the order in which the file is made to show them at start: first what may be anything, then what depends
+// on it.
+constexpr std::array features{
+    Feature{"DeviceVendorName", reg::manufacturer, text},
+    Feature{"DeviceModelName", reg::model, text},
+    Feature{"DeviceVersion", reg::device_version, text},
+    Feature{"DeviceFirmwareVersion", reg::device_version, text},
+    Feature{"DeviceManufacturerInfo", reg::manufacturer_info, text},
+    Feature{"DeviceSerialNumber", reg::serial, text},
+    Feature{"DeviceID", reg::serial, text},
+    Feature{"DeviceUserID", reg::user_name, text},
+    Feature{"SensorWidth", feature::sensor_width, shown},
+    Feature{"SensorHeight", feature::sensor_height, shown},
+    Feature{"BinningHorizontal", feature::binning_horizontal},
+    Feature{"BinningVertical", feature::binning_vertical},
+    Feature{"BinningHorizontalMode", feature::binning_horizontal_mode, setting, 1, false, binning_modes},
+    Feature{"BinningVerticalMode", feature::binning_vertical_mode, setting, 1, false, binning_modes},
+    Feature{"WidthMax", feature::width_max, shown},
+    Feature{"HeightMax", feature::height_max, shown},
+    Feature{"OffsetX", feature::offset_x, setting, 1, false, no_words, region, region0},
+    Feature{"OffsetY", feature::offset_y, setting, 1, false, no_words, region, region0},
+    Feature{"Width", feature::width, setting, 1, false, no_words, region, region0},
+    Feature{"Height", feature::height, setting, 1, false, no_words, region, region0},
+    Feature{"PixelFormat", feature::pixel_format, setting, 1, false, pixel_formats},
+    Feature{"TestPattern", feature::test_pattern, setting, 1, false, test_patterns},
+    Feature{"TestImageSelector", feature::test_pattern, setting, 1, false, test_patterns},
+    Feature{"PayloadSize", feature::payload_size, shown},
+    Feature{"AcquisitionMode", feature::acquisition_mode, setting, 1, false, acquisition_modes},
+    Feature{"AcquisitionFrameCount", feature::acquisition_frame_count},
+    Feature{"AcquisitionBurstFrameCount", feature::burst_frame_count},
+    Feature{"AcquisitionFrameRate", feature::frame_rate, setting, 1000},
+    Feature{"AcquisitionFrameRateAbs", feature::frame_rate, setting, 1000},
+    Feature{"AcquisitionFrameRateEnable", feature::frame_rate_enable},
+    Feature{"ResultingFrameRate", feature::resulting_frame_rate, shown, 1000},
+    Feature{"ResultingFrameRateAbs", feature::resulting_frame_rate, shown, 1000},
+    Feature{"SensorReadoutTime", feature::readout_time, shown, 100},
+    Feature{"TriggerMode", feature::trigger_mode, setting, 1, false, on_off, trigger, frame_start},
+    Feature{"TriggerSource", feature::trigger_source, setting, 1, false, trigger_sources, trigger,
+            frame_start},
+    Feature{"TriggerDelay", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
+    Feature{"TriggerDelayAbs", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
+    Feature{"TriggerDivider", feature::trigger_divider, setting, 1, false, no_words, trigger, frame_start},
+    Feature{"TriggerOverlap", feature::trigger_overlap, setting, 1, false, overlaps, trigger, frame_start},
+    Feature{"ExposureTime", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
+    Feature{"ExposureTimeAbs", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
+    Feature{"ExposureAuto", feature::exposure_auto, setting, 1, false, exposure_autos, nullptr, nullptr,
+            true},
+    Feature{"Gain", feature::gain, setting, 1000, true},
+    Feature{"BlackLevel", feature::black_level, setting, 1000, true},
+    Feature{"DeviceTemperature", feature::temperature, shown, 1000, true},
+    Feature{"LineStatusAll", feature::line_status_all, shown},
+    Feature{"AcquisitionStart", feature::acquisition_start, command},
+    Feature{"AcquisitionStop", feature::acquisition_stop, command},
+    Feature{"AcquisitionAbort", feature::acquisition_abort, command},
+    Feature{"TriggerSoftware", feature::trigger_software, command},
+    Feature{"DeviceReset", feature::device_reset, command},
+};
+
+bool overlap(std::uint64_t a_begin, std::uint64_t a_end, std::uint64_t b_begin, std::uint64_t b_end) {
+    return a_begin < b_end && b_begin < a_end;
+}
+
+} // namespace
+
+std::string read_xml_file(const std::string& file) {
+    constexpr std::uintmax_t bytes_max = 16U << 20;
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    if (error) throw ConfigError(fmt::format("gige.xml: {}: {}", file, error.message()));
+    if (bytes == 0 || bytes > bytes_max)
+        throw ConfigError(fmt::format("gige.xml: {}: {} bytes, allowed are 1 to {}", file, bytes, bytes_max));
+    std::ifstream in(file, std::ios::binary);
+    std::string text(std::istreambuf_iterator<char>(in), {});
+    if (!in) throw ConfigError(fmt::format("gige.xml: {}: cannot be read", file));
+    return text;
+}
+
+void check_xml_file(const std::string& file) {
+    struct Nowhere final : GenicamEngine::Memory {
+        bool load(std::uint64_t, std::span<std::uint8_t>) override { return false; }
+        bool store(std::uint64_t, std::span<const std::uint8_t>) override { return false; }
+    } nowhere;
+    const auto quiet = GenicamEngine::hush();
+    const std::string text = read_xml_file(file);
+    try {
+        const GenicamEngine engine(text, nowhere);
+    } catch (const ConfigError& e) {
+        throw ConfigError(fmt::format("gige.xml: {}: {}", file, e.what()));
+    }
+}
+
+UserXml::UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native)
+    : name_(std::filesystem::path(file).filename().string()), xml_(std::move(xml)), native_(native) {
+    const auto quiet = GenicamEngine::hush();
+    try {
+        engine_ = std::make_unique<GenicamEngine>(xml_, static_cast<GenicamEngine::Memory&>(*this));
+    } catch (const ConfigError& e) {
+        throw ConfigError(fmt::format("gige.xml: {}: {}", file, e.what()));
+    }
+    map_registers();
+    bind();
+    preset(file, values);
+}
+
+std::string UserXml::url() const {
+    // The name is for people; what a URL cannot hold is left out.
+    std::string name;
+    for (const char c : name_)
+        if ((std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.') &&
+            name.size() < 60)
+            name += c;
+    return fmt::format("Local:{};{:X};{:X}", name, xml_address_, xml_.size());
+}
+
+void UserXml::map_registers() {
+    ranges_ = engine_->registers();
+    std::sort(ranges_.begin(), ranges_.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+    for (const auto& r : ranges_) {
+        longest_range_ = std::max(longest_range_, r.end - r.begin);
+        if (r.begin < manufacturer_begin) continue;
+        const std::uint64_t last =
+            std::min<std::uint64_t>(r.end - 1 + (r.indexed ? indexed_reach : 0), UINT32_MAX);
+        for (std::uint64_t page = r.begin / page_bytes; page <= last / page_bytes; ++page)
+            known_pages_[page] = true;
+    }
+    // The file itself goes where nothing else is.
+    const std::uint64_t room = (xml_.size() + page_bytes) / page_bytes;
+    for (xml_address_ = 0x0010'0000; xml_address_ < 0xF000'0000; xml_address_ += 0x0010'0000) {
+        const auto next = known_pages_.lower_bound(xml_address_ / page_bytes);
+        if (next == known_pages_.end() || next->first >= xml_address_ / page_bytes + room) break;
+    }
+}
+
+bool UserXml::known(std::uint64_t address) const {
+    if (address >= manufacturer_begin && address <= UINT32_MAX)
+        return known_pages_.count(address / page_bytes) != 0;
+    return std::any_of(ranges_.begin(), ranges_.end(),
+                       [&](const auto& r) { return address >= r.begin && address < r.end; });
+}
+
+bool UserXml::may_write(std::uint64_t address, std::size_t bytes) const {
+    // A byte that any register makes writable, or that none knows of (indexed ones), is.
+    for (std::uint64_t at = address; at < address + bytes; ++at) {
+        bool named = false, writable = false;
+        auto r =
+            std::lower_bound(ranges_.begin(), ranges_.end(), at >= longest_range_ ? at - longest_range_ : 0,
+                             [](const auto& range, std::uint64_t a) { return range.begin < a; });
+        for (; r != ranges_.end() && r->begin <= at; ++r) {
+            if (at >= r->end) continue;
+            named = true;
+            writable = writable || r->writable;
+        }
+        if (named && !writable) return false;
+    }
+    return true;
+}
+
+std::uint8_t* UserXml::cell(std::uint64_t address, bool create) {
+    auto page = pages_.find(address / page_bytes);
+    if (page == pages_.end()) {
+        if (!create || pages_.size() >= pages_max) return nullptr;
+        page = pages_.try_emplace(address / page_bytes).first;
+    }
+    return &page->second[address % page_bytes];
+}
+
+std::uint8_t UserXml::peek(std::uint64_t address) const {
+    const auto page = pages_.find(address / page_bytes);
+    return page == pages_.end() ? std::uint8_t{0} : page->second[address % page_bytes];
+}
+
+bool UserXml::load(std::uint64_t address, std::span<std::uint8_t> out) {
+    if (address + out.size() > std::uint64_t{UINT32_MAX} + 1) return false;
+    if (noting_loads_ != nullptr) noting_loads_->push_back({address, address + out.size(), false, false});
+    if (recording_ != nullptr) {
+        std::fill(out.begin(), out.end(), fill_);
+        return true;
+    }
+    if (address < manufacturer_begin && native_.find(static_cast<std::uint32_t>(address)) != nullptr)
+        return native_.read(static_cast<std::uint32_t>(address), out) == Status::success;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        if (!known(address + i)) return false;
+        out[i] = peek(address + i);
+    }
+    return true;
+}
+
+bool UserXml::store(std::uint64_t address, std::span<const std::uint8_t> bytes) {
+    if (address + bytes.size() > std::uint64_t{UINT32_MAX} + 1) return false;
+    if (recording_ != nullptr) {
+        recording_->push_back({address, {bytes.begin(), bytes.end()}});
+        return true;
+    }
+    if (address < manufacturer_begin && native_.find(static_cast<std::uint32_t>(address)) != nullptr) {
+        std::size_t done = 0;
+        return native_.write(static_cast<std::uint32_t>(address), bytes, done) == Status::success;
+    }
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        std::uint8_t* c = known(address + i) ? cell(address + i, true) : nullptr;
+        if (c == nullptr) return false;
+        *c = bytes[i];
+    }
+    return true;
+}
+
+bool UserXml::applies(const Feature& f) {
+    std::string chosen;
+    return f.selector == nullptr || !engine_->get(f.selector, chosen) || chosen == f.selected;
+}
+
+bool UserXml::value_of(const Feature& f, std::uint32_t& word) {
+    if (!f.words.empty()) {
+        std::string name;
+        if (!engine_->get(f.name, name)) return false;
+        const auto at =
+            std::find_if(f.words.begin(), f.words.end(), [&](const Word& w) { return w.name == name; });
+        word = at == f.words.end() ? unknown_choice : at->value;
+        return true;
+    }
+    double value = 0;
+    if (!engine_->get(f.name, value)) return false;
+    value = std::round(value * f.scale);
+    const double low = f.negative ? INT32_MIN : 0, high = f.negative ? INT32_MAX : UINT32_MAX;
+    // Out of range in a way that the register behind refuses.
+    if (value < low || value > high) value = f.negative ? low : high;
+    word = f.negative ? static_cast<std::uint32_t>(static_cast<std::int32_t>(value))
+                      : static_cast<std::uint32_t>(value);
+    return true;
+}
+
+bool UserXml::show(Binding& b) {
+    const Feature& f = *b.feature;
+    if (f.kind == Feature::Kind::text) return engine_->set(f.name, native_.text(f.native));
+    if (!applies(f)) return true;
+    std::uint32_t word = 0, shows = 0;
+    if (native_.read_word(f.native, word) != Status::success) return false;
+    if (value_of(f, shows) && shows == word) {
+        b.last = word;
+        return true;
+    }
+    bool taken = false;
+    if (!f.words.empty()) {
+        // Of several names for the same thing the first that the file has.
+        for (const Word& w : f.words)
+            if (w.value == word && !taken) taken = engine_->set(f.name, std::string(w.name));
+    } else {
+        const double value = f.negative ? static_cast<double>(static_cast<std::int32_t>(word)) : word;
+        taken = engine_->set(f.name, value / f.scale);
+    }
+    b.last = word;
+    return taken;
+}
+
+void UserXml::show_all() {
+    for (Binding& b : bindings_)
+        if (b.feature->kind != Feature::Kind::text) show(b);
+}
+
+Status UserXml::take_changes() {
+    for (Binding& b : bindings_) {
+        std::uint32_t word = 0;
+        if (b.feature->kind != Feature::Kind::setting || !applies(*b.feature) ||
+            !value_of(*b.feature, word) || word == b.last)
+            continue;
+        std::uint32_t now = 0;
+        native_.read_word(b.feature->native, now);
+        if (word != now)
+            if (const Status status = native_.write_word(b.feature->native, word); status != Status::success)
+                return status;
+        b.last = word;
+    }
+    return Status::success;
+}
+
+bool UserXml::record_command(Binding& b) {
+    std::vector<Recorded> first, second;
+    for (auto [fill, into] : {std::pair{std::uint8_t{0}, &first}, std::pair{std::uint8_t{0xFF}, &second}}) {
+        fill_ = fill;
+        recording_ = into;
+        engine_->execute(b.feature->name);
+        recording_ = nullptr;
+    }
+    if (first.size() != 1 || second.size() != 1 || first[0].address != second[0].address ||
+        first[0].bytes.size() != second[0].bytes.size() || first[0].bytes.empty())
+        return false;
+    b.address = first[0].address;
+    b.bytes = first[0].bytes;
+    // Bits that come out the same whatever was there before are the command's.
+    for (std::size_t i = 0; i < b.bytes.size(); ++i)
+        b.mask.push_back(static_cast<std::uint8_t>(~(first[0].bytes[i] ^ second[0].bytes[i])));
+    return true;
+}
+
+void UserXml::record_value(Binding& b) {
+    noting_loads_ = &b.touched;
+    std::uint32_t word = 0;
+    std::string name;
+    if (!value_of(*b.feature, word)) engine_->get(b.feature->name, name);
+    noting_loads_ = nullptr;
+}
+
+void UserXml::bind() {
+    using Kind = GenicamEngine::Kind;
+    std::string driven, absent, odd;
+    const auto list = [](std::string& to, const std::string& what) { to += (to.empty() ? "" : ", ") + what; };
+    // Where the file's camera has several triggers or regions, what is selected at first is ours.
+    for (const Feature& f : features)
+        if (f.selector != nullptr) engine_->set(f.selector, std::string(f.selected));
+    for (const Feature& f : features) {
+        const Kind kind = engine_->kind(f.name);
+        const bool fits = f.kind == command               ? kind == Kind::command
+                          : f.kind == Feature::Kind::text ? kind == Kind::text
+                          : !f.words.empty()              ? kind == Kind::choice
+                                                          : kind == Kind::number || kind == Kind::flag;
+        if (!fits) {
+            list(kind == Kind::absent ? absent : odd,
+                 kind == Kind::absent ? std::string(f.name) : fmt::format("{} (of another type)", f.name));
+            continue;
+        }
+        Binding b;
+        b.feature = &f;
+        if (f.kind == command) {
+            if (record_command(b)) {
+                commands_.push_back(std::move(b));
+                list(driven, f.name);
+            } else {
+                list(odd, fmt::format("{} (writes no register)", f.name));
+            }
+            continue;
+        }
+        show(b);
+        if (f.kind != Feature::Kind::text) {
+            std::uint32_t shows = 0, is = 0;
+            native_.read_word(f.native, is);
+            if (applies(f) && (!value_of(f, shows) || shows != is)) {
+                // The file cannot say what the camera does, so the camera does what the file says, if it can.
+                const bool good = f.kind == setting && shows != unknown_choice &&
+                                  native_.write_word(f.native, shows) == Status::success;
+                if (!good) {
+                    list(odd, fmt::format("{} (the file's value is not the camera's)", f.name));
+                    continue;
+                }
+                b.last = shows;
+            }
+        }
+        record_value(b);
+        bindings_.push_back(std::move(b));
+        list(driven, f.name);
+    }
+    show_all();
+    report_ = fmt::format("{}: {} registers; driven: {}; not in the file: {}{}{}", name_, ranges_.size(),
+                          driven.empty() ? "nothing" : driven, absent.empty() ? "nothing" : absent,
+                          odd.empty() ? "" : "; not driven: ", odd);
+}
+
+void UserXml::preset(const std::string& file, const std::string& values) {
+    for (std::size_t begin = 0; begin < values.size();) {
+        const std::size_t end = std::min(values.find(',', begin), values.size());
+        const std::string item = values.substr(begin, end - begin);
+        begin = end + 1;
+        const auto trimmed = [](const std::string& s) {
+            const std::size_t from = s.find_first_not_of(" \t\n"), to = s.find_last_not_of(" \t\n");
+            return from == std::string::npos ? std::string() : s.substr(from, to - from + 1);
+        };
+        if (trimmed(item).empty()) continue;
+        const std::size_t equals = item.find('=');
+        const std::string name = trimmed(item.substr(0, equals));
+        const std::string value = equals == std::string::npos ? "" : trimmed(item.substr(equals + 1));
+        if (equals == std::string::npos || !engine_->set(name, value))
+            throw ConfigError(fmt::format(
+                "gige.xml_values: \"{}\": {}, allowed is Feature=value of a feature in {}", trimmed(item),
+                equals == std::string::npos                          ? "no ="
+                : engine_->kind(name) == GenicamEngine::Kind::absent ? "no such feature"
+                                                                     : "cannot be set so",
+                file));
+        if (take_changes() != Status::success)
+            throw ConfigError(
+                fmt::format("gige.xml_values: \"{}\": outside what the camera allows", trimmed(item)));
+    }
+    show_all();
+}
+
+Status UserXml::read(std::uint32_t address, std::span<std::uint8_t> out) {
+    if (address % 4 != 0) return Status::bad_alignment;
+    if (out.size() % 4 != 0) return Status::invalid_parameter;
+    for (Binding& b : bindings_)
+        if ((b.feature->kind == shown || b.feature->moves) &&
+            std::any_of(b.touched.begin(), b.touched.end(), [&](const auto& r) {
+                return overlap(address, std::uint64_t{address} + out.size(), r.begin, r.end);
+            }))
+            show(b);
+    for (std::size_t done = 0; done < out.size(); done += 4) {
+        const std::uint64_t at = std::uint64_t{address} + done;
+        const auto word = out.subspan(done, 4);
+        if (at > UINT32_MAX) return Status::invalid_address;
+        if (at >= xml_address_ && at < xml_address_ + xml_.size()) {
+            std::fill(word.begin(), word.end(), std::uint8_t{0});
+            const std::size_t from = at - xml_address_;
+            std::memcpy(word.data(), xml_.data() + from, std::min<std::size_t>(4, xml_.size() - from));
+        } else if (at < manufacturer_begin && native_.find(static_cast<std::uint32_t>(at)) != nullptr) {
+            if (const Status status = native_.read(static_cast<std::uint32_t>(at), word);
+                status != Status::success)
+                return status;
+        } else {
+            if (!known(at)) return Status::invalid_address;
+            for (std::size_t i = 0; i < 4; ++i)
+                word[i] = peek(at + i);
+        }
+    }
+    return Status::success;
+}
+
+Status UserXml::run_commands(std::uint64_t address, std::size_t bytes) {
+    for (Binding& b : commands_) {
+        if (!overlap(address, address + bytes, b.address, b.address + b.bytes.size())) continue;
+        bool given = true;
+        for (std::size_t i = 0; i < b.bytes.size(); ++i)
+            given = given && ((peek(b.address + i) ^ b.bytes[i]) & b.mask[i]) == 0;
+        if (!given) continue;
+        // Done as soon as answered: the register shows something else than the command again.
+        for (std::size_t i = 0; i < b.bytes.size(); ++i)
+            if (std::uint8_t* c = cell(b.address + i, true)) *c = static_cast<std::uint8_t>(*c & ~b.mask[i]);
+        const Status status = native_.write_word(b.feature->native, 1);
+        show_all();
+        if (status != Status::success) return status;
+    }
+    return Status::success;
+}
+
+Status UserXml::write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done) {
+    done = 0;
+    if (address % 4 != 0) return Status::bad_alignment;
+    if (bytes.size() % 4 != 0) return Status::invalid_parameter;
+    // Stretches that are either bootstrap registers or memory.
+    const auto is_native = [this](std::uint64_t at) {
+        return at < manufacturer_begin && native_.find(static_cast<std::uint32_t>(at)) != nullptr;
+    };
+    while (done < bytes.size()) {
+        const std::uint64_t at = std::uint64_t{address} + done;
+        if (at > UINT32_MAX) return Status::invalid_address;
+        const bool native = is_native(at);
+        std::size_t n = 4;
+        while (done + n < bytes.size() && is_native(at + n) == native)
+            n += 4;
+        const auto part = bytes.subspan(done, n);
+        if (native) {
+            std::size_t written = 0;
+            const Status status = native_.write(static_cast<std::uint32_t>(at), part, written);
+            done += written;
+            if (status != Status::success) return status;
+            show_all(); // a bootstrap register may be a feature's, PayloadSize may follow
+            continue;
+        }
+        if (at >= xml_address_ && at < xml_address_ + xml_.size()) return Status::write_protect;
+        if (at + n > std::uint64_t{UINT32_MAX} + 1) return Status::invalid_address;
+        for (std::size_t i = 0; i < n; ++i)
+            if (!known(at + i)) return Status::invalid_address;
+        if (!may_write(at, n)) return Status::write_protect;
+        std::vector<std::uint8_t> before(n);
+        for (std::size_t i = 0; i < n; ++i)
+            before[i] = peek(at + i);
+        if (!store(at, part)) return Status::error;
+        Status status = take_changes();
+        if (status == Status::success) {
+            status = run_commands(at, n);
+            if (status != Status::success) return status;
+        } else {
+            store(at, before);
+            take_changes();
+            show_all();
+            return status;
+        }
+        show_all();
+        done += n;
+    }
+    return Status::success;
+}
+
+} // namespace obscura::transports::gige

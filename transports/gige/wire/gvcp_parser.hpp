@@ -1,0 +1,59 @@
+// From the bytes of one datagram to a checked GVCP request: a pure function, safe for any input.
+#pragma once
+
+#include "transports/gige/wire/gvcp.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace obscura::transports::gige {
+
+/// Which packets of which block a receiver misses.
+struct ResendRequest {
+    std::uint16_t channel = 0;
+    std::uint64_t block_id = 0;
+    std::uint32_t first = 0, last = 0; ///< inclusive; all ones in `last` means "to the end of the block"
+    bool extended = false;             ///< asked with 64-bit ids
+    /// Asked from the socket that receives the stream or the controller's own, not only from such a host.
+    bool trusted = true;
+};
+
+struct ActionRequest {
+    std::uint32_t device_key = 0, group_key = 0, group_mask = 0;
+    bool scheduled = false;
+    std::uint64_t instant_ns = 0; ///< device time stamp; scheduled only
+};
+
+struct ForceIpRequest {
+    std::uint64_t mac = 0;
+    std::uint32_t ip = 0, mask = 0, gateway = 0;
+};
+
+/// What one datagram asks for.
+struct Request {
+    enum class Kind : std::uint8_t {
+        ignore, ///< say nothing
+        reject, ///< acknowledge with `status`
+        run,    ///< well formed
+    };
+    Kind kind = Kind::ignore;
+    Status status = Status::success;
+    Command command{};
+    std::uint16_t id = 0;
+    std::uint8_t flags = 0;
+    std::span<const std::uint8_t> payload; ///< inside the datagram
+    std::uint32_t address = 0;             ///< READMEM, WRITEMEM
+    std::uint16_t count = 0;               ///< READMEM: bytes; READREG, WRITEREG: entries
+    ResendRequest resend;
+    ActionRequest action;
+    ForceIpRequest force_ip;
+
+    [[nodiscard]] bool wants_ack() const noexcept { return (flags & gvcp_flag::ack_required) != 0; }
+};
+
+/// `broadcast`: the datagram was not sent to this device alone; then only DISCOVERY, FORCEIP and ACTION
+/// count. Answers after the GVCP rules: garbage is ignored, what has a sound header but wrong contents is
+/// rejected.
+[[nodiscard]] Request parse_gvcp(std::span<const std::uint8_t> datagram, bool broadcast) noexcept;
+
+} // namespace obscura::transports::gige
