@@ -563,7 +563,7 @@ std::string between(const std::string& text, const std::string& from, const std:
 
 /// Reads the file as text: it is ours, and laid out as it is.
 std::vector<XmlRegister> xml_registers() {
-    std::ifstream file(OBSCURA_SOURCE_DIR "/transports/gige/camera.xml");
+    std::ifstream file(OBSCURA_SOURCE_DIR "/transports/gige/genicam/camera.xml");
     const std::string xml(std::istreambuf_iterator<char>(file), {});
     // The largest value of a selector: of the integer itself, or of the one that shows its register.
     const auto maximum = [&](const std::string& index) {

@@ -1,9 +1,9 @@
 # cmake -DSOURCE=... -DFOLDER=... -P same_xml_bytes.cmake: camera.xml becomes the same bytes whenever it is embedded.
 foreach(time first second)
     file(MAKE_DIRECTORY "${FOLDER}/${time}")
-    file(COPY_FILE "${SOURCE}/transports/gige/camera.xml" "${FOLDER}/${time}/camera.xml")
+    file(COPY_FILE "${SOURCE}/transports/gige/genicam/camera.xml" "${FOLDER}/${time}/camera.xml")
     execute_process(COMMAND "${CMAKE_COMMAND}" "-DXML=${FOLDER}/${time}/camera.xml" "-DZIP=${FOLDER}/${time}.zip"
-                            "-DOUT=${FOLDER}/${time}.cpp" -P "${SOURCE}/transports/gige/embed_xml.cmake"
+                            "-DOUT=${FOLDER}/${time}.cpp" -P "${SOURCE}/transports/gige/genicam/embed_xml.cmake"
                     COMMAND_ERROR_IS_FATAL ANY)
     if(time STREQUAL first)
         execute_process(COMMAND "${CMAKE_COMMAND}" -E sleep 2) # the archive counts in seconds
