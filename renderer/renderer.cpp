@@ -7,9 +7,9 @@
 #include "renderer/camera/psf.hpp"
 #include "renderer/camera/stray_light.hpp"
 #include "renderer/integrators/block_tracer.hpp"
-#include "renderer/integrators/lattice.hpp"
 #include "renderer/integrators/layers.hpp"
 #include "renderer/integrators/path_tracer.hpp"
+#include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/lights/star_field.hpp"
@@ -84,9 +84,9 @@ struct Scratch {
 
 /// What the rows of a band have in common.
 struct Band {
-    std::vector<std::uint32_t> stars;    ///< that some row may show
-    std::optional<LatticeKernel> kernel; ///< of `lattice`; none: each pixel has samples of its own
-    Lattice lattice;
+    std::vector<std::uint32_t> stars;       ///< that some row may show
+    std::optional<SampleGridKernel> kernel; ///< of `grid`; none: each pixel has samples of its own
+    SampleGrid grid;
 };
 
 /// Whether any body is larger than pixels.
@@ -101,8 +101,8 @@ struct Renderer::Impl {
     RenderSettings settings;
     unsigned threads;
     std::unique_ptr<const Projection> lens;
-    Footprint footprint;
-    std::unique_ptr<const Psf> psf; ///< if any, instead of the footprint
+    GaussianPsf gaussian_psf;
+    std::unique_ptr<const Psf> psf; ///< if any, instead of the Gaussian
     std::vector<BuiltBody> bodies;
     StarField stars;
     std::vector<StrayMap> stray;
@@ -123,7 +123,7 @@ struct Renderer::Impl {
           settings(r),
           threads(r.threads > 0 ? r.threads : std::max(1u, std::thread::hardware_concurrency())),
           lens(make_projection(scene.camera)),
-          footprint(scene.camera.psf_sigma_px),
+          gaussian_psf(scene.camera.psf_sigma_px),
           psf(Psf::make(scene.camera, scene.bands)),
           bodies(build_bodies(scene)),
           stars(scene.stars, scene.bands),
@@ -139,7 +139,7 @@ struct Renderer::Impl {
         lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
         plain = settings.max_bounces == 0 && scene.lamps.empty() && !(psf && psf->chromatic()) &&
                 std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
-                    return b.colour.empty() && b.emission.empty() && (!b.paint || b.paint->grey());
+                    return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey());
                 });
     }
 
@@ -181,7 +181,7 @@ struct Renderer::Impl {
     void with_tracer(Scratch& s, const Use& use) const;
     /// Whether the rows can share one grid of samples: they see one instant.
     [[nodiscard]] bool shares_samples(const RenderRequest& request, Scratch& s) const;
-    bool fill_lattice(const RenderRequest& request, const std::atomic<bool>* cancel, Band& band) const;
+    bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel, Band& band) const;
     void render_row(const RenderRequest& request, const Band& band, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
     /// Adds the light of the row's instant, number `part` of `parts` that share the samples of pixels.
@@ -198,10 +198,10 @@ struct Renderer::Impl {
                 settings.target_error * std::sqrt(parts), part};
     }
     /// The farthest that a camera sample is displaced, along an axis.
-    [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : footprint.reach_px(); }
+    [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
     /// The farthest that a point of light is seen from where it is projected.
     [[nodiscard]] double splat_reach_px() const {
-        return psf ? std::max(psf->reach_px(), psf->wings_px()) : footprint.splat_reach_px();
+        return psf ? std::max(psf->reach_px(), psf->wings_px()) : gaussian_psf.splat_reach_px();
     }
     enum class SplatParts : std::uint8_t { all, wings };
     /// Adds what row `y` gets of the light `amount`, by channel, of a point.
@@ -295,30 +295,30 @@ void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
 bool Renderer::Impl::shares_samples(const RenderRequest& request, Scratch& s) const {
     // More than two samples a pixel are somebody's wish.
     return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
-           LatticeKernel::fits(footprint) &&
+           SampleGridKernel::fits(gaussian_psf) &&
            std::all_of(request.row_times.begin(), request.row_times.end(), [&](const RowTime& t) {
                return t.mid() == request.row_times.front().mid() && exposure(request, t, 0, s).points == 1;
            });
 }
 
-bool Renderer::Impl::fill_lattice(const RenderRequest& request, const std::atomic<bool>* cancel,
-                                  Band& band) const {
+bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
+                                      Band& band) const {
     band.kernel.reset();
     if (request.rows == 0 || !shares_samples(request, scratch.local())) return true;
-    band.kernel.emplace(footprint, settings.seed, request.frame_id);
-    Lattice& lattice = band.lattice;
-    lattice.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
-                  band.kernel->reach);
+    band.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
+    SampleGrid& grid = band.grid;
+    grid.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
+               band.kernel->reach);
     const double time_s = to_seconds(request.row_times.front().mid().ns);
-    return for_rows(lattice.height(), cancel, [&](std::int32_t r, Scratch& s) {
+    return for_rows(grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
         begin_row(time_s, 1, s);
         if (!resolves_any(s.row)) return;
         with_tracer(s, [&](Tracer& tracer) {
             const Sampling how = sampling(request);
-            BlockTracer blocks(*s.lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
-            const std::int32_t first = BlockTracer::block_of(lattice.first_x());
-            for (std::int32_t block = 0; block < lattice.width() / packet_size; ++block)
-                blocks.trace_lattice(first + block, lattice.first_y() + r, *band.kernel, lattice);
+            BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
+            const std::int32_t first = BlockTracer::block_of(grid.first_x());
+            for (std::int32_t block = 0; block < grid.width() / packet_size; ++block)
+                blocks.trace_grid(first + block, grid.first_y() + r, *band.kernel, grid);
         });
     });
 }
@@ -329,12 +329,12 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     const auto width = static_cast<std::size_t>(request.window.width);
     const Sampling how = sampling(request, part, parts);
     const double share = 1.0 / parts;
-    BlockTracer blocks(*s.lens, footprint, psf.get(), how, s.row, tracer, s.candidates);
+    BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
         BlockResult result;
         if (!blocks.trace(block, y, result, band.kernel ? &*band.kernel : nullptr,
-                          band.kernel ? &band.lattice : nullptr))
+                          band.kernel ? &band.grid : nullptr))
             continue;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;
@@ -366,10 +366,10 @@ void Renderer::Impl::splat_point(const RenderRequest& request, std::int32_t y, I
     };
     const double dy = y - at.y;
     if (!psf) {
-        const double row_share = footprint.weight(at.y, y);
+        const double row_share = gaussian_psf.weight(at.y, y);
         if (row_share == 0) return;
-        over(footprint.splat_reach_px(),
-             [&](std::int32_t column, std::size_t) { return row_share * footprint.weight(at.x, column); });
+        over(gaussian_psf.splat_reach_px(),
+             [&](std::int32_t column, std::size_t) { return row_share * gaussian_psf.weight(at.x, column); });
         return;
     }
     if (parts == SplatParts::all && std::abs(dy) < psf->reach_px())
@@ -582,7 +582,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     Band& band = impl_->band_scratch.local();
     impl_->find_stars(request, band.stars);
-    return impl_->fill_lattice(request, cancel, band) &&
+    return impl_->fill_sample_grid(request, cancel, band) &&
            impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
                impl_->render_row(request, band, r, irradiance, scratch);
            });

@@ -28,8 +28,8 @@ struct RenderSettings {
     /// over the lit pixels, is at most about this share of the lit body's brightness or of the pixel's own,
     /// whichever is larger. With `samples_per_pixel` 1 or 2, a PSF of 0.4 to 0.75 px and rows that see one
     /// instant, pixels begin with one ray each, which neighbours share through the PSF
-    /// (renderer/integrators/lattice.hpp); else with that many of their own (2 at least; 4 for errors below
-    /// 0.02). 0: `samples_per_pixel` everywhere.
+    /// (renderer/integrators/sample_grid.hpp); else with that many of their own (2 at least; 4 for errors
+    /// below 0.02). 0: `samples_per_pixel` everywhere.
     double target_error = 0;
     std::uint32_t max_samples_per_pixel = 64; ///< with target_error
     /// Reflections after the first, at least the scene's own number: 0 is direct light only. Needed for light

@@ -11,9 +11,9 @@ namespace obscura::renderer {
 /// Separable, in pixels. A camera sample of a pixel is displaced by offset(u), offset(v); a point source at x
 /// gives pixel i the share weight(x, i) along an axis. Both describe the same response. sigma 0: the pixel's
 /// square alone.
-class Footprint {
+class GaussianPsf {
 public:
-    explicit Footprint(double sigma_px);
+    explicit GaussianPsf(double sigma_px);
 
     /// Inverse of the cumulative response of a pixel along one axis: a box of 1 px convolved with the
     /// Gaussian. Tabulated; the outermost 1/2048 of the light ends at the quantile 1/32768.

@@ -45,7 +45,7 @@ private:
 /// beyond are added source by source. Immutable; any thread.
 class Psf {
 public:
-    /// None for a plain Gaussian, which Footprint knows better. Throws ConfigError or InputError.
+    /// None for a plain Gaussian, which GaussianPsf knows better. Throws ConfigError or InputError.
     static std::unique_ptr<const Psf> make(const scene::Camera& camera,
                                            const std::vector<SpectralBand>& bands);
 

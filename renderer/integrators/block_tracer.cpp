@@ -41,11 +41,11 @@ struct BlockTracer::Batch {
     int lanes = 0;           ///< in the one after those
 };
 
-BlockTracer::BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
+BlockTracer::BlockTracer(const Projection& projection, const GaussianPsf& gaussian_psf, const Psf* psf,
                          const Sampling& sampling, const RowState& row, Tracer& tracer,
                          std::vector<std::int32_t>& candidates)
     : projection_(projection),
-      footprint_(footprint),
+      gaussian_psf_(gaussian_psf),
       psf_(psf),
       sampling_(sampling),
       row_(row),
@@ -102,13 +102,13 @@ std::uint32_t BlockTracer::samples_for(double spread, double aim, std::uint32_t 
     return std::min(count, most);
 }
 
-void BlockTracer::take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
-                            BlockResult& result, std::uint32_t (&wanted)[packet_size]) const {
+void BlockTracer::take_smooth(const SampleGridKernel& kernel, const SampleGrid& grid, const NearBodies& near,
+                              BlockResult& result, std::uint32_t (&wanted)[packet_size]) const {
     const std::size_t channels = tracer_.channels();
     Doubles mean{};
     for (std::size_t c = 0; c < channels; ++c) {
         Doubles value;
-        lattice.gather(kernel, c, first_x_, y_, value);
+        grid.gather(kernel, c, first_x_, y_, value);
         for (int i = 0; i < packet_size; ++i) {
             result.mean[c][i] = value.v[i];
             mean.v[i] += value.v[i] / static_cast<double>(channels);
@@ -117,7 +117,7 @@ void BlockTracer::take_calm(const LatticeKernel& kernel, const Lattice& lattice,
     const double floor = std::pow(kernel.noise, -3.0);
     Doubles deviation;
     Doubles residual;
-    lattice.roughness(channels, first_x_, y_, deviation, residual);
+    grid.roughness(channels, first_x_, y_, deviation, residual);
     for (int i = 0; i < packet_size; ++i) {
         wanted[i] = 0;
         const double error = kernel.noise * residual.v[i];
@@ -133,21 +133,21 @@ void BlockTracer::take_calm(const LatticeKernel& kernel, const Lattice& lattice,
     }
 }
 
-bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result, const LatticeKernel* kernel,
-                        const Lattice* lattice) {
+bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
+                        const SampleGridKernel* kernel, const SampleGrid* grid) {
     NearBodies near;
-    if (lattice != nullptr) {
-        near = lattice->near(block * packet_size, y);
+    if (grid != nullptr) {
+        near = grid->near(block * packet_size, y);
         // Small bodies are not left to one point a pixel.
-        if (!near.large) lattice = nullptr;
+        if (!near.large) grid = nullptr;
     }
-    if (lattice != nullptr && near.samples == 0) {
+    if (grid != nullptr && near.samples == 0) {
         std::fill(std::begin(result.covered), std::end(result.covered), false);
         return false;
     }
     Vec3s centre;
     set_block(block, y, centre);
-    if (lattice == nullptr) near = find_near(centre);
+    if (grid == nullptr) near = find_near(centre);
     for (int i = 0; i < packet_size; ++i)
         result.covered[i] = (near.covered >> i & 1u) != 0;
     if (near.samples == 0) return false;
@@ -161,8 +161,8 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     std::uint32_t wanted[packet_size];
     int round = 0;
     double margin = error_margin;
-    if (lattice != nullptr) {
-        take_calm(*kernel, *lattice, near, result, wanted);
+    if (grid != nullptr) {
+        take_smooth(*kernel, *grid, near, result, wanted);
         if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
             return true;
         // The grid has told whether there is anything; now it counts which bodies.
@@ -224,12 +224,12 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     return true;
 }
 
-void BlockTracer::trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel,
-                                Lattice& lattice) {
+void BlockTracer::trace_grid(std::int32_t block, std::int32_t y, const SampleGridKernel& kernel,
+                             SampleGrid& grid) {
     Vec3s centre;
     set_block(block, y, centre);
     const NearBodies near = find_near(centre);
-    lattice.near(block * packet_size, y) = near;
+    grid.near(block * packet_size, y) = near;
     if (near.samples == 0) return;
     Doubles x;
     Doubles row_y;
@@ -246,7 +246,7 @@ void BlockTracer::trace_lattice(std::int32_t block, std::int32_t y, const Lattic
     meet(x, row_y, active, rays, solid_angle);
     tracer_.radiance({&rays, 1});
     for (std::size_t c = 0; c < tracer_.channels(); ++c) {
-        float* out = lattice.row(c, y) + (first_x_ - lattice.first_x());
+        float* out = grid.row(c, y) + (first_x_ - grid.first_x());
         for (int i = 0; i < packet_size; ++i)
             out[i] =
                 active.on[i] != 0 ? static_cast<float>(rays.radiance.v[c].v[i] * solid_angle.v[i]) : 0.0F;
@@ -298,8 +298,8 @@ void BlockTracer::aim(Batch& batch) const {
         psf_->displace(u, v, tracer_.channels(), x, y, batch.worth[k]);
         return;
     }
-    footprint_.offsets(u, x);
-    footprint_.offsets(v, y);
+    gaussian_psf_.offsets(u, x);
+    gaussian_psf_.offsets(v, y);
     for (int i = 0; i < packet_size; ++i) {
         x.v[i] += first_x_ + batch.pixel[k][i];
         y.v[i] += y_;

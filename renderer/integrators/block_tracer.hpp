@@ -4,7 +4,7 @@
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
-#include "renderer/integrators/lattice.hpp"
+#include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/world/row_state.hpp"
@@ -43,17 +43,17 @@ struct BlockResult {
 class BlockTracer {
 public:
     /// All arguments must outlive the tracer. `candidates` is scratch space.
-    BlockTracer(const Projection& projection, const Footprint& footprint, const Psf* psf,
+    BlockTracer(const Projection& projection, const GaussianPsf& gaussian_psf, const Psf* psf,
                 const Sampling& sampling, const RowState& row, Tracer& tracer,
                 std::vector<std::int32_t>& candidates);
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
     /// rows about `y` are filled, pixels on calm ground take it instead of samples of their own.
-    bool trace(std::int32_t block, std::int32_t y, BlockResult& result, const LatticeKernel* kernel = nullptr,
-               const Lattice* lattice = nullptr);
+    bool trace(std::int32_t block, std::int32_t y, BlockResult& result,
+               const SampleGridKernel* kernel = nullptr, const SampleGrid* grid = nullptr);
 
     /// Traces the grid's points of that block.
-    void trace_lattice(std::int32_t block, std::int32_t y, const LatticeKernel& kernel, Lattice& lattice);
+    void trace_grid(std::int32_t block, std::int32_t y, const SampleGridKernel& kernel, SampleGrid& grid);
 
     /// The block that holds column `x`.
     static std::int32_t block_of(std::int32_t x) {
@@ -80,8 +80,8 @@ private:
     /// Samples wanted for a spread of `spread` where the error `aim` is allowed.
     [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
     /// Takes from the grid what is calm enough; the rest is asked for in `wanted`.
-    void take_calm(const LatticeKernel& kernel, const Lattice& lattice, const NearBodies& near,
-                   BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
+    void take_smooth(const SampleGridKernel& kernel, const SampleGrid& grid, const NearBodies& near,
+                     BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
     /// Sums the samples [count, wanted) of every pixel, counted from `first_sample_`.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
     /// Aims the rays of the batch's last packet.
@@ -92,8 +92,8 @@ private:
               Doubles& solid_angle);
 
     const Projection& projection_;
-    const Footprint& footprint_;
-    const Psf* psf_; ///< instead of the footprint, if any
+    const GaussianPsf& gaussian_psf_;
+    const Psf* psf_; ///< if any, instead of the Gaussian
     const Sampling& sampling_;
     const RowState& row_;
     Tracer& tracer_;

@@ -38,20 +38,20 @@ struct Look {
 };
 
 /// Fills `look`, and turns the normals by the body's normal map.
-void paint(const BodyState& body, const RayPacket& rays, const HitPacket& hits, std::int32_t index,
-           double ray_width_rad, SurfacePacket& surface, Look& look) {
+void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacket& hits, std::int32_t index,
+                    double ray_width_rad, SurfacePacket& surface, Look& look) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-    const Paint* const paint = body.built->paint.get();
+    const SurfaceTextures* const textures = body.built->textures.get();
     ChartPacket chart;
-    const bool charted = paint != nullptr ? paint->chart(*body.shape, hits, index, surface, chart)
-                                          : body.shape->chart(hits, index, surface, chart);
+    const bool charted = textures != nullptr ? textures->chart(*body.shape, hits, index, surface, chart)
+                                             : body.shape->chart(hits, index, surface, chart);
     Channels factor;
     ParameterPacket varied;
-    if (paint != nullptr) {
+    if (textures != nullptr) {
         Doubles width_m;
         for (int i = 0; i < packet_size; ++i)
             width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad : 0.0;
-        paint->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor, varied);
+        textures->apply(*body.shape, rays, hits, index, width_m, 1, surface, factor, varied);
     }
     Doubles albedo;
     for (double& value : albedo.v)
@@ -61,7 +61,7 @@ void paint(const BodyState& body, const RayPacket& rays, const HitPacket& hits, 
         Doubles r;
         for (int i = 0; i < packet_size; ++i)
             upright.cos_in[i] = upright.cos_out[i] = upright.cos_phase[i] = 1;
-        if (paint != nullptr && paint->varies()) upright.varied = &varied;
+        if (textures != nullptr && textures->varies()) upright.varied = &varied;
         body.material->reflectance(upright, r);
         const double mirror = body.material->mirror_reflectance();
         const double colour = body.built->colour.empty() ? 1 : body.built->colour[0];
@@ -71,8 +71,8 @@ void paint(const BodyState& body, const RayPacket& rays, const HitPacket& hits, 
     for (int i = 0; i < packet_size; ++i) {
         look.u[i] = charted ? chart.u[i] : unknown;
         look.v[i] = charted ? chart.v[i] : unknown;
-        look.albedo[i] = paint != nullptr ? albedo[i] * factor.v[0][i] : albedo[i];
-        look.part[i] = paint != nullptr && paint->parts() > 1 && hits.body[i] == index
+        look.albedo[i] = textures != nullptr ? albedo[i] * factor.v[0][i] : albedo[i];
+        look.part[i] = textures != nullptr && textures->parts() > 1 && hits.body[i] == index
                            ? body.shape->part(hits.primitive[i])
                            : 0;
     }
@@ -139,7 +139,7 @@ void trace_layers(const Projection& projection, const RowState& row, std::int32_
                 set_all(rays.origin, body.camera_m);
                 body.shape->surface(rays, hits, b, surface);
                 of_body = b;
-                paint(body, rays, hits, b, ray_width_rad, surface, look);
+                apply_textures(body, rays, hits, b, ray_width_rad, surface, look);
             }
             const Vec3 position = surface.position.lane(i);
             const Vec3 normal = surface.normal.lane(i);

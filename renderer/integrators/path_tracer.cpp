@@ -466,7 +466,7 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
     const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
     const BuiltBody& built = *body.built;
     const std::size_t channels = lighting_.sun_w_m2.size();
-    if (!built.paint) {
+    if (!built.textures) {
         for (std::size_t c = 0; c < channels; ++c) {
             const double value = built.colour.empty() ? 1.0 : built.colour[c];
             for (int i = 0; i < packet_size; ++i)
@@ -478,14 +478,14 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
     Doubles width_m;
     for (int i = 0; i < packet_size; ++i)
         width_m[i] = here.on[i] != 0 ? (paths.travelled_m[i] + hits.t[i]) * ray_width_rad_ : 0.0;
-    Channels painted;
-    built.paint->apply(*body.shape, view, hits, index, width_m, channels, surface, painted, varied);
+    Channels textured;
+    built.textures->apply(*body.shape, view, hits, index, width_m, channels, surface, textured, varied);
     for (std::size_t c = 0; c < channels; ++c) {
         const double value = built.colour.empty() ? 1.0 : built.colour[c];
         for (int i = 0; i < packet_size; ++i)
-            factor.v[c][i] = here.on[i] != 0 ? painted.v[c][i] * value : factor.v[c][i];
+            factor.v[c][i] = here.on[i] != 0 ? textured.v[c][i] * value : factor.v[c][i];
     }
-    return built.paint->varies();
+    return built.textures->varies();
 }
 
 void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {

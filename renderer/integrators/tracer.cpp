@@ -80,21 +80,21 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
 
     Channels factor;
     ParameterPacket varied;
-    if (body.built->paint) {
+    if (body.built->textures) {
         Doubles width_m;
         for (int i = 0; i < packet_size; ++i)
             width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad_ : 0.0;
-        body.built->paint->apply(*body.shape, view, hits, index, width_m, 1, surface, factor, varied);
+        body.built->textures->apply(*body.shape, view, hits, index, width_m, 1, surface, factor, varied);
     }
     RayPacket shadow;
     Doubles solid_angle;
     sample_sun(surface.position, body.sun_m, sun_, u, v, shadow.direction, solid_angle);
     ScatterPacket scatter;
     scatter_angles(surface, view.direction, shadow.direction, scatter);
-    if (body.built->paint && body.built->paint->varies()) scatter.varied = &varied;
+    if (body.built->textures && body.built->textures->varies()) scatter.varied = &varied;
     Doubles r;
     body.material->reflectance(scatter, r);
-    if (body.built->paint)
+    if (body.built->textures)
         for (int i = 0; i < packet_size; ++i)
             r[i] *= factor.v[0][i];
 

@@ -79,7 +79,7 @@ struct Maker {
         check(place, "base_albedo", d.base_albedo, 0, 1);
         return std::make_unique<Ggx>(d);
     }
-    /// The colours come with the body's paint.
+    /// The colours come with the body's SurfaceTextures.
     std::unique_ptr<Material> operator()(const scene::FileMaterials& /*d*/) const {
         return std::make_unique<Lambert>(scene::Lambert{1});
     }

@@ -16,7 +16,7 @@ struct alignas(64) Words {
 };
 
 /// What a sample is for; part of the counter, so that effects do not share numbers.
-enum class SamplePurpose : std::uint32_t { pixel = 1, body = 2, lattice = 3, instant = 4 };
+enum class SamplePurpose : std::uint32_t { pixel = 1, body = 2, sample_grid = 3, instant = 4 };
 
 /// The random words of one pixel (or body) in one frame: each seeds one pair of dimensions.
 using SeedWords = std::array<std::uint32_t, 4>;

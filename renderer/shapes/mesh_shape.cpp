@@ -270,8 +270,8 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     mesh_.uvs.shrink_to_fit();
     mesh_.parts.shrink_to_fit();
     if (emits) find_patches();
-    if (mesh_.triangles.size() <= FewTriangles::most) {
-        few_.emplace(mesh_);
+    if (mesh_.triangles.size() <= TriangleList::most) {
+        triangle_list_.emplace(mesh_);
         mesh_.vertices.pop_back();
         return;
     }
@@ -350,8 +350,8 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
     Doubles limit;
     for (int i = 0; i < packet_size; ++i)
         limit[i] = rays.t_max[i] < hits.t[i] ? rays.t_max[i] : hits.t[i];
-    if (few_) {
-        few_->intersect(rays, limit, body, hits);
+    if (triangle_list_) {
+        triangle_list_->intersect(rays, limit, body, hits);
         return;
     }
     FloatRays f;
@@ -378,8 +378,8 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
 // faster one for them. Of eight (measured on AVX2) the coherent one saves 10 % of whole frames, but costs 20
 // % where the Sun's disc lies across an axis of the body, so that the rays' directions differ in sign.
 void MeshShape::occlude(RayPacket& rays) const {
-    if (few_) {
-        few_->occlude(rays);
+    if (triangle_list_) {
+        triangle_list_->occlude(rays);
         return;
     }
     FloatRays f;

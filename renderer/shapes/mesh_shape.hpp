@@ -86,8 +86,8 @@ private:
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
     double bounding_radius_m_ = 0;
     Hull hull_;
-    std::vector<Patch> patches_;      ///< of a mesh that emits
-    std::optional<FewTriangles> few_; ///< instead of Embree's tree
+    std::vector<Patch> patches_;                ///< of a mesh that emits
+    std::optional<TriangleList> triangle_list_; ///< instead of Embree's tree
 };
 
 } // namespace obscura::renderer

@@ -15,11 +15,11 @@ struct Crossing {
 
 /// Which active rays meet the triangle at 0 < t < limit; true when any does.
 OBSCURA_VECTOR_CLONES
-bool cross_triangle(const FewTriangles::Triangle& triangle, const RayPacket& rays, const Doubles& limit,
+bool cross_triangle(const TriangleList::Triangle& triangle, const RayPacket& rays, const Doubles& limit,
                     Crossing& out, Lanes& met) {
-    const FewTriangles::Plane f = triangle.face;
-    const FewTriangles::Plane a = triangle.first;
-    const FewTriangles::Plane b = triangle.second;
+    const TriangleList::Plane f = triangle.face;
+    const TriangleList::Plane a = triangle.first;
+    const TriangleList::Plane b = triangle.second;
     for (int i = 0; i < packet_size; ++i) {
         const double ox = rays.origin.x.v[i];
         const double oy = rays.origin.y.v[i];
@@ -72,7 +72,7 @@ bool any_near(const RayPacket& rays, Vec3 centre, double radius2) {
     return near.any();
 }
 
-FewTriangles::Plane plane(Vec3 normal, double d) {
+TriangleList::Plane plane(Vec3 normal, double d) {
     return {normal.x, normal.y, normal.z, d};
 }
 
@@ -82,7 +82,7 @@ Vec3 widen(Vec3f a) {
 
 } // namespace
 
-FewTriangles::FewTriangles(const TriangleMesh& mesh) {
+TriangleList::TriangleList(const TriangleMesh& mesh) {
     constexpr double infinite = no_hit;
     Vec3 least{infinite, infinite, infinite};
     Vec3 largest{-infinite, -infinite, -infinite};
@@ -108,12 +108,12 @@ FewTriangles::FewTriangles(const TriangleMesh& mesh) {
     }
 }
 
-bool FewTriangles::reached(const RayPacket& rays) const {
+bool TriangleList::reached(const RayPacket& rays) const {
     // Not worth asking for a panel.
     return triangles_.size() <= 4 || any_near(rays, centre_, radius2_);
 }
 
-void FewTriangles::intersect(const RayPacket& rays, Doubles& limit, std::int32_t body,
+void TriangleList::intersect(const RayPacket& rays, Doubles& limit, std::int32_t body,
                              HitPacket& hits) const {
     if (!reached(rays)) return;
     Crossing crossing;
@@ -132,7 +132,7 @@ void FewTriangles::intersect(const RayPacket& rays, Doubles& limit, std::int32_t
     }
 }
 
-void FewTriangles::occlude(RayPacket& rays) const {
+void TriangleList::occlude(RayPacket& rays) const {
     if (!reached(rays)) return;
     Crossing crossing;
     Lanes met;

@@ -1,4 +1,4 @@
-// Meshes of so few triangles that trying all of them is faster than any tree: rooms, panels, mock-ups.
+// Triangle list: intersects packets with every triangle of a small mesh, where that is faster than a BVH.
 #pragma once
 
 #include "renderer/packets/packet.hpp"
@@ -15,12 +15,12 @@ namespace obscura::renderer {
 /// Faster Ray-Triangle Intersection (Using SSE4), IEEE TVCG 16(3), 2010); lanes are divided only where
 /// something is met. Coordinates count as inside to 1e-12 beyond an edge, so that no ray slips between
 /// neighbours.
-class FewTriangles {
+class TriangleList {
 public:
     /// Up to this many triangles.
     static constexpr std::size_t most = 16;
 
-    explicit FewTriangles(const TriangleMesh& mesh);
+    explicit TriangleList(const TriangleMesh& mesh);
 
     /// As Shape::intersect() and Shape::occlude(). `limit`: the nearest hit so far, or the end of the ray.
     void intersect(const RayPacket& rays, Doubles& limit, std::int32_t body, HitPacket& hits) const;

@@ -42,8 +42,8 @@ std::array<double, 3> colour_shares(const SpectralBand& band) {
     return {red, 1 - red - blue, blue};
 }
 
-Paint::Paint(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
-             double left_longitude_rad)
+SurfaceTextures::SurfaceTextures(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
+                                 double left_longitude_rad)
     : parts_(std::move(parts)),
       weights_(parts_.size()),
       bands_(bands.size()),
@@ -79,21 +79,21 @@ Paint::Paint(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bo
     typical_ = sum / static_cast<double>(parts_.size());
 }
 
-void Paint::set_maps(std::vector<Map> maps, std::vector<double> constants) {
+void SurfaceTextures::set_maps(std::vector<Map> maps, std::vector<double> constants) {
     maps_ = std::move(maps);
     constants_ = std::move(constants);
 }
 
-bool Paint::chart(const Shape& shape, const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
-                  ChartPacket& out) const {
+bool SurfaceTextures::chart(const Shape& shape, const HitPacket& hits, std::int32_t body,
+                            const SurfacePacket& surface, ChartPacket& out) const {
     if (!latlon_ && shape.chart(hits, body, surface, out)) return true;
     chart_by_longitude(surface, left_turns_, out);
     return true;
 }
 
-void Paint::apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
-                  const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
-                  ParameterPacket& varied) const {
+void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const HitPacket& hits,
+                            std::int32_t body, const Doubles& width_m, std::size_t channels,
+                            SurfacePacket& surface, Channels& factor, ParameterPacket& varied) const {
     bool charted = false;
     ChartPacket at;
     for (std::size_t k = 0; varies() && k < constants_.size(); ++k)

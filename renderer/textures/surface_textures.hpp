@@ -1,4 +1,5 @@
-// What colours a body's surface from place to place: textures, and the materials of its mesh file.
+// Surface textures of a body: albedo, normal and parameter maps, and the colours of its mesh file's
+// materials.
 #pragma once
 
 #include "renderer/materials/material.hpp"
@@ -36,7 +37,7 @@ private:
 /// reflectances at 650, 550 and 450 nm, and each band gets the value at its middle, linear between them, held
 /// outside. Normal maps hold x, y, z in red, green and blue, -1 to 1 as 0 to full scale, x along growing u, y
 /// towards the image's first row, z out of the surface.
-class Paint {
+class SurfaceTextures {
 public:
     /// What one part of a body shows.
     struct Part {
@@ -53,8 +54,8 @@ public:
     /// `parts`, at least one, in the order of Shape::part(). `latlon`: by the place's longitude and latitude
     /// even where the shape has coordinates of its own; the image's left edge is at `left_longitude_rad`, its
     /// first row at +90 degrees.
-    Paint(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
-          double left_longitude_rad);
+    SurfaceTextures(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
+                    double left_longitude_rad);
     /// Has `maps` give the parameters that differ from place to place; `constants` has the law's others.
     void set_maps(std::vector<Map> maps, std::vector<double> constants);
 

@@ -1,4 +1,4 @@
-// Images on surfaces: a pyramid of ever coarser copies, looked up over the footprint of a ray.
+// Image texture: mip pyramid, filtered anisotropically over a ray's footprint.
 #pragma once
 
 #include <array>

@@ -142,21 +142,21 @@ std::filesystem::path find_texture(const std::filesystem::path& mesh, const std:
     return folder / path;
 }
 
-/// Makes what colours bodies; remembers textures, so that bodies of the same file share one.
-class PaintMaker {
+/// Makes the surface textures of bodies; bodies that name the same file share one texture.
+class SurfaceTexturesMaker {
 public:
-    explicit PaintMaker(const std::vector<SpectralBand>& bands) : bands_(bands) {}
+    explicit SurfaceTexturesMaker(const std::vector<SpectralBand>& bands) : bands_(bands) {}
 
     /// None where the body is the same all over. Sets the parameters of `material` that textures give to
     /// their means.
-    std::shared_ptr<const Paint> make(const scene::Body& body, const Shape& shape,
-                                      scene::Material& material) {
+    std::shared_ptr<const SurfaceTextures> make(const scene::Body& body, const Shape& shape,
+                                                scene::Material& material) {
         const std::string place = name_of(body);
         const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
         const bool own_chart = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
         const Texture::Edge edge = own_chart ? Texture::Edge::repeat : Texture::Edge::clamp;
         const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
-        std::vector<Paint::Part> parts;
+        std::vector<SurfaceTextures::Part> parts;
         if (std::holds_alternative<scene::FileMaterials>(body.material)) {
             const auto* file = std::get_if<scene::MeshFile>(&body.shape);
             if (file == nullptr || mesh == nullptr)
@@ -174,24 +174,24 @@ public:
             if (body.textures.albedo.empty() && body.textures.normal.empty() &&
                 body.textures.parameters.empty())
                 return nullptr;
-            Paint::Part part;
+            SurfaceTextures::Part part;
             if (!body.textures.albedo.empty())
                 part.albedo = albedo(body.textures.albedo, coding, edge, place);
             if (!body.textures.normal.empty()) part.normal = normal(body.textures.normal, edge, place);
             parts.push_back(std::move(part));
         }
-        auto paint = std::make_shared<Paint>(std::move(parts), bands_, body.textures.by_longitude,
-                                             body.textures.left_longitude_rad);
+        auto textures = std::make_shared<SurfaceTextures>(
+            std::move(parts), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
         if (!body.textures.parameters.empty())
-            set_maps(body.textures.parameters, edge, place, material, *paint);
-        return paint;
+            set_maps(body.textures.parameters, edge, place, material, *textures);
+        return textures;
     }
 
 private:
     void set_maps(const std::vector<scene::Textures::Parameter>& given, Texture::Edge edge,
-                  const std::string& place, scene::Material& material, Paint& paint) {
+                  const std::string& place, scene::Material& material, SurfaceTextures& textures) {
         const std::vector<Parameter> parameters = parameters_of(material);
-        std::vector<Paint::Map> maps;
+        std::vector<SurfaceTextures::Map> maps;
         scene::Material least = material;
         scene::Material most = material;
         for (const scene::Textures::Parameter& map : given) {
@@ -226,12 +226,12 @@ private:
         std::vector<double> constants;
         for (const Parameter& p : parameters_of(material))
             constants.push_back(p.value);
-        paint.set_maps(std::move(maps), std::move(constants));
+        textures.set_maps(std::move(maps), std::move(constants));
     }
 
-    Paint::Part part_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_chart,
-                        Texture::Edge edge, const std::string& place) {
-        Paint::Part part;
+    SurfaceTextures::Part part_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_chart,
+                                  Texture::Edge edge, const std::string& place) {
+        SurfaceTextures::Part part;
         std::array<float, 3> rgb = m.diffuse;
         const auto path = [&](const std::filesystem::path& word) {
             if (word.string().starts_with("*"))
@@ -342,7 +342,7 @@ void validate(const scene::Scene& scene) {
 
 std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     ShapeMaker shapes;
-    PaintMaker paints(scene.bands);
+    SurfaceTexturesMaker texture_maker(scene.bands);
     const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
     std::vector<BuiltBody> built;
     std::uint32_t materials = 1;
@@ -351,11 +351,11 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
         (void)make_material(body.material, name_of(body));
         auto shape = shapes.make(body);
         scene::Material typical = body.material;
-        auto paint = paints.make(body, *shape, typical);
+        auto textures = texture_maker.make(body, *shape, typical);
         auto material = make_material(typical, name_of(body));
-        const auto parts = static_cast<std::uint32_t>(paint ? paint->parts() : 1);
+        const auto parts = static_cast<std::uint32_t>(textures ? textures->parts() : 1);
         built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
-                         body.emission_w_m2_sr, std::move(paint), parents[i], body.joint, materials});
+                         body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials});
         materials += parts;
     }
     if (scene.sun.irradiance_scale == 0) return built;

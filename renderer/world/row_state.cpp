@@ -58,7 +58,7 @@ double reference_radiance(const BodyState& s) {
     }
     Doubles r;
     s.material->reflectance(scatter, r);
-    const double factor = s.built->paint ? s.built->paint->typical() : 1;
+    const double factor = s.built->textures ? s.built->textures->typical() : 1;
     return r[0] * factor * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
 }
 

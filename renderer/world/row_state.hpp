@@ -19,10 +19,10 @@ struct BuiltBody {
     std::shared_ptr<const Shape> shape;
     std::shared_ptr<const Material> material; ///< none: the body is the Sun
     scene::Motion motion;
-    std::vector<double> colour;         ///< see scene::Body
-    std::vector<double> emission;       ///< see scene::Body
-    std::shared_ptr<const Paint> paint; ///< none: the same all over
-    std::int32_t parent = -1;           ///< index of the body whose frame the motion is in; -1: inertial
+    std::vector<double> colour;                      ///< see scene::Body
+    std::vector<double> emission;                    ///< see scene::Body
+    std::shared_ptr<const SurfaceTextures> textures; ///< none: the same all over
+    std::int32_t parent = -1; ///< index of the body whose frame the motion is in; -1: inertial
     scene::Joint joint;
     std::uint32_t first_material = 0; ///< number of its first material among those of all bodies, from 1
 };

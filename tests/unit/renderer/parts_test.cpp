@@ -1,4 +1,4 @@
-// The renderer's parts: mesh reading, samples, footprint, ellipsoid, spectra, refusal of bad scenes.
+// The renderer's parts: mesh reading, samples, psf, ellipsoid, spectra, refusal of bad scenes.
 #include "core/error.hpp"
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/mesh_files/obj.hpp"
@@ -157,9 +157,9 @@ TEST_CASE("Different pixels, frames, seeds and purposes get different samples") 
     CHECK(first_words.size() == 2 * 2 * 2 * 64);
 }
 
-TEST_CASE("Displaced samples and splatted points see the same footprint") {
+TEST_CASE("Displaced samples and splatted points see the same Gaussian PSF") {
     for (const double sigma : {0.0, 0.3, 0.5, 1.2}) {
-        const Footprint footprint(sigma);
+        const GaussianPsf psf(sigma);
         // Share of a pixel's samples that land within [a, a + 1/4): by counting, and by integrating the
         // splatted weight of points there.
         constexpr int n = 1 << 16;
@@ -169,9 +169,9 @@ TEST_CASE("Displaced samples and splatted points see the same footprint") {
             for (int i = 0; i < packet_size; ++i)
                 u[i] = (first + i + 0.5) / n;
             Doubles offset;
-            footprint.offsets(u, offset);
+            psf.offsets(u, offset);
             for (int i = 0; i < packet_size; ++i) {
-                CHECK(std::abs(offset[i]) <= footprint.reach_px());
+                CHECK(std::abs(offset[i]) <= psf.reach_px());
                 const int bin = static_cast<int>(std::floor((offset[i] + 8) * 4));
                 if (bin >= 0 && bin < 64) counted[static_cast<std::size_t>(bin)] += 1.0 / n;
             }
@@ -179,12 +179,12 @@ TEST_CASE("Displaced samples and splatted points see the same footprint") {
         for (int bin = 0; bin < 64; ++bin) {
             double expected = 0;
             for (int k = 0; k < 32; ++k)
-                expected += footprint.weight(bin / 4.0 - 8 + (k + 0.5) / 128, 0) / 128;
+                expected += psf.weight(bin / 4.0 - 8 + (k + 0.5) / 128, 0) / 128;
             CHECK_THAT(counted[static_cast<std::size_t>(bin)], WithinAbs(expected, 3e-4));
         }
         double sum = 0;
         for (int i = -20; i <= 20; ++i)
-            sum += footprint.weight(0.37, i);
+            sum += psf.weight(0.37, i);
         CHECK_THAT(sum, WithinAbs(1, 1e-9));
     }
 }

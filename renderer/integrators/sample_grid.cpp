@@ -1,4 +1,4 @@
-#include "renderer/integrators/lattice.hpp"
+#include "renderer/integrators/sample_grid.hpp"
 
 #include "core/philox.hpp"
 #include "renderer/packets/sampler.hpp"
@@ -17,8 +17,8 @@ constexpr double least_sigma_px = 0.4;
 /// A wider one would reach for points that roughness() has not seen.
 constexpr double most_sigma_px = 0.75;
 
-double reach_of(const Footprint& footprint) {
-    return std::ceil(0.5 + wide_sigmas * footprint.sigma_px());
+double reach_of(const GaussianPsf& psf) {
+    return std::ceil(0.5 + wide_sigmas * psf.sigma_px());
 }
 
 OBSCURA_VECTOR_CLONES
@@ -33,7 +33,7 @@ void add_column(const double* from, double weight, Doubles& sum) {
         sum.v[i] += weight * from[i];
 }
 
-/// Least squares over three rows of 18 points: see Lattice::roughness().
+/// Least squares over three rows of 18 points: see SampleGrid::roughness().
 OBSCURA_VECTOR_CLONES
 void fit_planes(const double (&points)[3][packet_size + 2], Doubles& deviation, Doubles& residual) {
     for (int i = 0; i < packet_size; ++i) {
@@ -59,21 +59,21 @@ void fit_planes(const double (&points)[3][packet_size + 2], Doubles& deviation, 
 
 } // namespace
 
-bool LatticeKernel::fits(const Footprint& footprint) {
-    return footprint.sigma_px() >= least_sigma_px && footprint.sigma_px() <= most_sigma_px;
+bool SampleGridKernel::fits(const GaussianPsf& psf) {
+    return psf.sigma_px() >= least_sigma_px && psf.sigma_px() <= most_sigma_px;
 }
 
-LatticeKernel::LatticeKernel(const Footprint& footprint, std::uint64_t seed, std::uint64_t frame_id) {
-    if (!fits(footprint)) return;
-    const SeedWords random = seed_words(seed, frame_id, SamplePurpose::lattice, 0, 0);
+SampleGridKernel::SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, std::uint64_t frame_id) {
+    if (!fits(psf)) return;
+    const SeedWords random = seed_words(seed, frame_id, SamplePurpose::sample_grid, 0, 0);
     shift_x = uniform_double(random[0]) - 0.5;
     shift_y = uniform_double(random[1]) - 0.5;
-    reach = static_cast<std::int32_t>(reach_of(footprint));
+    reach = static_cast<std::int32_t>(reach_of(psf));
     double squares[2] = {};
     const auto fill = [&](double shift, double* weights, double& square) {
         double sum = 0;
         for (std::int32_t k = -reach; k <= reach; ++k)
-            sum += weights[k + reach] = footprint.weight(k + shift, 0);
+            sum += weights[k + reach] = psf.weight(k + shift, 0);
         for (std::int32_t k = 0; k <= 2 * reach; ++k) {
             weights[k] /= sum;
             square += weights[k] * weights[k];
@@ -84,12 +84,12 @@ LatticeKernel::LatticeKernel(const Footprint& footprint, std::uint64_t seed, std
     noise = std::sqrt(std::max(squares[0], squares[1]));
 }
 
-void Lattice::reset(const Region& window, std::int32_t first_row, std::int32_t rows, std::size_t channels,
-                    std::int32_t reach) {
+void SampleGrid::reset(const Region& window, std::int32_t first_row, std::int32_t rows, std::size_t channels,
+                       std::int32_t reach) {
     const auto floor_block = [](std::int32_t x) {
         return (x >= 0 ? x / packet_size : -((-x + packet_size - 1) / packet_size)) * packet_size;
     };
-    // One more than the kernel's reach, for roughness() of a footprint without any.
+    // One more than the kernel's reach, for roughness() of a PSF without any.
     const std::int32_t margin = std::max(reach, 1);
     first_x_ = floor_block(window.x) - (margin + packet_size - 1) / packet_size * packet_size;
     const std::int32_t end = floor_block(window.x + window.width - 1) + packet_size +
@@ -101,10 +101,10 @@ void Lattice::reset(const Region& window, std::int32_t first_row, std::int32_t r
     values_.assign(channels * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0.0F);
 }
 
-void Lattice::gather(const LatticeKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
-                     Doubles& value) const {
+void SampleGrid::gather(const SampleGridKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
+                        Doubles& value) const {
     const int count = packet_size + 2 * kernel.reach;
-    double column[packet_size + 2 * LatticeKernel::max_reach] = {};
+    double column[packet_size + 2 * SampleGridKernel::max_reach] = {};
     for (std::int32_t k = -kernel.reach; k <= kernel.reach; ++k)
         add_row(row(channel, y + k) + (x - kernel.reach - first_x_), kernel.y[k + kernel.reach], count,
                 column);
@@ -114,8 +114,8 @@ void Lattice::gather(const LatticeKernel& kernel, std::size_t channel, std::int3
         add_column(column + k, kernel.x[k], value);
 }
 
-void Lattice::roughness(std::size_t channels, std::int32_t x, std::int32_t y, Doubles& deviation,
-                        Doubles& residual) const {
+void SampleGrid::roughness(std::size_t channels, std::int32_t x, std::int32_t y, Doubles& deviation,
+                           Doubles& residual) const {
     double points[3][packet_size + 2] = {};
     const double share = 1 / static_cast<double>(channels);
     for (int r = 0; r < 3; ++r)

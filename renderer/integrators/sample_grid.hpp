@@ -16,7 +16,7 @@ namespace obscura::renderer {
 /// all displaced by one random shift, and a pixel is the sum of the points about it times its response there.
 /// The response of a square pixel takes whole numbers of any grid of its own pitch: the weights of each axis
 /// sum to 1 whatever the shift, and of an image without detail finer than two pixels nothing is lost.
-struct LatticeKernel {
+struct SampleGridKernel {
     static constexpr std::int32_t max_reach = 4;
 
     double shift_x = 0, shift_y = 0; ///< px, -0.5 .. 0.5
@@ -26,9 +26,9 @@ struct LatticeKernel {
     /// edge.
     double noise = 1;
 
-    /// Throws nothing; a footprint too narrow or too wide has no kernel: see fits().
-    LatticeKernel(const Footprint& footprint, std::uint64_t seed, std::uint64_t frame_id);
-    [[nodiscard]] static bool fits(const Footprint& footprint);
+    /// Throws nothing; a PSF too narrow or too wide has no kernel: see fits().
+    SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, std::uint64_t frame_id);
+    [[nodiscard]] static bool fits(const GaussianPsf& psf);
 };
 
 /// What is known of 16 pixels of a row before they are traced.
@@ -41,7 +41,7 @@ struct NearBodies {
 
 /// The radiances times solid angle of the grid's points over a window and what the kernel reaches beyond it.
 /// Rows are filled by different threads.
-class Lattice {
+class SampleGrid {
 public:
     /// Sets all to 0. Columns are whole blocks of 16, as packets are.
     void reset(const Region& window, std::int32_t first_row, std::int32_t rows, std::size_t channels,
@@ -69,7 +69,7 @@ public:
     }
 
     /// The pixels [x, x + 16) of row `y`: their value in a channel.
-    void gather(const LatticeKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
+    void gather(const SampleGridKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
                 Doubles& value) const;
     /// What the points about those pixels, 3 by 3, tell about the image there, mean over the channels: their
     /// deviation from their mean, and from the plane through them.
