@@ -88,8 +88,8 @@ public:
                 : sizeof(Integer) == 8 || (value_.integer >= std::numeric_limits<std::int32_t>::min() &&
                                            value_.integer <= std::numeric_limits<std::int32_t>::max());
         const auto real = static_cast<double>(value_.integer);
-        if (real < key_.range.min || real > key_.range.max)
-            out_of_range(fmt::format("{}", value_.integer), range_text(key_.range, key_.unit));
+        if (real < key_.range().min || real > key_.range().max)
+            out_of_range(fmt::format("{}", value_.integer), range_text(key_.range(), key_.unit()));
         if (!fits)
             out_of_range(fmt::format("{}", value_.integer),
                          fmt::format("{} to {}", std::numeric_limits<Integer>::min(),
@@ -187,10 +187,10 @@ public:
 private:
     [[noreturn]] void wrong_type() const {
         std::string allowed;
-        if (const std::string range = range_text(key_.range, key_.unit);
+        if (const std::string range = range_text(key_.range(), key_.unit());
             !range.empty() && !std::holds_alternative<Curve>(key_.target))
             allowed = fmt::format(", {}", range);
-        if (!key_.choices.empty()) allowed = fmt::format(": {}", fmt::join(key_.choices, ", "));
+        if (!key_.choices().empty()) allowed = fmt::format(": {}", fmt::join(key_.choices(), ", "));
         fail(where_, value_.at,
              fmt::format("is {}, allowed {}{}", kind_name(value_.kind), type_name(key_.target), allowed));
     }
@@ -199,11 +199,11 @@ private:
     }
     [[nodiscard]] const std::string& word() const {
         if (value_.kind != Value::Kind::string) wrong_type();
-        if (!key_.choices.empty() &&
-            std::find(key_.choices.begin(), key_.choices.end(), value_.string) == key_.choices.end())
+        if (!key_.choices().empty() &&
+            std::find(key_.choices().begin(), key_.choices().end(), value_.string) == key_.choices().end())
             fail(where_, value_.at,
                  fmt::format("\"{}\" is not known, allowed {}", printable(value_.string, 60),
-                             fmt::join(key_.choices, ", ")));
+                             fmt::join(key_.choices(), ", ")));
         return value_.string;
     }
     [[nodiscard]] double plain_number(const Value& value) const {
@@ -222,9 +222,10 @@ private:
     }
     [[nodiscard]] double number(const Value& value) const {
         const double number = plain_number(value);
-        if (number < key_.range.min || number > key_.range.max)
-            fail(where_, value.at,
-                 fmt::format("{} is out of range, allowed {}", number, range_text(key_.range, key_.unit)));
+        if (number < key_.range().min || number > key_.range().max)
+            fail(
+                where_, value.at,
+                fmt::format("{} is out of range, allowed {}", number, range_text(key_.range(), key_.unit())));
         return number;
     }
     [[nodiscard]] std::vector<double> components(std::size_t count) const {
@@ -269,7 +270,19 @@ void fail(const Where& where, Position at, std::string_view what) {
     throw ConfigError(fmt::format("{}: {}", line, what));
 }
 
-Given read_keys(const Value& table, const Where& where, const Keys& keys,
+void Mistakes::add(const Where& where, Position at, std::string_view what) {
+    collect([&] { fail(where, at, what); });
+}
+
+void Mistakes::add(std::string line) {
+    if (std::find(lines_.begin(), lines_.end(), line) == lines_.end()) lines_.push_back(std::move(line));
+}
+
+void Mistakes::throw_if_any() const {
+    if (!lines_.empty()) throw ConfigError(fmt::format("{}", fmt::join(lines_, "\n")));
+}
+
+Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistakes& mistakes,
                 const std::vector<std::string_view>& elsewhere, bool annotated) {
     Given given;
     for (const Member& member : table.members) {
@@ -277,16 +290,29 @@ Given read_keys(const Value& table, const Where& where, const Keys& keys,
         const auto key =
             std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == member.key; });
         if (key != keys.end()) {
-            const Value& value = annotated ? unwrapped(member.value, here) : member.value;
-            std::visit(Reader(*key, value, here), key->target);
+            mistakes.collect([&] {
+                const Value& value = annotated ? unwrapped(member.value, here) : member.value;
+                std::visit(Reader(*key, value, here), key->target);
+            });
             given.emplace(member.key, member.value.at);
         } else if (std::find(elsewhere.begin(), elsewhere.end(), member.key) == elsewhere.end()) {
             std::vector<std::string_view> known = elsewhere;
             for (const Key& k : keys)
                 known.push_back(k.name);
-            fail(here, member.at, "unknown key, " + suggestion(member.key, known));
+            mistakes.add(here, member.at, "unknown key, " + suggestion(member.key, known));
         }
     }
+    for (const Key& key : keys)
+        if (key.is_required() && given.find(key.name) == given.end())
+            mistakes.add(where, table.at, fmt::format("the key \"{}\" is missing", key.name));
+    return given;
+}
+
+Given read_keys(const Value& table, const Where& where, const Keys& keys,
+                const std::vector<std::string_view>& elsewhere, bool annotated) {
+    Mistakes mistakes;
+    Given given = read_keys(table, where, keys, mistakes, elsewhere, annotated);
+    mistakes.throw_if_any();
     return given;
 }
 
@@ -359,7 +385,7 @@ std::string value_text(const Key& key) {
                 for (const std::vector<Vec3>& face : *v.faces) {
                     std::string corners;
                     for (Vec3 corner : face)
-                        corners += (corners.empty() ? "" : ", ") + value_text({"", &corner});
+                        corners += (corners.empty() ? "" : ", ") + value_text(config::key("", &corner));
                     text += fmt::format("{}[{}]", text.empty() ? "" : ", ", corners);
                 }
                 return "[" + text + "]";
@@ -370,7 +396,8 @@ std::string value_text(const Key& key) {
                     double nm = p.wavelength_m;
                     double value = p.value;
                     text += fmt::format("{}[{}, {}]", text.empty() ? "" : ", ",
-                                        value_text({"", Scaled{&nm, 1e-9}}), value_text({"", &value}));
+                                        value_text(config::key("", Scaled{&nm, 1e-9})),
+                                        value_text(config::key("", &value)));
                 }
                 return "[" + text + "]";
             },
@@ -380,10 +407,10 @@ std::string value_text(const Key& key) {
 }
 
 std::string allowed_text(const Key& key) {
-    if (!key.choices.empty()) return fmt::format("{}", fmt::join(key.choices, " | "));
-    const std::string range = range_text(key.range, key.unit);
+    if (!key.choices().empty()) return fmt::format("{}", fmt::join(key.choices(), " | "));
+    const std::string range = range_text(key.range(), key.unit());
     if (!range.empty()) return range;
-    return std::string(key.unit);
+    return std::string(key.unit());
 }
 
 const std::vector<Value>& expect_tables(const Member& member, const Where& where) {
@@ -397,8 +424,9 @@ const std::vector<Value>& expect_tables(const Member& member, const Where& where
 std::string print_keys(const Keys& keys) {
     std::string out;
     for (const Key& key : keys) {
+        if (!key.is_printed()) continue;
         const std::string allowed = allowed_text(key);
-        std::string comment(key.help);
+        std::string comment(key.help());
         if (!allowed.empty()) comment += fmt::format(" ({})", allowed);
         out += fmt::format("# {}\n{} = {}\n", comment, key.name, value_text(key));
     }

@@ -1,7 +1,9 @@
-// The table of keys: one line per key, from which reading, range checks, printing and documentation come.
+// Keys of TOML tables: one row per key, from which reading, range checks, printing and documentation come.
 #pragma once
 
 #include "config/document.hpp"
+#include "core/enum_names.hpp"
+#include "core/error.hpp"
 #include "core/geometry.hpp"
 #include "core/spectral_band.hpp"
 
@@ -13,6 +15,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -60,15 +63,65 @@ struct Range {
     double max = std::numeric_limits<double>::infinity();
 };
 
-/// One key of a table.
-struct Key {
+/// One key of a table: where its value goes, and everything that is known of it. Made by key() and described
+/// by the members that return a Key, one row for each key:
+///     key("grace_us", &s.grace_us).unit("us").range(0, 1e7).help("...")
+/// Names and texts are not copied: they outlive the key, as literals do.
+class Key {
+public:
+    Key(std::string_view the_name, Target the_target) : name(the_name), target(std::move(the_target)) {}
+
     std::string_view name;
     Target target;
-    std::string_view unit = {}; ///< empty: none
-    Range range = {};           ///< in the file's unit; of each component
-    std::vector<std::string_view> choices = {};
-    std::string_view help = {};
+
+    /// Unit of the value in the file; empty: none.
+    [[nodiscard]] Key unit(std::string_view text) && { return (unit_ = text, std::move(*this)); }
+    /// Smallest and largest value in the file's unit, of each component.
+    [[nodiscard]] Key range(double min, double max) && { return (range_ = {min, max}, std::move(*this)); }
+    [[nodiscard]] Key range(const Range& range) && { return (range_ = range, std::move(*this)); }
+    /// The words that a string may be. An enumeration's own names need not be listed.
+    [[nodiscard]] Key choices(std::vector<std::string_view> words) && {
+        return (choices_ = std::move(words), std::move(*this));
+    }
+    /// What the value means: a full phrase that is understood without the keys around it.
+    [[nodiscard]] Key help(std::string_view text) && { return (help_ = text, std::move(*this)); }
+    /// The table is refused without this key.
+    [[nodiscard]] Key required() && { return (required_ = true, std::move(*this)); }
+    /// A new value is taken on by a reload, while frames go on.
+    [[nodiscard]] Key reloadable() && { return (reloadable_ = true, std::move(*this)); }
+
+    /// Not part of an effective configuration: what it says stands there in another way.
+    [[nodiscard]] Key unprinted() && { return (printed_ = false, std::move(*this)); }
+
+    [[nodiscard]] std::string_view unit() const noexcept { return unit_; }
+    [[nodiscard]] const Range& range() const noexcept { return range_; }
+    [[nodiscard]] const std::vector<std::string_view>& choices() const noexcept { return choices_; }
+    [[nodiscard]] std::string_view help() const noexcept { return help_; }
+    [[nodiscard]] bool is_required() const noexcept { return required_; }
+    [[nodiscard]] bool is_reloadable() const noexcept { return reloadable_; }
+    [[nodiscard]] bool is_printed() const noexcept { return printed_; }
+
+private:
+    std::string_view unit_, help_;
+    Range range_;
+    std::vector<std::string_view> choices_;
+    bool required_ = false, reloadable_ = false, printed_ = true;
 };
+
+/// A key whose value goes to `target`; the default is what is there before reading.
+[[nodiscard]] inline Key key(std::string_view name, Target target) {
+    return {name, std::move(target)};
+}
+/// A key whose words are the names of an enumeration (core/enum_names.hpp).
+template<NamedEnum Enum>
+[[nodiscard]] Key key(std::string_view name, Enum* target) {
+    const auto set = [target](std::string_view word) {
+        if (const auto value = enum_named<Enum>(word)) *target = *value;
+    };
+    const auto get = [target] { return std::string(name_of(*target)); };
+    return Key(name, Word{set, get}).choices(names_of_enum<Enum>());
+}
+
 using Keys = std::vector<Key>;
 
 /// What a table of a file is called in messages: its file and its dotted path ("" for the root).
@@ -87,9 +140,39 @@ struct Where {
 /// Where each key that was given stood.
 using Given = std::map<std::string, Position, std::less<>>;
 
-/// Reads the members of `table` into the targets of `keys`. Keys of `elsewhere` (tables, or keys the caller
-/// reads itself) are passed over; any other key is refused with a suggestion. With `annotated`, a value may
-/// also stand as { value = ..., provenance = "...", source = "..." }. Throws ConfigError.
+/// The mistakes found in a file so far, so that all of them are said at once. Not thread-safe.
+class Mistakes {
+public:
+    void add(const Where& where, Position at, std::string_view what);
+    /// A whole line, as ConfigError has it; the same line twice counts once.
+    void add(std::string line);
+    /// Runs `read`; what it complains of by a ConfigError becomes a mistake. False when it did.
+    template<typename F>
+    bool collect(F&& read) {
+        try {
+            std::forward<F>(read)();
+            return true;
+        } catch (const ConfigError& error) {
+            add(std::string(error.what()));
+            return false;
+        }
+    }
+    [[nodiscard]] std::size_t count() const noexcept { return lines_.size(); }
+    /// Throws ConfigError with a line for each mistake, in the order in which they were found.
+    void throw_if_any() const;
+
+private:
+    std::vector<std::string> lines_;
+};
+
+/// Reads the members of `table` into the targets of `keys`; a key that cannot be read leaves its target
+/// alone. Keys of `elsewhere` (tables, or keys the caller reads itself) are passed over; any other key is a
+/// mistake, with a suggestion, and so is a required key that is missing. With `annotated`, a value may also
+/// stand as { value = ..., provenance = "...", source = "..." }.
+Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistakes& mistakes,
+                const std::vector<std::string_view>& elsewhere = {}, bool annotated = false);
+
+/// The same for tables that are read by themselves. Throws ConfigError with all mistakes.
 Given read_keys(const Value& table, const Where& where, const Keys& keys,
                 const std::vector<std::string_view>& elsewhere = {}, bool annotated = false);
 

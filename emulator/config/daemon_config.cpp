@@ -23,7 +23,7 @@ struct SceneSection {
 };
 
 config::Keys keys_of(SceneSection& s) {
-    return {{"file", config::Path{&s.file}, {}, {}, {}, "Scene file"}};
+    return {config::key("file", config::Path{&s.file}).help("Scene file")};
 }
 
 template<typename Section>

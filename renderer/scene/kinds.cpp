@@ -35,139 +35,134 @@ Kind<scene::Material> named(std::string_view name, scene::Material (*made)()) {
 }
 
 config::Keys ellipsoid(scene::Ellipsoid& s) {
-    return {{"radii_m", &s.radii_m, "m", {1e-6, 1e12}, {}, "Its three radii"}};
+    return {config::key("radii_m", &s.radii_m).unit("m").range(1e-6, 1e12).help("Its three radii")};
 }
 config::Keys mesh(scene::MeshFile& s) {
     return {
-        {"file",
-         config::Path{&s.path},
-         {},
-         {},
-         {},
-         "OBJ, STL, PLY, 3DS, Collada, glTF, or PDS plate model (.tab, .plt)"},
-        {"metres_per_unit", &s.metres_per_unit, "m", {1e-9, 1e12}, {}, "Length of the file's unit"},
-        {"smooth_normals",
-         &s.smooth_normals,
-         {},
-         {},
-         {},
-         "The file's normals, else interpolated; false: flat facets"},
+        config::key("file", config::Path{&s.path})
+            .help("OBJ, STL, PLY, 3DS, Collada, glTF, or PDS plate model (.tab, .plt)"),
+        config::key("metres_per_unit", &s.metres_per_unit)
+            .unit("m")
+            .range(1e-9, 1e12)
+            .help("Length of the file's unit"),
+        config::key("smooth_normals", &s.smooth_normals)
+            .help("The file's normals, else interpolated; false: flat facets"),
     };
 }
 config::Keys procedural(scene::ProceduralBody& s) {
     return {
-        {"mean_radius_m", &s.mean_radius_m, "m", {1e-3, 1e9}, {}, "Mean radius"},
-        {"axis_ratios", &s.axis_ratios, {}, {0.1, 10}, {}, "Proportions of the axes"},
-        {"seed", &s.seed, {}, {0, 9e15}, {}, "Same seed, same body"},
-        {"subdivisions", &s.subdivisions, {}, {0, 9}, {}, "20 * 4^n facets"},
+        config::key("mean_radius_m", &s.mean_radius_m).unit("m").range(1e-3, 1e9).help("Mean radius"),
+        config::key("axis_ratios", &s.axis_ratios).range(0.1, 10).help("Proportions of the axes"),
+        config::key("seed", &s.seed).range(0, 9e15).help("Same seed, same body"),
+        config::key("subdivisions", &s.subdivisions).range(0, 9).help("20 * 4^n facets"),
     };
 }
 
 config::Keys polygons(scene::Polygons& s) {
-    return {{"faces_m",
-             config::Faces{&s.faces_m},
-             "m",
-             {-1e12, 1e12},
-             {},
-             "Flat convex faces, corners counter-clockwise seen from outside"}};
+    return {config::key("faces_m", config::Faces{&s.faces_m})
+                .unit("m")
+                .range(-1e12, 1e12)
+                .help("Flat convex faces, corners counter-clockwise seen from outside")};
 }
 
 config::Keys box(scene::Box& s) {
-    return {{"size_m", &s.size_m, "m", {1e-6, 1e12}, {}, "Its three edges"}};
+    return {config::key("size_m", &s.size_m).unit("m").range(1e-6, 1e12).help("Its three edges")};
 }
 config::Keys disc(scene::Disc& s) {
     return {
-        {"radius_m", &s.radius_m, "m", {1e-6, 1e12}, {}, "Outer radius"},
-        {"inner_radius_m", &s.inner_radius_m, "m", {0, 1e12}, {}, "Radius of the hole; 0: none"},
+        config::key("radius_m", &s.radius_m).unit("m").range(1e-6, 1e12).help("Outer radius"),
+        config::key("inner_radius_m", &s.inner_radius_m)
+            .unit("m")
+            .range(0, 1e12)
+            .help("Radius of the hole; 0: none"),
     };
 }
 config::Keys cone(scene::Cone& s) {
     return {
-        {"bottom_radius_m", &s.bottom_radius_m, "m", {0, 1e12}, {}, "Radius at the lower end"},
-        {"top_radius_m", &s.top_radius_m, "m", {0, 1e12}, {}, "Radius at the upper end"},
-        {"height_m", &s.height_m, "m", {1e-6, 1e12}, {}, "Length along z, its middle at the origin"},
+        config::key("bottom_radius_m", &s.bottom_radius_m)
+            .unit("m")
+            .range(0, 1e12)
+            .help("Radius at the lower end"),
+        config::key("top_radius_m", &s.top_radius_m).unit("m").range(0, 1e12).help("Radius at the upper end"),
+        config::key("height_m", &s.height_m)
+            .unit("m")
+            .range(1e-6, 1e12)
+            .help("Length along z, its middle at the origin"),
     };
 }
 
 config::Keys lambert(scene::Lambert& m) {
-    return {{"albedo", &m.albedo, {}, {0, 1}, {}, "Hemispherical reflectance"}};
+    return {config::key("albedo", &m.albedo).range(0, 1).help("Hemispherical reflectance")};
 }
 config::Keys lommel_seeliger(scene::LommelSeeliger& m) {
-    return {{"albedo", &m.albedo, {}, {0, 1}, {}, "Single-scattering albedo"}};
+    return {config::key("albedo", &m.albedo).range(0, 1).help("Single-scattering albedo")};
 }
 config::Keys lunar_lambert(scene::LunarLambert& m) {
     return {
-        {"albedo", &m.albedo, {}, {0, 1}, {}, "Albedo"},
-        {"weight",
-         config::Numbers{m.weight.data(), m.weight.size()},
-         {},
-         {-1e6, 1e6},
-         {},
-         "L(g): coefficients of the phase angle in degrees, constant term first (McEwen); the Moon's by "
-         "default"},
+        config::key("albedo", &m.albedo).range(0, 1).help("Albedo"),
+        config::key("weight", config::Numbers{m.weight.data(), m.weight.size()})
+            .range(-1e6, 1e6)
+            .help("L(g): coefficients of the phase angle in degrees, constant term first (McEwen); the "
+                  "Moon's by default"),
     };
 }
 config::Keys minnaert(scene::Minnaert& m) {
     return {
-        {"albedo", &m.albedo, {}, {0, 1}, {}, "Albedo"},
-        {"exponent", &m.exponent, {}, {0.3, 2}, {}, "k"},
+        config::key("albedo", &m.albedo).range(0, 1).help("Albedo"),
+        config::key("exponent", &m.exponent).range(0.3, 2).help("k"),
     };
 }
 config::Keys oren_nayar(scene::OrenNayar& m) {
     return {
-        {"albedo", &m.albedo, {}, {0, 1}, {}, "Albedo of the facets"},
-        {"slope_deg",
-         config::Scaled{&m.slope_rad, degree},
-         "deg",
-         {0, 57},
-         {},
-         "Standard deviation of the facets' slopes"},
+        config::key("albedo", &m.albedo).range(0, 1).help("Albedo of the facets"),
+        config::key("slope_deg", config::Scaled{&m.slope_rad, degree})
+            .unit("deg")
+            .range(0, 57)
+            .help("Standard deviation of the facets' slopes"),
     };
 }
 config::Keys phong(scene::Phong& m) {
     return {
-        {"diffuse", &m.diffuse, {}, {0, 1}, {}, "Diffuse reflectance; diffuse + specular <= 1"},
-        {"specular", &m.specular, {}, {0, 1}, {}, "Specular reflectance"},
-        {"exponent", &m.exponent, {}, {0, 1e5}, {}, "Sharpness of the highlight"},
+        config::key("diffuse", &m.diffuse).range(0, 1).help("Diffuse reflectance; diffuse + specular <= 1"),
+        config::key("specular", &m.specular).range(0, 1).help("Specular reflectance"),
+        config::key("exponent", &m.exponent).range(0, 1e5).help("Sharpness of the highlight"),
     };
 }
 config::Keys hapke(scene::Hapke& m) {
     return {
-        {"single_scattering_albedo", &m.single_scattering_albedo, {}, {0, 0.9999}, {}, "w"},
-        {"phase_b", &m.phase_b, {}, {0, 0.95}, {}, "Width of the two-lobed Henyey-Greenstein function"},
-        {"phase_c", &m.phase_c, {}, {-1, 1}, {}, "Its balance; 1: all backwards"},
-        {"shadow_hiding_b0",
-         &m.shadow_hiding_b0,
-         {},
-         {0, 10},
-         {},
-         "Strength of the shadow-hiding surge; 0: none"},
-        {"shadow_hiding_h", &m.shadow_hiding_h, {}, {1e-6, 10}, {}, "Its width"},
-        {"backscatter_b0",
-         &m.backscatter_b0,
-         {},
-         {0, 10},
-         {},
-         "Strength of the coherent backscatter; 0: none"},
-        {"backscatter_h", &m.backscatter_h, {}, {1e-6, 10}, {}, "Its width"},
-        {"roughness_deg",
-         config::Scaled{&m.roughness_rad, degree},
-         "deg",
-         {0, 45},
-         {},
-         "Mean slope angle, theta-bar"},
-        {"filling_factor", &m.filling_factor, {}, {0, 0.74}, {}, "phi; 0: no porosity correction"},
+        config::key("single_scattering_albedo", &m.single_scattering_albedo).range(0, 0.9999).help("w"),
+        config::key("phase_b", &m.phase_b)
+            .range(0, 0.95)
+            .help("Width of the two-lobed Henyey-Greenstein function"),
+        config::key("phase_c", &m.phase_c).range(-1, 1).help("Its balance; 1: all backwards"),
+        config::key("shadow_hiding_b0", &m.shadow_hiding_b0)
+            .range(0, 10)
+            .help("Strength of the shadow-hiding surge; 0: none"),
+        config::key("shadow_hiding_h", &m.shadow_hiding_h).range(1e-6, 10).help("Its width"),
+        config::key("backscatter_b0", &m.backscatter_b0)
+            .range(0, 10)
+            .help("Strength of the coherent backscatter; 0: none"),
+        config::key("backscatter_h", &m.backscatter_h).range(1e-6, 10).help("Its width"),
+        config::key("roughness_deg", config::Scaled{&m.roughness_rad, degree})
+            .unit("deg")
+            .range(0, 45)
+            .help("Mean slope angle, theta-bar"),
+        config::key("filling_factor", &m.filling_factor)
+            .range(0, 0.74)
+            .help("phi; 0: no porosity correction"),
     };
 }
 config::Keys ggx(scene::Ggx& m) {
     return {
-        {"roughness", &m.roughness, {}, {0, 1}, {}, "Perceptual; alpha is its square"},
-        {"reflectance_f0", &m.reflectance_f0, {}, {0, 1}, {}, "Reflectance at normal incidence"},
-        {"base_albedo", &m.base_albedo, {}, {0, 1}, {}, "Of the diffuse base; 0 for metals"},
+        config::key("roughness", &m.roughness).range(0, 1).help("Perceptual; alpha is its square"),
+        config::key("reflectance_f0", &m.reflectance_f0).range(0, 1).help("Reflectance at normal incidence"),
+        config::key("base_albedo", &m.base_albedo).range(0, 1).help("Of the diffuse base; 0 for metals"),
     };
 }
 config::Keys mirror(scene::Mirror& m) {
-    return {{"reflectance", &m.reflectance, {}, {0, 1}, {}, "Seen only where light may bounce: max_bounces"}};
+    return {config::key("reflectance", &m.reflectance)
+                .range(0, 1)
+                .help("Seen only where light may bounce: max_bounces")};
 }
 
 config::Keys file_materials(scene::FileMaterials& /*m*/) {

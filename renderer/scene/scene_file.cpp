@@ -140,7 +140,7 @@ const Kind<Variant>& chosen(const config::Value& table, const config::Where& whe
     std::string word(fallback);
     config::Value only;
     if (const config::Member* member = table.find(key)) only.members.push_back(*member);
-    read_keys(only, where, {{key, &word, {}, {}, names_of(kinds)}});
+    read_keys(only, where, config::Keys{config::key(key, &word).choices(names_of(kinds))});
     if (word.empty()) fail(where, table.at, fmt::format("the key \"{}\" is missing", key));
     return *std::find_if(kinds.begin(), kinds.end(), [&](const Kind<Variant>& k) { return k.name == word; });
 }

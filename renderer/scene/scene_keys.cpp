@@ -26,7 +26,7 @@ config::Key word_key(std::string_view name, T* value,
             if (meaning == *value) return std::string(word);
         return std::string();
     };
-    return {name, config::Word{set, get}, {}, {}, std::move(choices), help};
+    return config::key(name, config::Word{set, get}).choices(std::move(choices)).help(help);
 }
 
 } // namespace
@@ -39,112 +39,97 @@ config::Keys keys_of(scene::Scene& s) {
         return std::string(s.quantity == scene::Quantity::radiance ? "radiance" : "irradiance");
     };
     return {
-        {"name", &s.name, {}, {}, {}, "Name of the scene; the file's own name if not given"},
-        {"max_bounces",
-         &s.max_bounces,
-         {},
-         {0, 1000},
-         {},
-         "Reflections after the first that light is followed over; 0: direct light only"},
-        {"light_time", &s.light_time, {}, {}, {}, "Bodies are seen where they were when the light left them"},
-        {"aberration", &s.aberration, {}, {}, {}, "Directions are those seen from the moving camera"},
-        {"quantity",
-         config::Word{set, get},
-         {},
-         {},
-         {"irradiance", "radiance"},
-         "What pixels hold: W/m2 at the pupil, or W m-2 sr-1"},
+        config::key("name", &s.name).help("Name of the scene; the file's own name if not given"),
+        config::key("max_bounces", &s.max_bounces)
+            .range(0, 1000)
+            .help("Reflections after the first that light is followed over; 0: direct light only"),
+        config::key("light_time", &s.light_time)
+            .help("Bodies are seen where they were when the light left them"),
+        config::key("aberration", &s.aberration).help("Directions are those seen from the moving camera"),
+        config::key("quantity", config::Word{set, get})
+            .choices({"irradiance", "radiance"})
+            .help("What pixels hold: W/m2 at the pupil, or W m-2 sr-1"),
     };
 }
 
 config::Keys keys_of(SunKeys& s) {
     return {
-        {"position_m", &s.position_m, "m", anywhere, {}, "Centre of the Sun"},
-        {"direction", &s.direction, {}, anywhere, {}, "Instead: direction from the origin to the Sun"},
-        {"distance_au", &s.distance_au, "au", {0.005, 1000}, {}, "Distance that goes with direction"},
-        {"radius_m", &s.radius_m, "m", {1, 1e12}, {}, "Radius of the Sun's disc"},
-        {"limb_darkening",
-         &s.limb_darkening,
-         {},
-         {0, 1},
-         {},
-         "u of the linear law 1 - u (1 - mu), about 0.6 for visible light; 0: a uniform disc"},
-        {"irradiance_scale", &s.irradiance_scale, {}, {0, 1e6}, {}, "Times the ASTM E490 spectrum"},
+        config::key("position_m", &s.position_m).unit("m").range(anywhere).help("Centre of the Sun"),
+        config::key("direction", &s.direction)
+            .range(anywhere)
+            .help("Instead: direction from the origin to the Sun"),
+        config::key("distance_au", &s.distance_au)
+            .unit("au")
+            .range(0.005, 1000)
+            .help("Distance that goes with direction"),
+        config::key("radius_m", &s.radius_m).unit("m").range(1, 1e12).help("Radius of the Sun's disc"),
+        config::key("limb_darkening", &s.limb_darkening)
+            .range(0, 1)
+            .help("u of the linear law 1 - u (1 - mu), about 0.6 for visible light; 0: a uniform disc"),
+        config::key("irradiance_scale", &s.irradiance_scale)
+            .range(0, 1e6)
+            .help("Times the ASTM E490 spectrum"),
     };
 }
 
 config::Keys keys_of(StarKeys& s) {
     return {
-        {"catalogue", config::Path{&s.catalogue}, {}, {}, {}, "CSV table: ra_deg,dec_deg,v_mag,b_v (J2000)"},
-        {"limiting_magnitude", &s.limiting_magnitude, "mag", {-30, 40}, {}, "Fainter stars are left out"},
+        config::key("catalogue", config::Path{&s.catalogue})
+            .help("CSV table: ra_deg,dec_deg,v_mag,b_v (J2000)"),
+        config::key("limiting_magnitude", &s.limiting_magnitude)
+            .unit("mag")
+            .range(-30, 40)
+            .help("Fainter stars are left out"),
     };
 }
 
 config::Keys keys_of(scene::Camera& s) {
     using Model = scene::Distortion::Model;
     return {
-        {"width", &s.width, "px", {1, 65536}, {}, "Columns; in a daemon the sensor's"},
-        {"height", &s.height, "px", {1, 65536}, {}, "Rows; in a daemon the sensor's"},
-        {"pixel_pitch_um",
-         config::Scaled{&s.pixel_pitch_m, micro},
-         "um",
-         {0.1, 1000},
-         {},
-         "In a daemon the sensor's"},
-        {"focal_length_mm", config::Scaled{&s.focal_length_m, milli}, "mm", {0.1, 1e6}, {}, "Focal length"},
-        {"aperture_mm",
-         config::Scaled{&s.aperture_m, milli},
-         "mm",
-         {0.001, 1e5},
-         {},
-         "Diameter of the entrance pupil"},
-        {"psf_sigma_px",
-         &s.psf_sigma_px,
-         "px",
-         {0, 20},
-         {},
-         "Standard deviation of the Gaussian point spread function; 0: each star in one pixel"},
-        {"velocity_m_s",
-         &s.velocity_m_s,
-         "m/s",
-         {-2.9e8, 2.9e8},
-         {},
-         "For aberration: velocity in the inertial frame; that of the trajectory if not given"},
+        config::key("width", &s.width).unit("px").range(1, 65536).help("Columns; in a daemon the sensor's"),
+        config::key("height", &s.height).unit("px").range(1, 65536).help("Rows; in a daemon the sensor's"),
+        config::key("pixel_pitch_um", config::Scaled{&s.pixel_pitch_m, micro})
+            .unit("um")
+            .range(0.1, 1000)
+            .help("In a daemon the sensor's"),
+        config::key("focal_length_mm", config::Scaled{&s.focal_length_m, milli})
+            .unit("mm")
+            .range(0.1, 1e6)
+            .help("Focal length"),
+        config::key("aperture_mm", config::Scaled{&s.aperture_m, milli})
+            .unit("mm")
+            .range(0.001, 1e5)
+            .help("Diameter of the entrance pupil"),
+        config::key("psf_sigma_px", &s.psf_sigma_px)
+            .unit("px")
+            .range(0, 20)
+            .help("Standard deviation of the Gaussian point spread function; 0: each star in one pixel"),
+        config::key("velocity_m_s", &s.velocity_m_s)
+            .unit("m/s")
+            .range(-2.9e8, 2.9e8)
+            .help("For aberration: velocity in the inertial frame; that of the trajectory if not given"),
         word_key("psf", &s.psf.model,
                  {{"gaussian", scene::PointSpread::Model::gaussian},
                   {"airy", scene::PointSpread::Model::airy},
                   {"table", scene::PointSpread::Model::table}},
                  "Point spread function: gaussian (psf_sigma_px), airy (diffraction at the aperture), table"),
-        {"psf_obscuration",
-         &s.psf.obscuration,
-         {},
-         {0, 0.99},
-         {},
-         "Diameter of the central obscuration over that of the aperture"},
-        {"psf_defocus_um",
-         config::Scaled{&s.psf.defocus_m, micro},
-         "um",
-         {-1e5, 1e5},
-         {},
-         "Distance of the focus from the sensor, with gaussian and airy"},
-        {"psf_file",
-         config::Path{&s.psf.file},
-         {},
-         {},
-         {},
-         "Table: FITS images of a point; OVERSAMP samples a pixel, FIELDX, FIELDY, BAND"},
-        {"psf_core_px",
-         &s.psf.core_px,
-         "px",
-         {2, 128},
-         {},
-         "Radius within which camera samples are spread, with airy, table or defocus"},
-        {"psf_wings_px",
-         &s.psf.wings_px,
-         "px",
-         {0, 65536},
-         {},
-         "How far the light beyond the core is followed; 0: all is put into the core"},
+        config::key("psf_obscuration", &s.psf.obscuration)
+            .range(0, 0.99)
+            .help("Diameter of the central obscuration over that of the aperture"),
+        config::key("psf_defocus_um", config::Scaled{&s.psf.defocus_m, micro})
+            .unit("um")
+            .range(-1e5, 1e5)
+            .help("Distance of the focus from the sensor, with gaussian and airy"),
+        config::key("psf_file", config::Path{&s.psf.file})
+            .help("Table: FITS images of a point; OVERSAMP samples a pixel, FIELDX, FIELDY, BAND"),
+        config::key("psf_core_px", &s.psf.core_px)
+            .unit("px")
+            .range(2, 128)
+            .help("Radius within which camera samples are spread, with airy, table or defocus"),
+        config::key("psf_wings_px", &s.psf.wings_px)
+            .unit("px")
+            .range(0, 65536)
+            .help("How far the light beyond the core is followed; 0: all is put into the core"),
         word_key("projection", &s.projection,
                  {{"pinhole", scene::Projection::pinhole},
                   {"equidistant", scene::Projection::equidistant},
@@ -160,38 +145,27 @@ config::Keys keys_of(scene::Camera& s) {
                   {"radial", Model::radial},
                   {"table", Model::table}},
                  "Departure from the projection; each has its own coefficients or table"),
-        {"distortion_coefficients",
-         &s.distortion.coefficients,
-         {},
-         {-1e6, 1e6},
-         {},
-         "brown-conrady (real to ideal): k1 k2 k3 p1 p2; opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4; "
-         "radial: "
-         "k1 k2 k3 k4"},
-        {"distortion_ideal_mm",
-         &s.distortion.ideal_mm,
-         "mm",
-         {0, 1e6},
-         {},
-         "Table: distances from the centre that the projection gives, from 0 up"},
-        {"distortion_real_mm",
-         &s.distortion.real_mm,
-         "mm",
-         {0, 1e6},
-         {},
-         "Table: where the lens really forms them"},
-        {"principal_offset_px",
-         config::Numbers{s.principal_offset_px.data(), s.principal_offset_px.size()},
-         "px",
-         {-65536, 65536},
-         {},
-         "Where the optical axis meets the sensor, from its centre: right, down"},
-        {"sensor_rotation_deg",
-         config::Scaled{&s.sensor_rotation_rad, degree},
-         "deg",
-         {-360, 360},
-         {},
-         "Rotation of the sensor about the optical axis, right towards down"},
+        config::key("distortion_coefficients", &s.distortion.coefficients)
+            .range(-1e6, 1e6)
+            .help("brown-conrady (real to ideal): k1 k2 k3 p1 p2; opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 "
+                  "s4; radial: k1 k2 k3 k4"),
+        config::key("distortion_ideal_mm", &s.distortion.ideal_mm)
+            .unit("mm")
+            .range(0, 1e6)
+            .help("Table: distances from the centre that the projection gives, from 0 up"),
+        config::key("distortion_real_mm", &s.distortion.real_mm)
+            .unit("mm")
+            .range(0, 1e6)
+            .help("Table: where the lens really forms them"),
+        config::key("principal_offset_px",
+                    config::Numbers{s.principal_offset_px.data(), s.principal_offset_px.size()})
+            .unit("px")
+            .range(-65536, 65536)
+            .help("Where the optical axis meets the sensor, from its centre: right, down"),
+        config::key("sensor_rotation_deg", config::Scaled{&s.sensor_rotation_rad, degree})
+            .unit("deg")
+            .range(-360, 360)
+            .help("Rotation of the sensor about the optical axis, right towards down"),
         word_key(
             "vignetting", &s.pupil_cosine, {{"none", false}, {"cos4", true}},
             "cos4: light weakened by the cosine of its angle to the boresight, with the solid angle of a "
@@ -201,60 +175,48 @@ config::Keys keys_of(scene::Camera& s) {
 
 config::Keys camera_place_keys(PlaceKeys& s) {
     return {
-        {"position_m", &s.position_m, "m", anywhere, {}, "Position"},
-        {"orientation",
-         &s.orientation,
-         {},
-         {-1.001, 1.001},
-         {},
-         "Quaternion [w, x, y, z] from camera axes (x right, y down, z boresight) to inertial"},
-        {"boresight", &s.boresight, {}, anywhere, {}, "Instead: direction of view"},
-        {"look_at_m", &s.look_at_m, "m", anywhere, {}, "Instead: point in view"},
-        {"up", &s.up, {}, anywhere, {}, "Direction that is up in the image, with boresight or look_at_m"},
-        {"trajectory",
-         config::Path{&s.trajectory},
-         {},
-         {},
-         {},
-         "Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"},
+        config::key("position_m", &s.position_m).unit("m").range(anywhere).help("Position"),
+        config::key("orientation", &s.orientation)
+            .range(-1.001, 1.001)
+            .help("Quaternion [w, x, y, z] from camera axes (x right, y down, z boresight) to inertial"),
+        config::key("boresight", &s.boresight).range(anywhere).help("Instead: direction of view"),
+        config::key("look_at_m", &s.look_at_m).unit("m").range(anywhere).help("Instead: point in view"),
+        config::key("up", &s.up)
+            .range(anywhere)
+            .help("Direction that is up in the image, with boresight or look_at_m"),
+        config::key("trajectory", config::Path{&s.trajectory})
+            .help("Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"),
     };
 }
 
 config::Keys keys_of(BodyKeys& s) {
     return {
-        {"name", &s.name, {}, {}, {}, "Name; body0, body1, ... if not given"},
-        {"shape", &s.shape, {}, {}, names_of(shape_kinds()), "Kind of shape; its own keys stand beside"},
-        {"material", &s.material, {}, {}, names_of(material_kinds()), "Photometric model; likewise"},
-        {"colour", &s.colour, {}, {0, 100}, {}, "Factor on the reflectance in each band"},
-        {"colour_curve",
-         config::Curve{&s.colour_curve},
-         {},
-         {0, 100},
-         {},
-         "Instead: the factor over wavelength, pairs of nm and factor; each band gets its mean"},
-        {"emission_w_m2_sr",
-         &s.emission_w_m2_sr,
-         "W m-2 sr-1",
-         {0, 1e15},
-         {},
-         "Radiance that the outer side sends out by itself in each band"},
-        {"albedo_texture",
-         config::Path{&s.textures.albedo, true, true},
-         {},
-         {},
-         {},
-         "Image: factor on the reflectance; FITS, PNG, TIFF, JPEG, OpenEXR, PDS3"},
-        {"normal_texture", config::Path{&s.textures.normal, true, true}, {}, {}, {}, "Image: normal map"},
+        config::key("name", &s.name).help("Name; body0, body1, ... if not given"),
+        config::key("shape", &s.shape)
+            .choices(names_of(shape_kinds()))
+            .help("Kind of shape; its own keys stand beside"),
+        config::key("material", &s.material)
+            .choices(names_of(material_kinds()))
+            .help("Photometric model; likewise"),
+        config::key("colour", &s.colour).range(0, 100).help("Factor on the reflectance in each band"),
+        config::key("colour_curve", config::Curve{&s.colour_curve})
+            .range(0, 100)
+            .help("Instead: the factor over wavelength, pairs of nm and factor; each band gets its mean"),
+        config::key("emission_w_m2_sr", &s.emission_w_m2_sr)
+            .unit("W m-2 sr-1")
+            .range(0, 1e15)
+            .help("Radiance that the outer side sends out by itself in each band"),
+        config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
+            .help("Image: factor on the reflectance; FITS, PNG, TIFF, JPEG, OpenEXR, PDS3"),
+        config::key("normal_texture", config::Path{&s.textures.normal, true, true}).help("Image: normal map"),
         word_key("texture_coding", &s.textures.srgb, {{"linear", false}, {"srgb", true}},
                  "How the albedo image is coded"),
         word_key("texture_mapping", &s.textures.by_longitude, {{"own", false}, {"longitude", true}},
                  "By the shape's own coordinates where it has some, or by longitude and latitude"),
-        {"texture_left_deg",
-         config::Scaled{&s.textures.left_longitude_rad, degree},
-         "deg",
-         {-360, 360},
-         {},
-         "Longitude of the left edge of an image that is mapped by longitude"},
+        config::key("texture_left_deg", config::Scaled{&s.textures.left_longitude_rad, degree})
+            .unit("deg")
+            .range(-360, 360)
+            .help("Longitude of the left edge of an image that is mapped by longitude"),
     };
 }
 
@@ -268,9 +230,9 @@ std::vector<ParameterTextureKeys> parameter_textures(const config::Keys& materia
         if (!number && key.name != "weight") continue;
         ParameterTextureKeys texture;
         texture.constant_key = key.name;
-        texture.unit = key.unit;
+        texture.unit = key.unit();
         texture.parameter = key.name;
-        if (!key.unit.empty()) texture.parameter.erase(texture.parameter.size() - key.unit.size() - 1);
+        if (!key.unit().empty()) texture.parameter.erase(texture.parameter.size() - key.unit().size() - 1);
         texture.file_key = texture.parameter + "_texture";
         texture.range_key = texture.parameter + "_texture_range";
         texture.help = "Instead: image of one plane that gives " + texture.constant_key;
@@ -283,99 +245,93 @@ std::vector<ParameterTextureKeys> parameter_textures(const config::Keys& materia
 config::Keys keys_of(std::vector<ParameterTextureKeys>& textures) {
     config::Keys keys;
     for (ParameterTextureKeys& t : textures) {
-        keys.push_back({t.file_key, config::Path{&t.file, true, true}, {}, {}, {}, t.help});
-        keys.push_back({t.range_key,
-                        config::Numbers{t.range.data(), t.range.size()},
-                        t.unit,
-                        {-1e6, 1e6},
-                        {},
-                        "What a texel of 0 and one of 1 (of integers: full scale) stand for"});
+        keys.push_back(config::key(t.file_key, config::Path{&t.file, true, true}).help(t.help));
+        keys.push_back(config::key(t.range_key, config::Numbers{t.range.data(), t.range.size()})
+                           .unit(t.unit)
+                           .range(-1e6, 1e6)
+                           .help("What a texel of 0 and one of 1 (of integers: full scale) stand for"));
     }
     return keys;
 }
 
 config::Keys keys_of(JointKeys& s) {
     return {
-        {"parent", &s.parent, {}, {}, {}, "Body in whose frame position, orientation or trajectory are"},
+        config::key("parent", &s.parent).help("Body in whose frame position, orientation or trajectory are"),
         word_key("joint", &s.kind,
                  {{"fixed", scene::Joint::Kind::fixed},
                   {"hinge", scene::Joint::Kind::hinge},
                   {"slide", scene::Joint::Kind::slide}},
                  "How it moves besides: turns about joint_axis, or slides along it"),
-        {"joint_axis", &s.axis, {}, anywhere, {}, "Axis of the joint, in its own frame"},
-        {"joint_angle_deg", &s.angle_deg, "deg", {-1e6, 1e6}, {}, "Angle of a hinge"},
-        {"joint_offset_m", &s.offset_m, "m", anywhere, {}, "Offset of a slide"},
-        {"joint_table",
-         config::Path{&s.table, true, true},
-         {},
-         {},
-         {},
-         "Instead: CSV table time_s,angle_deg or time_s,offset_m"},
+        config::key("joint_axis", &s.axis).range(anywhere).help("Axis of the joint, in its own frame"),
+        config::key("joint_angle_deg", &s.angle_deg).unit("deg").range(-1e6, 1e6).help("Angle of a hinge"),
+        config::key("joint_offset_m", &s.offset_m).unit("m").range(anywhere).help("Offset of a slide"),
+        config::key("joint_table", config::Path{&s.table, true, true})
+            .help("Instead: CSV table time_s,angle_deg or time_s,offset_m"),
     };
 }
 
 config::Keys body_place_keys(PlaceKeys& s) {
     return {
-        {"position_m", &s.position_m, "m", anywhere, {}, "Position of the body frame's origin"},
-        {"orientation",
-         &s.orientation,
-         {},
-         {-1.001, 1.001},
-         {},
-         "Quaternion [w, x, y, z] from body axes to inertial, at time 0"},
-        {"trajectory",
-         config::Path{&s.trajectory},
-         {},
-         {},
-         {},
-         "Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"},
-        {"spin_axis", &s.spin_axis, {}, anywhere, {}, "Axis of a uniform spin, body frame"},
-        {"spin_rate_deg_per_s", &s.spin_rate_deg_per_s, "deg/s", {-36000, 36000}, {}, "Rate of the spin"},
+        config::key("position_m", &s.position_m)
+            .unit("m")
+            .range(anywhere)
+            .help("Position of the body frame's origin"),
+        config::key("orientation", &s.orientation)
+            .range(-1.001, 1.001)
+            .help("Quaternion [w, x, y, z] from body axes to inertial, at time 0"),
+        config::key("trajectory", config::Path{&s.trajectory})
+            .help("Instead: CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz"),
+        config::key("spin_axis", &s.spin_axis).range(anywhere).help("Axis of a uniform spin, body frame"),
+        config::key("spin_rate_deg_per_s", &s.spin_rate_deg_per_s)
+            .unit("deg/s")
+            .range(-36000, 36000)
+            .help("Rate of the spin"),
     };
 }
 
 config::Keys keys_of(LampKeys& s) {
     return {
-        {"name", &s.name, {}, {}, {}, "Name; lamp0, lamp1, ... if not given"},
-        {"beam", &s.beam, {}, {}, {"point", "uniform", "gaussian"}, "Shape of the beam about +z"},
-        {"half_angle_deg",
-         &s.half_angle_deg,
-         "deg",
-         {0.001, 180},
-         {},
-         "Uniform: edge of the beam; gaussian: where exp(-2) of the axial intensity is left"},
-        {"intensity_w_sr", &s.intensity_w_sr, "W/sr", {0, 1e20}, {}, "On the axis, in each band"},
+        config::key("name", &s.name).help("Name; lamp0, lamp1, ... if not given"),
+        config::key("beam", &s.beam)
+            .choices({"point", "uniform", "gaussian"})
+            .help("Shape of the beam about +z"),
+        config::key("half_angle_deg", &s.half_angle_deg)
+            .unit("deg")
+            .range(0.001, 180)
+            .help("Uniform: edge of the beam; gaussian: where exp(-2) of the axial intensity is left"),
+        config::key("intensity_w_sr", &s.intensity_w_sr)
+            .unit("W/sr")
+            .range(0, 1e20)
+            .help("On the axis, in each band"),
     };
 }
 
 config::Keys keys_of(scene::StrayLight& s) {
     return {
-        {"file",
-         config::Path{&s.file},
-         {},
-         {},
-         {},
-         "FITS or OpenEXR of the sensor's size: one plane, or one for each band"},
-        {"w_m2_per_unit", &s.w_m2_per_unit, "W/m2", {0, 1e12}, {}, "What 1 in the file adds to a pixel"},
-        {"follows_sun",
-         &s.follows_sun,
-         {},
-         {},
-         {},
-         "Times the Sun's irradiance at the camera over that at 1 au"},
+        config::key("file", config::Path{&s.file})
+            .help("FITS or OpenEXR of the sensor's size: one plane, or one for each band"),
+        config::key("w_m2_per_unit", &s.w_m2_per_unit)
+            .unit("W/m2")
+            .range(0, 1e12)
+            .help("What 1 in the file adds to a pixel"),
+        config::key("follows_sun", &s.follows_sun)
+            .help("Times the Sun's irradiance at the camera over that at 1 au"),
     };
 }
 
 config::Keys keys_of(SpectralBand& s) {
     return {
-        {"from_nm", config::Scaled{&s.from_m, nano}, "nm", {100, 20000}, {}, "Lower end of the band"},
-        {"to_nm", config::Scaled{&s.to_m, nano}, "nm", {100, 20000}, {}, "Upper end of the band"},
-        {"transmission",
-         config::Curve{&s.transmission},
-         {},
-         {0, 1},
-         {},
-         "Of filter and optics: [nm, share] pairs, increasing in wavelength; 1 if not given"},
+        config::key("from_nm", config::Scaled{&s.from_m, nano})
+            .unit("nm")
+            .range(100, 20000)
+            .help("Lower end of the band"),
+        config::key("to_nm", config::Scaled{&s.to_m, nano})
+            .unit("nm")
+            .range(100, 20000)
+            .help("Upper end of the band"),
+        config::key("transmission", config::Curve{&s.transmission})
+            .range(0, 1)
+            .help("Of filter and optics: [nm, share] pairs, increasing in wavelength; 1 if not given"),
     };
 }
 

@@ -1,0 +1,152 @@
+#include "config/section.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace obscura::config {
+
+Position ReadTable::position_of(std::string_view key) const {
+    if (const auto given = given_.find(key); given != given_.end()) return given->second;
+    if (table_ == nullptr) return {};
+    // A table or list within may be refused, too.
+    const Member* member = table_->find(key);
+    return member != nullptr ? member->value.at : table_->at;
+}
+
+void ReadTable::refuse(std::string_view key, std::string_view what) const {
+    mistakes_.add(where_.in(key), position_of(key), what);
+}
+
+void ReadTable::refuse_table(std::string_view what) const {
+    mistakes_.add(where_, table_ == nullptr ? Position{} : table_->at, what);
+}
+
+void ReadTable::refuse_if_thrown(std::string_view key, const std::function<void()>& check) const {
+    try {
+        check();
+    } catch (const ConfigError& error) {
+        refuse(key, error.what());
+    } catch (const std::invalid_argument& error) {
+        refuse(key, error.what());
+    }
+}
+
+namespace {
+
+void read_list(const Member& member, const Where& where, const List& list, Mistakes& mistakes) {
+    const std::vector<Value>* tables = nullptr;
+    if (!mistakes.collect([&] { tables = &expect_tables(member, where); })) return;
+    if (tables->size() < list.least) {
+        mistakes.add(where, member.at,
+                     list.least == 1
+                         ? fmt::format("empty, at least one {} is wanted", list.name)
+                         : fmt::format("{} of them, allowed {} and more", tables->size(), list.least));
+        return;
+    }
+    if (tables->size() > list.most) {
+        mistakes.add(where, member.at,
+                     fmt::format("{} of them, allowed at most {}", tables->size(), list.most));
+        return;
+    }
+    list.clear();
+    for (std::size_t i = 0; i < tables->size(); ++i) {
+        const Where here{where.file, fmt::format("{}[{}]", where.path, i)};
+        mistakes.collect([&] {
+            const Section element = list.append((*tables)[i]);
+            read_section(&(*tables)[i], here, element, mistakes);
+        });
+    }
+}
+
+} // namespace
+
+void read_section(const Value* table, const Where& where, const Section& section, Mistakes& mistakes) {
+    if (table != nullptr && !mistakes.collect([&] { (void)expect_table(*table, where); })) return;
+    const std::size_t before = mistakes.count();
+    static const Value nothing;
+    const Value& members = table == nullptr ? nothing : *table;
+    if (table != nullptr && section.before) section.before(members, where, mistakes);
+    std::vector<std::string_view> within = section.elsewhere;
+    for (const Section& inner : section.tables)
+        within.push_back(inner.name);
+    for (const List& list : section.lists)
+        within.push_back(list.name);
+    Given given = read_keys(members, where, section.keys, mistakes, within, section.annotated);
+    for (const Section& inner : section.tables)
+        read_member(members, where, inner, mistakes);
+    for (const List& list : section.lists)
+        if (const Member* member = members.find(list.name))
+            read_list(*member, where.in(list.name), list, mistakes);
+    if (section.check && mistakes.count() == before)
+        mistakes.collect([&] { section.check(ReadTable(table, where, std::move(given), mistakes)); });
+}
+
+void read_member(const Value& parent, const Where& where, const Section& section, Mistakes& mistakes) {
+    const Member* member = parent.find(section.name);
+    read_section(member == nullptr ? nullptr : &member->value, where.in(section.name), section, mistakes);
+}
+
+namespace {
+
+void print_inside(const Section& section, const std::string& path, std::string& out) {
+    out += print_keys(section.keys);
+    const std::string prefix = path.empty() ? path : path + ".";
+    for (const List& list : section.lists)
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            const std::string here = fmt::format("{}{}", prefix, list.name);
+            out += fmt::format("\n[[{}]]\n", here);
+            print_inside(list.at(i), here, out);
+        }
+    for (const Section& inner : section.tables)
+        out += print_section(inner, prefix);
+}
+
+void document_inside(const Section& section, const std::string& path, std::string heading,
+                     std::vector<DocumentedTable>& tables) {
+    tables.push_back(
+        {std::move(heading), std::string(section.variant), std::string(section.help), section.keys});
+    const std::string prefix = path.empty() ? path : path + ".";
+    for (const Section& inner : section.tables) {
+        const std::string here = fmt::format("{}{}", prefix, inner.name);
+        document_inside(inner, here, fmt::format("[{}]", here), tables);
+    }
+    for (const List& list : section.lists) {
+        const std::string here = fmt::format("{}{}", prefix, list.name);
+        const std::size_t first = tables.size();
+        for (const Section& example : list.examples())
+            document_inside(example, here, fmt::format("[[{}]]", here), tables);
+        if (tables.size() > first && !list.help.empty()) tables[first].help = list.help;
+    }
+}
+
+} // namespace
+
+std::string print_section(const Section& section, std::string_view prefix) {
+    if (!section.printed) return {};
+    const std::string path = fmt::format("{}{}", prefix, section.name);
+    std::string out = path.empty() ? "" : fmt::format("\n[{}]\n", path);
+    print_inside(section, path, out);
+    return out;
+}
+
+std::vector<DocumentedTable> document(const Section& section, std::string_view prefix) {
+    std::vector<DocumentedTable> tables;
+    const std::string path = fmt::format("{}{}", prefix, section.name);
+    document_inside(section, path, path.empty() ? "" : fmt::format("[{}]", path), tables);
+    return tables;
+}
+
+bool is_reloadable(const Section& section, std::string_view path) {
+    const std::size_t stop = path.find('.');
+    const std::string_view first = path.substr(0, stop);
+    if (stop == std::string_view::npos)
+        return std::any_of(section.keys.begin(), section.keys.end(),
+                           [&](const Key& key) { return key.name == first && key.is_reloadable(); });
+    return std::any_of(section.tables.begin(), section.tables.end(), [&](const Section& inner) {
+        return inner.name == first && is_reloadable(inner, path.substr(stop + 1));
+    });
+}
+
+} // namespace obscura::config
