@@ -10,7 +10,7 @@ if(EXISTS "${PROJECT_SOURCE_DIR}/docs")
     install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
 endif()
 
-# The libraries. Headers are included as in the source: #include "renderer/renderer.hpp".
+# The libraries with their public headers, included as in the source: #include "renderer/renderer.hpp".
 include(CMakePackageConfigHelpers)
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/obscura")
 function(obscura_libraries_below folder result)
@@ -34,15 +34,15 @@ foreach(folder core config images renderer sensors sync transports)
     obscura_libraries_below("${PROJECT_SOURCE_DIR}/${folder}" more)
     list(APPEND libraries ${more})
 endforeach()
+# Component `development`: what a program that builds on the libraries needs, without the programs.
 install(TARGETS obscura_options ${libraries} EXPORT obscura
-        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
-        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
-install(EXPORT obscura NAMESPACE obscura:: FILE obscuraTargets.cmake DESTINATION "${package_dir}")
-install(DIRECTORY core config images renderer sensors sync transports DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/obscura"
-        FILES_MATCHING PATTERN "*.hpp" PATTERN scenes EXCLUDE PATTERN stars EXCLUDE)
+        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+        FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/obscura" COMPONENT development)
+install(EXPORT obscura NAMESPACE obscura:: FILE obscuraTargets.cmake DESTINATION "${package_dir}" COMPONENT development)
 configure_package_config_file(cmake/obscuraConfig.cmake.in "${PROJECT_BINARY_DIR}/obscuraConfig.cmake"
                               INSTALL_DESTINATION "${package_dir}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/obscuraConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/obscuraConfig.cmake" "${PROJECT_BINARY_DIR}/obscuraConfigVersion.cmake"
-        DESTINATION "${package_dir}")
-install(FILES cmake/Dependencies.cmake DESTINATION "${package_dir}" RENAME obscuraDependencies.cmake)
+        DESTINATION "${package_dir}" COMPONENT development)
+install(FILES cmake/Dependencies.cmake DESTINATION "${package_dir}" RENAME obscuraDependencies.cmake COMPONENT development)

@@ -46,6 +46,19 @@ function(obscura_library name)
     target_link_libraries(obscura_${name} PUBLIC obscura_options)
 endfunction()
 
+# obscura_public_headers(TARGET HEADERS...): the headers that programs outside this tree may include. They are installed
+# with the library and documented by Doxygen; they include nothing but public headers (ctest installed_libraries).
+function(obscura_public_headers target)
+    get_target_property(type ${target} TYPE)
+    set(scope PUBLIC)
+    if(type STREQUAL INTERFACE_LIBRARY)
+        set(scope INTERFACE)
+    endif()
+    target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${ARGN})
+    list(TRANSFORM ARGN PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
+    set_property(GLOBAL APPEND PROPERTY OBSCURA_PUBLIC_HEADERS ${ARGN})
+endfunction()
+
 # obscura_late_library(NAME SOURCE PACKAGE FILE): objects obscura_late_NAME with the functions of the shared library FILE that
 # load it when they are called; linked before anything that needs PACKAGE. OBSCURA_NAME is its SONAME.
 function(obscura_late_library name source package file)

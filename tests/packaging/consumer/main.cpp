@@ -1,13 +1,14 @@
-// A program of somebody else's, built on the installed libraries: renders the shipped scene.
+// A program outside the tree, built on the installed libraries: renders the shipped scene, or that of its
+// argument.
 #include "renderer/renderer.hpp"
 #include "renderer/scene/scene_file.hpp"
 
 #include <cstdio>
 #include <vector>
 
-int main() {
+int main(int argc, char** argv) {
     using namespace obscura;
-    const scene::Scene scene = scene::load_scene("/usr/share/obscura/scenes/demo.toml");
+    const scene::Scene scene = scene::load_scene(argc > 1 ? argv[1] : "/usr/share/obscura/scenes/demo.toml");
     renderer::RenderSettings settings;
     settings.samples_per_pixel = 1;
     const renderer::Renderer renderer(scene, settings);
