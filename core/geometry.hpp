@@ -4,7 +4,7 @@
 #include <cmath>
 
 namespace obscura {
-
+/// Vector of three doubles; names carry the unit (`position_m`).
 struct Vec3 {
     double x = 0, y = 0, z = 0;
 

@@ -20,6 +20,7 @@
 
 namespace obscura::renderer {
 
+/// Quality, threads and seed of a renderer; fixed for its life.
 struct RenderSettings {
     std::uint32_t samples_per_pixel = 4; ///< rays per pixel that a body may cover
     std::uint32_t threads = 0;           ///< 0: one per core

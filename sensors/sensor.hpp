@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace obscura::sensors {
-
+/// One window of the sensor as asked for; the ReadoutPlan says what the chip makes of it.
 struct WindowRequest {
     Region region;                ///< in sensor pixels; under push-broom `height` counts lines
     std::int64_t exposure_ns = 0; ///< reset to read; first to last read where there are several reads

@@ -16,6 +16,7 @@
 
 namespace obscura::transports {
 
+/// Where frames are stored, in which format, and how many may wait.
 struct FileSinkSettings {
     std::filesystem::path directory; ///< must exist
     images::FrameFormat format = images::FrameFormat::png;
@@ -23,10 +24,11 @@ struct FileSinkSettings {
     bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
 };
 
-/// Writes `frame_<frame id>.<format>` into a folder; the second and later acquisitions of one start() write
-/// `run<n>_frame_...`. One thread of its own, which waits for each frame to be complete. A file that cannot
-/// be written counts as a dropped frame and is logged once until writing succeeds again. A frame that was
-/// abandoned by its producer is written with the missing rows 0 and PARTIAL set, or dropped if it has none.
+/// Writes frame_000001.png and so on (frame id, format) into a folder; the second and later acquisitions of
+/// one start() write run2_frame_000001.png and so on. One thread of its own, which waits for each frame to be
+/// complete. A file that cannot be written counts as a dropped frame and is logged once until writing
+/// succeeds again. A frame that was abandoned by its producer is written with the missing rows 0 and PARTIAL
+/// set, or dropped if it has none.
 ///
 /// stop() expects that no frame is in work any more (every frame complete or abandoned); it writes what is in
 /// the queue for at most 0.3 s and drops the rest. One thread calls submit().

@@ -13,6 +13,7 @@
 
 namespace obscura::transports {
 
+/// How many frames a LoopbackTransport takes and keeps, and who is called with them.
 struct LoopbackSettings {
     std::size_t queue_frames = 4; ///< frames taken and not yet complete; more are dropped
     std::size_t keep_frames = 0;  ///< complete frames held on to; each one keeps a frame of the pool

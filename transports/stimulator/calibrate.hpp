@@ -17,6 +17,7 @@ struct Capture {
     std::vector<float> pixels;
 };
 
+/// What calibrate() needs to know besides the captures.
 struct CalibrationSettings {
     std::int32_t camera_width = 0, camera_height = 0; ///< 0: as captured
     double saturation = 65535;                        ///< digital number at which the camera saturates

@@ -22,6 +22,7 @@ struct UniformityGrid {
     [[nodiscard]] double operator()(PixelPoint p) const;
 };
 
+/// Whole coordinates of a pixel of the screen.
 struct ScreenPixel {
     std::int32_t x = 0, y = 0;
     bool operator==(const ScreenPixel&) const = default;

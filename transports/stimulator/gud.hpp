@@ -105,6 +105,7 @@ constexpr std::size_t max_properties = 32;
 [[nodiscard]] std::string decode_properties(std::span<const std::uint8_t> bytes,
                                             std::vector<Property>& properties);
 
+/// One entry of the answer to get_connectors.
 struct Connector {
     std::uint8_t type =
         0; ///< 0 panel, 1 VGA, 2 composite, 3 S-video, 4 component, 5 DVI, 6 DisplayPort, 7 HDMI

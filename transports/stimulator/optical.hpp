@@ -12,6 +12,7 @@
 
 namespace obscura::transports {
 
+/// Sizes, digital numbers and luminances between which the optical stage maps.
 struct OpticalSettings {
     std::int32_t screen_width = 0, screen_height = 0; ///< pixels
     std::int32_t sensor_width = 0, sensor_height = 0; ///< the image to be seen, in the camera's own pixels

@@ -7,11 +7,13 @@
 
 namespace obscura::transports {
 
+/// When the screen shows what it was sent.
 struct ScreenTiming {
     double refresh_hz = 0;        ///< 0: unknown, then there is nothing to warn of
     std::int64_t transfer_ns = 0; ///< time that one update takes to reach the screen
 };
 
+/// When the camera in front of the screen integrates.
 struct ShutterTiming {
     std::int64_t exposure_ns = 0;
     std::int64_t readout_ns = 0;      ///< first row's reset to last row's reset; 0: global shutter

@@ -30,6 +30,7 @@ struct DistortionGrid {
     [[nodiscard]] PixelPoint operator()(PixelPoint p) const;
 };
 
+/// Where the camera sees each point of the screen: a homography and what departs from it.
 struct ScreenMap {
     Homography homography;
     DistortionGrid distortion;

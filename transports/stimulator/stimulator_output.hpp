@@ -28,6 +28,7 @@ enum class Compression : std::uint8_t { off, automatic, always };
 [[nodiscard]] Compression compression_named(std::string_view name);
 [[nodiscard]] gud::Format display_format_named(std::string_view name);
 
+/// Which display to use, how to drive it, and what its pictures stand for.
 struct StimulatorSettings {
     std::uint16_t vendor_id = gud::default_vendor_id;
     std::uint16_t product_id = gud::default_product_id;

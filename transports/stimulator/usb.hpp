@@ -65,6 +65,7 @@ public:
     [[nodiscard]] virtual std::string description() const = 0;
 };
 
+/// The USB devices of this machine; an interface, so that tests have a bus of their own.
 class UsbBus {
 public:
     virtual ~UsbBus() = default;

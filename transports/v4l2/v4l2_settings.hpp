@@ -25,6 +25,7 @@ enum class V4l2Io : std::uint8_t { automatic, mmap, write };
 [[nodiscard]] V4l2Format v4l2_format_named(std::string_view name);
 [[nodiscard]] V4l2Io v4l2_io_named(std::string_view name);
 
+/// Which video node to feed and in what form.
 struct V4l2Settings {
     std::string device = "/dev/video10";
     V4l2Format format = V4l2Format::y16;
