@@ -6,15 +6,15 @@
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/camera/stray_light.hpp"
+#include "renderer/integrators/aovs.hpp"
 #include "renderer/integrators/block_tracer.hpp"
-#include "renderer/integrators/layers.hpp"
 #include "renderer/integrators/path_tracer.hpp"
+#include "renderer/integrators/point_splatter.hpp"
 #include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
+#include "renderer/lights/lighting.hpp"
 #include "renderer/lights/spectrum.hpp"
-#include "renderer/lights/star_field.hpp"
 #include "renderer/packets/sampler.hpp"
-#include "renderer/packets/vector_math.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/exposure.hpp"
 #include "renderer/world/kinematics.hpp"
@@ -32,10 +32,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <thread>
@@ -104,7 +102,7 @@ struct Renderer::Impl {
     GaussianPsf gaussian_psf;
     std::unique_ptr<const Psf> psf; ///< if any, instead of the Gaussian
     std::vector<BuiltBody> bodies;
-    StarField stars;
+    PointSplatter splatter;
     std::vector<StrayMap> stray;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
@@ -126,7 +124,7 @@ struct Renderer::Impl {
           gaussian_psf(scene.camera.psf_sigma_px),
           psf(Psf::make(scene.camera, scene.bands)),
           bodies(build_bodies(scene)),
-          stars(scene.stars, scene.bands),
+          splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
           stray(read_stray_light(scene)),
           arena(static_cast<int>(threads)) {
         if (threads > std::thread::hardware_concurrency())
@@ -136,7 +134,7 @@ struct Renderer::Impl {
         settings.max_bounces = std::max(settings.max_bounces, scene.max_bounces);
         for (const SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
-        lighting = make_lighting(scene, bodies, sun_w_m2, settings.max_bounces);
+        lighting = make_lighting(scene, area_lights_of(bodies), sun_w_m2, settings.max_bounces);
         plain = settings.max_bounces == 0 && scene.lamps.empty() && !(psf && psf->chromatic()) &&
                 std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
                     return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey());
@@ -156,7 +154,7 @@ struct Renderer::Impl {
                                     Scratch& s) const {
         if (settings.max_instants > 1 && s.measured != row) {
             s.measured = row;
-            s.motion = motion_px(scene, bodies, *lens, splat_reach_px(), row);
+            s.motion = motion_px(scene, bodies, *lens, splatter.reach_px(), row);
         }
         const double chance =
             seed_words(settings.seed, request.frame_id, SamplePurpose::instant, 0, y)[0] * 0x1p-32;
@@ -175,7 +173,6 @@ struct Renderer::Impl {
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
                       std::max(least, settings.samples_per_pixel / parts), parts, time_s, s.row);
     }
-    void find_stars(const RenderRequest& request, std::vector<std::uint32_t>& found) const;
     /// Calls `use(tracer)` with the tracer that the scene needs.
     template<typename Use>
     void with_tracer(Scratch& s, const Use& use) const;
@@ -187,10 +184,6 @@ struct Renderer::Impl {
     /// Adds the light of the row's instant, number `part` of `parts` that share the samples of pixels.
     void trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
                       std::uint32_t parts, Tracer& tracer, Scratch& s) const;
-    /// Adds the light of stars and of bodies that are splatted at the row's instant, number `part` of
-    /// `parts`.
-    void splat(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
-               std::uint32_t parts, Tracer& tracer, Scratch& s) const;
     [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t part = 0,
                                     std::uint32_t parts = 1) const {
         // The parts' errors add up like chance, and their mean is taken.
@@ -199,18 +192,6 @@ struct Renderer::Impl {
     }
     /// The farthest that a camera sample is displaced, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
-    /// The farthest that a point of light is seen from where it is projected.
-    [[nodiscard]] double splat_reach_px() const {
-        return psf ? std::max(psf->reach_px(), psf->wings_px()) : gaussian_psf.splat_reach_px();
-    }
-    enum class SplatParts : std::uint8_t { all, wings };
-    /// Adds what row `y` gets of the light `amount`, by channel, of a point.
-    void splat_point(const RenderRequest& request, std::int32_t y, ImagePoint at,
-                     std::span<const double> amount, SplatParts parts, std::vector<double>& light) const;
-    void splat_body(const RenderRequest& request, std::int32_t y, std::int32_t body, SplatParts splat_parts,
-                    std::uint32_t part, std::uint32_t parts, Tracer& tracer, Scratch& s) const;
-    void splat_stars(const RenderRequest& request, std::int32_t y, const std::vector<std::uint32_t>& in_view,
-                     std::uint32_t parts, Tracer& tracer, Scratch& s) const;
 };
 
 template<typename DoRow>
@@ -253,29 +234,6 @@ bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* c
     });
 #endif
     return complete.load();
-}
-
-void Renderer::Impl::find_stars(const RenderRequest& request, std::vector<std::uint32_t>& found) const {
-    found.clear();
-    if (stars.size() == 0 || request.row_times.empty()) return;
-    // The field at the middle row, grown by the largest turn of the camera within the band.
-    const auto attitude = [&](Time t) { return camera_pose(scene, bodies, to_seconds(t.ns)).orientation; };
-    const Quat middle = attitude(request.row_times[request.row_times.size() / 2].mid());
-    double turn_rad = 0;
-    double moved_rad = 0; // by aberration
-    const RowTime* before = nullptr;
-    for (const RowTime& t : request.row_times) {
-        if (before != nullptr && *before == t) continue; // a global shutter has one time for all rows
-        before = &t;
-        for (const Time edge : {t.reset, t.mid(), t.read}) {
-            const double cosine = std::min(1.0, std::abs(dot(middle, attitude(edge))));
-            turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
-        }
-        if (scene.aberration)
-            moved_rad = std::max(moved_rad, 2 * length(camera_beta(scene, bodies, to_seconds(t.mid().ns))));
-    }
-    stars.inside(rotate(middle, {0, 0, 1}),
-                 lens->field_angle_rad(splat_reach_px() + 1) + turn_rad + moved_rad + 1e-9, found);
 }
 
 template<typename Use>
@@ -351,164 +309,6 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     }
 }
 
-void Renderer::Impl::splat_point(const RenderRequest& request, std::int32_t y, ImagePoint at,
-                                 std::span<const double> amount, SplatParts parts,
-                                 std::vector<double>& light) const {
-    const auto width = static_cast<std::size_t>(request.window.width);
-    const auto over = [&](double half, const auto& share) {
-        const auto from = std::max(request.window.x, static_cast<std::int32_t>(std::floor(at.x - half)));
-        const auto to = std::min(request.window.x + request.window.width - 1,
-                                 static_cast<std::int32_t>(std::ceil(at.x + half)));
-        for (std::int32_t column = from; column <= to; ++column)
-            for (std::size_t c = 0; c < amount.size(); ++c)
-                light[c * width + static_cast<std::size_t>(column - request.window.x)] +=
-                    amount[c] * share(column, c);
-    };
-    const double dy = y - at.y;
-    if (!psf) {
-        const double row_share = gaussian_psf.weight(at.y, y);
-        if (row_share == 0) return;
-        over(gaussian_psf.splat_reach_px(),
-             [&](std::int32_t column, std::size_t) { return row_share * gaussian_psf.weight(at.x, column); });
-        return;
-    }
-    if (parts == SplatParts::all && std::abs(dy) < psf->reach_px())
-        over(psf->reach_px(),
-             [&](std::int32_t column, std::size_t c) { return psf->weight(at, column, y, c); });
-    const double rest2 = psf->wings_px() * psf->wings_px() - dy * dy;
-    if (rest2 > 0)
-        over(std::sqrt(rest2), [&](std::int32_t column, std::size_t c) {
-            const double dx = column - at.x;
-            return psf->wing(c, dx * dx + dy * dy);
-        });
-}
-
-void Renderer::Impl::splat(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
-                           std::uint32_t parts, Tracer& tracer, Scratch& s) const {
-    for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
-        if (s.row.bodies[b].targeted)
-            splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::all, part, parts, tracer, s);
-        else if (psf && psf->wings_px() > 0)
-            splat_body(request, y, static_cast<std::int32_t>(b), SplatParts::wings, part, parts, tracer, s);
-    splat_stars(request, y, band.stars, parts, tracer, s);
-}
-
-void Renderer::Impl::splat_body(const RenderRequest& request, std::int32_t y, std::int32_t index,
-                                SplatParts splat_parts, std::uint32_t part, std::uint32_t parts,
-                                Tracer& tracer, Scratch& s) const {
-    const BodyState& body = s.row.bodies[static_cast<std::size_t>(index)];
-    const double sine = body.cone_sine;
-    std::uint32_t samples = samples_per_target;
-    if (splat_parts == SplatParts::all) {
-        const auto centre = s.lens->project(body.direction);
-        if (!centre) return;
-        const double reach = splat_reach_px() + 2 * targeted_radius_px;
-        if (std::abs(centre->y - y) > reach || centre->x < request.window.x - reach ||
-            centre->x > request.window.x + request.window.width - 1 + reach)
-            return;
-    } else {
-        if (body.cos_cone < 0) return; // the camera is inside
-        const double away = std::acos(std::clamp(body.direction.z, -1.0, 1.0));
-        if (away > std::asin(sine) + s.lens->field_angle_rad(splat_reach_px() + 1)) return;
-        // Points closer to each other than what the wings, which begin at half the core, could show.
-        const double spacing_rad = psf->reach_px() / 4 * s.lens->local_pixel_angle_rad(body.direction);
-        const double wanted = body.solid_angle_sr / (spacing_rad * spacing_rad);
-        samples = 256;
-        while (samples < 4096 && samples < wanted)
-            samples *= 2;
-    }
-
-    // The instants share them. Fewer would leave out too much of the body.
-    if (parts > 1) samples = std::bit_floor(std::max(64u, samples / parts));
-
-    // Every body whose cone meets this one's can hide it.
-    s.candidates.clear();
-    for (std::size_t b = 0; b < s.row.bodies.size(); ++b) {
-        const BodyState& other = s.row.bodies[b];
-        const double reach_cos = body.cos_cone * other.cos_cone - sine * other.cone_sine;
-        if (static_cast<std::int32_t>(b) == index || other.cos_cone < 0 ||
-            dot(other.direction, body.direction) >= reach_cos)
-            s.candidates.push_back(static_cast<std::int32_t>(b));
-    }
-    Vec3 e1;
-    Vec3 e2;
-    orthonormal_basis(body.direction, e1, e2);
-    const double one_minus_cos = sine * sine / (1 + body.cos_cone);
-    const SeedWords seeds = seed_words(settings.seed, request.frame_id, SamplePurpose::body, index, 0);
-    const double weight = body.solid_angle_sr / samples / parts;
-    tracer.set_ray_width(std::sqrt(weight));
-    for (std::uint32_t first = part * samples; first < (part + 1) * samples; first += packet_size) {
-        CameraRays rays;
-        Words seed0;
-        for (std::uint32_t i = 0; i < packet_size; ++i) {
-            rays.index.v[i] = first + i;
-            seed0.v[i] = seeds[0];
-            rays.light_seed.v[i] = seeds[1];
-        }
-        Doubles u;
-        Doubles v;
-        sobol_pair(rays.index, seed0, u, v);
-        Lanes active;
-        for (int i = 0; i < packet_size; ++i) {
-            const double h = u.v[i] * one_minus_cos;
-            const double sin_theta = std::sqrt(h * (2 - h));
-            double sin_phi;
-            double cos_phi;
-            sincos_turn(v.v[i], sin_phi, cos_phi);
-            rays.direction.set(i, body.direction * (1 - h) + (e1 * cos_phi + e2 * sin_phi) * sin_theta);
-            active.on[i] = -1;
-        }
-        tracer.intersect(rays.direction, active, s.candidates, rays.hits);
-        tracer.count_samples(active);
-        for (std::int32_t& hit : rays.hits.body)
-            hit = hit == index ? hit : -1;
-        tracer.radiance({&rays, 1});
-        for (int i = 0; i < packet_size; ++i) {
-            if (rays.hits.body[i] < 0) continue;
-            const Vec3 direction = rays.direction.lane(i);
-            const auto at = s.lens->project(direction);
-            if (!at) continue;
-            const double dim = weight * s.lens->transmission(direction);
-            double amount[max_channels];
-            for (std::size_t c = 0; c < tracer.channels(); ++c)
-                amount[c] = dim * rays.radiance.v[c].v[i];
-            splat_point(request, y, *at, {amount, tracer.channels()}, splat_parts, s.light);
-        }
-    }
-}
-
-void Renderer::Impl::splat_stars(const RenderRequest& request, std::int32_t y,
-                                 const std::vector<std::uint32_t>& in_view, std::uint32_t parts,
-                                 Tracer& tracer, Scratch& s) const {
-    const double reach = splat_reach_px();
-    for (const std::uint32_t star : in_view) {
-        const Vec3 direction = s.row.camera_from_inertial * stars.direction(star);
-        const auto at = s.lens->project(direction);
-        if (!at || std::abs(at->y - y) > reach || at->x < request.window.x - reach ||
-            at->x > request.window.x + request.window.width - 1 + reach)
-            continue;
-        s.candidates.clear();
-        for (std::size_t b = 0; b < s.row.bodies.size(); ++b)
-            if (dot(direction, s.row.bodies[b].direction) >= s.row.bodies[b].cos_cone - 1e-12)
-                s.candidates.push_back(static_cast<std::int32_t>(b));
-        if (!s.candidates.empty()) {
-            Vec3s directions;
-            Lanes active{};
-            for (int i = 0; i < packet_size; ++i)
-                directions.set(i, direction);
-            active.on[0] = -1;
-            HitPacket hits;
-            tracer.intersect(directions, active, s.candidates, hits);
-            if (hits.body[0] >= 0) continue;
-        }
-        const double through = s.lens->transmission(direction) / parts;
-        double amount[max_channels];
-        for (std::size_t band = 0; band < scene.bands.size(); ++band)
-            amount[band] = through * stars.irradiance(star, band);
-        splat_point(request, y, *at, {amount, scene.bands.size()}, SplatParts::all, s.starlight);
-    }
-}
-
 void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, std::int32_t r,
                                 std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
@@ -526,7 +326,9 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
         begin_row(when.point_s(i), when.pixels, s);
         with_tracer(s, [&](Tracer& tracer) {
             if (together) trace_pixels(request, y, band, i, when.pixels, tracer, s);
-            splat(request, y, band, i, when.points, tracer, s);
+            splatter.splat({request.window, y, request.frame_id, i, when.points, s.row, *s.lens, s.light,
+                            s.starlight, s.candidates},
+                           band.stars, tracer);
         });
     }
     for (std::uint32_t i = 0; !together && i < when.pixels; ++i) {
@@ -581,45 +383,25 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                                     static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     Band& band = impl_->band_scratch.local();
-    impl_->find_stars(request, band.stars);
+    impl_->splatter.find_stars(request.row_times, band.stars);
     return impl_->fill_sample_grid(request, cancel, band) &&
            impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
                impl_->render_row(request, band, r, irradiance, scratch);
            });
 }
 
-bool Renderer::render_layers(const RenderRequest& request, std::span<float> layers,
-                             const std::atomic<bool>* cancel) const {
+bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
+                           const std::atomic<bool>* cancel) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::size_t plane = static_cast<std::size_t>(request.rows) * width;
-    assert(layers.size() == layer_count * plane);
+    assert(aovs.size() == aov_count * plane);
     return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
         impl_->begin_row(time_s, 1, s);
-        trace_layers(*s.lens, s.row, request.window.x, request.window.y + request.first_row + r,
-                     request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,
-                     layers.data() + static_cast<std::size_t>(r) * width, plane);
+        trace_aovs(*s.lens, s.row, request.window.x, request.window.y + request.first_row + r,
+                   request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,
+                   aovs.data() + static_cast<std::size_t>(r) * width, plane);
     });
-}
-
-const char* layer_name(LayerId layer) {
-    constexpr std::array<const char*, layer_count> names{"body",
-                                                         "range_m",
-                                                         "depth_m",
-                                                         "normal.x",
-                                                         "normal.y",
-                                                         "normal.z",
-                                                         "latitude_deg",
-                                                         "longitude_deg",
-                                                         "slope_deg",
-                                                         "incidence_deg",
-                                                         "emission_deg",
-                                                         "phase_deg",
-                                                         "u",
-                                                         "v",
-                                                         "albedo",
-                                                         "material"};
-    return names[static_cast<std::size_t>(layer)];
 }
 
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {

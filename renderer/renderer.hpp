@@ -10,6 +10,7 @@
 #include "core/geometry.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
+#include "renderer/integrators/aovs.hpp"
 #include "renderer/scene/scene.hpp"
 
 #include <atomic>
@@ -57,29 +58,6 @@ struct RenderRequest {
     std::span<float> samples{}, variance{};
 };
 
-/// Truth maps: the geometry behind the centre of each pixel.
-enum class LayerId : std::uint8_t {
-    body,     ///< 0: none; 1 ..: the scene's bodies in order; one more: the Sun
-    range_m,  ///< from the camera to the surface
-    depth_m,  ///< the same along the boresight
-    normal_x, ///< of the surface as it is shaded, unit, inertial axes, towards the camera
-    normal_y,
-    normal_z,
-    latitude_deg,  ///< planetocentric, body frame: angle from the x-y plane, positive to +z
-    longitude_deg, ///< body frame: from +x towards +y, -180 .. 180
-    slope_deg,     ///< between the normal and the direction from the body's origin
-    incidence_deg, ///< between the normal and the centre of the Sun
-    emission_deg,  ///< between the normal and the camera
-    phase_deg,     ///< Sun, surface, camera
-    u,             ///< texture coordinates, right and down; NaN where the body has none
-    v,
-    albedo,   ///< normal albedo, pi times the reflectance at no incidence, emission and phase, first band
-    material, ///< the materials of all bodies in order, from 1; one more than those: the Sun
-};
-constexpr std::size_t layer_count = 16;
-/// Names for files: "body", "range_m", ...
-[[nodiscard]] const char* layer_name(LayerId layer);
-
 /// The renderer of one camera in one scene. Thread-safe after construction as long as each render() has its
 /// own output; render() spreads over the renderer's own worker threads and returns when the band is done.
 class Renderer {
@@ -98,10 +76,10 @@ public:
     bool render(const RenderRequest& request, std::span<float> irradiance,
                 const std::atomic<bool>* cancel = nullptr) const;
 
-    /// Fills `layers` (layer_count x rows x window.width floats, in the order of LayerId) with the geometry
-    /// at the rows' times; where nothing is, `body` is 0 and all else NaN. Returns as render() does.
-    bool render_layers(const RenderRequest& request, std::span<float> layers,
-                       const std::atomic<bool>* cancel = nullptr) const;
+    /// Fills `aovs` (aov_count x rows x window.width floats, in the order of Aov) with the geometry at the
+    /// rows' times; where nothing is, `body` is 0 and all else NaN. Returns as render() does.
+    bool render_aovs(const RenderRequest& request, std::span<float> aovs,
+                     const std::atomic<bool>* cancel = nullptr) const;
 
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;

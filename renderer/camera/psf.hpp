@@ -2,7 +2,6 @@
 #pragma once
 
 #include "renderer/camera/projection.hpp"
-#include "renderer/integrators/tracer.hpp"
 #include "renderer/packets/packet.hpp"
 #include "renderer/scene/scene.hpp"
 

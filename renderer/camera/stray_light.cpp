@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "images/image.hpp"
 #include "renderer/camera/psf_file.hpp"
-#include "renderer/textures/surface_textures.hpp"
+#include "renderer/lights/spectrum.hpp"
 
 #include <fmt/format.h>
 

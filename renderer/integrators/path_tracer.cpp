@@ -9,93 +9,58 @@
 #include <cmath>
 
 namespace obscura::renderer {
-namespace {
 
-/// Share of a lamp's axial intensity at an angle to its axis.
-double beam_share(const scene::Lamp& lamp, double cos_angle) {
-    const double angle = std::acos(std::clamp(cos_angle, -1.0, 1.0));
-    switch (lamp.beam) {
-    case scene::Lamp::Beam::uniform:
-        return angle <= lamp.half_angle_rad ? 1 : 0;
-    case scene::Lamp::Beam::gaussian: {
-        const double x = angle / lamp.half_angle_rad;
-        return std::exp(-2 * x * x);
-    }
-    case scene::Lamp::Beam::point:
-        break;
-    }
-    return 1;
-}
+/// pdf of directions that area sampling cannot find: the camera's own rays and mirrored ones (a delta
+/// distribution). Emission that they meet has MIS weight 1.
+constexpr double delta_pdf = no_hit;
 
-} // namespace
-
-bool Lighting::has_sun() const {
-    return std::any_of(sun_w_m2.begin(), sun_w_m2.end(), [](double e) { return e > 0; });
-}
-
-Lighting make_lighting(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
-                       std::vector<double> sun_w_m2, std::uint32_t max_bounces) {
-    Lighting lighting;
-    lighting.sun_w_m2 = std::move(sun_w_m2);
-    lighting.lamps = scene.lamps;
-    lighting.max_bounces = max_bounces;
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-        if (bodies[b].emission.empty() || !(bodies[b].shape->sampled_area_m2() > 0)) continue;
-        lighting.area_lights.push_back(static_cast<std::int32_t>(b));
-        lighting.area_m2 += bodies[b].shape->sampled_area_m2();
-    }
-    return lighting;
-}
-
-/// 16 paths: the ray each is on, and what it carries.
+/// 16 paths: current ray, throughput and random numbers.
 struct PathTracer::Paths {
     Vec3s origin;    ///< inertial axes, relative to `start`
     Vec3s direction; ///< inertial axes
-    Vec3s start;     ///< where the body is that the path left, or the camera; inertial
+    Vec3s start;     ///< position of the body that the path left, or of the camera; inertial
     Lanes alive;
-    Channels carried;
-    /// Density with which the direction was drawn; no_hit where no other technique could have found it: the
-    /// camera's own rays and mirrored ones.
-    Doubles density;
-    Doubles travelled_m; ///< from the camera
-    HitPacket hits;      ///< what they have met
-    Words index, seed;   ///< of their random numbers
-    /// Whose they are: packet of the batch times packet_size plus lane.
+    Channels throughput;
+    Doubles pdf;         ///< of `direction` by BSDF sampling, 1/sr; or delta_pdf
+    Doubles travelled_m; ///< path length from the camera
+    HitPacket hits;      ///< nearest surfaces along the rays
+    Words index, seed;   ///< of their random numbers, see SampleStream
+    /// The camera ray that the path began with: packet of the batch times packet_size plus lane.
     std::int32_t owner[packet_size];
 };
 
-/// Hits on bodies that have one frame, and what it takes to light them; everything in that frame.
+/// Path vertices on bodies that share a frame; everything in that frame.
 struct PathTracer::Vertex {
-    const BodyState* body = nullptr; ///< one of them
-    Lanes here;                      ///< the lanes that scatter light
-    std::int32_t of[packet_size];    ///< each lane's body
-    std::int32_t bodies[packet_size];
-    Lanes on[packet_size]; ///< the lanes on each of `bodies`
+    const BodyState* body = nullptr;  ///< any body of the frame
+    Lanes here;                       ///< the lanes that scatter light
+    std::int32_t of[packet_size];     ///< index of each lane's body in the row
+    std::int32_t bodies[packet_size]; ///< the bodies that were hit, `count` of them
+    Lanes on[packet_size];            ///< the lanes on each of `bodies`
     int count = 0;
     bool coherent = true; ///< reached by camera rays
     RayPacket view;
     SurfacePacket surface;
     Channels colour;                     ///< factor on the material's reflectance
-    bool varies[packet_size];            ///< whether each of `bodies` has parameters of its own in each lane
-    ParameterPacket varied[packet_size]; ///< and which
-    std::int32_t place[packet_size];     ///< of each lane's body among `bodies`
+    bool varies[packet_size];            ///< whether the parameters of each of `bodies` differ by lane
+    ParameterPacket varied[packet_size]; ///< the parameters of those that do
+    std::int32_t slot[packet_size];      ///< index of each lane's body in `bodies`
 
-    /// A lane's own parameters; null: those of its material.
+    /// Material parameters of one lane; null: the material's constants.
     [[nodiscard]] const ParameterPacket* varied_at(int lane) const {
-        return varies[place[lane]] ? &varied[place[lane]] : nullptr;
+        return varies[slot[lane]] ? &varied[slot[lane]] : nullptr;
     }
 };
 
 namespace {
 
-/// Turns `origin` + `start` - `place` and `direction` by `m`.
+/// Rotates `origin` + `start` - `body_m` and `direction` by `m`.
 OBSCURA_VECTOR_CLONES
-void turn_rays(const Mat3& m, const Vec3s& origin, const Vec3s& start, Vec3 place, const Vec3s& direction,
+void turn_rays(const Mat3& m, const Vec3s& origin, const Vec3s& start, Vec3 body_m, const Vec3s& direction,
                RayPacket& out) {
     for (int i = 0; i < packet_size; ++i) {
-        const double x = origin.x.v[i] + (start.x.v[i] - place.x);
-        const double y = origin.y.v[i] + (start.y.v[i] - place.y);
-        const double z = origin.z.v[i] + (start.z.v[i] - place.z);
+        const double x = origin.x.v[i] + (start.x.v[i] - body_m.x);
+        const double y = origin.y.v[i] + (start.y.v[i] - body_m.y);
+        const double z = origin.z.v[i] + (start.z.v[i] - body_m.z);
         out.origin.x.v[i] = m.m[0][0] * x + m.m[0][1] * y + m.m[0][2] * z;
         out.origin.y.v[i] = m.m[1][0] * x + m.m[1][1] * y + m.m[1][2] * z;
         out.origin.z.v[i] = m.m[2][0] * x + m.m[2][1] * y + m.m[2][2] * z;
@@ -110,7 +75,7 @@ void turn_rays(const Mat3& m, const Vec3s& origin, const Vec3s& start, Vec3 plac
     }
 }
 
-/// Copies the lanes `which`.
+/// Copies the lanes that are on in `which`.
 OBSCURA_VECTOR_CLONES
 void take(const Lanes& which, const Doubles& from, Doubles& to) {
     for (int i = 0; i < packet_size; ++i)
@@ -130,12 +95,12 @@ void take(const Lanes& which, const SurfacePacket& from, SurfacePacket& to) {
         to.outside.on[i] = which.on[i] != 0 ? from.outside.on[i] : to.outside.on[i];
 }
 
-/// out += carried * colour * light * scale, lane by lane.
+/// out += throughput * colour * light * scale, lane by lane.
 OBSCURA_VECTOR_CLONES
-void add_light(const Doubles& carried, const Doubles& colour, const Doubles& light, double scale,
+void add_light(const Doubles& throughput, const Doubles& colour, const Doubles& light, double scale,
                Doubles& out) {
     for (int i = 0; i < packet_size; ++i)
-        out.v[i] += carried.v[i] * light.v[i] * (colour.v[i] * scale);
+        out.v[i] += throughput.v[i] * light.v[i] * (colour.v[i] * scale);
 }
 
 } // namespace
@@ -151,7 +116,7 @@ void PathTracer::rays_in(const BodyState& body, const Paths& paths, RayPacket& r
 void PathTracer::block(const Vertex& vertex, bool all_bodies, RayPacket& light) {
     light.origin = vertex.surface.shadow_origin;
     light.coherent = vertex.coherent;
-    RayPacket turned; // for the frame of the body before
+    RayPacket turned; // in the frame `turned_to`
     turned.coherent = vertex.coherent;
     std::int32_t turned_to = -1;
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
@@ -197,17 +162,18 @@ void PathTracer::block(const Vertex& vertex, bool all_bodies, RayPacket& light) 
     }
 }
 
-void PathTracer::meet_light(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
-                            const RayPacket& view, const HitPacket& hits, Paths& paths, Channels& out) const {
+void PathTracer::add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
+                              const RayPacket& view, const HitPacket& hits, Paths& paths,
+                              Channels& out) const {
     const std::size_t channels = lighting_.sun_w_m2.size();
     if (body.material == nullptr) {
         for (int i = 0; i < packet_size; ++i) {
             if (here.on[i] == 0) continue;
-            if (paths.density[i] == no_hit) {
+            if (paths.pdf[i] == delta_pdf) {
                 const double mu = -dot(surface.normal.lane(i), view.direction.lane(i));
                 const double radiance = sun_radiance_ * limb_factor(sun_.limb_darkening, mu);
                 for (std::size_t c = 0; c < channels; ++c)
-                    out.v[c][i] += paths.carried.v[c][i] * radiance * lighting_.sun_w_m2[c];
+                    out.v[c][i] += paths.throughput.v[c][i] * radiance * lighting_.sun_w_m2[c];
             }
             paths.alive.on[i] = 0;
         }
@@ -217,14 +183,15 @@ void PathTracer::meet_light(const BodyState& body, const Lanes& here, const Surf
     const bool sampled = body.shape->sampled_area_m2() > 0;
     for (int i = 0; i < packet_size; ++i) {
         if (here.on[i] == 0 || surface.outside.on[i] == 0) continue;
+        // Compute the MIS weight of a BSDF-sampled emitter hit: balance heuristic, pdfs per steradian.
         double weight = 1;
-        if (sampled && paths.density[i] != no_hit) {
+        if (sampled && paths.pdf[i] != delta_pdf) {
             const double cosine = -dot(surface.facet_normal.lane(i), view.direction.lane(i));
-            const double other = hits.t[i] * hits.t[i] / (std::max(cosine, 1e-12) * lighting_.area_m2);
-            weight = paths.density[i] / (paths.density[i] + other);
+            const double area_pdf = hits.t[i] * hits.t[i] / (std::max(cosine, 1e-12) * lighting_.area_m2);
+            weight = paths.pdf[i] / (paths.pdf[i] + area_pdf);
         }
         for (std::size_t c = 0; c < channels; ++c)
-            out.v[c][i] += weight * paths.carried.v[c][i] * body.built->emission[c];
+            out.v[c][i] += weight * paths.throughput.v[c][i] * body.built->emission[c];
     }
 }
 
@@ -249,11 +216,11 @@ void PathTracer::gather(const HitPacket& hits, Paths& paths, Lanes& left, Vertex
                 left.on[i] = 0;
                 vertex.of[i] = index;
             }
-        // The first body's surface fills all lanes, so that those of others are numbers at least.
+        // The first body's surface fills all lanes, so that lanes of other bodies hold finite numbers.
         SurfacePacket own;
         SurfacePacket& surface = vertex.count == 0 ? vertex.surface : own;
         body.shape->surface(vertex.view, hits, index, surface);
-        meet_light(body, here, surface, vertex.view, hits, paths, out);
+        add_emission(body, here, surface, vertex.view, hits, paths, out);
         if (body.material == nullptr) {
             if (vertex.count == 0) vertex.body = nullptr;
             continue;
@@ -261,7 +228,7 @@ void PathTracer::gather(const HitPacket& hits, Paths& paths, Lanes& left, Vertex
         vertex.varies[vertex.count] = colour(index, here, hits, paths, vertex.view, surface, vertex.colour,
                                              vertex.varied[vertex.count]);
         for (int i = 0; i < packet_size; ++i)
-            if (here.on[i] != 0) vertex.place[i] = vertex.count;
+            if (here.on[i] != 0) vertex.slot[i] = vertex.count;
         if (vertex.count > 0) take(here, own, vertex.surface);
         vertex.bodies[vertex.count] = index;
         vertex.on[vertex.count++] = here;
@@ -287,21 +254,26 @@ void PathTracer::reflectance(const Vertex& vertex, const Vec3s& light, Doubles& 
 
 void PathTracer::add_sun(const Vertex& vertex, const Doubles& u, const Doubles& v, const Paths& paths,
                          Channels& out) {
+    // Sample the Sun's disc.
     RayPacket light;
     Doubles solid_angle;
     sample_sun(vertex.surface.position, vertex.body->sun_m, sun_, u, v, light.direction, solid_angle);
+    // Evaluate the BRDF.
     Doubles r;
     reflectance(vertex, light.direction, r);
+    // Trace shadow rays.
     for (int i = 0; i < packet_size; ++i) {
         light.active.on[i] = vertex.here.on[i] != 0 && r[i] > 0 ? -1 : 0;
         light.t_max[i] = no_hit;
     }
     if (!light.active.any()) return;
     block(vertex, false, light);
+    // Add throughput times BRDF times radiance over the pdf.
     for (int i = 0; i < packet_size; ++i)
         r[i] = light.active.on[i] != 0 ? r[i] * solid_angle[i] : 0;
     for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-        add_light(paths.carried.v[c], vertex.colour.v[c], r, sun_radiance_ * lighting_.sun_w_m2[c], out.v[c]);
+        add_light(paths.throughput.v[c], vertex.colour.v[c], r, sun_radiance_ * lighting_.sun_w_m2[c],
+                  out.v[c]);
 }
 
 void PathTracer::add_lamps(const Vertex& vertex, const Paths& paths, Channels& out) {
@@ -329,7 +301,7 @@ void PathTracer::add_lamps(const Vertex& vertex, const Paths& paths, Channels& o
         for (int i = 0; i < packet_size; ++i)
             r[i] = light.active.on[i] != 0 ? r[i] * share[i] : 0;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
-            add_light(paths.carried.v[c], vertex.colour.v[c], r, lamp.intensity_w_sr[c], out.v[c]);
+            add_light(paths.throughput.v[c], vertex.colour.v[c], r, lamp.intensity_w_sr[c], out.v[c]);
     }
 }
 
@@ -341,12 +313,13 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& u, const Do
         light.direction.set(i, {0, 0, 1});
         light.t_max[i] = share[i] = 0;
     }
-    // u selects a body by its share of the area, then what is left of it a place there.
+    // Sample a point of the emitting area: u selects the body by its area, its remainder and v the point.
     std::int32_t source[packet_size] = {};
     double before_m2 = 0;
     for (std::size_t k = 0; k < lighting_.area_lights.size(); ++k) {
-        const BodyState& lamp = row_.bodies[static_cast<std::size_t>(lighting_.area_lights[k])];
-        const double area_m2 = lamp.shape->sampled_area_m2();
+        const AreaLight& area_light = lighting_.area_lights[k];
+        const BodyState& lamp = row_.bodies[static_cast<std::size_t>(area_light.body)];
+        const double area_m2 = area_light.area_m2;
         const bool last = k + 1 == lighting_.area_lights.size();
         const bool here = lamp.frame == vertex.body->frame;
         const Mat3 turn = here ? Mat3{} : relative_rotation(lamp, *vertex.body);
@@ -355,7 +328,7 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& u, const Do
         for (int i = 0; i < packet_size; ++i) {
             const double at_m2 = u[i] * lighting_.area_m2 - before_m2;
             if (vertex.here.on[i] == 0 || at_m2 < 0 || (at_m2 >= area_m2 && !last)) continue;
-            source[i] = lighting_.area_lights[k];
+            source[i] = area_light.body;
             Vec3 point;
             Vec3 normal;
             lamp.shape->sample_area(std::min(at_m2 / area_m2, 0x1.fffffffffffffp-1), v[i], point, normal);
@@ -369,14 +342,17 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& u, const Do
             const Vec3 d = to_light / distance;
             const double cosine = -dot(normal, d);
             light.direction.set(i, d);
-            // The light itself must not be met: stop short of it by what float coordinates cannot resolve.
+            // Stop short of the light, by what float coordinates cannot resolve, so that it does not shadow
+            // itself.
             light.t_max[i] = distance * (1 - 1e-6) - resolved_m;
             share[i] = cosine > 0 ? cosine * lighting_.area_m2 / (distance * distance) : 0.0;
         }
         before_m2 += area_m2;
     }
+    // Evaluate the BRDF.
     Doubles r;
     reflectance(vertex, light.direction, r);
+    // Trace shadow rays.
     for (int i = 0; i < packet_size; ++i)
         light.active.on[i] = vertex.here.on[i] != 0 && r[i] * share[i] > 0 && light.t_max[i] > 0 ? -1 : 0;
     if (!light.active.any()) return;
@@ -384,6 +360,7 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& u, const Do
     for (int i = 0; i < packet_size; ++i) {
         if (light.active.on[i] == 0) continue;
         double value = r[i] * share[i];
+        // Compute the MIS weight against BSDF sampling.
         if (weighted) {
             const Vec3 n = vertex.surface.normal.lane(i);
             Vec3 a;
@@ -394,19 +371,20 @@ void PathTracer::add_area_light(const Vertex& vertex, const Doubles& u, const Do
             const Vec3 seen = local(-vertex.view.direction.lane(i));
             const Vec3 lit = local(light.direction.lane(i));
             const ParameterPacket* const varied = vertex.varied_at(i);
-            const double other =
+            const double bsdf_pdf =
                 varied != nullptr ? material.pdf_varied(*varied, i, seen, lit) : material.pdf(seen, lit);
-            const double own = 1 / share[i]; // density of this direction, per steradian
-            value *= own / (own + other);
+            const double area_pdf = 1 / share[i]; // per steradian
+            value *= area_pdf / (area_pdf + bsdf_pdf);
         }
         const std::vector<double>& emission =
             row_.bodies[static_cast<std::size_t>(source[i])].built->emission;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
-            out.v[c][i] += paths.carried.v[c][i] * value * vertex.colour.v[c][i] * emission[c];
+            out.v[c][i] += paths.throughput.v[c][i] * value * vertex.colour.v[c][i] * emission[c];
     }
 }
 
 void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& v, Paths& next) const {
+    // Sample the BSDF.
     Vec3s in;
     Doubles scale;
     Lanes mirrored{};
@@ -422,7 +400,7 @@ void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& 
             in.set(i, d - 2 * dot(d, n) * n);
             scale[i] = mirror;
             mirrored.on[i] = -1;
-            next.density[i] = no_hit;
+            next.pdf[i] = delta_pdf;
         } else {
             Vec3 a;
             Vec3 b;
@@ -431,18 +409,20 @@ void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& 
             const ParameterPacket* const varied = vertex.varied_at(i);
             const Vec3 w = varied != nullptr ? material.sample_varied(*varied, i, out, u[i], v[i])
                                              : material.sample(out, u[i], v[i]);
-            const double density =
+            const double pdf =
                 varied != nullptr ? material.pdf_varied(*varied, i, out, w) : material.pdf(out, w);
-            if (!(w.z > 0 && density > 0)) continue;
+            if (!(w.z > 0 && pdf > 0)) continue;
             in.set(i, a * w.x + b * w.y + n * w.z);
-            scale[i] = 1 / density;
-            next.density[i] = density;
+            scale[i] = 1 / pdf;
+            next.pdf[i] = pdf;
         }
-        // Interpolated normals can send light into the surface: it ends there.
+        // Shading normals can send light into the surface: absorb it.
         if (!(dot(in.lane(i), vertex.surface.facet_normal.lane(i)) > 0)) scale[i] = 0;
     }
+    // Evaluate the BRDF.
     Doubles r;
     reflectance(vertex, in, r);
+    // Set the next rays.
     Vec3s origin;
     Vec3s direction;
     transform(vertex.body->to_inertial, vertex.surface.shadow_origin, {}, origin);
@@ -455,9 +435,10 @@ void PathTracer::scatter(const Vertex& vertex, const Doubles& u, const Doubles& 
         next.alive.on[i] = scale[i] > 0 ? -1 : 0;
         next.start.set(i, vertex.body->position_m);
     }
+    // Update the throughput.
     for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
         for (int i = 0; i < packet_size; ++i)
-            next.carried.v[c][i] *= vertex.here.on[i] != 0 ? scale[i] * vertex.colour.v[c][i] : 1;
+            next.throughput.v[c][i] *= vertex.here.on[i] != 0 ? scale[i] * vertex.colour.v[c][i] : 1;
 }
 
 bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const Paths& paths,
@@ -474,7 +455,7 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
         }
         return false;
     }
-    // Bounced rays are taken to be as wide as a camera ray that has come as far.
+    // Texture filter width: that of a camera ray of the same path length.
     Doubles width_m;
     for (int i = 0; i < packet_size; ++i)
         width_m[i] = here.on[i] != 0 ? (paths.travelled_m[i] + hits.t[i]) * ray_width_rad_ : 0.0;
@@ -490,14 +471,14 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
 
 void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {
     const std::size_t channels = lighting_.sun_w_m2.size();
-    // Every bounce has its own four pairs, whether they are used or not.
+    // Draw random numbers: each bounce has four pairs of its own, used or not.
     SampleStream random(paths.index, paths.seed, 4 * bounce);
     Doubles sun_u;
     Doubles sun_v;
     Doubles area_u;
     Doubles area_v;
-    Doubles turn_u;
-    Doubles turn_v;
+    Doubles bsdf_u;
+    Doubles bsdf_v;
     const bool last = bounce >= lighting_.max_bounces;
     const bool sun = lighting_.has_sun();
     const bool area = !lighting_.area_lights.empty();
@@ -509,7 +490,7 @@ void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {
         random.next(area_u, area_v);
     else
         random.skip();
-    if (!last) random.next(turn_u, turn_v);
+    if (!last) random.next(bsdf_u, bsdf_v);
 
     Vertex vertex;
     vertex.coherent = bounce == 0;
@@ -520,48 +501,51 @@ void PathTracer::shade(std::uint32_t bounce, Paths& paths, Channels& out) {
     while (left.any()) {
         gather(paths.hits, paths, left, vertex, out);
         if (vertex.count == 0) continue;
+        // Sample lights.
         if (sun) add_sun(vertex, sun_u, sun_v, paths, out);
         add_lamps(vertex, paths, out);
         if (area) add_area_light(vertex, area_u, area_v, paths, !last, out);
-        if (!last) scatter(vertex, turn_u, turn_v, paths);
+        // Sample the next direction.
+        if (!last) scatter(vertex, bsdf_u, bsdf_v, paths);
     }
     if (last) return;
-    Doubles chance_u;
+    // Russian roulette.
+    Doubles roulette_u;
     Doubles unused;
-    random.next(chance_u, unused);
+    random.next(roulette_u, unused);
     for (int i = 0; i < packet_size; ++i) {
         if (paths.alive.on[i] == 0) continue;
         double most = 0;
         bool lit = bounce > 0;
         for (std::size_t c = 0; c < channels; ++c) {
-            most = std::max(most, paths.carried.v[c][i]);
+            most = std::max(most, paths.throughput.v[c][i]);
             lit = lit || out.v[c][i] > 0;
         }
         if (!lit) continue;
-        const double chance = std::clamp(std::sqrt(most), 0.05, 1.0);
-        if (chance_u[i] >= chance) paths.alive.on[i] = 0;
+        const double survival = std::clamp(std::sqrt(most), 0.05, 1.0);
+        if (roulette_u[i] >= survival) paths.alive.on[i] = 0;
         for (std::size_t c = 0; c < channels; ++c)
-            paths.carried.v[c][i] /= chance;
+            paths.throughput.v[c][i] /= survival;
     }
 }
 
 std::size_t PathTracer::compact(std::span<Paths> paths) const {
     const std::size_t channels = lighting_.sun_w_m2.size();
-    std::size_t packet = 0; // the next free place
+    std::size_t packet = 0; // next free packet and lane
     int lane = 0;
     for (std::size_t k = 0; k < paths.size(); ++k)
         for (int i = 0; i < packet_size; ++i) {
             const Paths& from = paths[k];
             if (from.alive.on[i] == 0) continue;
             if (k != packet || i != lane) {
-                // Places are taken in order, so that none is overwritten before it has moved.
+                // Lanes are filled in order, so that no path is overwritten before it has moved.
                 Paths& to = paths[packet];
                 to.origin.set(lane, from.origin.lane(i));
                 to.direction.set(lane, from.direction.lane(i));
                 to.start.set(lane, from.start.lane(i));
                 for (std::size_t c = 0; c < channels; ++c)
-                    to.carried.v[c][lane] = from.carried.v[c][i];
-                to.density[lane] = from.density[i];
+                    to.throughput.v[c][lane] = from.throughput.v[c][i];
+                to.pdf[lane] = from.pdf[i];
                 to.travelled_m[lane] = from.travelled_m[i] + from.hits.t[i];
                 to.index[lane] = from.index[i];
                 to.seed[lane] = from.seed[i];
@@ -601,6 +585,7 @@ void PathTracer::follow(Paths& paths) {
 
 void PathTracer::radiance(std::span<CameraRays> batch) {
     const std::size_t channels = lighting_.sun_w_m2.size();
+    // Begin one path for each camera ray.
     std::array<Paths, batch_size> all;
     for (std::size_t k = 0; k < batch.size(); ++k) {
         CameraRays& rays = batch[k];
@@ -608,7 +593,7 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
         for (std::size_t c = 0; c < channels; ++c)
             for (int i = 0; i < packet_size; ++i) {
                 rays.radiance.v[c][i] = 0;
-                paths.carried.v[c][i] = 1;
+                paths.throughput.v[c][i] = 1;
             }
         transform(row_.inertial_from_camera, rays.direction, {}, paths.direction);
         set_all(paths.origin, {});
@@ -618,13 +603,14 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
         paths.seed = rays.light_seed;
         for (int i = 0; i < packet_size; ++i) {
             paths.alive.on[i] = rays.hits.body[i] >= 0 ? -1 : 0;
-            paths.density[i] = no_hit;
+            paths.pdf[i] = delta_pdf;
             paths.travelled_m[i] = 0;
             paths.owner[i] = static_cast<std::int32_t>(k) * packet_size + i;
         }
     }
     std::span<Paths> left = std::span(all).first(batch.size());
     for (std::uint32_t bounce = 0; !left.empty(); ++bounce) {
+        // Shade the hits and add their light to the camera rays.
         for (Paths& paths : left) {
             if (!paths.alive.any()) continue;
             Channels light;
@@ -641,6 +627,7 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
             }
         }
         if (bounce >= lighting_.max_bounces) return;
+        // Compact the surviving paths and trace their next rays.
         left = left.first(compact(left));
         for (Paths& paths : left)
             follow(paths);

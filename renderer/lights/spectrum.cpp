@@ -42,6 +42,13 @@ double sun_irradiance_w_m2(const SpectralBand& band) {
     return sum;
 }
 
+std::array<double, 3> colour_shares(const SpectralBand& band) {
+    const double nm = (band.from_m + band.to_m) / 2 * 1e9;
+    const double red = std::clamp((nm - 550) / 100, 0.0, 1.0);
+    const double blue = std::clamp((550 - nm) / 100, 0.0, 1.0);
+    return {red, 1 - red - blue, blue};
+}
+
 double colour_temperature_k(double colour_b_v) {
     const double c = 0.92 * std::clamp(colour_b_v, -0.4, 2.5);
     return 4600 * (1 / (c + 1.7) + 1 / (c + 0.62));

@@ -1,15 +1,21 @@
-// What the Sun and the stars send in a spectral band.
+// Spectral bands: transmission, irradiance of the Sun and of stars, weights of red, green and blue.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
 
+#include <array>
+
 namespace obscura::renderer {
 
-/// Share that a band lets through at a wavelength inside it.
+/// Transmission of a band at a wavelength inside it, 0 to 1.
 [[nodiscard]] double transmission(const SpectralBand& band, double wavelength_m);
 
 /// The Sun's irradiance at 1 au in a band, W/m2 (ASTM E490-00a).
 [[nodiscard]] double sun_irradiance_w_m2(const SpectralBand& band);
+
+/// Weights of red, green and blue (reflectances at 650, 550 and 450 nm) in a band: linear between them by the
+/// band's middle wavelength, held outside.
+[[nodiscard]] std::array<double, 3> colour_shares(const SpectralBand& band);
 
 /// Effective temperature of a star from its colour. Ballesteros, New insights into black bodies, EPL 97,
 /// 34008 (2012), eq. 14; B-V is held inside -0.4 .. 2.5.

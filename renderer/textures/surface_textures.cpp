@@ -1,5 +1,7 @@
 #include "renderer/textures/surface_textures.hpp"
 
+#include "renderer/lights/spectrum.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -33,13 +35,6 @@ std::shared_ptr<const Texture> TextureShelf::get(const std::filesystem::path& fi
     auto& texture = textures_[{file, coding, edge}];
     if (!texture) texture = std::make_shared<const Texture>(read_texture(file, coding, edge));
     return texture;
-}
-
-std::array<double, 3> colour_shares(const SpectralBand& band) {
-    const double nm = (band.from_m + band.to_m) / 2 * 1e9;
-    const double red = std::clamp((nm - 550) / 100, 0.0, 1.0);
-    const double blue = std::clamp((550 - nm) / 100, 0.0, 1.0);
-    return {red, 1 - red - blue, blue};
 }
 
 SurfaceTextures::SurfaceTextures(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,

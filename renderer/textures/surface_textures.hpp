@@ -8,7 +8,6 @@
 #include "renderer/shapes/triangle_mesh.hpp"
 #include "renderer/textures/texture.hpp"
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -92,8 +91,6 @@ private:
     double typical_ = 1;
 };
 
-/// Shares of red, green and blue in a band.
-[[nodiscard]] std::array<double, 3> colour_shares(const SpectralBand& band);
 /// Longitude and latitude of the surface's places as coordinates in a map that covers the whole body.
 void chart_by_longitude(const SurfacePacket& surface, double left_turns, ChartPacket& out);
 

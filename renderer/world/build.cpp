@@ -1,6 +1,7 @@
 #include "renderer/world/build.hpp"
 
 #include "core/error.hpp"
+#include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/parameters.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -372,6 +373,16 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
                      {},
                      materials});
     return built;
+}
+
+std::vector<AreaLight> area_lights_of(const std::vector<BuiltBody>& bodies) {
+    std::vector<AreaLight> lights;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const double area_m2 = bodies[b].shape->sampled_area_m2();
+        if (!bodies[b].emission.empty() && area_m2 > 0)
+            lights.push_back({static_cast<std::int32_t>(b), area_m2});
+    }
+    return lights;
 }
 
 } // namespace obscura::renderer

@@ -1,6 +1,7 @@
 // From the scene's description to shapes and materials.
 #pragma once
 
+#include "renderer/lights/lighting.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/world/row_state.hpp"
 
@@ -15,5 +16,8 @@ void validate(const scene::Scene& scene);
 /// Loads the meshes (one Embree scene per file, shared by the bodies that use it) and makes the materials;
 /// the Sun, unless its irradiance is 0, is the last body. Throws InputError or ConfigError.
 [[nodiscard]] std::vector<BuiltBody> build_bodies(const scene::Scene& scene);
+
+/// The bodies that emit and whose area can be sampled.
+[[nodiscard]] std::vector<AreaLight> area_lights_of(const std::vector<BuiltBody>& bodies);
 
 } // namespace obscura::renderer

@@ -16,6 +16,21 @@ ALLOWED = {
     "emulator": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator"},
     "tools": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator", "tools"},
 }
+# Sub-folders of one folder, lowest level first; "." is the folder itself. A file may include its own level and those below.
+LEVELS = {
+    "renderer": [
+        {"scene", "packets"},
+        {"materials", "shapes", "lights"},
+        {"textures", "mesh_files", "camera"},
+        {"world"},
+        {"integrators"},
+        {"."},
+    ],
+}
+# Upward includes that are still there: (file, folder it includes).
+UPWARD = {
+    ("renderer/scene/kinds.cpp", "materials"),
+}
 complaints = []
 
 for folder, allowed in ALLOWED.items():
@@ -30,6 +45,28 @@ for folder, allowed in ALLOWED.items():
                 complaints.append(f"{name}:{number}: no 'using namespace' in a header")
         if file.suffix == ".hpp" and not text.startswith("// "):
             complaints.append(f"{name}:1: a header begins with one line that says what it is for")
+
+upward = set()
+for folder, levels in LEVELS.items():
+    level_of = {name: level for level, names in enumerate(levels) for name in names}
+    for file in sorted((ROOT / folder).rglob("*.?pp")):
+        name = str(file.relative_to(ROOT))
+        own = next(iter(file.relative_to(ROOT / folder).parts[:-1]), ".")
+        if own not in level_of:
+            complaints.append(f"{name}: {folder}/{own}/ has no level in house_test.py")
+            continue
+        for number, line in enumerate(file.read_text().splitlines(), 1):
+            match = re.match(rf'#include "{folder}/(?:([a-z_0-9]+)/)?', line)
+            if not match:
+                continue
+            other = match[1] or "."
+            if level_of.get(other, 0) <= level_of[own]:
+                continue
+            upward.add((name, other))
+            if (name, other) not in UPWARD:
+                complaints.append(f"{name}:{number}: {folder}/{own}/ may not include {folder}/{other}/, which stands above it")
+for name, other in sorted(UPWARD - upward):
+    complaints.append(f"house_test.py: {name} no longer includes {other}/: take the exception out")
 
 readme = (ROOT / "README.md").read_text()
 for path in re.findall(r"`((?:scripts|config|docs|tests|core|images|renderer|sensors|sync|transports|emulator|tools|systemd)/[\w./*-]*)`", readme):

@@ -119,7 +119,7 @@ public:
                 continue;
             }
             if (!average(renderer, width, height, frame, progress, image)) break;
-            if (layers_ && !trace_layers(renderer, width, height, frame)) break;
+            if (layers_ && !trace_aovs(renderer, width, height, frame)) break;
             (this->*write)(frame, width, height, bands, image);
             ++written;
         }
@@ -289,18 +289,18 @@ private:
         return true;
     }
 
-    /// The geometry behind every pixel at the frame's time, into layer_values_.
-    bool trace_layers(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
-                      const SequenceFrame& frame) {
+    /// The geometry behind every pixel at the frame's time, into aov_values_.
+    bool trace_aovs(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
+                    const SequenceFrame& frame) {
         const Time when{std::llround(frame.time_s * 1e9)};
         const std::vector<RowTime> times(static_cast<std::size_t>(height), {when, when});
-        layer_values_.resize(renderer::layer_count * static_cast<std::size_t>(width) *
-                             static_cast<std::size_t>(height));
+        aov_values_.resize(renderer::aov_count * static_cast<std::size_t>(width) *
+                           static_cast<std::size_t>(height));
         renderer::RenderRequest request;
         request.window = {window_x_, window_y_, width, height};
         request.rows = height;
         request.row_times = times;
-        return !interrupted() && renderer.render_layers(request, layer_values_);
+        return !interrupted() && renderer.render_aovs(request, aov_values_);
     }
 
     [[nodiscard]] images::Cards cards(const SequenceFrame& frame,
@@ -327,10 +327,10 @@ private:
         std::vector<images::FitsPlane> out;
         if (!layers_) return out;
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-        for (std::size_t k = 0; k < renderer::layer_count; ++k) {
-            const std::string name = renderer::layer_name(static_cast<renderer::LayerId>(k));
+        for (std::size_t k = 0; k < renderer::aov_count; ++k) {
+            const std::string name = renderer::aov_name(static_cast<renderer::Aov>(k));
             const char* unit = name.ends_with("_m") ? "m" : name.ends_with("_deg") ? "deg" : "";
-            out.push_back({name, unit, std::span(layer_values_).subspan(k * plane, plane)});
+            out.push_back({name, unit, std::span(aov_values_).subspan(k * plane, plane)});
         }
         out.push_back({"samples", "", samples_});
         out.push_back({"variance", radiance_ ? "W2 m-4 sr-2" : "W2 m-4", variance_});
@@ -368,7 +368,7 @@ private:
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;
     bool trajectory_ = false, resume_ = false;
-    std::vector<float> layer_values_, samples_, variance_, band_samples_, band_variance_;
+    std::vector<float> aov_values_, samples_, variance_, band_samples_, band_variance_;
     bool layers_ = false, radiance_ = false, json_ = false;
 };
 

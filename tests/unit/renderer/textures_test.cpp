@@ -161,18 +161,18 @@ TEST_CASE("Maps lie by longitude and latitude: north up, east to the right, from
         request.window = {0, 0, 90, 90};
         request.rows = 90;
         request.row_times = times;
-        std::vector<float> layers(renderer::layer_count * 90 * 90);
-        CHECK(mapped.render_layers(request, layers));
-        const auto layer = [&](LayerId id, std::size_t i) {
-            return static_cast<double>(layers[static_cast<std::size_t>(id) * 90 * 90 + i]);
+        std::vector<float> aovs(renderer::aov_count * 90 * 90);
+        CHECK(mapped.render_aovs(request, aovs));
+        const auto value = [&](Aov id, std::size_t i) {
+            return static_cast<double>(aovs[static_cast<std::size_t>(id) * 90 * 90 + i]);
         };
         int compared = 0;
         double worst = 0;
         for (std::size_t i = 0; i < a.size(); ++i) {
-            if (!(layer(LayerId::emission_deg, i) < 60 && layer(LayerId::incidence_deg, i) < 70)) continue;
+            if (!(value(Aov::emission_deg, i) < 60 && value(Aov::incidence_deg, i) < 70)) continue;
             const double ratio = static_cast<double>(b[i]) / static_cast<double>(a[i]);
-            worst = std::max(worst, std::abs(ratio - wanted(layer(LayerId::longitude_deg, i),
-                                                            layer(LayerId::latitude_deg, i))));
+            worst = std::max(
+                worst, std::abs(ratio - wanted(value(Aov::longitude_deg, i), value(Aov::latitude_deg, i))));
             ++compared;
         }
         CHECK(compared > 2000);

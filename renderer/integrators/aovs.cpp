@@ -1,9 +1,11 @@
-#include "renderer/integrators/layers.hpp"
+#include "renderer/integrators/aovs.hpp"
 
+#include "renderer/camera/projection.hpp"
 #include "renderer/packets/frames.hpp"
-#include "renderer/renderer.hpp"
+#include "renderer/world/row_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -18,12 +20,12 @@ double angle_deg(Vec3 a, Vec3 b) {
     return std::atan2(length(cross(a, b)), dot(a, b)) * degrees;
 }
 
-/// Writes all layers of one pixel.
+/// Writes the AOVs of one pixel.
 class Pixel {
 public:
     Pixel(float* out, std::size_t plane) : out_(out), plane_(plane) {}
-    void set(LayerId layer, double value) {
-        out_[static_cast<std::size_t>(layer) * plane_] = static_cast<float>(value);
+    void set(Aov aov, double value) {
+        out_[static_cast<std::size_t>(aov) * plane_] = static_cast<float>(value);
     }
 
 private:
@@ -80,9 +82,29 @@ void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacke
 
 } // namespace
 
-void trace_layers(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
-                  std::int32_t width, double ray_width_rad, std::vector<std::int32_t>& candidates, float* out,
-                  std::size_t plane) {
+const char* aov_name(Aov aov) {
+    constexpr std::array<const char*, aov_count> names{"body",
+                                                       "range_m",
+                                                       "depth_m",
+                                                       "normal.x",
+                                                       "normal.y",
+                                                       "normal.z",
+                                                       "latitude_deg",
+                                                       "longitude_deg",
+                                                       "slope_deg",
+                                                       "incidence_deg",
+                                                       "emission_deg",
+                                                       "phase_deg",
+                                                       "u",
+                                                       "v",
+                                                       "albedo",
+                                                       "material"};
+    return names[static_cast<std::size_t>(aov)];
+}
+
+void trace_aovs(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
+                std::int32_t width, double ray_width_rad, std::vector<std::int32_t>& candidates, float* out,
+                std::size_t plane) {
     const std::int32_t bodies = static_cast<std::int32_t>(row.bodies.size());
     // Blocks start at multiples of 16 of the sensor, so that a window is the crop of the whole.
     const std::int32_t first =
@@ -128,9 +150,9 @@ void trace_layers(const Projection& projection, const RowState& row, std::int32_
             Pixel pixel(out + column, plane);
             const std::int32_t b = hits.body[i];
             if (b < 0) {
-                for (std::size_t k = 0; k < layer_count; ++k)
-                    pixel.set(static_cast<LayerId>(k), std::numeric_limits<double>::quiet_NaN());
-                pixel.set(LayerId::body, 0);
+                for (std::size_t k = 0; k < aov_count; ++k)
+                    pixel.set(static_cast<Aov>(k), std::numeric_limits<double>::quiet_NaN());
+                pixel.set(Aov::body, 0);
                 continue;
             }
             const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
@@ -148,25 +170,25 @@ void trace_layers(const Projection& projection, const RowState& row, std::int32_
             const Vec3 inertial_normal = body.to_inertial * normal;
             const double range = length(to_camera);
             const double radius = length(position);
-            pixel.set(LayerId::body, b + 1);
-            pixel.set(LayerId::range_m, range);
-            pixel.set(LayerId::depth_m, range * direction.z[i]);
-            pixel.set(LayerId::normal_x, inertial_normal.x);
-            pixel.set(LayerId::normal_y, inertial_normal.y);
-            pixel.set(LayerId::normal_z, inertial_normal.z);
-            pixel.set(LayerId::longitude_deg, std::atan2(position.y, position.x) * degrees);
-            pixel.set(LayerId::latitude_deg,
+            pixel.set(Aov::body, b + 1);
+            pixel.set(Aov::range_m, range);
+            pixel.set(Aov::depth_m, range * direction.z[i]);
+            pixel.set(Aov::normal_x, inertial_normal.x);
+            pixel.set(Aov::normal_y, inertial_normal.y);
+            pixel.set(Aov::normal_z, inertial_normal.z);
+            pixel.set(Aov::longitude_deg, std::atan2(position.y, position.x) * degrees);
+            pixel.set(Aov::latitude_deg,
                       radius > 0 ? std::asin(std::clamp(position.z / radius, -1.0, 1.0)) * degrees : 0);
-            pixel.set(LayerId::slope_deg, radius > 0 ? angle_deg(normal, position) : 0);
+            pixel.set(Aov::slope_deg, radius > 0 ? angle_deg(normal, position) : 0);
             const bool is_sun = body.material == nullptr;
-            pixel.set(LayerId::incidence_deg,
+            pixel.set(Aov::incidence_deg,
                       is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));
-            pixel.set(LayerId::emission_deg, angle_deg(normal, to_camera));
-            pixel.set(LayerId::u, look.u[i]);
-            pixel.set(LayerId::v, look.v[i]);
-            pixel.set(LayerId::albedo, look.albedo[i]);
-            pixel.set(LayerId::material, body.built->first_material + look.part[i]);
-            pixel.set(LayerId::phase_deg,
+            pixel.set(Aov::emission_deg, angle_deg(normal, to_camera));
+            pixel.set(Aov::u, look.u[i]);
+            pixel.set(Aov::v, look.v[i]);
+            pixel.set(Aov::albedo, look.albedo[i]);
+            pixel.set(Aov::material, body.built->first_material + look.part[i]);
+            pixel.set(Aov::phase_deg,
                       is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
         }
     }

@@ -8,19 +8,19 @@ using namespace obscura;
 using namespace obscura::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
-using renderer::LayerId;
+using renderer::Aov;
 
 namespace {
 
-std::vector<float> layers_of(const renderer::Renderer& r, Region window) {
+std::vector<float> aovs_of(const renderer::Renderer& r, Region window) {
     const std::vector<RowTime> times(static_cast<std::size_t>(window.height));
     renderer::RenderRequest request;
     request.window = window;
     request.rows = window.height;
     request.row_times = times;
-    std::vector<float> layers(renderer::layer_count * static_cast<std::size_t>(window.area()));
-    CHECK(r.render_layers(request, layers));
-    return layers;
+    std::vector<float> aovs(renderer::aov_count * static_cast<std::size_t>(window.area()));
+    CHECK(r.render_aovs(request, aovs));
+    return aovs;
 }
 
 } // namespace
@@ -30,14 +30,14 @@ TEST_CASE("Layers tell the geometry behind each pixel") {
     const double phase = 0.7;
     scene::Scene s = sphere_scene(scene::Lambert{0.5}, phase, 40, size);
     const renderer::Renderer r(s, {1, 2, 1});
-    const std::vector<float> layers = layers_of(r, {0, 0, size, size});
-    const auto value = [&](LayerId layer, int x, int y) {
+    const std::vector<float> aovs = aovs_of(r, {0, 0, size, size});
+    const auto value = [&](Aov aov, int x, int y) {
         return static_cast<double>(
-            layers[(static_cast<std::size_t>(layer) * size + static_cast<std::size_t>(y)) * size +
-                   static_cast<std::size_t>(x)]);
+            aovs[(static_cast<std::size_t>(aov) * size + static_cast<std::size_t>(y)) * size +
+                 static_cast<std::size_t>(x)]);
     };
-    CHECK(value(LayerId::body, 0, 0) == 0);
-    CHECK(std::isnan(value(LayerId::range_m, 0, 0)));
+    CHECK(value(Aov::body, 0, 0) == 0);
+    CHECK(std::isnan(value(Aov::range_m, 0, 0)));
     const double pixel = s.camera.pixel_pitch_m / s.camera.focal_length_m;
     const Pose& camera = s.camera.motion.samples[0].pose;
     for (const auto& [x, y] : {std::pair{50, 50}, {30, 61}, {77, 40}, {50, 85}}) {
@@ -49,21 +49,21 @@ TEST_CASE("Layers tell the geometry behind each pixel") {
         const Vec3 p = camera.position_m + d * t;
         const Vec3 n = p / 500.0;
         const double deg = 180 / std::numbers::pi;
-        CHECK(value(LayerId::body, x, y) == 1);
-        CHECK_THAT(value(LayerId::range_m, x, y), WithinRel(t, 1e-6));
-        CHECK_THAT(value(LayerId::depth_m, x, y),
+        CHECK(value(Aov::body, x, y) == 1);
+        CHECK_THAT(value(Aov::range_m, x, y), WithinRel(t, 1e-6));
+        CHECK_THAT(value(Aov::depth_m, x, y),
                    WithinRel(t * dot(d, rotate(camera.orientation, {0, 0, 1})), 1e-6));
-        CHECK_THAT(value(LayerId::normal_x, x, y), WithinAbs(n.x, 1e-5));
-        CHECK_THAT(value(LayerId::normal_y, x, y), WithinAbs(n.y, 1e-5));
-        CHECK_THAT(value(LayerId::normal_z, x, y), WithinAbs(n.z, 1e-5));
-        CHECK_THAT(value(LayerId::latitude_deg, x, y), WithinAbs(std::asin(n.z) * deg, 1e-3));
-        CHECK_THAT(value(LayerId::longitude_deg, x, y), WithinAbs(std::atan2(n.y, n.x) * deg, 1e-3));
-        CHECK_THAT(value(LayerId::slope_deg, x, y), WithinAbs(0, 1e-3));
-        CHECK_THAT(value(LayerId::incidence_deg, x, y),
+        CHECK_THAT(value(Aov::normal_x, x, y), WithinAbs(n.x, 1e-5));
+        CHECK_THAT(value(Aov::normal_y, x, y), WithinAbs(n.y, 1e-5));
+        CHECK_THAT(value(Aov::normal_z, x, y), WithinAbs(n.z, 1e-5));
+        CHECK_THAT(value(Aov::latitude_deg, x, y), WithinAbs(std::asin(n.z) * deg, 1e-3));
+        CHECK_THAT(value(Aov::longitude_deg, x, y), WithinAbs(std::atan2(n.y, n.x) * deg, 1e-3));
+        CHECK_THAT(value(Aov::slope_deg, x, y), WithinAbs(0, 1e-3));
+        CHECK_THAT(value(Aov::incidence_deg, x, y),
                    WithinAbs(std::acos(dot(n, normalized(s.sun.position_m - p))) * deg, 1e-3));
-        CHECK_THAT(value(LayerId::emission_deg, x, y),
+        CHECK_THAT(value(Aov::emission_deg, x, y),
                    WithinAbs(std::acos(std::min(1.0, -dot(n, d))) * deg, 1e-3));
-        CHECK_THAT(value(LayerId::phase_deg, x, y), WithinAbs(phase * deg, 0.3));
+        CHECK_THAT(value(Aov::phase_deg, x, y), WithinAbs(phase * deg, 0.3));
     }
 }
 
@@ -73,9 +73,9 @@ TEST_CASE("Layers tell albedo, material and texture coordinates; samples and var
     s.bodies.push_back({"disc", scene::Disc{300, 100}, scene::Lambert{0.25}, {}});
     s.bodies[1].motion.samples[0].pose = {{-600, 0, 0}, axis_angle({0, 1, 0}, std::numbers::pi / 2)};
     const renderer::Renderer r(s, {16, 2, 1});
-    const std::vector<float> layers = layers_of(r, {0, 0, 32, 32});
-    const auto value = [&](LayerId layer, std::size_t i) {
-        return static_cast<double>(layers[static_cast<std::size_t>(layer) * 32 * 32 + i]);
+    const std::vector<float> aovs = aovs_of(r, {0, 0, 32, 32});
+    const auto value = [&](Aov aov, std::size_t i) {
+        return static_cast<double>(aovs[static_cast<std::size_t>(aov) * 32 * 32 + i]);
     };
     // Hapke's smooth surface at no angles: w/8 [p(0) + H(1)^2 - 1], H of Hapke (2002) worked out by hand.
     const double gamma = std::sqrt(0.7);
@@ -87,16 +87,16 @@ TEST_CASE("Layers tell albedo, material and texture coordinates; samples and var
     int ball = 0;
     int disc = 0;
     for (std::size_t i = 0; i < 32 * 32; ++i) {
-        if (value(LayerId::body, i) == 1) {
-            CHECK_THAT(value(LayerId::albedo, i), WithinRel(wanted, 1e-5));
-            CHECK(value(LayerId::material, i) == 1);
-            CHECK(std::isnan(value(LayerId::u, i)));
+        if (value(Aov::body, i) == 1) {
+            CHECK_THAT(value(Aov::albedo, i), WithinRel(wanted, 1e-5));
+            CHECK(value(Aov::material, i) == 1);
+            CHECK(std::isnan(value(Aov::u, i)));
             ++ball;
-        } else if (value(LayerId::body, i) == 2) {
-            CHECK_THAT(value(LayerId::albedo, i), WithinRel(0.25, 1e-6));
-            CHECK(value(LayerId::material, i) == 2);
-            CHECK(value(LayerId::v, i) >= 0);
-            CHECK(value(LayerId::v, i) <= 1);
+        } else if (value(Aov::body, i) == 2) {
+            CHECK_THAT(value(Aov::albedo, i), WithinRel(0.25, 1e-6));
+            CHECK(value(Aov::material, i) == 2);
+            CHECK(value(Aov::v, i) >= 0);
+            CHECK(value(Aov::v, i) <= 1);
             ++disc;
         }
     }
@@ -146,12 +146,12 @@ TEST_CASE("Layers of a window are the crop of the whole, and follow a body that 
     s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 3, 4};
     s.bodies[0].motion.samples[0].pose.orientation = axis_angle({1, 2, 3}, 0.8);
     const renderer::Renderer r(s, {1, 3, 1});
-    const std::vector<float> whole = layers_of(r, {0, 0, 80, 80});
+    const std::vector<float> whole = aovs_of(r, {0, 0, 80, 80});
     const Region window{21, 33, 29, 17};
-    const std::vector<float> part = layers_of(r, window);
+    const std::vector<float> part = aovs_of(r, window);
     std::size_t differing = 0;
     std::size_t seen = 0;
-    for (std::size_t k = 0; k < renderer::layer_count; ++k)
+    for (std::size_t k = 0; k < renderer::aov_count; ++k)
         for (int y = 0; y < window.height; ++y)
             for (int x = 0; x < window.width; ++x) {
                 const float a = whole[(k * 80 + static_cast<std::size_t>(window.y + y)) * 80 +
@@ -166,12 +166,12 @@ TEST_CASE("Layers of a window are the crop of the whole, and follow a body that 
     CHECK(differing == 0);
     CHECK(seen > 300);
     // Normals are unit vectors of the inertial frame.
-    const auto at = [&](LayerId layer) {
-        return static_cast<double>(whole[(static_cast<std::size_t>(layer) * 80 + 40) * 80 + 40]);
+    const auto at = [&](Aov aov) {
+        return static_cast<double>(whole[(static_cast<std::size_t>(aov) * 80 + 40) * 80 + 40]);
     };
-    const Vec3 n{at(LayerId::normal_x), at(LayerId::normal_y), at(LayerId::normal_z)};
+    const Vec3 n{at(Aov::normal_x), at(Aov::normal_y), at(Aov::normal_z)};
     CHECK_THAT(length(n), WithinAbs(1, 1e-5));
     const Vec3 to_camera = normalized(s.camera.motion.samples[0].pose.position_m);
     CHECK_THAT(std::acos(std::min(1.0, dot(n, to_camera))) * 180 / std::numbers::pi,
-               WithinAbs(at(LayerId::emission_deg), 0.5));
+               WithinAbs(at(Aov::emission_deg), 0.5));
 }

@@ -1,0 +1,34 @@
+// Light sources of a scene as the path tracer samples them: the Sun, lamps and emitting bodies.
+#pragma once
+
+#include "renderer/scene/scene.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// An emitting body whose surface can be sampled by area.
+struct AreaLight {
+    std::int32_t body = 0; ///< index among the built bodies
+    double area_m2 = 0;
+};
+
+/// The light sources and the number of reflections that their light is followed over; the same for all rows.
+struct Lighting {
+    std::vector<double> sun_w_m2; ///< per band at 1 au; all 0: no Sun
+    std::vector<scene::Lamp> lamps;
+    std::vector<AreaLight> area_lights;
+    double area_m2 = 0; ///< sum over `area_lights`
+    std::uint32_t max_bounces = 0;
+
+    [[nodiscard]] bool has_sun() const;
+};
+
+[[nodiscard]] Lighting make_lighting(const scene::Scene& scene, std::vector<AreaLight> area_lights,
+                                     std::vector<double> sun_w_m2, std::uint32_t max_bounces);
+
+/// Intensity of a lamp at an angle to its axis over that on the axis.
+[[nodiscard]] double beam_share(const scene::Lamp& lamp, double cos_angle);
+
+} // namespace obscura::renderer
