@@ -14,19 +14,19 @@ static_assert(std::endian::native == std::endian::little, "pixels are packed lit
 void Frame::publish_rows(std::int32_t rows) noexcept {
     assert(rows >= rows_ready() && rows <= info.height);
     progress_.store(static_cast<std::uint32_t>(rows), std::memory_order_release);
-    ring_bells();
+    notify_waiters();
 }
 
-void Frame::ring_bells() noexcept {
-    progressed_.ring();
-    for (std::atomic<Wakeup*>& bell : bells_)
-        if (Wakeup* hung = bell.load(std::memory_order_acquire)) hung->ring();
+void Frame::notify_waiters() noexcept {
+    progressed_.notify();
+    for (std::atomic<EventCount*>& place : waiters_)
+        if (EventCount* waiter = place.load(std::memory_order_acquire)) waiter->notify();
 }
 
-bool Frame::add_bell(Wakeup& bell) noexcept {
-    for (std::atomic<Wakeup*>& place : bells_) {
-        Wakeup* free = nullptr;
-        if (place.compare_exchange_strong(free, &bell, std::memory_order_acq_rel)) return true;
+bool Frame::add_waiter(EventCount& waiter) noexcept {
+    for (std::atomic<EventCount*>& place : waiters_) {
+        EventCount* free = nullptr;
+        if (place.compare_exchange_strong(free, &waiter, std::memory_order_acq_rel)) return true;
     }
     return false;
 }
@@ -35,20 +35,20 @@ void Frame::abandon() noexcept {
     if (complete()) return;
     flags.fetch_or(frame_partial, std::memory_order_relaxed);
     progress_.fetch_or(abandoned_bit, std::memory_order_acq_rel);
-    ring_bells();
+    notify_waiters();
 }
 
 std::int32_t Frame::wait_rows(std::int32_t rows, Heartbeat* heartbeat) const noexcept {
     for (;;) {
-        const std::uint32_t rings = progressed_.value();
+        const std::uint32_t notified = progressed_.value();
         const std::uint32_t seen = progress_.load(std::memory_order_acquire);
         if ((seen & abandoned_bit) != 0 || static_cast<std::int32_t>(seen) >= rows)
             return static_cast<std::int32_t>(seen & ~abandoned_bit);
         if (heartbeat != nullptr) {
             heartbeat->beat();
-            progressed_.wait(rings, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+            progressed_.wait(notified, MonotonicClock().now() + Heartbeat::longest_wait_ns);
         } else {
-            progressed_.wait(rings);
+            progressed_.wait(notified);
         }
     }
 }
@@ -82,8 +82,8 @@ FrameRef FramePool::acquire() noexcept {
         std::uint32_t free = 0;
         if (frame.references_.compare_exchange_strong(free, 1, std::memory_order_acq_rel)) {
             frame.info = FrameInfo{};
-            for (std::atomic<Wakeup*>& bell : frame.bells_)
-                bell.store(nullptr, std::memory_order_relaxed);
+            for (std::atomic<EventCount*>& place : frame.waiters_)
+                place.store(nullptr, std::memory_order_relaxed);
             frame.flags.store(0, std::memory_order_relaxed);
             frame.saturated_windows.store(0, std::memory_order_relaxed);
             frame.progress_.store(0, std::memory_order_release);

@@ -3,11 +3,11 @@
 
 #include "core/byte_stamps.hpp"
 #include "core/clock_state.hpp"
+#include "core/event_count.hpp"
 #include "core/geometry.hpp"
 #include "core/heartbeat.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
-#include "core/wakeup.hpp"
 
 #include <array>
 #include <atomic>
@@ -208,15 +208,14 @@ public:
         return (progress_.load(std::memory_order_acquire) & abandoned_bit) != 0;
     }
     [[nodiscard]] bool complete() const noexcept { return rows_ready() >= info.height; }
-    /// Consumer: blocks until at least `rows` rows are final or the producer gave up; returns the rows that
-    /// are.
-    /// `heartbeat`, if any, is beaten on while waiting.
+    /// Consumer: blocks until at least `rows` rows are final or the producer gave up; returns the number of
+    /// final rows. Beats `heartbeat`, if any, while waiting.
     std::int32_t wait_rows(std::int32_t rows, Heartbeat* heartbeat = nullptr) const noexcept;
-    /// Consumer that waits for other things too: `bell` is rung at every publish_rows() and abandon() of this
-    /// filling. To be called inside Transport::submit(); the bell must outlive the filling. False when
-    /// max_bells are hung already.
-    bool add_bell(Wakeup& bell) noexcept;
-    static constexpr std::uint32_t max_bells = 4;
+    /// Consumer that also waits for other events: publish_rows() and abandon() notify `waiter`, until the
+    /// frame returns to its pool. Call it inside Transport::submit(); `waiter` must outlive that. Returns
+    /// false if max_waiters are registered.
+    bool add_waiter(EventCount& waiter) noexcept;
+    static constexpr std::uint32_t max_waiters = 4;
 
 private:
     friend class FramePool;
@@ -229,9 +228,9 @@ private:
     std::size_t max_pixels_ = 0, max_rows_ = 0;
     std::atomic<std::uint32_t> progress_{0};
     std::atomic<std::uint32_t> references_{0};
-    mutable Wakeup progressed_;
-    std::array<std::atomic<Wakeup*>, max_bells> bells_{};
-    void ring_bells() noexcept;
+    mutable EventCount progressed_;
+    std::array<std::atomic<EventCount*>, max_waiters> waiters_{};
+    void notify_waiters() noexcept;
 };
 
 /// Shared ownership of a pooled frame; the pool must outlive it. Copying is one atomic increment.

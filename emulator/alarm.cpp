@@ -17,13 +17,13 @@ Alarm::Alarm(ThreadSettings thread, Ring ring) : ring_(std::move(ring)) {
 
 Alarm::~Alarm() {
     stopping_ = true;
-    bell_.ring();
+    bell_.notify();
     thread_.join();
 }
 
 void Alarm::set(std::size_t alarm, Time due) noexcept {
     due_ns_[alarm].store(due.ns, std::memory_order_release);
-    bell_.ring();
+    bell_.notify();
 }
 
 void Alarm::run() noexcept {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/event_count.hpp"
 #include "core/heartbeat.hpp"
 #include "core/realtime.hpp"
-#include "core/wakeup.hpp"
 
 #include <array>
 #include <atomic>
@@ -40,7 +40,7 @@ private:
     MonotonicClock clock_;
     std::array<std::atomic<std::int64_t>, alarm_count> due_ns_{};
     std::atomic<bool> stopping_{false};
-    Wakeup bell_;
+    EventCount bell_;
     Heartbeat heartbeat_{"alarm"};
     std::thread thread_;
 };

@@ -203,7 +203,7 @@ bool Camera::acquisition_start() {
     acquisitions_.fetch_add(1, std::memory_order_release);
     ends_.acquisition_start(io_inputs(*this, clock_));
     gate_.open();
-    moments_changed_.ring();
+    moments_changed_.notify();
     start_free_run();
     go_on_with_level(begin);
     look_soon();
@@ -283,7 +283,7 @@ bool Camera::take_start(TriggerSource source, bool falling) noexcept {
     if (!start_awaited_.load(std::memory_order_acquire) || !start_trigger_.wants(source, falling))
         return false;
     if (!start_awaited_.exchange(false, std::memory_order_acq_rel)) return false;
-    moments_changed_.ring();
+    moments_changed_.notify();
     go_on_with_level(clock_.now());
     return true;
 }
@@ -303,7 +303,7 @@ bool Camera::take_burst(const sync::Trigger& trigger) noexcept {
     }
     if (gate_.selected() == free_run) alarm_.set(next_of_burst, trigger.edge);
     go_on_with_level(trigger.edge);
-    moments_changed_.ring();
+    moments_changed_.notify();
     return true;
 }
 
@@ -591,7 +591,7 @@ void Camera::note_moments(const FrameOrder& order) noexcept {
     note(moments_.exposure_end_ns, last + shift_ns);
     moments_.frame_id.store(order.frame_id, std::memory_order_relaxed);
     moments_.frames.fetch_add(1, std::memory_order_release);
-    moments_changed_.ring();
+    moments_changed_.notify();
     if (ends_.idle()) return;
     look_soon();
     alarm_.set(look_exposure_start, first + shift_ns);
@@ -646,7 +646,7 @@ void Camera::make_frame() noexcept {
         notify(transports::CameraEvent::error, gate_.current().edge);
     }
     gate_.finished();
-    moments_changed_.ring();
+    moments_changed_.notify();
 }
 
 bool Camera::start_frame(FrameRef& frame) noexcept {

@@ -3,10 +3,10 @@
 
 #include "core/camera.hpp"
 #include "core/clock.hpp"
+#include "core/event_count.hpp"
 #include "core/frame.hpp"
 #include "core/log.hpp"
 #include "core/realtime.hpp"
-#include "core/wakeup.hpp"
 #include "emulator/alarm.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/io_ends.hpp"
@@ -125,7 +125,7 @@ public:
     /// What output lines show. Any thread.
     [[nodiscard]] CameraMoments moments() const noexcept;
     /// Rung whenever moments() may have changed; for one waiting thread.
-    [[nodiscard]] Wakeup& moments_changed() noexcept { return moments_changed_; }
+    [[nodiscard]] EventCount& moments_changed() noexcept { return moments_changed_; }
     /// Of the thread that takes frames at instants of the camera's own: of bursts, levels, counters and
     /// timers.
     [[nodiscard]] const Heartbeat& alarm_heartbeat() const noexcept { return alarm_.heartbeat(); }
@@ -287,7 +287,7 @@ private:
     std::array<std::atomic<std::uint64_t>, free_run> used_up_{};  ///< edges that were no frame's
     std::atomic<std::uint64_t> auto_exposure_{0};
     Moments moments_;
-    Wakeup moments_changed_;
+    EventCount moments_changed_;
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;

@@ -41,7 +41,7 @@ void OutputLines::start() {
 void OutputLines::stop() {
     if (thread_.joinable()) {
         stopping_ = true;
-        camera_.moments_changed().ring();
+        camera_.moments_changed().notify();
         thread_.join();
         heartbeat_.rest();
     }

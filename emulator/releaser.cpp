@@ -32,7 +32,7 @@ Releaser::~Releaser() {
     abandon_all();
     // A number that was not begun wakes the thread; it looks at stopping_ first.
     begun_.fetch_add(1);
-    news_.ring();
+    news_.notify();
     thread_.join();
 }
 
@@ -69,7 +69,7 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     job.unwanted.store(false, std::memory_order_relaxed);
     job.exposed.store(0, std::memory_order_relaxed);
     begun_.store(number + 1);
-    news_.ring();
+    news_.notify();
     return job;
 }
 
@@ -90,14 +90,14 @@ void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
     }
     // Added, not stored: bits may be set meanwhile by another thread and must stay.
     exposed.fetch_add(static_cast<std::uint32_t>(rows - before), std::memory_order_release);
-    news->ring();
+    news->notify();
     if (wake_clock) clock->interrupt();
 }
 
 void Releaser::Job::tell(std::uint32_t bits) noexcept {
     if ((bits & cancelled) != 0) unwanted.store(true, std::memory_order_relaxed);
     exposed.fetch_or(bits, std::memory_order_release);
-    news->ring();
+    news->notify();
 }
 
 void Releaser::end(bool complete) noexcept {

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/event_count.hpp"
 #include "core/frame.hpp"
 #include "core/heartbeat.hpp"
 #include "core/latency_histogram.hpp"
 #include "core/realtime.hpp"
-#include "core/wakeup.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/timing_log.hpp"
 
@@ -105,7 +105,7 @@ private:
         static constexpr std::uint32_t filled = 1u << 30; ///< nobody writes to the frame any more
         static constexpr std::uint32_t rows_mask = filled - 1;
         Clock* clock = nullptr;
-        Wakeup* news = nullptr; ///< rung when `exposed` changes
+        EventCount* news = nullptr; ///< notified when `exposed` changes
         ReadoutTiming timing = ReadoutTiming::sensor;
         LatePolicy policy = LatePolicy::late;
         std::int64_t grace_ns = 0;
@@ -142,7 +142,7 @@ private:
     std::atomic<LatePolicy> policy_;
     std::atomic<std::int64_t> grace_ns_;
     std::atomic<bool> stopping_{false};
-    Wakeup news_; ///< for the releasing thread: a frame begun, rows exposed, the end
+    EventCount news_; ///< for the releasing thread: a frame begun, rows exposed, the end
     Heartbeat heartbeat_{"release"};
 
     // Releasing thread only.

@@ -38,7 +38,7 @@ void FileSink::start() {
 void FileSink::stop() {
     if (!thread_.joinable()) return;
     stopping_ = true;
-    wake_.ring();
+    wake_.notify();
     thread_.join();
     heartbeat_.rest();
 }
@@ -49,7 +49,7 @@ bool FileSink::submit(const FrameRef& frame) noexcept {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
-    wake_.ring();
+    wake_.notify();
     return true;
 }
 

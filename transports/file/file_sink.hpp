@@ -1,8 +1,8 @@
 // Read this first: a transport that writes every frame to a file.
 #pragma once
 
+#include "core/event_count.hpp"
 #include "core/realtime.hpp"
-#include "core/wakeup.hpp"
 #include "images/writers/frame_writer.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
@@ -50,7 +50,7 @@ private:
 
     FileSinkSettings settings_;
     FrameQueue queue_; ///< filled by submit(), emptied by work()
-    Wakeup wake_;
+    EventCount wake_;
     Heartbeat heartbeat_{"file-sink"};
     std::atomic<bool> stopping_{false};
     std::thread thread_;

@@ -35,7 +35,7 @@ void GvspSender::stop() {
     if (!thread_.joinable()) return;
     accepting_.store(false);
     quit_.store(true);
-    wake_.ring();
+    wake_.notify();
     thread_.join();
     heartbeat_.rest();
     for (FrameRef left; queue_.pop(left);)
@@ -47,9 +47,9 @@ void GvspSender::stop() {
 
 bool GvspSender::submit(const FrameRef& frame) noexcept {
     counters_.submitted.fetch_add(1, std::memory_order_relaxed);
-    // The bell first: rows may be published as soon as the frame is in the queue.
-    if (accepting_.load(std::memory_order_acquire) && frame->add_bell(wake_) && queue_.push(frame)) {
-        wake_.ring();
+    // Register first: rows may be published as soon as the frame is in the queue.
+    if (accepting_.load(std::memory_order_acquire) && frame->add_waiter(wake_) && queue_.push(frame)) {
+        wake_.notify();
         return true;
     }
     counters_.dropped.fetch_add(1, std::memory_order_relaxed);
@@ -93,7 +93,7 @@ bool GvspSender::begin(const StreamConfig& config) {
     incoming_.store(session.get(), std::memory_order_release);
     for (const Time give_up = clock_.now() + ns_per_s;;) {
         const std::uint32_t seen = rest_.value();
-        wake_.ring();
+        wake_.notify();
         if (incoming_.load(std::memory_order_acquire) == nullptr) break;
         if (clock_.now() >= give_up && incoming_.exchange(nullptr) != nullptr) return false;
         rest_.wait(seen, clock_.now() + 10 * ns_per_ms);
@@ -107,7 +107,7 @@ bool GvspSender::begin(const StreamConfig& config) {
 void GvspSender::abort() noexcept {
     accepting_.store(false, std::memory_order_release);
     abort_.store(true, std::memory_order_release);
-    wake_.ring();
+    wake_.notify();
 }
 
 bool GvspSender::idle() const noexcept {
@@ -127,7 +127,7 @@ bool GvspSender::wait_idle(std::int64_t span_ns) noexcept {
 void GvspSender::resend(const ResendRequest& request) noexcept {
     counters_.resend_requests.fetch_add(1, std::memory_order_relaxed);
     if (resends_.push(request)) {
-        wake_.ring();
+        wake_.notify();
     } else {
         counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
     }
@@ -165,13 +165,13 @@ void GvspSender::loop() {
         if (got) send_frame(std::move(frame));
         working_.store(false, std::memory_order_seq_cst);
         if (got) {
-            rest_.ring();
+            rest_.notify();
         } else {
             wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
         }
     }
     working_.store(false);
-    rest_.ring();
+    rest_.notify();
 }
 
 void GvspSender::install_session() noexcept {
@@ -184,7 +184,7 @@ void GvspSender::install_session() noexcept {
     }
     // Only now may the control thread free the session before.
     incoming_.store(nullptr, std::memory_order_release);
-    rest_.ring();
+    rest_.notify();
 }
 
 void GvspSender::send_frame(FrameRef frame) noexcept {

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "core/clock.hpp"
+#include "core/event_count.hpp"
 #include "core/frame.hpp"
 #include "core/heartbeat.hpp"
 #include "core/latency_histogram.hpp"
 #include "core/spsc_ring.hpp"
-#include "core/wakeup.hpp"
 #include "transports/gige/channels/message_channel.hpp"
 #include "transports/gige/channels/packet_socket.hpp"
 #include "transports/gige/channels/stream_port.hpp"
@@ -114,8 +114,8 @@ private:
     PacketSocket socket_;
     SenderCounters counters_;
 
-    Wakeup wake_; // rung for the sender
-    Wakeup rest_; // rung by the sender when it has nothing in hand
+    EventCount wake_; // notifies the sender
+    EventCount rest_; // notified by the sender when it is idle
     SpscRing<FrameRef, 8> queue_;
     SpscRing<ResendRequest, 256> resends_;
     std::atomic<bool> accepting_{false}, abort_{false}, quit_{false}, working_{false};

@@ -39,7 +39,7 @@ void MessageChannel::start() {
 void MessageChannel::stop() {
     if (!thread_.joinable()) return;
     quit_.store(true);
-    wake_.ring();
+    wake_.notify();
     thread_.join();
     heartbeat_.rest();
 }
@@ -67,7 +67,7 @@ void MessageChannel::post(const EventMessage& message) noexcept {
             if (!head_.compare_exchange_weak(at, at + 1, std::memory_order_relaxed)) continue;
             cell.message = message;
             cell.turn.store(at + 1, std::memory_order_release);
-            wake_.ring();
+            wake_.notify();
             return;
         }
         if (turn < at) { // full

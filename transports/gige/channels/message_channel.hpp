@@ -1,10 +1,10 @@
 // The message channel: tells the controlling application of events, again and again until it acknowledges.
 #pragma once
 
+#include "core/event_count.hpp"
 #include "core/file_descriptor.hpp"
 #include "core/heartbeat.hpp"
 #include "core/time.hpp"
-#include "core/wakeup.hpp"
 #include "transports/gige/control/network_interface.hpp"
 
 #include <array>
@@ -101,7 +101,7 @@ private:
     std::atomic<std::uint32_t> enabled_{0};
     std::atomic<std::uint64_t> acknowledged_{0}, lost_{0};
     std::atomic<bool> quit_{false};
-    Wakeup wake_;
+    EventCount wake_;
     Heartbeat heartbeat_{"gige-message"};
     std::thread thread_;
 };

@@ -1,4 +1,4 @@
-#include "core/wakeup.hpp"
+#include "core/event_count.hpp"
 
 #include <linux/futex.h>
 #include <sys/syscall.h>
@@ -10,20 +10,20 @@ namespace obscura {
 
 static_assert(sizeof(std::atomic<std::uint32_t>) == 4, "the futex word is the atomic itself");
 
-void Wakeup::ring() noexcept {
+void EventCount::notify() noexcept {
     // Sequentially consistent against wait(): either the waiter sees the new value or we see the waiter.
-    rings_.fetch_add(1, std::memory_order_seq_cst);
+    count_.fetch_add(1, std::memory_order_seq_cst);
     if (waiting_.load(std::memory_order_seq_cst) != 0)
-        syscall(SYS_futex, &rings_, FUTEX_WAKE_PRIVATE, 0x7fffffff, nullptr, nullptr, 0);
+        syscall(SYS_futex, &count_, FUTEX_WAKE_PRIVATE, 0x7fffffff, nullptr, nullptr, 0);
 }
 
-void Wakeup::wait(std::uint32_t seen, Time deadline) noexcept {
+void EventCount::wait(std::uint32_t seen, Time deadline) noexcept {
     waiting_.fetch_add(1, std::memory_order_seq_cst);
-    if (rings_.load(std::memory_order_seq_cst) == seen) {
+    if (count_.load(std::memory_order_seq_cst) == seen) {
         timespec at{};
         at.tv_sec = deadline.ns / ns_per_s;
         at.tv_nsec = deadline.ns % ns_per_s;
-        syscall(SYS_futex, &rings_, FUTEX_WAIT_BITSET_PRIVATE, seen, deadline == never ? nullptr : &at,
+        syscall(SYS_futex, &count_, FUTEX_WAIT_BITSET_PRIVATE, seen, deadline == never ? nullptr : &at,
                 nullptr, FUTEX_BITSET_MATCH_ANY);
     }
     waiting_.fetch_sub(1, std::memory_order_seq_cst);
