@@ -1,4 +1,4 @@
-// A worker's sign of life, looked at by whoever feeds the watchdog.
+// Watchdog heartbeat of one supervised thread; polled by the supervisor.
 #pragma once
 
 #include "core/time.hpp"
@@ -11,29 +11,29 @@
 
 namespace obscura {
 
-/// Beaten by one thread, wherever that thread may wait, at least every longest_wait_ns; read by another. A
-/// thread about to make a call that may lawfully take longer (a device that answers slowly, a disk) says so
-/// first. Neither allocates, locks nor waits.
+/// Written by the supervised thread at every place where it may wait, at least every longest_wait_ns; read by
+/// the supervisor's thread. Before a call that may legitimately take longer (a slow device, a disk) the
+/// supervised thread announces it. Both sides are real-time safe.
 class Heartbeat {
 public:
-    /// How long a supervised thread waits for anything before it beats again.
+    /// Longest wait of a supervised thread between two beats.
     static constexpr std::int64_t longest_wait_ns = 250 * ns_per_ms;
 
     explicit Heartbeat(std::string name) : name_(std::move(name)) {}
     [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-    /// Worker: alive, and to be heard from again soon.
+    /// Supervised thread: alive; the next beat follows within longest_wait_ns.
     void beat() noexcept {
         silent_until_ns_.store(0, std::memory_order_relaxed);
         beats_.fetch_add(1, std::memory_order_relaxed);
     }
-    /// Worker: will not be heard of before `t` (CLOCK_MONOTONIC), and that is all right.
+    /// Supervised thread: announces a blocking call; no beat is expected before `t` (CLOCK_MONOTONIC).
     void allow_silence_until(Time t) noexcept {
         beats_.fetch_add(1, std::memory_order_relaxed);
         silent_until_ns_.store(t.ns, std::memory_order_relaxed);
     }
-    /// Owner: a thread that has ended, or not yet begun, owes no beats. A new one starts with the next
-    /// beat().
+    /// Owner: no beats are expected, because the thread has ended or not begun. Supervision resumes with the
+    /// next beat().
     void rest() noexcept { silent_until_ns_.store(INT64_MAX, std::memory_order_relaxed); }
 
     [[nodiscard]] std::uint64_t beats() const noexcept { return beats_.load(std::memory_order_relaxed); }
