@@ -5,7 +5,7 @@
 
 namespace obscura::emulator {
 
-Alarm::Alarm(ThreadSettings thread, Ring ring) : ring_(std::move(ring)) {
+Alarm::Alarm(ThreadSettings thread, Handler handler) : handler_(std::move(handler)) {
     for (auto& due : due_ns_)
         due.store(never_ns, std::memory_order_relaxed);
     thread_ = std::thread([this, thread] {
@@ -17,32 +17,32 @@ Alarm::Alarm(ThreadSettings thread, Ring ring) : ring_(std::move(ring)) {
 
 Alarm::~Alarm() {
     stopping_ = true;
-    bell_.notify();
+    changed_.notify();
     thread_.join();
 }
 
 void Alarm::set(std::size_t alarm, Time due) noexcept {
     due_ns_[alarm].store(due.ns, std::memory_order_release);
-    bell_.notify();
+    changed_.notify();
 }
 
 void Alarm::run() noexcept {
     for (;;) {
         heartbeat_.beat();
-        const std::uint32_t seen = bell_.value();
+        const std::uint32_t seen = changed_.value();
         if (stopping_) return;
         std::int64_t next_ns = never_ns;
         for (const auto& due : due_ns_)
             next_ns = std::min(next_ns, due.load(std::memory_order_acquire));
         if (const Time now = clock_.now(); next_ns > now.ns) {
-            bell_.wait(seen, std::min(Time{next_ns}, now + Heartbeat::longest_wait_ns));
+            changed_.wait(seen, std::min(Time{next_ns}, now + Heartbeat::longest_wait_ns));
             continue;
         }
         for (std::size_t i = 0; i < alarm_count; ++i) {
-            // Somebody may have set it anew since.
+            // Fails when another thread has set the alarm anew meanwhile.
             std::int64_t expected = next_ns;
             if (due_ns_[i].compare_exchange_strong(expected, never_ns, std::memory_order_acq_rel))
-                ring_(i, Time{next_ns});
+                handler_(i, Time{next_ns});
         }
     }
 }

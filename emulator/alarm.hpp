@@ -1,4 +1,4 @@
-// A thread that calls back at instants set by other threads.
+// Timer thread: calls a handler at instants that other threads set.
 #pragma once
 
 #include "core/clock.hpp"
@@ -14,20 +14,20 @@
 
 namespace obscura::emulator {
 
-/// A few alarms, each with one instant at most. set() and clear() from any thread, real-time ones included.
+/// A fixed number of one-shot alarms. set() and clear() are thread-safe and real-time safe.
 class Alarm {
 public:
     static constexpr std::size_t alarm_count = 8;
-    using Ring = std::function<void(std::size_t alarm, Time due)>;
+    using Handler = std::function<void(std::size_t alarm, Time due)>;
 
-    /// `ring` is called on the thread of this object, which is real-time: it must not block, allocate, lock
-    /// or throw. It may set alarms.
-    Alarm(ThreadSettings thread, Ring ring);
+    /// Calls `handler` on this object's thread, which is real-time: `handler` must be real-time safe. It may
+    /// set and clear alarms.
+    Alarm(ThreadSettings thread, Handler handler);
     ~Alarm();
     Alarm(const Alarm&) = delete;
     Alarm& operator=(const Alarm&) = delete;
 
-    /// Replaces the instant set before, if that has not come.
+    /// Replaces the instant set before, if the alarm has not expired.
     void set(std::size_t alarm, Time due) noexcept;
     void clear(std::size_t alarm) noexcept { due_ns_[alarm].store(never_ns, std::memory_order_release); }
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
@@ -36,11 +36,11 @@ private:
     static constexpr std::int64_t never_ns = INT64_MAX;
     void run() noexcept;
 
-    const Ring ring_;
+    const Handler handler_;
     MonotonicClock clock_;
     std::array<std::atomic<std::int64_t>, alarm_count> due_ns_{};
     std::atomic<bool> stopping_{false};
-    EventCount bell_;
+    EventCount changed_; ///< an instant was set, or stopping_
     Heartbeat heartbeat_{"alarm"};
     std::thread thread_;
 };

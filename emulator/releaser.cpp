@@ -17,7 +17,7 @@ Releaser::Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock, Timi
       grace_ns_(settings.grace_ns) {
     for (Job& job : jobs_) {
         job.clock = clock_.get();
-        job.news = &news_;
+        job.changed = &changed_;
         job.release.reserve(settings_.max_rows);
     }
     thread_ = std::thread([this] {
@@ -32,7 +32,7 @@ Releaser::~Releaser() {
     abandon_all();
     // A number that was not begun wakes the thread; it looks at stopping_ first.
     begun_.fetch_add(1);
-    news_.notify();
+    changed_.notify();
     thread_.join();
 }
 
@@ -69,7 +69,7 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     job.unwanted.store(false, std::memory_order_relaxed);
     job.exposed.store(0, std::memory_order_relaxed);
     begun_.store(number + 1);
-    news_.notify();
+    changed_.notify();
     return job;
 }
 
@@ -90,24 +90,24 @@ void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
     }
     // Added, not stored: bits may be set meanwhile by another thread and must stay.
     exposed.fetch_add(static_cast<std::uint32_t>(rows - before), std::memory_order_release);
-    news->notify();
+    changed->notify();
     if (wake_clock) clock->interrupt();
 }
 
-void Releaser::Job::tell(std::uint32_t bits) noexcept {
+void Releaser::Job::set_bits(std::uint32_t bits) noexcept {
     if ((bits & cancelled) != 0) unwanted.store(true, std::memory_order_relaxed);
     exposed.fetch_or(bits, std::memory_order_release);
-    news->notify();
+    changed->notify();
 }
 
 void Releaser::end(bool complete) noexcept {
-    newest().tell(Job::filled | (complete ? 0 : Job::cancelled));
+    newest().set_bits(Job::filled | (complete ? 0 : Job::cancelled));
     if (!complete || newest().wake_clock) clock_->interrupt();
 }
 
 void Releaser::abandon_all() noexcept {
     for (Job& job : jobs_)
-        job.tell(Job::cancelled);
+        job.set_bits(Job::cancelled);
     clock_->interrupt();
 }
 
@@ -132,9 +132,9 @@ ReleaseCounters Releaser::counters() const noexcept {
 void Releaser::run() noexcept {
     for (std::uint32_t number = 0;; ++number) {
         for (;;) {
-            const std::uint32_t seen = news_.value();
+            const std::uint32_t seen = changed_.value();
             if (begun_.load(std::memory_order_acquire) != number) break;
-            wait_for_news(seen);
+            wait_for_change(seen);
         }
         Job& job = jobs_[number % frames_in_flight];
         // Frames begun before the end are still given up properly, so that no transport waits for ever.
@@ -191,7 +191,7 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
     const auto height = static_cast<std::int32_t>(job.release.size());
     for (std::int32_t released = 0; released < height;) {
         heartbeat_.beat();
-        const std::uint32_t seen = news_.value();
+        const std::uint32_t seen = changed_.value();
         const std::uint32_t exposed = job.exposed.load(std::memory_order_acquire);
         if ((exposed & Job::cancelled) != 0 || stopping_.load(std::memory_order_relaxed))
             return Outcome::abandoned;
@@ -200,7 +200,7 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
         const Time now = clock_->now();
         if (ready == released) {
             if (job.policy == LatePolicy::late) {
-                wait_for_news(seen);
+                wait_for_change(seen);
             } else if (now > *next + job.grace_ns) {
                 return miss(job, released, timing);
             } else {
@@ -272,10 +272,10 @@ bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
     if (!fits) return false;
     // Renderer and detector let go of the frame at the end of their band.
     for (;;) {
-        const std::uint32_t seen = news_.value();
+        const std::uint32_t seen = changed_.value();
         if ((job.exposed.load(std::memory_order_acquire) & Job::filled) != 0) break;
         if (stopping_.load(std::memory_order_relaxed)) return false;
-        wait_for_news(seen);
+        wait_for_change(seen);
     }
     const auto offset = static_cast<std::size_t>(from) * static_cast<std::size_t>(frame.info.width);
     const auto source = std::as_const(*last_complete_).pixels().subspan(offset);
@@ -285,9 +285,9 @@ bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
     return true;
 }
 
-void Releaser::wait_for_news(std::uint32_t seen) noexcept {
+void Releaser::wait_for_change(std::uint32_t seen) noexcept {
     heartbeat_.beat();
-    news_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
+    changed_.wait(seen, MonotonicClock().now() + Heartbeat::longest_wait_ns);
 }
 
 void Releaser::sleep_until(Time t, bool exactly) noexcept {

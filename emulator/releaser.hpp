@@ -1,4 +1,4 @@
-// Lets the rows of finished bands out at the moments the real chip would, never earlier; or at once.
+// Row release: publishes finished rows at the readout times of the chip, never earlier; or at once.
 #pragma once
 
 #include "core/clock.hpp"
@@ -19,23 +19,23 @@
 
 namespace obscura::emulator {
 
-/// What happens to a frame one of whose rows is not ready when it is due (and the grace has passed).
+/// What happens to a frame with a row that is not ready at its release time plus the grace time.
 enum class LatePolicy : std::uint8_t {
-    late,    ///< the row leaves when it is ready
-    repeat,  ///< the rest of the frame shows the frame before
-    drop,    ///< a frame that has not begun to leave is given up; one that has, ends where it is
-    partial, ///< what is ready leaves, the rest stays empty
+    late,    ///< the row is released when it is ready
+    repeat,  ///< the rest of the frame is copied from the last complete frame
+    drop,    ///< the frame is abandoned; if rows of it have been released, it ends after them
+    partial, ///< the rows that are ready are released, the rest stays empty
 };
 
-/// When rows leave: as the chip reads them, or as soon as they are ready, whatever the chip would do. Then
-/// none is late, and LatePolicy has no say.
+/// When rows are released: at the chip's readout times, or as soon as they are ready. With `fast` no row is
+/// late, and LatePolicy does not apply.
 enum class ReadoutTiming : std::uint8_t { sensor, fast };
 
 struct ReleaserSettings {
     std::size_t max_rows = 1024;
     ReadoutTiming timing = ReadoutTiming::sensor;
     ThreadSettings thread{};
-    std::int64_t grain_ns = 250 * ns_per_us; ///< rows that fall due within this span leave together
+    std::int64_t grain_ns = 250 * ns_per_us; ///< rows due within this span are released together
     LatePolicy policy = LatePolicy::late;
     std::int64_t grace_ns = 0; ///< after a row's time, before the policy applies (not under `late`)
     /// Before a frame's first row the thread sleeps to this much ahead and then polls the clock: exact, but
@@ -43,22 +43,22 @@ struct ReleaserSettings {
     std::int64_t spin_ns = 0;
 };
 
-/// What became of the frames. Read from any thread. A frame is in one of complete and abandoned; `late`,
-/// `repeated` tell more of complete ones, `partial` and `dropped` of abandoned ones.
+/// Outcomes since construction. Each frame is either complete or abandoned; `late` and `repeated` are subsets
+/// of the complete ones, `partial` and `dropped` of the abandoned ones.
 struct ReleaseCounters {
-    std::uint64_t complete = 0;     ///< every row left
+    std::uint64_t complete = 0;     ///< every row was released
     std::uint64_t late = 0;         ///< of those: at least one row was not ready in time
     std::uint64_t late_rows = 0;    ///< rows that were not ready in time, of all frames
-    std::uint64_t abandoned = 0;    ///< frames given up before the last row, for whatever reason
+    std::uint64_t abandoned = 0;    ///< frames given up before the last row
     std::uint64_t repeated = 0;     ///< policy `repeat`
     std::uint64_t dropped = 0;      ///< policy `drop`
     std::uint64_t partial = 0;      ///< policy `partial`
-    std::uint64_t spins_denied = 0; ///< the guard against real-time throttling made the thread sleep instead
+    std::uint64_t spins_denied = 0; ///< the thread slept instead, to avoid real-time throttling
 };
 
-/// A thread that publishes rows: each no earlier than its release time (ReadoutTiming::sensor). What happens
-/// to rows that are not ready then is the policy's. Frames leave in the order of begin(). One producer thread
-/// calls begin(), rows_exposed() (through the sink) and end(); nothing of that allocates.
+/// Owns the thread that publishes rows, each no earlier than its release time (ReadoutTiming::sensor);
+/// LatePolicy decides about rows that are not ready then. Frames are released in the order of begin(). One
+/// producer thread calls begin(), rows_exposed() (through the sink) and end(), all real-time safe.
 class Releaser {
 public:
     /// `clock` must be this releaser's own: it interrupts it. Finished frames are reported to `log`, if any,
@@ -68,32 +68,30 @@ public:
     Releaser(const Releaser&) = delete;
     Releaser& operator=(const Releaser&) = delete;
 
-    /// Of frames begun from now on. Any thread.
+    /// For frames begun from now on. Any thread.
     void set_late_policy(LatePolicy policy, std::int64_t grace_ns) noexcept;
-    /// Whether begin() may be called now: fewer than frames_in_flight frames have not left yet.
+    /// Whether begin() may be called now: fewer than frames_in_flight frames are in progress.
     [[nodiscard]] bool has_room() const noexcept;
-    /// For the frame that begin() is called for next; null without a log.
+    /// Transmit timestamps of the next frame passed to begin(); null without a log.
     [[nodiscard]] ByteStamps* byte_stamps() noexcept;
-    /// Takes charge of `frame`: `release` (scene clock) shifted by `shift_ns` says when each row may leave.
+    /// Starts releasing `frame`: row i is due at `release[i]` (scene clock) plus `shift_ns`.
     /// The sink stays valid until end().
     RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns) noexcept;
-    /// Of the frame begun last: becomes true when nobody wants its pixels any more.
+    /// Cancellation flag of the current frame; the producer may stop filling it.
     [[nodiscard]] const std::atomic<bool>& cancel_flag() const noexcept;
-    /// The frame begun last will not be written to any more. Unless `complete`, no further row of it will
-    /// come.
+    /// The producer has stopped writing to the current frame. Unless `complete`, no further row follows.
     void end(bool complete) noexcept;
     void cancel() noexcept { end(false); }
-    /// Gives up all frames in charge at once, without waiting for their times. Any thread. A frame that is
-    /// begun at the same time may escape.
+    /// Abandons all frames in progress at once. Any thread. A concurrent begin() may not be covered.
     void abandon_all() noexcept;
-    /// Blocks until every frame begun has left or was given up.
+    /// Blocks until every frame begun has been released or abandoned.
     void wait_idle() const noexcept;
 
     [[nodiscard]] ReleaseCounters counters() const noexcept;
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_first_row() const noexcept { return first_row_; }
     [[nodiscard]] const LatencyHistogram& trigger_to_last_row() const noexcept { return last_row_; }
-    /// How late the first row left, of frames whose first row was ready in time.
+    /// Release time of the first row to its publication, for frames whose first row was ready in time.
     [[nodiscard]] const LatencyHistogram& release_lateness() const noexcept { return lateness_; }
 
     static constexpr std::uint32_t frames_in_flight = 3;
@@ -102,23 +100,23 @@ private:
     struct Job final : RowSink {
         // Bits beside the number of rows.
         static constexpr std::uint32_t cancelled = 1u << 31;
-        static constexpr std::uint32_t filled = 1u << 30; ///< nobody writes to the frame any more
+        static constexpr std::uint32_t filled = 1u << 30; ///< the producer has stopped writing
         static constexpr std::uint32_t rows_mask = filled - 1;
         Clock* clock = nullptr;
-        EventCount* news = nullptr; ///< notified when `exposed` changes
+        EventCount* changed = nullptr; ///< notified when `exposed` changes
         ReadoutTiming timing = ReadoutTiming::sensor;
         LatePolicy policy = LatePolicy::late;
         std::int64_t grace_ns = 0;
-        bool wake_clock = false; ///< the releasing thread may be asleep on the clock, not on `news`
-        FrameRef frame;          ///< the releaser's hold; let go when the frame has left
-        Frame* target = nullptr; ///< the same frame for rows_exposed(); held by the one who fills it
+        bool wake_clock = false; ///< the releasing thread may sleep on the clock instead of `changed`
+        FrameRef frame;          ///< the releaser's reference; dropped when the frame has been released
+        Frame* target = nullptr; ///< the same frame for rows_exposed(); the producer holds a reference
         /// Scheduling clock, in order. ReadoutTiming::fast: of rows that are ready, when they became so.
         std::vector<Time> release;
         std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
         std::atomic<bool> unwanted{false};
-        std::atomic<std::uint32_t> late_rows{0}; ///< added to before `exposed` tells of the rows
+        std::atomic<std::uint32_t> late_rows{0}; ///< updated before `exposed` counts the rows
         void rows_exposed(std::int32_t rows) noexcept override;
-        void tell(std::uint32_t bits) noexcept;
+        void set_bits(std::uint32_t bits) noexcept;
     };
     enum class Outcome : std::uint8_t { complete, abandoned };
 
@@ -127,7 +125,7 @@ private:
     Outcome miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept;
     bool repeat_last(Job& job, std::int32_t from) noexcept;
     void sleep_until(Time t, bool exactly) noexcept;
-    void wait_for_news(std::uint32_t seen) noexcept;
+    void wait_for_change(std::uint32_t seen) noexcept;
     [[nodiscard]] bool may_spin(Time now) noexcept;
     Job& newest() noexcept { return jobs_[(begun_.load(std::memory_order_relaxed) - 1) % frames_in_flight]; }
     [[nodiscard]] const Job& newest() const noexcept {
@@ -142,7 +140,7 @@ private:
     std::atomic<LatePolicy> policy_;
     std::atomic<std::int64_t> grace_ns_;
     std::atomic<bool> stopping_{false};
-    EventCount news_; ///< for the releasing thread: a frame begun, rows exposed, the end
+    EventCount changed_; ///< for the releasing thread: a frame begun, rows exposed, the end
     Heartbeat heartbeat_{"release"};
 
     // Releasing thread only.
