@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds the tree to its own rules: which folder may include which, and that README names only what exists."""
+"""Holds the tree to its own rules: which folder may include which, and that documents name only what exists."""
 import pathlib
 import re
 import sys
@@ -68,13 +68,20 @@ for folder, levels in LEVELS.items():
 for name, other in sorted(UPWARD - upward):
     complaints.append(f"house_test.py: {name} no longer includes {other}/: take the exception out")
 
-readme = (ROOT / "README.md").read_text()
-for path in re.findall(r"`((?:scripts|config|docs|tests|core|images|renderer|sensors|sync|transports|emulator|tools|systemd)/[\w./*-]*)`", readme):
-    if not list(ROOT.glob(path.rstrip("/"))):
-        complaints.append(f"README.md: names {path}, which does not exist")
-for path in re.findall(r"\]\(([\w./-]+)\)", readme):
-    if not (ROOT / path).exists():
-        complaints.append(f"README.md: links to {path}, which does not exist")
+# Documents name only what exists: in backticks, in indented commands, and as links, which are relative to the document.
+FOLDERS = "scripts|config|docs|tests|core|images|renderer|sensors|sync|transports|emulator|tools|systemd|debian|cmake"
+documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")),
+             *sorted((ROOT / "tests").rglob("README.md"))]
+for document in (d for d in documents if d.exists()):
+    text = document.read_text()
+    name = document.relative_to(ROOT)
+    for path in sorted(set(re.findall(rf"(?<![\w./~-])((?:{FOLDERS})/[\w./*-]*)", text))):
+        path = path.rstrip("./")
+        if not list(ROOT.glob(path)) and not list(document.parent.glob(path)):
+            complaints.append(f"{name}: names {path}, which does not exist")
+    for link in re.findall(r"\]\(([\w./-]+)(?:#[\w-]*)?\)", text):
+        if not (document.parent / link).exists():
+            complaints.append(f"{name}: links to {link}, which does not exist")
 
 print("\n".join(complaints) or "the tree keeps its rules")
 sys.exit(1 if complaints else 0)
