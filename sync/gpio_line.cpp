@@ -1,38 +1,21 @@
 #include "sync/gpio_line.hpp"
 
 #include "core/error.hpp"
+#include "sync/gpio_line_name.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <new>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 namespace obscura::sync {
 namespace {
-
-/// "gpiochip0:3" or "/dev/gpiochip0:3".
-struct ChipAndOffset {
-    std::string device;
-    unsigned offset = 0;
-};
-
-std::optional<ChipAndOffset> parse_offset(const std::string& line) {
-    const std::size_t colon = line.rfind(':');
-    if (colon == std::string::npos) return std::nullopt;
-    ChipAndOffset place;
-    const char* end = line.data() + line.size();
-    const auto [rest, error] = std::from_chars(line.data() + colon + 1, end, place.offset);
-    if (error != std::errc() || rest != end || colon == 0) return std::nullopt;
-    place.device = line.substr(0, colon);
-    if (place.device.front() != '/') place.device = "/dev/" + place.device;
-    return place;
-}
 
 std::vector<std::string> chip_devices() {
     std::vector<std::string> devices;
@@ -80,12 +63,18 @@ void refuse_gpio_line(const std::string& key, const std::string& line, const std
 }
 
 GpioLine find_gpio_line(const std::string& key, const std::string& line) {
-    if (const auto place = parse_offset(line)) {
-        GpioChip chip(gpiod_chip_open(place->device.c_str()));
-        if (!chip) refuse_gpio_line(key, line, fmt::format("{}: {}", place->device, std::strerror(errno)));
-        if (!has_offset(chip.get(), place->offset))
-            refuse_gpio_line(key, line, fmt::format("{} has no such line", place->device));
-        return {std::move(chip), place->offset, place->device};
+    GpioLineName wanted;
+    try {
+        wanted = parse_gpio_line(line);
+    } catch (const std::invalid_argument& error) {
+        throw ConfigError(fmt::format("{}: {}", key, error.what()));
+    }
+    if (wanted.name.empty()) {
+        GpioChip chip(gpiod_chip_open(wanted.device.c_str()));
+        if (!chip) refuse_gpio_line(key, line, fmt::format("{}: {}", wanted.device, std::strerror(errno)));
+        if (!has_offset(chip.get(), wanted.offset))
+            refuse_gpio_line(key, line, fmt::format("{} has no such line", wanted.device));
+        return {std::move(chip), wanted.offset, wanted.device};
     }
     for (const std::string& device : chip_devices()) {
         GpioChip chip(gpiod_chip_open(device.c_str()));

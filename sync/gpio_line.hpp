@@ -1,4 +1,4 @@
-// Finds a GPIO line by what a configuration calls it, with either version of libgpiod.
+// GPIO lines through libgpiod 1 or 2: search by name or offset, and requests.
 #pragma once
 
 #include <gpiod.h>
@@ -14,7 +14,7 @@ struct CloseGpioChip {
 };
 using GpioChip = std::unique_ptr<gpiod_chip, CloseGpioChip>;
 
-/// Whom the kernel names as the holder of our lines.
+/// Consumer that the kernel shows for our lines.
 inline constexpr const char* gpio_consumer = "obscura";
 
 /// A line of a chip that is open.
@@ -24,7 +24,8 @@ struct GpioLine {
     std::string device; ///< of the chip
 };
 
-/// `line` is a line's name or "gpiochipN:OFFSET". Throws HardwareError as refuse_gpio_line() does.
+/// Opens the chip that has `line`, as parse_gpio_line() understands it. Throws ConfigError that names `key`
+/// for text that is no line, HardwareError as refuse_gpio_line() does for one that is not there.
 [[nodiscard]] GpioLine find_gpio_line(const std::string& key, const std::string& line);
 
 /// Throws HardwareError: `key`: GPIO line "`line`": `why`; allowed is ...
@@ -45,8 +46,8 @@ using LineRequest = std::unique_ptr<gpiod_line_request, FreeWith<gpiod_line_requ
 /// Throws std::bad_alloc.
 [[nodiscard]] LineSettings new_line_settings();
 
-/// Asks the kernel for the line; `key` and `name` are for messages. `buffered_events`: what the kernel keeps
-/// of edges that were not fetched (0: its default). Throws HardwareError as refuse_gpio_line() does.
+/// Requests the line from the kernel; `key` and `name` are for messages. `buffered_events`: capacity of the
+/// kernel's queue of edges (0: its default). Throws HardwareError as refuse_gpio_line() does.
 [[nodiscard]] LineRequest request_gpio_line(const std::string& key, const std::string& name,
                                             const GpioLine& line, gpiod_line_settings& settings,
                                             std::size_t buffered_events = 0);

@@ -1,4 +1,4 @@
-// A GPIO line that tells others what is going on here.
+// GPIO output lines for status signals of the camera, through libgpiod.
 #pragma once
 
 #include <memory>
@@ -6,16 +6,16 @@
 
 namespace obscura::sync {
 
-/// Inactive when made, and when it goes.
+/// Inactive from construction on, and set inactive on destruction.
 class OutputLine {
 public:
     virtual ~OutputLine() = default;
-    /// False when the line has gone. Neither allocates nor throws.
+    /// False when the line has vanished. Neither allocates nor throws.
     virtual bool set(bool active) noexcept = 0;
 };
 
-/// Requests the line (name or "gpiochipN:OFFSET") for output. `key` is what messages call it. Throws
-/// HardwareError naming the line and what is wrong.
+/// Requests `line` (see parse_gpio_line()) for output; `key` is its configuration key, for messages. Throws
+/// as find_gpio_line() does.
 [[nodiscard]] std::unique_ptr<OutputLine> open_gpio_output(const std::string& key, const std::string& line,
                                                            bool active_low);
 

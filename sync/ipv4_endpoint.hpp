@@ -1,4 +1,4 @@
-// The IPv4 address and port of a configuration's "listen" keys.
+// IPv4 address and UDP or TCP port of configuration keys named "listen".
 #pragma once
 
 #include <netinet/in.h>
@@ -8,8 +8,13 @@
 
 namespace obscura::sync {
 
-/// "127.0.0.1:5002" as a socket address. Throws ConfigError that names `key` and shows `example`.
-/// \param lowest_port 0 where the kernel may choose one that is free, else 1
+/// "127.0.0.1:5002" as a socket address. Looks at the text only. Throws std::invalid_argument that quotes
+/// `text` and shows `example`.
+/// \param lowest_port 0 where the kernel may choose a free port, else 1
+[[nodiscard]] sockaddr_in parse_ipv4_endpoint(const std::string& text, std::uint16_t lowest_port,
+                                              const char* example);
+
+/// For use when the socket is opened: throws ConfigError that names `key`.
 [[nodiscard]] sockaddr_in parse_ipv4_endpoint(const std::string& key, const std::string& text,
                                               std::uint16_t lowest_port, const char* example);
 

@@ -1,0 +1,18 @@
+// Name of a GPIO line in a configuration: the line's own name, or chip and offset.
+#pragma once
+
+#include <string>
+
+namespace obscura::sync {
+
+struct GpioLineName {
+    std::string name{};   ///< of the line, as the kernel or device tree has it; empty: chip and offset
+    std::string device{}; ///< of the chip, "/dev/gpiochip0"
+    unsigned offset = 0;
+};
+
+/// "TRIG_IN", "gpiochip0:3" or "/dev/gpiochip0:3". Looks at the text only. Throws std::invalid_argument with
+/// the text, what is wrong and what is allowed.
+[[nodiscard]] GpioLineName parse_gpio_line(const std::string& text);
+
+} // namespace obscura::sync
