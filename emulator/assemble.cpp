@@ -2,7 +2,11 @@
 
 #include "core/error.hpp"
 #include "emulator/releaser.hpp"
-#include "sync/registry.hpp"
+#include "sync/settings.hpp"
+#include "sync/sources/gpio.hpp"
+#include "sync/sources/ptp.hpp"
+#include "sync/sources/ptp_timer.hpp"
+#include "sync/sources/udp.hpp"
 #include "transports/file/file_sink.hpp"
 #include "transports/gige/gige.hpp"
 #include "transports/stimulator/libusb_bus.hpp"
@@ -159,19 +163,19 @@ sync::ConditionerSettings conditioner_settings(const emulator::LineSection& line
 
 std::unique_ptr<sync::TriggerSource> make_trigger_source(const emulator::LineSection& line,
                                                          const Clock& clock, const ThreadPlan& threads) {
-    sync::SourceSettings settings;
-    settings.kind = line.source;
+    sync::TriggerLineSettings settings;
+    settings.source = line.source;
     settings.rate_hz = line.rate_hz;
-    settings.phase_ns = std::llround(line.phase_ms * static_cast<double>(ns_per_ms));
-    settings.line = line.line;
-    settings.edge = line.edge;
-    settings.debounce_ns = from_us(line.debounce_us);
+    settings.phase_ms = line.phase_ms;
     settings.device = line.device;
-    settings.channel = static_cast<unsigned>(line.channel);
-    settings.listen = line.listen;
-    settings.start = line.start;
-    settings.thread = threads.trigger;
-    return sync::make_source(settings, clock);
+    settings.debounce_us = line.debounce_us;
+    auto& gpio = settings.kinds.get<sync::GpioKind>();
+    gpio.line = line.line;
+    gpio.edge = enum_named<sync::GpioEdge>(line.edge).value_or(sync::GpioEdge::rising);
+    settings.kinds.get<sync::PtpKind>().channel = line.channel;
+    settings.kinds.get<sync::UdpKind>().listen = line.listen;
+    settings.kinds.get<sync::PtpTimerKind>().start = line.start;
+    return sync::make_source(settings, clock, threads.trigger);
 }
 
 namespace {

@@ -13,27 +13,25 @@
 namespace obscura::sync {
 namespace {
 
-constexpr const char* key = "trigger.line";
-
 #ifdef GPIOD_LINE_BULK_MAX_LINES // libgpiod 1.x
 
 class GpioInput final : public EdgeInput {
 public:
     explicit GpioInput(const GpioSettings& settings)
-        : place_(find_gpio_line(key, settings.line)),
+        : place_(find_gpio_line(settings.key(), settings.line)),
           line_(gpiod_chip_get_line(place_.chip.get(), place_.offset)),
           both_(settings.edge == GpioEdge::both) {
         const auto request = settings.edge == GpioEdge::rising    ? gpiod_line_request_rising_edge_events
                              : settings.edge == GpioEdge::falling ? gpiod_line_request_falling_edge_events
                                                                   : gpiod_line_request_both_edges_events;
         if (line_ == nullptr || request(line_, gpio_consumer) != 0)
-            refuse_gpio_line(key, settings.line, std::strerror(errno));
+            refuse_gpio_line(settings.key(), settings.line, std::strerror(errno));
     }
 
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
         const timespec limit{timeout_ns / ns_per_s, timeout_ns % ns_per_s};
         const int ready = gpiod_line_event_wait(line_, &limit);
-        // A chip that is unplugged wakes nobody (Linux 6.1); its node goes.
+        // Unplugging a chip does not end the wait (Linux 6.1); its node vanishes.
         if (ready == 0) return ::access(place_.device.c_str(), F_OK) == 0 ? 0 : gone;
         if (ready < 0) return errno == EINTR ? 0 : gone;
         std::array<gpiod_line_event, 16> events;
@@ -72,7 +70,7 @@ using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, FreeWith<gpiod_edge
 class GpioInput final : public EdgeInput {
 public:
     explicit GpioInput(const GpioSettings& settings) : buffer_(gpiod_edge_event_buffer_new(16)) {
-        const GpioLine place = find_gpio_line(key, settings.line);
+        const GpioLine place = find_gpio_line(settings.key(), settings.line);
         device_ = place.device;
         if (!buffer_) throw std::bad_alloc();
         const LineSettings line = new_line_settings();
@@ -84,7 +82,7 @@ public:
         gpiod_line_settings_set_event_clock(line.get(), GPIOD_LINE_CLOCK_MONOTONIC);
         gpiod_line_settings_set_debounce_period_us(line.get(),
                                                    static_cast<unsigned long>(settings.debounce_ns / 1000));
-        request_ = request_gpio_line(key, settings.line, place, *line, 256);
+        request_ = request_gpio_line(settings.key(), settings.line, place, *line, 256);
     }
 
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {

@@ -1,19 +1,30 @@
-// Edges of a GPIO line, through libgpiod.
+// Edge input at a GPIO line, through libgpiod.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "sync/edge_input.hpp"
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 
 namespace obscura::sync {
 
+/// Edge detection of a GPIO line.
 enum class GpioEdge : std::uint8_t { rising, falling, both };
+constexpr auto enum_names(GpioEdge /*type*/) {
+    return std::array{EnumName{GpioEdge::rising, "rising"}, EnumName{GpioEdge::falling, "falling"},
+                      EnumName{GpioEdge::both, "both"}};
+}
 
 struct GpioSettings {
-    std::string line; ///< a line's name ("TRIG_IN") or chip and offset ("gpiochip0:3")
+    std::string table = "trigger"; ///< of the configuration, for messages
+    std::string line;              ///< see parse_gpio_line()
     GpioEdge edge = GpioEdge::rising;
-    std::int64_t debounce_ns = 0; ///< in the kernel where libgpiod can ask for it (2.x); else see Conditioner
+    std::int64_t debounce_ns = 0; ///< by the kernel where libgpiod can request it (2.x); else see Conditioner
+
+    [[nodiscard]] std::string key() const { return table + ".line"; }
 };
 
 /// Opens the line for input. Stamps are the kernel's (CLOCK_MONOTONIC, taken in the interrupt). Sequence

@@ -17,17 +17,18 @@ namespace {
 
 class PpsInput final : public EdgeInput {
 public:
-    explicit PpsInput(const std::string& device) : fd_(::open(device.c_str(), O_RDWR | O_CLOEXEC)) {
-        if (!fd_) throw HardwareError(fmt::format("trigger.device: {}: {}", device, std::strerror(errno)));
+    PpsInput(const std::string& table, const std::string& device)
+        : fd_(::open(device.c_str(), O_RDWR | O_CLOEXEC)) {
+        if (!fd_) throw HardwareError(fmt::format("{}.device: {}: {}", table, device, std::strerror(errno)));
         pps_kparams params{};
         if (::ioctl(fd_.get(), PPS_GETPARAMS, &params) != 0)
             throw HardwareError(
-                fmt::format("trigger.device: {}: no PPS device ({})", device, std::strerror(errno)));
+                fmt::format("{}.device: {}: no PPS device ({})", table, device, std::strerror(errno)));
         params.mode |= PPS_CAPTUREASSERT;
         params.mode &= ~PPS_OFFSETASSERT;
         // Capturing may be on already; setting it needs rights that are not needed then.
         if (::ioctl(fd_.get(), PPS_SETPARAMS, &params) != 0 && errno != EPERM)
-            throw HardwareError(fmt::format("trigger.device: {}: cannot capture assert edges ({})", device,
+            throw HardwareError(fmt::format("{}.device: {}: cannot capture assert edges ({})", table, device,
                                             std::strerror(errno)));
     }
 
@@ -53,8 +54,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<EdgeInput> open_pps(const std::string& device) {
-    return std::make_unique<PpsInput>(device);
+std::unique_ptr<EdgeInput> open_pps(const std::string& table, const std::string& device) {
+    return std::make_unique<PpsInput>(table, device);
 }
 
 } // namespace obscura::sync

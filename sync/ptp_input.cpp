@@ -20,21 +20,21 @@ namespace {
 
 class PtpInput final : public EdgeInput {
 public:
-    PtpInput(const std::string& device, unsigned channel)
+    PtpInput(const std::string& table, const std::string& device, unsigned channel)
         : fd_(::open(device.c_str(), O_RDWR | O_CLOEXEC)), channel_(channel) {
-        if (!fd_) throw HardwareError(fmt::format("trigger.device: {}: {}", device, std::strerror(errno)));
+        if (!fd_) throw HardwareError(fmt::format("{}.device: {}: {}", table, device, std::strerror(errno)));
         ptp_clock_caps caps{};
         if (::ioctl(fd_.get(), PTP_CLOCK_GETCAPS, &caps) != 0)
             throw HardwareError(
-                fmt::format("trigger.device: {}: no PTP clock ({})", device, std::strerror(errno)));
+                fmt::format("{}.device: {}: no PTP clock ({})", table, device, std::strerror(errno)));
         if (caps.n_ext_ts <= static_cast<int>(channel))
             throw HardwareError(
-                fmt::format("trigger.channel: {}: {} has {} input(s)", channel, device, caps.n_ext_ts));
+                fmt::format("{}.channel: {}: {} has {} input(s)", table, channel, device, caps.n_ext_ts));
         ptp_extts_request request{};
         request.index = channel;
         request.flags = PTP_ENABLE_FEATURE | PTP_RISING_EDGE;
         if (::ioctl(fd_.get(), PTP_EXTTS_REQUEST, &request) != 0)
-            throw HardwareError(fmt::format("trigger.device: {}: input {} cannot be enabled ({})", device,
+            throw HardwareError(fmt::format("{}.device: {}: input {} cannot be enabled ({})", table, device,
                                             channel, std::strerror(errno)));
     }
     ~PtpInput() override {
@@ -73,8 +73,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<EdgeInput> open_ptp(const std::string& device, unsigned channel) {
-    return std::make_unique<PtpInput>(device, channel);
+std::unique_ptr<EdgeInput> open_ptp(const std::string& table, const std::string& device, unsigned channel) {
+    return std::make_unique<PtpInput>(table, device, channel);
 }
 
 } // namespace obscura::sync

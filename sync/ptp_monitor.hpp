@@ -1,4 +1,4 @@
-// Asks the PTP daemon of this machine how its clock is doing, once a second.
+// Monitor of ptp4l on this machine: polls its clock state over the management socket.
 #pragma once
 
 #include "core/heartbeat.hpp"
@@ -14,9 +14,9 @@
 namespace obscura::sync {
 
 struct PtpMonitorSettings {
-    std::string socket = "/var/run/ptp4l"; ///< ptp4l's uds_address
+    std::string socket; ///< ptp4l's uds_address
     std::uint8_t domain = 0;
-    std::int64_t lock_ns = 10'000;          ///< a slave is locked when its offset is below this
+    std::int64_t lock_ns = 10'000;          ///< a slave is locked when its offset is at most this
     std::int64_t poll_ns = 1'000'000'000;   ///< between rounds of questions
     std::int64_t patience_ns = 200'000'000; ///< for each answer
 };

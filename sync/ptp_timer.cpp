@@ -29,16 +29,16 @@ std::optional<Time> parse_start(const std::string& text) {
     return Time{seconds * ns_per_s + std::strtoll(fraction.c_str(), nullptr, 10)};
 }
 
-ReadDifference open_ptp_clock(const std::string& device) {
+ReadDifference open_ptp_clock(const std::string& table, const std::string& device) {
     const auto fd = std::make_shared<FileDescriptor>(::open(device.c_str(), O_RDONLY | O_CLOEXEC));
-    if (!*fd) throw HardwareError(fmt::format("trigger.device: {}: {}", device, std::strerror(errno)));
+    if (!*fd) throw HardwareError(fmt::format("{}.device: {}: {}", table, device, std::strerror(errno)));
     const auto read = [fd]() -> std::optional<std::int64_t> {
         timespec t{};
         if (clock_gettime(clock_of_device(fd->get()), &t) != 0) return std::nullopt;
         return monotonic_minus(clock_of_device(fd->get()));
     };
     if (!read())
-        throw HardwareError(fmt::format("trigger.device: {}: no clock ({})", device, std::strerror(errno)));
+        throw HardwareError(fmt::format("{}.device: {}: no clock ({})", table, device, std::strerror(errno)));
     return read;
 }
 
@@ -54,7 +54,7 @@ void PtpTimer::start(TriggerSink& sink) {
     stop();
     ReadDifference read = open_();
     const std::optional<std::int64_t> difference_ns = read();
-    if (!difference_ns) throw HardwareError("trigger.device: the clock cannot be read");
+    if (!difference_ns) throw HardwareError("ptp_timer: the clock cannot be read");
     stopping_ = false;
     missed_ = 0;
     steps_ = 0;

@@ -1,4 +1,4 @@
-// A trigger source that ticks by itself in the time of another clock: a scheduled start on a PTP clock.
+// Trigger source on an absolute schedule of a PTP clock, with a scheduled start.
 #pragma once
 
 #include "core/clock.hpp"
@@ -19,8 +19,9 @@ namespace obscura::sync {
 /// allocates nor throws.
 using ReadDifference = std::function<std::optional<std::int64_t>()>;
 
-/// Of the PTP clock `device` (/dev/ptpN). Throws HardwareError when it cannot be opened or read.
-[[nodiscard]] ReadDifference open_ptp_clock(const std::string& device);
+/// Opens the PTP clock `device` (/dev/ptpN). Throws HardwareError that names the key `device` of `table` when
+/// it cannot be opened or read.
+[[nodiscard]] ReadDifference open_ptp_clock(const std::string& table, const std::string& device);
 
 struct PtpTimerSettings {
     RationalRate rate{10, 1};

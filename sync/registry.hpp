@@ -1,35 +1,44 @@
-// Makes a trigger source from its settings.
+// Registry of the kinds of trigger sources.
 #pragma once
 
-#include "core/clock.hpp"
-#include "core/realtime.hpp"
-#include "sync/sync.hpp"
+#include "sync/source_kind.hpp"
 
-#include <cstdint>
 #include <memory>
-#include <string>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
 
 namespace obscura::sync {
 
-/// What the [trigger] section of a configuration comes down to.
-struct SourceSettings {
-    std::string kind = "timer"; ///< one of source_kinds()
-    double rate_hz = 10;
-    std::int64_t phase_ns = 0;
-    std::string line, edge = "rising"; ///< gpio
-    std::int64_t debounce_ns = 0;      ///< gpio: what the kernel may do itself
-    std::string device;                ///< pps, ptp; empty: the first
-    unsigned channel = 0;              ///< ptp
-    std::string listen;                ///< udp
-    std::string start;                 ///< ptp_timer
-    ThreadSettings thread{};
+/// One SourceKind of every registered kind, with the values of its keys. Copies are deep.
+class SourceKinds {
+public:
+    /// All kinds with their defaults.
+    SourceKinds();
+    SourceKinds(const SourceKinds& other);
+    SourceKinds(SourceKinds&&) noexcept = default;
+    SourceKinds& operator=(SourceKinds other) noexcept;
+    ~SourceKinds() = default;
+
+    [[nodiscard]] bool operator==(const SourceKinds& other) const;
+
+    /// In the order of the registry.
+    [[nodiscard]] const std::vector<std::unique_ptr<SourceKind>>& all() const noexcept { return kinds_; }
+    /// Null for an unknown name.
+    [[nodiscard]] const SourceKind* find(std::string_view name) const noexcept;
+    /// The kind of that type. Throws std::logic_error when it is not registered.
+    template<typename Kind>
+    [[nodiscard]] Kind& get() {
+        for (const auto& kind : kinds_)
+            if (auto* found = dynamic_cast<Kind*>(kind.get())) return *found;
+        throw std::logic_error("trigger source not registered");
+    }
+
+private:
+    std::vector<std::unique_ptr<SourceKind>> kinds_;
 };
 
-/// Null for the kind "none". `clock` must outlive the source. Throws ConfigError for a kind that does not
-/// exist or a rate out of range.
-[[nodiscard]] std::unique_ptr<TriggerSource> make_source(const SourceSettings& settings, const Clock& clock);
-
-/// Comma-separated, for messages.
-[[nodiscard]] std::string source_kinds();
+/// Traits of all kinds, group by group.
+[[nodiscard]] const std::vector<const SourceTraits*>& source_traits();
 
 } // namespace obscura::sync

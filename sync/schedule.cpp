@@ -7,7 +7,8 @@
 namespace obscura::sync {
 
 RationalRate rational_rate(double hz) {
-    if (!(hz >= 1e-6 && hz <= 1e6)) throw std::invalid_argument("a rate must lie between 1e-6 and 1e6 Hz");
+    if (!(hz >= lowest_rate_hz && hz <= highest_rate_hz))
+        throw std::invalid_argument("a rate must lie between 1e-6 and 1e6 Hz");
     // Convergents of the continued fraction: the best approximations there are, in rising order of their
     // terms.
     constexpr std::int64_t limit = std::int64_t{1} << 30;

@@ -17,9 +17,11 @@ struct RationalRate {
     }
 };
 
+inline constexpr double lowest_rate_hz = 1e-6, highest_rate_hz = 1e6;
+
 /// The simplest fraction that equals `hz` within 1e-9 of its value: 10 -> 10/1, 29.97 -> 2997/100,
-/// 29.97002997 -> 30000/1001. Both terms stay below 2^30. `hz` must be positive, finite and within
-/// [1e-6, 1e6]; throws std::invalid_argument otherwise.
+/// 29.97002997 -> 30000/1001. Both terms stay below 2^30. Throws std::invalid_argument unless `hz`
+/// is from lowest_rate_hz to highest_rate_hz.
 [[nodiscard]] RationalRate rational_rate(double hz);
 
 /// Slot k lies at start + phase + k/rate, rounded down to the nanosecond: off by less than 1 ns for every k,

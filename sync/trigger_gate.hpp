@@ -2,6 +2,7 @@
 // soon.
 #pragma once
 
+#include "sync/over_trigger.hpp"
 #include "sync/sync.hpp"
 
 #include <array>
@@ -9,13 +10,6 @@
 #include <cstdint>
 
 namespace obscura::sync {
-
-/// What happens to an edge that comes before the camera is ready for it. Every policy counts it.
-enum class OverTrigger : std::uint8_t {
-    count,  ///< it is missed
-    ignore, ///< it is of no interest, as with a camera that masks its input while busy
-    latch,  ///< the first such edge is remembered and starts the next frame as soon as that can be
-};
 
 /// Learns of missed edges on whichever thread finds out: must not block, allocate, lock or throw.
 class MissedListener {

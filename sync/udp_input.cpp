@@ -17,14 +17,18 @@
 namespace obscura::sync {
 namespace {
 
+constexpr std::uint16_t lowest_port = 1;
+constexpr const char* example_address = "127.0.0.1:5002";
 constexpr std::array<std::uint8_t, 4> magic{'O', 'B', 'T', 'R'};
 
 class UdpInput final : public EdgeInput {
 public:
-    explicit UdpInput(const std::string& text) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-        const sockaddr_in address = parse_ipv4_endpoint("trigger.listen", text, 1, "127.0.0.1:5002");
+    UdpInput(const std::string& table, const std::string& text)
+        : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+        const std::string key = table + ".listen";
+        const sockaddr_in address = parse_ipv4_endpoint(key, text, lowest_port, example_address);
         if (!fd_ || ::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-            throw HardwareError(fmt::format("trigger.listen: {}: {}", text, std::strerror(errno)));
+            throw HardwareError(fmt::format("{}: {}: {}", key, text, std::strerror(errno)));
         const int on = 1;
         ::setsockopt(fd_.get(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
     }
@@ -40,7 +44,7 @@ public:
     }
 
 private:
-    // The next trigger that waits; others on the way are left aside.
+    // The next trigger in the queue; other datagrams before it are dropped.
     bool receive(Edge& edge) noexcept {
         for (;;) {
             std::array<std::uint8_t, 64> bytes;
@@ -107,8 +111,12 @@ std::array<std::uint8_t, udp_trigger_bytes> encode(const UdpTriggerMessage& mess
     return bytes;
 }
 
-std::unique_ptr<EdgeInput> open_udp(const std::string& address) {
-    return std::make_unique<UdpInput>(address);
+sockaddr_in parse_udp_address(const std::string& text) {
+    return parse_ipv4_endpoint(text, lowest_port, example_address);
+}
+
+std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address) {
+    return std::make_unique<UdpInput>(table, address);
 }
 
 } // namespace obscura::sync

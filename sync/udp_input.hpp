@@ -1,10 +1,12 @@
-// Triggers as UDP datagrams, for simulators that have no wire to the bench.
+// Edge input for trigger datagrams (UDP), for simulators without a trigger wire.
 //
 // A datagram is 16 bytes, big endian: the letters "OBTR", a 32-bit sequence number that counts from 1 (0: not
 // counted), and the edge's instant in ns of TAI (0: the datagram's arrival, as stamped by the kernel).
 #pragma once
 
 #include "sync/edge_input.hpp"
+
+#include <netinet/in.h>
 
 #include <array>
 #include <cstdint>
@@ -26,7 +28,11 @@ constexpr std::size_t udp_trigger_bytes = 16;
 [[nodiscard]] bool decode(std::span<const std::uint8_t> bytes, UdpTriggerMessage& message) noexcept;
 [[nodiscard]] std::array<std::uint8_t, udp_trigger_bytes> encode(const UdpTriggerMessage& message) noexcept;
 
-/// Binds to `address` ("127.0.0.1:5002"). Datagrams that are no trigger are left aside. Throws HardwareError.
-[[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& address);
+/// "127.0.0.1:5002" as a socket address. Throws std::invalid_argument.
+[[nodiscard]] sockaddr_in parse_udp_address(const std::string& text);
+
+/// Binds to `address`. Other datagrams than triggers are dropped. Throws ConfigError for text that is no
+/// address, else HardwareError; both name the key `listen` of `table`.
+[[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address);
 
 } // namespace obscura::sync

@@ -173,18 +173,18 @@ TEST_CASE("devices that are not there or not what they should be are named") {
                ContainsSubstring("NO_SUCH_LINE"));
     CHECK_THAT(complaint_of([] { return open_gpio({.line = "gpiochip0:x"}); }),
                ContainsSubstring("gpiochip0:x"));
-    CHECK_THAT(complaint_of([] { return open_pps("/dev/pps99"); }),
-               ContainsSubstring("/dev/pps99: No such file"));
-    CHECK_THAT(complaint_of([] { return open_pps("/dev/null"); }),
+    CHECK_THAT(complaint_of([] { return open_pps("trigger.line1", "/dev/pps99"); }),
+               ContainsSubstring("trigger.line1.device: /dev/pps99: No such file"));
+    CHECK_THAT(complaint_of([] { return open_pps("trigger", "/dev/null"); }),
                ContainsSubstring("/dev/null: no PPS device"));
-    CHECK_THAT(complaint_of([] { return open_ptp("/dev/ptp99", 0); }),
-               ContainsSubstring("/dev/ptp99: No such file"));
-    CHECK_THAT(complaint_of([] { return open_ptp("/dev/null", 0); }),
+    CHECK_THAT(complaint_of([] { return open_ptp("trigger.line2", "/dev/ptp99", 0); }),
+               ContainsSubstring("trigger.line2.device: /dev/ptp99: No such file"));
+    CHECK_THAT(complaint_of([] { return open_ptp("trigger", "/dev/null", 0); }),
                ContainsSubstring("/dev/null: no PTP clock"));
     for (const char* address :
          {"", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", "::1:5000", "a:1"})
-        CHECK_THROWS_AS((void)open_udp(address), ConfigError);
-    CHECK_THAT(complaint_of([] { return open_udp("192.0.2.1:5002"); }),
+        CHECK_THROWS_AS((void)open_udp("trigger", address), ConfigError);
+    CHECK_THAT(complaint_of([] { return open_udp("trigger", "192.0.2.1:5002"); }),
                ContainsSubstring("192.0.2.1:5002: Cannot assign"));
 }
 
@@ -210,7 +210,7 @@ TEST_CASE("UDP triggers over a socket: stamps, gaps, rubbish") {
     const MonotonicClock clock;
     Collector sink;
     EdgeTrigger source(
-        {}, [&] { return open_udp(host + ":" + port); }, clock);
+        {}, [&] { return open_udp("trigger", host + ":" + port); }, clock);
     source.start(sink);
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
     sockaddr_in to{};

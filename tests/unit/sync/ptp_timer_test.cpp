@@ -159,6 +159,6 @@ TEST_CASE("starts") {
     for (const char* bad :
          {"", ".5", "-1", "1e9", "1795244437.0000000001", "99999999999", "9000000001", "12x", "1.2.3"})
         CHECK_FALSE(parse_start(bad).has_value());
-    CHECK_THROWS_AS(open_ptp_clock("/dev/not-there"), HardwareError);
-    CHECK_THROWS_AS(open_ptp_clock("/dev/null"), HardwareError);
+    CHECK_THROWS_AS(open_ptp_clock("trigger", "/dev/not-there"), HardwareError);
+    CHECK_THROWS_AS(open_ptp_clock("trigger", "/dev/null"), HardwareError);
 }

@@ -1,5 +1,3 @@
-#include "core/error.hpp"
-#include "sync/registry.hpp"
 #include "sync/software.hpp"
 #include "sync/timer.hpp"
 #include "tests/support/catch.hpp"
@@ -164,26 +162,4 @@ TEST_CASE("the software trigger delivers what it is told, while it is started") 
     CHECK(sink.triggers[0].edge == Time{400});
     CHECK(sink.triggers[0].seen == Time{500});
     CHECK(sink.triggers[1].id == 2);
-}
-
-TEST_CASE("sources are made by name") {
-    const MonotonicClock clock;
-    for (const char* kind : {"timer", "pps", "ptp", "udp"}) {
-        SourceSettings settings;
-        settings.kind = kind;
-        REQUIRE(make_source(settings, clock) != nullptr);
-        CHECK(make_source(settings, clock)->name() == kind);
-    }
-    SourceSettings settings;
-    settings.kind = "none";
-    CHECK(make_source(settings, clock) == nullptr);
-    settings.kind = "sundial";
-    CHECK_THROWS_AS((void)make_source(settings, clock), ConfigError);
-    settings.kind = "gpio";
-    CHECK_THROWS_AS((void)make_source(settings, clock), ConfigError); // which line?
-    settings.line = "TRIG_IN";
-    CHECK(make_source(settings, clock)->name() == "gpio");
-    settings.kind = "timer";
-    settings.rate_hz = 1e9;
-    CHECK_THROWS_AS((void)make_source(settings, clock), ConfigError);
 }

@@ -1,0 +1,12 @@
+#include "sync/sources/lockstep.hpp"
+
+#include "sync/software.hpp"
+
+namespace obscura::sync {
+
+std::unique_ptr<TriggerSource> LockstepKind::make(const TriggerLineSettings& /*line*/, const Clock& clock,
+                                                  const ThreadSettings& /*thread*/) const {
+    return std::make_unique<SoftwareTrigger>(clock);
+}
+
+} // namespace obscura::sync
