@@ -5,10 +5,10 @@ install(TARGETS obscurad RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
 install(FILES config/demo.toml config/realtime.toml DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
 install(DIRECTORY config/scenes config/sensors config/stars DESTINATION "${CMAKE_INSTALL_DATADIR}/obscura")
-install(FILES README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-if(EXISTS "${PROJECT_SOURCE_DIR}/docs")
-    install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
-endif()
+# As in the source, so that their links hold.
+install(FILES README.md CONTRIBUTING.md CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}"
+        FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg")
 
 # The libraries with their public headers, included as in the source: #include "renderer/renderer.hpp".
 include(CMakePackageConfigHelpers)
