@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Holds the tree to its own rules: which folder may include which, and that documents name only what exists."""
+"""Holds the tree to its own rules: which folder may include which, that public headers include only
+public headers, and that documents name only what exists."""
 import pathlib
 import re
 import sys
@@ -67,6 +68,20 @@ for folder, levels in LEVELS.items():
                 complaints.append(f"{name}:{number}: {folder}/{own}/ may not include {folder}/{other}/, which stands above it")
 for name, other in sorted(UPWARD - upward):
     complaints.append(f"house_test.py: {name} no longer includes {other}/: take the exception out")
+
+# Public headers are installed alone: they include only each other.
+public = {}
+for lists in sorted(ROOT.glob("*/**/CMakeLists.txt")):
+    if lists.relative_to(ROOT).parts[0] in ALLOWED:
+        for headers in re.findall(r"obscura_public_headers\(\w+\s+([^)]+)\)", lists.read_text()):
+            public |= {(lists.parent / header).relative_to(ROOT).as_posix(): lists.relative_to(ROOT) for header in headers.split()}
+for header, lists in sorted(public.items()):
+    if not (ROOT / header).exists():
+        complaints.append(f"{lists}: there is no {header}")
+        continue
+    for included in re.findall(r'^#include "([^"]+)"', (ROOT / header).read_text(), re.MULTILINE):
+        if included not in public:
+            complaints.append(f"{header}: public, but {included} is not: add that to obscura_public_headers() of its library")
 
 # Documents name only what exists: in backticks, in indented commands, and as links, which are relative to the document.
 FOLDERS = "scripts|config|docs|tests|core|images|renderer|sensors|sync|transports|emulator|tools|systemd|debian|cmake"
