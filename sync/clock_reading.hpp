@@ -1,4 +1,4 @@
-// Stamps of other clocks, taken over into the scheduling clock.
+// Conversion of other clocks' time stamps to the scheduling clock.
 #pragma once
 
 #include "core/time.hpp"

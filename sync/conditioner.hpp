@@ -1,4 +1,4 @@
-// What happens to an edge between the wire and the camera: debounce, divider, delay.
+// Trigger conditioning between source and camera: debounce, divider, delay.
 #pragma once
 
 #include "sync/sync.hpp"
@@ -9,12 +9,12 @@
 namespace obscura::sync {
 
 struct ConditionerSettings {
-    std::int64_t debounce_ns = 0; ///< an edge sooner than this after the last accepted one is a bounce
+    std::int64_t debounce_ns = 0; ///< an edge sooner than this after the last accepted one is dropped
     std::uint32_t divider = 1;    ///< the first of every `divider` edges passes
-    std::int64_t delay_ns = 0;    ///< added to the stamp of what passes; the camera starts to work at once
+    std::int64_t delay_ns = 0;    ///< added to the time stamp; the trigger is delivered at once
 };
 
-/// What became of the edges: edges == passed + divided + bounces.
+/// Edges by what became of them: edges == passed + divided + bounces.
 struct ConditionerCounters {
     std::uint64_t edges = 0;   ///< delivered by the source
     std::uint64_t lost = 0;    ///< gaps in the source's ids
@@ -23,9 +23,9 @@ struct ConditionerCounters {
     std::uint64_t passed = 0;  ///< handed on
 };
 
-/// A sink that hands on what is left. Edges that the source lost keep their place in the count of the
-/// divider, and a lost edge that would have passed is a gap in the ids that leave. No allocation, lock or
-/// wait.
+/// Filters triggers between a source and the next sink. Edges that the source lost count for the divider, and
+/// a lost edge that would have passed leaves a gap in the ids. Real-time safe; bound to the source's thread,
+/// but for counters().
 class Conditioner final : public TriggerSink {
 public:
     /// `next` must outlive the conditioner. `settings.divider` is at least 1.

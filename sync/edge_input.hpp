@@ -1,4 +1,4 @@
-// A place where edges arrive, each with its own stamp: a GPIO line, a PPS or PTP device, a socket.
+// Interface of edge inputs, whose edges have their own time stamps: GPIO line, PPS or PTP device, socket.
 #pragma once
 
 #include "core/time.hpp"
@@ -21,9 +21,9 @@ public:
     virtual ~EdgeInput() = default;
     static constexpr int gone = -1;
 
-    /// Blocks until there are edges, but no longer than `timeout_ns` (at most 1 s). The number of edges
-    /// written to `edges`, 0 after the time, or `gone` when the input has vanished and must be opened anew.
-    /// Neither allocates nor throws.
+    /// Blocks until there are edges, but no longer than `timeout_ns` (at most 1 s). Returns the number of
+    /// edges written to `edges`, 0 on timeout, or `gone` when the input has vanished and must be opened
+    /// again. Neither allocates nor throws.
     virtual int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept = 0;
 };
 

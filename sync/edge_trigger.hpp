@@ -1,4 +1,4 @@
-// A trigger source that waits at an EdgeInput, and opens it again when it vanishes.
+// Trigger source at an EdgeInput, which it opens again when it vanishes.
 #pragma once
 
 #include "core/clock.hpp"
@@ -20,19 +20,18 @@ struct EdgeTriggerSettings {
     ThreadSettings thread{};
     std::int64_t poll_ns = 100 * ns_per_ms; ///< longest wait, so that stop() and a vanished input are noticed
     std::int64_t reopen_every_ns = 200 * ns_per_ms;
-    /// How far apart edges are to be; farther than 1.5 of this they are no clock. 0: never one.
+    /// Nominal distance of edges; farther apart than 1.5 of it they are no clock (free). 0: always free.
     std::int64_t nominal_period_ns = 0;
 };
 
-/// Ids count the edges from 1 at start(); where the input has sequence numbers, edges that it lost leave a
-/// gap. While the input is gone nothing is known of its edges: numbering goes on without a gap when it is
-/// back.
+/// Ids count the edges from 1 at start(); where the input has sequence numbers, lost edges leave a gap. Edges
+/// while the input is gone cannot be counted: numbering continues without a gap when it is back.
 class EdgeTrigger final : public TriggerSource {
 public:
     using Open = std::function<std::unique_ptr<EdgeInput>()>;
 
-    /// `open` throws HardwareError when the input cannot be had; in start() that is passed on, later it is
-    /// tried again. `clock` must outlive the source.
+    /// `open` throws HardwareError when the input cannot be opened; start() passes that on, the thread tries
+    /// again. `clock` must outlive the source.
     EdgeTrigger(EdgeTriggerSettings settings, Open open, const Clock& clock);
     ~EdgeTrigger() override;
 
@@ -41,7 +40,7 @@ public:
     void stop() override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
-    /// Locked while edges come as they should; there is nothing to hold over with.
+    /// Locked while edges come at their nominal distance; there is no holdover.
     [[nodiscard]] ClockState clock_state(Time now) const noexcept override;
     /// False while the input is gone. Any thread.
     [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
@@ -61,7 +60,7 @@ private:
     std::atomic<bool> stopping_{false}, connected_{false};
     std::atomic<std::uint64_t> reconnects_{0};
     std::atomic<std::int64_t> last_edge_ns_{INT64_MIN};
-    std::atomic<bool> regular_{false}; ///< the last edge came when it should
+    std::atomic<bool> regular_{false}; ///< the last edge came within 1.5 nominal periods
     Heartbeat heartbeat_;
     std::thread thread_;
 };

@@ -1,4 +1,4 @@
-// One source, several cameras: hands every edge to each of a list of sinks.
+// Fan-out of one trigger source to several sinks, as of cameras that share a line.
 #pragma once
 
 #include "sync/sync.hpp"

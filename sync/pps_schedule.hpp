@@ -1,4 +1,4 @@
-// Instants at PPS + k/rate + phase, from the pulses that came so far.
+// Schedule at PPS + k/rate + phase, with holdover through missing pulses.
 #pragma once
 
 #include "core/clock_state.hpp"
@@ -13,7 +13,7 @@ namespace obscura::sync {
 struct PpsSettings {
     RationalRate rate{10, 1};
     std::int64_t phase_ns = 0;
-    std::int64_t glitch_ns = 500 * ns_per_ms; ///< a pulse sooner than this after another one is none
+    std::int64_t glitch_ns = 500 * ns_per_ms; ///< a pulse sooner than this after another is a glitch
     std::int64_t tolerance_ns =
         ns_per_ms; ///< a locked pulse is no farther than this from the expected instant
     std::int64_t holdover_ns = 60 * ns_per_s; ///< without pulses for longer than this the clock runs free
@@ -26,7 +26,7 @@ class PpsSchedule {
 public:
     explicit PpsSchedule(const PpsSettings& settings);
 
-    /// A pulse that came. False when it was taken for a glitch.
+    /// Takes a pulse. Returns false for a glitch.
     bool pulse(Time edge) noexcept;
     [[nodiscard]] bool started() const noexcept { return second_.has_value(); }
 
@@ -37,7 +37,7 @@ public:
     /// Whether slot m is a pulse itself whose stamp is still to come.
     [[nodiscard]] bool awaits_pulse(std::uint64_t m) const noexcept;
     [[nodiscard]] ClockState state(Time now) const noexcept;
-    /// Of the last pulse: its distance from where the one before let expect it.
+    /// Offset of the last pulse from the instant that the one before predicts.
     [[nodiscard]] std::int64_t last_offset_ns() const noexcept { return last_offset_ns_; }
 
 private:

@@ -1,4 +1,4 @@
-// A trigger source in step with a pulse per second.
+// Trigger source on a schedule in step with a pulse per second.
 #pragma once
 
 #include "core/clock.hpp"

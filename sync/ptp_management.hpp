@@ -1,4 +1,4 @@
-// PTP management messages: questions to ptp4l and its answers, as bytes.
+// PTP management messages (IEEE 1588): GET requests to ptp4l and its responses.
 #pragma once
 
 #include "core/ptp_status.hpp"

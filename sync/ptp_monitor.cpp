@@ -140,7 +140,7 @@ void PtpMonitor::loop() {
                        now.utc_offset_s);
         lock.lock();
         status_ = now;
-        // In pieces, with a sign of life before each.
+        // In steps, with a heartbeat before each.
         for (std::int64_t left_ns = settings_.poll_ns; left_ns > 0 && !quit_;
              left_ns -= Heartbeat::longest_wait_ns) {
             heartbeat_.beat();

@@ -1,4 +1,4 @@
-// Instants of a regular schedule, each computed from its number, so that nothing accumulates.
+// Periodic schedule: instants computed from their number, so that no error accumulates.
 #pragma once
 
 #include "core/time.hpp"

@@ -1,4 +1,4 @@
-// A trigger source that fires when it is told to.
+// Software trigger source: fires when fire() is called.
 #pragma once
 
 #include "core/clock.hpp"

@@ -1,4 +1,4 @@
-// A trigger source that ticks by itself, on an absolute schedule.
+// Trigger source on an absolute schedule of the monotonic clock.
 #pragma once
 
 #include "core/clock.hpp"

@@ -1,5 +1,5 @@
-// Decides which edges become frames: arming, one frame at a time, and what happens to edges that come too
-// soon.
+// Trigger gate: decides which edges become frames, by arming, one frame at a time, and the over-trigger
+// policy.
 #pragma once
 
 #include "sync/over_trigger.hpp"
@@ -11,7 +11,7 @@
 
 namespace obscura::sync {
 
-/// Learns of missed edges on whichever thread finds out: must not block, allocate, lock or throw.
+/// Notified of missed edges, on any thread: must not block, allocate, lock or throw.
 class MissedListener {
 public:
     virtual ~MissedListener() = default;
@@ -72,7 +72,7 @@ public:
     /// True when the edge was taken or latched.
     bool offer(const Trigger& trigger, std::size_t input) noexcept;
 
-    /// For who can tell without the gate that an edge comes too soon: while open it counts as missed.
+    /// Counts an edge as missed that the caller knows to come too soon; only while open.
     void miss(const Trigger& trigger) noexcept;
 
     // Consumer side, in this order: wait(), current(), perhaps end_acquisition(), started() or not,
