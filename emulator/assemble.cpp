@@ -185,16 +185,18 @@ using TransportPtr = std::unique_ptr<transports::Transport>;
 transports::gige::FaultRule fault_rule(const emulator::DaemonConfig& config,
                                        const emulator::FaultSection& section) {
     transports::gige::FaultRule rule;
-    if (!transports::gige::fault_from_name(section.kind, rule.fault))
+    const auto fault = enum_named<transports::gige::Fault>(section.kind);
+    if (!fault)
         throw ConfigError(
             fmt::format("{}: gige.faults: no fault \"{}\"", config.source.string(), section.kind));
+    rule.fault = *fault;
     rule.percent = section.percent;
     rule.first_frame = section.first;
-    rule.last_frame = section.last != 0 ? section.last : ~std::uint64_t{0};
+    rule.last_frame = section.last;
     rule.every_frames = section.every;
     rule.burst = section.burst_packets;
     rule.amount = section.amount;
-    rule.seed = section.seed != 0 ? section.seed : config.daemon.seed;
+    rule.seed = section.seed;
     return rule;
 }
 
@@ -208,27 +210,24 @@ TransportPtr make_gige(const emulator::DaemonConfig& config, CameraControl& cont
     settings.model = config.gige.model;
     settings.serial = config.gige.serial;
     settings.user_name = config.gige.user_name;
-    for (const char c : config.gige.mac)
-        if (c != ':') settings.mac = settings.mac << 4 | std::stoul(std::string(1, c), nullptr, 16);
+    settings.mac = config.gige.mac;
     settings.packet_size = config.gige.packet_size;
     settings.heartbeat_timeout_ms = config.gige.heartbeat_timeout_ms;
     settings.history_frames = config.gige.history_frames;
     settings.drop_percent = config.gige.drop_percent;
     settings.throughput_limit_mbit_s = config.gige.throughput_limit_mbit_s;
-    settings.backend = config.gige.backend;
-    settings.allow = transports::gige::split_list(config.gige.allow);
+    settings.backend = enum_named<transports::gige::SendBackend>(config.gige.backend).value();
+    settings.allow = config.gige.allow;
     settings.off_link = config.gige.off_link;
     settings.read_only = config.gige.read_only;
-    settings.max_rows = control.limits().rows_max;
     settings.state_file = config.gige.state_file;
     settings.xml = config.gige.xml;
     settings.xml_values = config.gige.xml_values;
-    settings.seed = config.daemon.seed;
     for (const emulator::FaultSection& section : config.gige.faults)
         settings.faults.push_back(fault_rule(config, section));
-    settings.realtime_priority = threads.transmit.priority;
-    settings.cores = threads.transmit.cores;
-    return std::make_unique<transports::gige::GigeCamera>(settings, control, clock);
+    return std::make_unique<transports::gige::GigeCamera>(
+        settings, control, clock,
+        transports::gige::GigeContext{.thread = threads.transmit, .seed = config.daemon.seed});
 }
 
 TransportPtr make_file(const emulator::DaemonConfig& config, CameraControl& /*control*/,
@@ -241,8 +240,10 @@ TransportPtr make_file(const emulator::DaemonConfig& config, CameraControl& /*co
         throw OutputError(fmt::format("{}: file.directory: cannot make {}: {}", config.source.string(),
                                       directory.string(), error.message()));
     return std::make_unique<transports::FileSink>(
-        transports::FileSinkSettings{directory, images::frame_format(config.file.format),
-                                     static_cast<std::size_t>(config.file.queue_frames), config.file.truth});
+        transports::FileSinkSettings{.directory = directory,
+                                     .format = enum_named<images::FrameFormat>(config.file.format).value(),
+                                     .queue_frames = static_cast<std::size_t>(config.file.queue_frames),
+                                     .truth = config.file.truth});
 }
 
 TransportPtr make_v4l2(const emulator::DaemonConfig& config, CameraControl& control, const Clock& /*clock*/,
@@ -250,19 +251,20 @@ TransportPtr make_v4l2(const emulator::DaemonConfig& config, CameraControl& cont
     if (!config.v4l2.enabled) return nullptr;
     transports::V4l2Settings settings;
     settings.device = config.v4l2.device;
-    settings.format = transports::v4l2_format_named(config.v4l2.format);
-    settings.io = transports::v4l2_io_named(config.v4l2.io);
+    settings.format = enum_named<transports::V4l2Format>(config.v4l2.format).value();
+    settings.io = enum_named<transports::V4l2Io>(config.v4l2.io).value();
     const CameraSettings camera = control.settings();
-    settings.width = composed_size(camera).width;
-    settings.height = composed_size(camera).height;
-    settings.bits_per_pixel = config.sensor.detector.adc_bits;
-    settings.frame_rate_hz = camera.frame_trigger.enabled ? config.trigger.rate_hz : camera.frame_rate_hz;
+    transports::V4l2Context context;
+    context.width = composed_size(camera).width;
+    context.height = composed_size(camera).height;
+    context.bits_per_pixel = config.sensor.detector.adc_bits;
+    context.frame_rate_hz = camera.frame_trigger.enabled ? config.trigger.rate_hz : camera.frame_rate_hz;
     settings.frame_counter = config.v4l2.frame_counter;
     settings.required = config.v4l2.required;
     settings.buffers = config.v4l2.buffers;
     settings.queue_frames = static_cast<std::size_t>(config.v4l2.queue_frames);
-    settings.thread = threads.display;
-    return std::make_unique<transports::V4l2Output>(settings);
+    context.thread = threads.display;
+    return std::make_unique<transports::V4l2Output>(settings, context);
 }
 
 TransportPtr make_stimulator(const emulator::DaemonConfig& config, CameraControl& /*control*/,
@@ -270,26 +272,26 @@ TransportPtr make_stimulator(const emulator::DaemonConfig& config, CameraControl
     const emulator::StimulatorSection& section = config.stimulator;
     if (!section.enabled) return nullptr;
     transports::StimulatorSettings settings;
-    settings.vendor_id = static_cast<std::uint16_t>(section.vendor_id);
-    settings.product_id = static_cast<std::uint16_t>(section.product_id);
+    settings.vendor_id = section.vendor_id;
+    settings.product_id = section.product_id;
     settings.serial = section.serial;
-    settings.display.width = section.width;
-    settings.display.height = section.height;
-    settings.display.refresh_hz = section.refresh_hz;
-    if (section.format != "auto") settings.display.format = transports::display_format_named(section.format);
-    settings.grey = transports::grey_coding_named(section.grey);
-    settings.compression = transports::compression_named(section.compression);
-    settings.dither = transports::dither_named(section.dither);
+    settings.width = section.width;
+    settings.height = section.height;
+    settings.refresh_hz = section.refresh_hz;
+    settings.format = enum_named<transports::DisplayFormat>(section.format).value();
+    settings.grey = enum_named<transports::GreyCoding>(section.grey).value();
+    settings.compression = enum_named<transports::Compression>(section.compression).value();
+    settings.dither = enum_named<transports::Dither>(section.dither).value();
     settings.queue_frames = static_cast<std::size_t>(section.queue_frames);
     settings.calibration = section.calibration;
-    settings.sensor_width = config.sensor.readout.width;
-    settings.sensor_height = config.sensor.readout.height;
-    settings.dn_black = section.black_dn;
-    settings.dn_white =
-        section.white_dn > 0 ? section.white_dn : std::exp2(config.sensor.detector.adc_bits) - 1;
+    settings.black_dn = section.black_dn;
+    settings.white_dn = section.white_dn;
     settings.peak = section.peak;
-    settings.thread = threads.display;
-    return std::make_unique<transports::StimulatorOutput>(settings, transports::make_libusb_bus());
+    const transports::SensorFacts sensor{config.sensor.readout.width, config.sensor.readout.height,
+                                         config.sensor.detector.adc_bits};
+    return std::make_unique<transports::StimulatorOutput>(
+        settings, transports::StimulatorContext{.sensor = sensor, .thread = threads.display},
+        transports::make_libusb_bus());
 }
 
 // One line for each kind of transport.

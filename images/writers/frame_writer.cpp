@@ -7,24 +7,10 @@
 #include <fitsio.h>
 #include <fmt/format.h>
 
-#include <array>
-#include <stdexcept>
-
 namespace obscura::images {
-namespace {
-
-constexpr std::array<std::string_view, 3> names{"png", "fits", "raw"};
-
-} // namespace
-
-FrameFormat frame_format(std::string_view name) {
-    for (std::size_t i = 0; i < names.size(); ++i)
-        if (names[i] == name) return static_cast<FrameFormat>(i);
-    throw std::invalid_argument(fmt::format("\"{}\" is no frame format", name));
-}
 
 std::string frame_file_name(std::uint64_t number, FrameFormat format) {
-    return fmt::format("frame_{:06}.{}", number, names[static_cast<std::size_t>(format)]);
+    return fmt::format("frame_{:06}.{}", number, name_of(format));
 }
 
 void load_fits_writer() {

@@ -1,13 +1,14 @@
 // Writes one frame in the format of choice; shared by the file transport and the command line.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "images/writers/card.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
-#include <string_view>
 
 namespace obscura::images {
 
@@ -19,9 +20,11 @@ struct Picture {
 };
 
 enum class FrameFormat : std::uint8_t { png, fits, raw };
-
-/// "png", "fits" or "raw"; throws std::invalid_argument on anything else.
-[[nodiscard]] FrameFormat frame_format(std::string_view name);
+/// Names in configurations and on command lines; also the extensions of the files.
+constexpr auto enum_names(FrameFormat /*type*/) {
+    return std::array{EnumName{FrameFormat::png, "png"}, EnumName{FrameFormat::fits, "fits"},
+                      EnumName{FrameFormat::raw, "raw"}};
+}
 
 /// "frame_000042.png" and so on.
 [[nodiscard]] std::string frame_file_name(std::uint64_t number, FrameFormat format);

@@ -100,10 +100,10 @@ void run_ours(const std::string& address, const std::string& backend) {
     source->set_blank(true);
     transports::gige::GigeSettings settings;
     settings.interface = address;
-    settings.backend = backend;
+    settings.backend = enum_named<transports::gige::SendBackend>(backend).value();
     settings.throughput_limit_mbit_s = 0;
-    settings.realtime_priority = realtime ? 60 : 0;
-    auto* camera = new transports::gige::GigeCamera(settings, *source, clock);
+    auto* camera = new transports::gige::GigeCamera(
+        settings, *source, clock, transports::gige::GigeContext{.thread = {realtime ? 60 : 0}});
     source->set_transport(*camera);
     camera->start();
 }

@@ -290,9 +290,9 @@ TEST_CASE("the configuration knows every fault by the name that the camera has f
         DaemonOptions options;
         options.address = own_address(14);
         options.size = 64;
-        options.more = fmt::format("[[gige.faults]]\nkind = \"{}\"\n", fault_name(static_cast<Fault>(i)));
+        options.more = fmt::format("[[gige.faults]]\nkind = \"{}\"\n", name_of(static_cast<Fault>(i)));
         const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
-        CHECK(config.gige.faults.at(0).kind == fault_name(static_cast<Fault>(i)));
+        CHECK(config.gige.faults.at(0).kind == name_of(static_cast<Fault>(i)));
         CHECK_NOTHROW(emulator::Daemon(config));
     }
 }

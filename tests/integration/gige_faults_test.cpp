@@ -156,7 +156,7 @@ TEST_CASE("every fault strikes the same packets in every run, and does what its 
     REQUIRE(clean.size() == frames * 48U);
     REQUIRE(record({}) == clean);
     const auto twice = [&](const FaultRule& r) {
-        CAPTURE(fault_name(r.fault));
+        CAPTURE(name_of(r.fault));
         Recording first = record({r});
         CHECK(first == record({r}));
         CHECK((first == clean) == (r.fault == Fault::delay));

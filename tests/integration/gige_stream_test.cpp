@@ -49,8 +49,9 @@ CameraLimits limits(std::int32_t width = 256, std::int32_t height = 200) {
 
 /// Camera, pattern generator and connections, taken down in the right order.
 struct Bench : GigeBench {
-    explicit Bench(const CameraLimits& l, GigeSettings settings = {})
-        : GigeBench(l, at(std::move(settings))) {}
+    explicit Bench(const CameraLimits& l, GigeSettings settings = {},
+                   transports::gige::GigeContext context = {})
+        : GigeBench(l, at(std::move(settings)), std::move(context)) {}
     static GigeSettings at(GigeSettings s) {
         if (s.interface == "lo") s.interface = address;
         return s;
@@ -1011,7 +1012,7 @@ TEST_CASE("Faults do to the stream what they say") {
     };
     for (const Fault harmless :
          {Fault::duplicate, Fault::reorder, Fault::lose, Fault::drop_trailer, Fault::drop_leader}) {
-        CAPTURE(fault_name(harmless));
+        CAPTURE(name_of(harmless));
         const Outcome o = run(harmless, harmless == Fault::lose ? 2 : 20, 1);
         CHECK(o.complete == 8);
         CHECK(o.wrong == 0);
@@ -1031,8 +1032,10 @@ TEST_CASE("Faults do to the stream what they say") {
 }
 
 TEST_CASE("Every way of sending delivers the same frames") {
-    for (const char* backend : {"sendto", "sendmmsg", "gso", "auto"}) {
-        CAPTURE(backend);
+    using transports::gige::SendBackend;
+    for (const SendBackend backend :
+         {SendBackend::sendto, SendBackend::sendmmsg, SendBackend::gso, SendBackend::automatic}) {
+        CAPTURE(name_of(backend));
         GigeSettings settings;
         settings.backend = backend;
         settings.history_frames = 16;
@@ -1143,12 +1146,11 @@ TEST_CASE("Loss matrix", "[.loss]") {
             GigeSettings settings;
             settings.history_frames = 16;
             settings.throughput_limit_mbit_s = 960;
-            settings.realtime_priority = 60;
             transports::gige::FaultRule rule;
             rule.percent = percent;
             rule.burst = burst;
             settings.faults = {rule};
-            Bench bench(limits(512, 512), settings);
+            Bench bench(limits(512, 512), settings, {.thread = {60}});
             GigeClient client(address);
             arv_camera_gv_set_stream_options(client.camera(),
                                              packet_socket ? ARV_GV_STREAM_OPTION_NONE

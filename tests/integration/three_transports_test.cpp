@@ -37,17 +37,20 @@ transports::gige::GigeSettings gige_settings(const std::string& address) {
 transports::V4l2Settings v4l2_settings(const FakeV4l2Driver& driver) {
     transports::V4l2Settings s;
     s.device = driver.path;
-    s.width = width, s.height = height, s.bits_per_pixel = 12;
     return s;
+}
+
+transports::V4l2Context v4l2_context() {
+    transports::V4l2Context context;
+    context.width = width, context.height = height, context.bits_per_pixel = 12;
+    return context;
 }
 
 /// High and low byte in two colours: every digital number has a level of its own.
 transports::StimulatorSettings stimulator_settings() {
     transports::StimulatorSettings s;
-    s.sensor_width = width, s.sensor_height = height;
-    s.dn_white = 65535;
     s.dither = transports::Dither::none;
-    s.display.format = gud::Format::rgb888;
+    s.format = transports::DisplayFormat::rgb888;
     s.grey = transports::GreyCoding::high_low;
     return s;
 }
@@ -68,8 +71,9 @@ struct Bench : MakerBench {
                  log),
           display(make_display()),
           gige(gige_settings(address), camera, clock),
-          v4l2(v4l2_settings(driver), driver),
-          stimulator(stimulator_settings(), std::make_unique<FakeBus>(display)) {
+          v4l2(v4l2_settings(driver), v4l2_context(), driver),
+          stimulator(stimulator_settings(), {.sensor = {width, height, 16}},
+                     std::make_unique<FakeBus>(display)) {
         for (transports::Transport* transport : all()) {
             camera.add_transport(*transport);
             transport->start();

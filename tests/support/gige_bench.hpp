@@ -14,8 +14,9 @@ struct GigeBench {
     PatternCamera source;
     transports::gige::GigeCamera camera;
 
-    GigeBench(const CameraLimits& limits, transports::gige::GigeSettings settings)
-        : source(limits, 24), camera(std::move(settings), source, clock) {
+    GigeBench(const CameraLimits& limits, transports::gige::GigeSettings settings,
+              transports::gige::GigeContext context = {})
+        : source(limits, 24), camera(std::move(settings), source, clock, std::move(context)) {
         source.set_transport(camera);
         camera.start();
     }

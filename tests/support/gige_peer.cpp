@@ -54,12 +54,13 @@ int main(int argc, char* argv[]) {
         settings.packet_size = static_cast<std::int32_t>(number("packet_size", 1500));
         settings.throughput_limit_mbit_s = number("limit_mbit", 1000);
         settings.drop_percent = number("drop_percent", 0);
-        settings.seed = static_cast<std::uint64_t>(number("seed", 1));
         settings.history_frames = static_cast<std::int32_t>(number("history", 4));
-        settings.realtime_priority = static_cast<int>(number("realtime", 0));
-        if (options.count("backend") != 0) settings.backend = options["backend"];
+        if (options.count("backend") != 0)
+            settings.backend = enum_named<transports::gige::SendBackend>(options["backend"]).value();
         if (options.count("serial") != 0) settings.serial = options["serial"];
-        transports::gige::GigeCamera camera(settings, source, clock);
+        transports::gige::GigeCamera camera(settings, source, clock,
+                                            {.thread = {static_cast<int>(number("realtime", 0))},
+                                             .seed = static_cast<std::uint64_t>(number("seed", 1))});
         source.set_transport(camera);
         CameraSettings reset = source.settings();
         reset.frame_rate_hz = number("rate", 50);

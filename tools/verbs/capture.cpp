@@ -55,7 +55,7 @@ public:
         emulator::Imaging imaging(config, 1, {}, truth_);
         imaging.catch_up(first_);
         const FrameRef frame = imaging.pool->acquire();
-        const images::FrameFormat format = images::frame_format(format_);
+        const images::FrameFormat format = enum_named<images::FrameFormat>(format_).value();
         const std::filesystem::path folder(output_);
         std::vector<double> frame_ms;
         std::uint64_t made = 0;

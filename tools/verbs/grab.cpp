@@ -188,7 +188,7 @@ private:
                 fmt::format("{}: pixel format {:#010x} cannot be saved, allowed are Mono8 to Mono16, "
                             "Mono10p and Mono12p",
                             output_, frame.pixel_format));
-        const images::FrameFormat format = images::frame_format(format_);
+        const images::FrameFormat format = enum_named<images::FrameFormat>(format_).value();
         const images::Cards cards{
             {"FRAMEID", static_cast<std::int64_t>(frame.block_id), "block id"},
             {"T_DEV", static_cast<std::int64_t>(frame.device_ns), "[ns] time stamp of the camera"}};

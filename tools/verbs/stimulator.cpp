@@ -119,7 +119,7 @@ private:
         transports::DisplayWish wish;
         if (grey_ != "equal") wish.format = transports::gud::Format::xrgb8888;
         transports::DisplayLink link(*device, wish);
-        const transports::GreyCoding grey = transports::grey_coding_named(grey_);
+        const transports::GreyCoding grey = enum_named<transports::GreyCoding>(grey_).value();
         const PatternSequence sequence(link.width(), link.height(),
                                        transports::grey_levels(link.format(), grey), ramp_, dot_step_);
         bool any = false;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 namespace obscura::transports {
@@ -103,10 +104,10 @@ void FileSink::write(const Frame& frame) {
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
     info.note_bytes(Outlet::file, MonotonicClock().now());
     try {
-        images::write_picture(settings_.directory / file_name, settings_.format, picture,
-                              images::frame_cards(frame));
+        const std::filesystem::path directory = settings_.directory;
+        images::write_picture(directory / file_name, settings_.format, picture, images::frame_cards(frame));
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
-            images::write_truth(settings_.directory / (run + images::truth_file_name(info.frame_id)), frame);
+            images::write_truth(directory / (run + images::truth_file_name(info.frame_id)), frame);
         info.note_bytes(Outlet::file, MonotonicClock().now());
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);

@@ -3,26 +3,17 @@
 
 #include "core/event_count.hpp"
 #include "core/realtime.hpp"
-#include "images/writers/frame_writer.hpp"
+#include "transports/file/settings.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
 
 #include <atomic>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 namespace obscura::transports {
-
-/// Where frames are stored, in which format, and how many may wait.
-struct FileSinkSettings {
-    std::filesystem::path directory; ///< must exist
-    images::FrameFormat format = images::FrameFormat::png;
-    std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
-    bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
-};
 
 /// Writes frame_000001.png and so on (frame id, format) into a folder; the second and later acquisitions of
 /// one start() write run2_frame_000001.png and so on. One thread of its own, which waits for each frame to be

@@ -9,8 +9,8 @@ namespace obscura::transports::gige {
 namespace {
 
 /// The control thread stands above the sender: an acknowledge must not wait for a burst to end.
-ThreadSettings control_thread(const GigeSettings& s) {
-    return {s.realtime_priority > 0 ? s.realtime_priority + 1 : 0, s.cores};
+ThreadSettings control_thread(const ThreadSettings& sender) {
+    return {sender.priority > 0 ? sender.priority + 1 : 0, sender.cores};
 }
 
 } // namespace
@@ -26,17 +26,17 @@ struct GigeCamera::Parts {
 
     static NetworkInterface shown_network(const GigeSettings& s) {
         NetworkInterface network = find_interface(s.interface);
-        if (s.mac != 0) network.mac = s.mac;
+        if (const auto mac = parse_mac(s.mac)) network.mac = *mac;
         return network;
     }
 
-    Parts(const GigeSettings& s, CameraControl& control, const Clock& clock)
+    Parts(const GigeSettings& s, CameraControl& control, const Clock& clock, const GigeContext& context)
         : network(shown_network(s)),
           messages(network),
-          sender(s, network, messages, clock),
-          device(s, network, control, sender, messages, clock),
+          sender(s, network, messages, clock, context.thread),
+          device(s, network, control, sender, messages, clock, context.seed),
           port(device, s, network),
-          server(port, network, clock, s.port, control_thread(s)) {
+          server(port, network, clock, s.port, control_thread(context.thread)) {
         device.set_statistics([this] {
             const SenderCounters& c = sender.counters();
             return StreamStatistics{static_cast<std::uint32_t>(c.submitted.load()),
@@ -47,18 +47,18 @@ struct GigeCamera::Parts {
     }
 };
 
-GigeCamera::GigeCamera(GigeSettings settings, CameraControl& control, const Clock& clock)
-    : settings_(std::move(settings)), control_(control), clock_(clock) {}
+GigeCamera::GigeCamera(GigeSettings settings, CameraControl& control, const Clock& clock, GigeContext context)
+    : settings_(std::move(settings)), control_(control), clock_(clock), context_(std::move(context)) {}
 
 GigeCamera::~GigeCamera() {
     stop();
 }
 
 void GigeCamera::start() {
-    parts_ = std::make_unique<Parts>(settings_, control_, clock_);
+    parts_ = std::make_unique<Parts>(settings_, control_, clock_, context_);
     if (const std::string report = parts_->device.xml_report(); !report.empty())
         log_info("gige.xml: {}", report);
-    parts_->device.set_ptp(ptp_);
+    parts_->device.set_ptp(context_.ptp_status);
     parts_->messages.start();
     parts_->sender.start();
     parts_->server.start();

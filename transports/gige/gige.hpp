@@ -32,10 +32,18 @@ struct GigeCounters {
     std::int64_t trigger_to_last_p50_ns = 0, trigger_to_last_p99_ns = 0;   ///< edge to trailer sent
 };
 
+/// What a camera is made from besides its settings.
+struct GigeContext {
+    ThreadSettings thread{}; ///< of the sender; the control thread stands one priority above
+    std::uint64_t seed = 1;  ///< of random choices of faults without a seed of their own
+    /// Where the Ptp* features come from; asked on the control thread. Empty: there is no PTP clock.
+    std::function<PtpStatus()> ptp_status{};
+};
+
 /// How to use it:
 ///
 ///     MonotonicClock clock;
-///     GigeSettings settings;                    // same field names as config's [gige]
+///     GigeSettings settings;                    // section [gige]
 ///     GigeCamera camera(settings, control, clock); // control: the emulator's CameraControl
 ///     camera.start();                           // HardwareError: no such interface, port in use, ...
 ///     ...                                       // pipeline thread: camera.submit(frame), then publish rows
@@ -55,13 +63,13 @@ struct GigeCounters {
 /// destroyed.
 class GigeCamera final : public Transport {
 public:
-    GigeCamera(GigeSettings settings, CameraControl& control, const Clock& clock);
+    GigeCamera(GigeSettings settings, CameraControl& control, const Clock& clock, GigeContext context = {});
     ~GigeCamera() override;
     GigeCamera(const GigeCamera&) = delete;
     GigeCamera& operator=(const GigeCamera&) = delete;
 
     /// Where the Ptp* features come from; asked on the control thread. Before start().
-    void set_ptp(std::function<PtpStatus()> source) { ptp_ = std::move(source); }
+    void set_ptp(std::function<PtpStatus()> source) { context_.ptp_status = std::move(source); }
 
     [[nodiscard]] std::string_view name() const override { return "gige"; }
     void start() override;
@@ -82,7 +90,7 @@ private:
     GigeSettings settings_;
     CameraControl& control_;
     const Clock& clock_;
-    std::function<PtpStatus()> ptp_;
+    GigeContext context_;
     std::unique_ptr<Parts> parts_; // from start() on
 };
 

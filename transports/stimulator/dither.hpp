@@ -1,16 +1,21 @@
 // Turning drive levels with a fraction into whole ones so that the average stays right.
 #pragma once
 
+#include "core/enum_names.hpp"
+
+#include <array>
 #include <cstdint>
-#include <string_view>
 
 namespace obscura::transports {
 
 /// Over what the fraction of a level is averaged: nothing (levels are rounded), a 16x16 block of pixels, 256
 /// successive frames, or both.
 enum class Dither : std::uint8_t { none, spatial, temporal, both };
-/// The mode of that name: none, spatial, temporal, both. Any other name is a bug of the caller.
-[[nodiscard]] Dither dither_named(std::string_view name);
+/// Names in the configuration.
+constexpr auto enum_names(Dither /*type*/) {
+    return std::array{EnumName{Dither::none, "none"}, EnumName{Dither::spatial, "spatial"},
+                      EnumName{Dither::temporal, "temporal"}, EnumName{Dither::both, "both"}};
+}
 
 /// Position of pixel (x, y) in the 16x16 ordered-dither matrix, 0..255 (Bayer 1973): each value occurs once
 /// in a block and successive values lie far apart.

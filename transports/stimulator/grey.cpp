@@ -5,13 +5,6 @@
 
 namespace obscura::transports {
 
-GreyCoding grey_coding_named(std::string_view name) {
-    if (name == "sum") return GreyCoding::sum;
-    if (name == "high_low") return GreyCoding::high_low;
-    assert(name == "equal");
-    return GreyCoding::equal;
-}
-
 int grey_levels(gud::Format format, GreyCoding coding) {
     if (format == gud::Format::r8) return coding == GreyCoding::equal ? 256 : 0;
     if (format != gud::Format::rgb888 && format != gud::Format::xrgb8888) return 0;

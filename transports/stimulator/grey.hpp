@@ -1,11 +1,12 @@
 // How a grey level becomes the bytes of a display pixel.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "transports/stimulator/gud.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 namespace obscura::transports {
 
@@ -16,8 +17,11 @@ enum class GreyCoding : std::uint8_t {
     sum,      ///< the channels are sub-pixels whose light adds up: 766 levels, spread evenly over them
     high_low, ///< red carries the high byte, green the low byte, blue 0: 65536 levels
 };
-/// The coding of that name: equal, sum, high_low. Any other name is a bug of the caller.
-[[nodiscard]] GreyCoding grey_coding_named(std::string_view name);
+/// Names in configurations and on command lines.
+constexpr auto enum_names(GreyCoding /*type*/) {
+    return std::array{EnumName{GreyCoding::equal, "equal"}, EnumName{GreyCoding::sum, "sum"},
+                      EnumName{GreyCoding::high_low, "high_low"}};
+}
 
 /// Number of grey levels that `format` shows under `coding`; 0 when the two do not go together.
 [[nodiscard]] int grey_levels(gud::Format format, GreyCoding coding);

@@ -11,14 +11,6 @@
 
 namespace obscura::transports {
 
-Dither dither_named(std::string_view name) {
-    if (name == "none") return Dither::none;
-    if (name == "spatial") return Dither::spatial;
-    if (name == "temporal") return Dither::temporal;
-    assert(name == "both");
-    return Dither::both;
-}
-
 namespace {
 
 constexpr auto bayer_table = [] {

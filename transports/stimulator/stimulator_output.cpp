@@ -67,20 +67,6 @@ Region changed_part(const Region& rect, std::size_t stride, std::size_t pixel, c
 
 } // namespace
 
-Compression compression_named(std::string_view name) {
-    if (name == "off") return Compression::off;
-    if (name == "always") return Compression::always;
-    assert(name == "auto");
-    return Compression::automatic;
-}
-
-gud::Format display_format_named(std::string_view name) {
-    if (name == "RGB888") return gud::Format::rgb888;
-    if (name == "XRGB8888") return gud::Format::xrgb8888;
-    assert(name == "R8");
-    return gud::Format::r8;
-}
-
 struct StimulatorOutput::Session {
     std::unique_ptr<UsbDevice> device;
     std::unique_ptr<DisplayLink> link;
@@ -112,8 +98,12 @@ struct StimulatorOutput::Session {
     [[nodiscard]] Region screen() const { return {0, 0, link->width(), link->height()}; }
 };
 
-StimulatorOutput::StimulatorOutput(StimulatorSettings settings, std::unique_ptr<UsbBus> bus)
-    : settings_(std::move(settings)), bus_(std::move(bus)), queue_(settings_.queue_frames) {
+StimulatorOutput::StimulatorOutput(StimulatorSettings settings, const StimulatorContext& context,
+                                   std::unique_ptr<UsbBus> bus)
+    : settings_(std::move(settings)),
+      context_(context),
+      bus_(std::move(bus)),
+      queue_(settings_.queue_frames) {
     assert(bus_ != nullptr);
 }
 
@@ -126,8 +116,8 @@ void StimulatorOutput::start() {
     stage_.reset();
     table_.reset();
     if (!settings_.calibration.empty()) table_ = read_calibration(settings_.calibration);
-    canvas_.assign(static_cast<std::size_t>(settings_.sensor_width) *
-                       static_cast<std::size_t>(settings_.sensor_height),
+    canvas_.assign(static_cast<std::size_t>(context_.sensor.width) *
+                       static_cast<std::size_t>(context_.sensor.height),
                    0);
     stopping_ = false;
     thread_ = std::thread([this] { work(); });
@@ -172,7 +162,7 @@ void StimulatorOutput::complain(const std::string& line) {
 }
 
 void StimulatorOutput::work() {
-    enter_thread(heartbeat_.name().c_str(), settings_.thread);
+    enter_thread(heartbeat_.name().c_str(), context_.thread);
     while (!stopping_) {
         std::unique_ptr<Session> session;
         try {
@@ -188,7 +178,7 @@ void StimulatorOutput::work() {
             connected_.store(false, std::memory_order_release);
         }
         drop_queue();
-        const Time again = now() + (absent_ ? settings_.look_ns : settings_.reconnect_ns);
+        const Time again = now() + (absent_ ? context_.look_ns : context_.reconnect_ns);
         while (!stopping_ && now() < again) {
             heartbeat_.beat();
             (void)wake_.try_acquire_for(std::chrono::nanoseconds(again - now()));
@@ -199,7 +189,8 @@ void StimulatorOutput::work() {
 }
 
 std::unique_ptr<StimulatorOutput::Session> StimulatorOutput::connect() {
-    const std::vector<UsbIdentity> found = bus_->list(settings_.vendor_id, settings_.product_id);
+    const std::vector<UsbIdentity> found = bus_->list(static_cast<std::uint16_t>(settings_.vendor_id),
+                                                      static_cast<std::uint16_t>(settings_.product_id));
     const UsbIdentity* chosen = nullptr;
     std::string others;
     for (const UsbIdentity& identity : found) {
@@ -223,21 +214,23 @@ std::unique_ptr<StimulatorOutput::Session> StimulatorOutput::connect() {
                               others));
     auto session = std::make_unique<Session>();
     session->device = bus_->open(*chosen);
-    session->link = std::make_unique<DisplayLink>(*session->device, settings_.display);
+    session->link = std::make_unique<DisplayLink>(
+        *session->device,
+        DisplayWish{settings_.width, settings_.height, settings_.refresh_hz, gud_format(settings_.format)});
     session->name = session->device->description();
     const DisplayLink& link = *session->link;
 
     OpticalSettings optical;
     optical.screen_width = link.width();
     optical.screen_height = link.height();
-    optical.sensor_width = settings_.sensor_width;
-    optical.sensor_height = settings_.sensor_height;
+    optical.sensor_width = context_.sensor.width;
+    optical.sensor_height = context_.sensor.height;
     optical.levels = grey_levels(link.format(), settings_.grey);
     if (optical.levels == 0)
         throw HardwareError(fmt::format("stimulator {}: its format {} knows no grey coding but 'equal'",
                                         session->name, gud::to_string(link.format())));
-    optical.dn_black = settings_.dn_black;
-    optical.dn_white = settings_.dn_white;
+    optical.dn_black = settings_.black_dn;
+    optical.dn_white = white_level_dn(settings_, context_.sensor.adc_bits);
     optical.peak = settings_.peak;
     optical.dither = settings_.dither;
     // Its tables take a while to compute; a device that comes back as it was finds them ready.
@@ -467,7 +460,7 @@ bool StimulatorOutput::copy_rows(Session& s, const Frame& frame, std::int32_t co
                 finish(s, slot, 0);
             continue;
         }
-        const Region sensor{0, 0, settings_.sensor_width, settings_.sensor_height};
+        const Region sensor{0, 0, context_.sensor.width, context_.sensor.height};
         for (std::size_t i = 0; i < s.windows.size(); ++i) {
             const Region& window = s.windows[i];
             const std::int32_t top = info.windows[i].image_y;
@@ -476,7 +469,7 @@ bool StimulatorOutput::copy_rows(Session& s, const Frame& frame, std::int32_t co
             for (std::int32_t y = from; y < to; ++y) {
                 const auto row = frame.row(y).first(static_cast<std::size_t>(window.width));
                 std::copy(row.begin(), row.end(),
-                          canvas_.begin() + (window.y + y - top) * std::ptrdiff_t{settings_.sensor_width} +
+                          canvas_.begin() + (window.y + y - top) * std::ptrdiff_t{context_.sensor.width} +
                               window.x);
             }
         }

@@ -1,17 +1,15 @@
 // Read this first: a transport that shows every frame on a USB display in front of the real camera.
 #pragma once
 
-#include "core/realtime.hpp"
 #include "transports/frame_queue.hpp"
 #include "transports/stimulator/display_link.hpp"
-#include "transports/stimulator/grey.hpp"
 #include "transports/stimulator/optical.hpp"
 #include "transports/stimulator/refresh.hpp"
+#include "transports/stimulator/settings.hpp"
 #include "transports/stimulator/usb.hpp"
 #include "transports/transport.hpp"
 
 #include <atomic>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -21,32 +19,6 @@
 #include <vector>
 
 namespace obscura::transports {
-
-/// LZ4, where the device takes it: never, when it saves time on this link, whenever it saves bytes.
-enum class Compression : std::uint8_t { off, automatic, always };
-/// Of the names off, auto, always; R8, RGB888, XRGB8888. Any other name is a bug of the caller.
-[[nodiscard]] Compression compression_named(std::string_view name);
-[[nodiscard]] gud::Format display_format_named(std::string_view name);
-
-/// Which display to use, how to drive it, and what its pictures stand for.
-struct StimulatorSettings {
-    std::uint16_t vendor_id = gud::default_vendor_id;
-    std::uint16_t product_id = gud::default_product_id;
-    std::string serial; ///< empty: the first device found
-    DisplayWish display;
-    GreyCoding grey = GreyCoding::equal;
-    Compression compression = Compression::automatic;
-    std::size_t queue_frames = 2;          ///< frames that may wait; further ones are dropped and counted
-    std::int64_t look_ns = 40 * ns_per_ms; ///< between looks for a device that is not there
-    std::int64_t reconnect_ns = 200 * ns_per_ms; ///< between attempts to set one up that is
-    std::filesystem::path calibration;           ///< empty: pixel for pixel, linear
-    std::int32_t sensor_width = 0, sensor_height = 0;
-    double dn_black = 0;
-    double dn_white = 65535;
-    double peak = 0; ///< see OpticalSettings
-    Dither dither = Dither::both;
-    ThreadSettings thread{};
-};
 
 /// What it has done besides the counters that all transports have. A frame is late when the device was still
 /// taking the one before at the time this one was complete.
@@ -74,7 +46,8 @@ struct StimulatorStatus {
 class StimulatorOutput final : public Transport {
 public:
     /// `bus` must not be null.
-    StimulatorOutput(StimulatorSettings settings, std::unique_ptr<UsbBus> bus);
+    StimulatorOutput(StimulatorSettings settings, const StimulatorContext& context,
+                     std::unique_ptr<UsbBus> bus);
     ~StimulatorOutput() override;
 
     [[nodiscard]] std::string_view name() const override { return "stimulator"; }
@@ -118,7 +91,8 @@ private:
     void drop_queue();
     [[nodiscard]] FrameRef take();
 
-    StimulatorSettings settings_;
+    const StimulatorSettings settings_;
+    const StimulatorContext context_;
     std::unique_ptr<UsbBus> bus_;
     std::optional<CalibrationTable> table_;
     std::unique_ptr<OpticalStage> stage_; ///< kept over a reconnection

@@ -15,26 +15,25 @@ namespace obscura::transports {
 
 namespace {
 
-struct FormatName {
+struct FormatCode {
     std::uint32_t code;
     PixelFormat pixels;
-    const char* name;
 };
 
-FormatName name_of(V4l2Format format) {
+FormatCode code_of(V4l2Format format) {
     switch (format) {
     case V4l2Format::grey:
-        return {V4L2_PIX_FMT_GREY, PixelFormat::mono8, "GREY"};
+        return {V4L2_PIX_FMT_GREY, PixelFormat::mono8};
     case V4l2Format::y10:
-        return {V4L2_PIX_FMT_Y10, PixelFormat::mono10, "Y10"};
+        return {V4L2_PIX_FMT_Y10, PixelFormat::mono10};
     case V4l2Format::y12:
-        return {V4L2_PIX_FMT_Y12, PixelFormat::mono12, "Y12"};
+        return {V4L2_PIX_FMT_Y12, PixelFormat::mono12};
     case V4l2Format::y14:
-        return {V4L2_PIX_FMT_Y14, PixelFormat::mono14, "Y14"};
+        return {V4L2_PIX_FMT_Y14, PixelFormat::mono14};
     case V4l2Format::y16:
         break;
     }
-    return {V4L2_PIX_FMT_Y16, PixelFormat::mono16, "Y16"};
+    return {V4L2_PIX_FMT_Y16, PixelFormat::mono16};
 }
 
 /// Four characters of a pixel format as the driver gave it: hostile.
@@ -67,8 +66,12 @@ constexpr std::uint32_t longest_side = 1u << 16;
 
 } // namespace
 
-V4l2Node::V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image image)
-    : calls_(calls), settings_(settings), image_(image), pixel_format_(name_of(settings.format).pixels) {
+V4l2Node::V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image image, double frame_rate_hz)
+    : calls_(calls),
+      settings_(settings),
+      frame_rate_hz_(frame_rate_hz),
+      image_(image),
+      pixel_format_(code_of(settings.format).pixels) {
     try {
         open();
         if (image_.width == 0) return;
@@ -153,7 +156,7 @@ void V4l2Node::check_capabilities() {
 }
 
 void V4l2Node::agree_on_format() {
-    const FormatName wanted = name_of(settings_.format);
+    const FormatCode wanted = code_of(settings_.format);
     const auto width = static_cast<std::uint32_t>(image_.width);
     const auto height = static_cast<std::uint32_t>(image_.height);
     if (width > longest_side || height == 0 || height > longest_side)
@@ -171,7 +174,7 @@ void V4l2Node::agree_on_format() {
     pixels.bytesperline = row_bytes;
     pixels.sizeimage = row_bytes * height;
     pixels.colorspace = V4L2_COLORSPACE_RAW;
-    const std::string asked = fmt::format("{} {}x{}", wanted.name, width, height);
+    const std::string asked = fmt::format("{} {}x{}", name_of(settings_.format), width, height);
     switch (const int result = call(VIDIOC_S_FMT, &format); result < 0 ? -result : 0) {
     case 0:
         break;
@@ -196,12 +199,12 @@ void V4l2Node::agree_on_format() {
     stride_ = pixels.bytesperline;
     rows_ = height;
 
-    if (settings_.frame_rate_hz > 0) {
+    if (frame_rate_hz_ > 0) {
         // Only a hint for consumers; many drivers have no such thing.
         v4l2_streamparm rate{};
         rate.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-        rate.parm.output.timeperframe = {1000, static_cast<std::uint32_t>(std::clamp(
-                                                   std::round(settings_.frame_rate_hz * 1000), 1.0, 4e9))};
+        rate.parm.output.timeperframe = {
+            1000, static_cast<std::uint32_t>(std::clamp(std::round(frame_rate_hz_ * 1000), 1.0, 4e9))};
         call(VIDIOC_S_PARM, &rate);
     }
 }
@@ -373,7 +376,7 @@ std::string V4l2Node::describe() const {
     const char* stamps =
         writes() ? "time stamps are the driver's at write()" : "time stamps are the trigger edges";
     return fmt::format("v4l2: {}: {}, {} {}x{}, {}-bit data{}, {}; {}", settings_.device, card_,
-                       name_of(settings_.format).name, image_.width, image_.height, image_.bits_per_pixel,
+                       name_of(settings_.format), image_.width, image_.height, image_.bits_per_pixel,
                        settings_.format == V4l2Format::grey ? " shown by its high 8 bits"
                                                             : " aligned to the low bit",
                        writes() ? "write()" : fmt::format("mmap with {} buffers", mappings_.size()), stamps);

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "transports/v4l2/settings.hpp"
 #include "transports/v4l2/v4l2_calls.hpp"
-#include "transports/v4l2/v4l2_settings.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -45,9 +45,9 @@ enum class V4l2Result : std::uint8_t {
 /// One thread. Owns the descriptor and the mappings.
 class V4l2Node {
 public:
-    /// Opens and agrees on everything. Without an image (width 0) the node is only looked at. Throws
-    /// HardwareError with one line.
-    V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image image);
+    /// Opens and agrees on everything. Without an image (width 0) the node is only looked at. `frame_rate_hz`
+    /// is announced to the driver unless it is 0. Throws HardwareError with one line.
+    V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image image, double frame_rate_hz = 0);
     ~V4l2Node();
     V4l2Node(const V4l2Node&) = delete;
     V4l2Node& operator=(const V4l2Node&) = delete;
@@ -98,6 +98,7 @@ private:
 
     V4l2Calls& calls_;
     const V4l2Settings settings_;
+    const double frame_rate_hz_;
     const V4l2Image image_;
     const PixelFormat pixel_format_;
     int fd_ = -1;

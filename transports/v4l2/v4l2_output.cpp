@@ -52,10 +52,11 @@ void V4l2Output::Wake::wait(std::int64_t timeout_ns) const noexcept {
     }
 }
 
-V4l2Output::V4l2Output(V4l2Settings settings, V4l2Calls& calls)
+V4l2Output::V4l2Output(V4l2Settings settings, const V4l2Context& context, V4l2Calls& calls)
     : settings_(std::move(settings)),
+      context_(context),
       calls_(calls),
-      announced_{settings_.width, settings_.height, settings_.bits_per_pixel},
+      announced_{context_.width, context_.height, context_.bits_per_pixel},
       queue_(settings_.queue_frames) {}
 
 V4l2Output::~V4l2Output() {
@@ -65,7 +66,7 @@ V4l2Output::~V4l2Output() {
 void V4l2Output::start() {
     if (thread_.joinable()) return;
     stopping_ = false;
-    retry_ns_ = settings_.retry_first_ns;
+    retry_ns_ = context_.retry_first_ns;
     reported_.clear();
     described_.clear();
     missed_ = 0;
@@ -104,7 +105,7 @@ void V4l2Output::report(const std::string& problem) {
 
 void V4l2Output::retry_later(Instant now) {
     next_try_ = now + std::chrono::nanoseconds(retry_ns_);
-    retry_ns_ = std::min(2 * retry_ns_, settings_.retry_last_ns);
+    retry_ns_ = std::min(2 * retry_ns_, context_.retry_last_ns);
 }
 
 void V4l2Output::lose(const std::string& problem, Instant now) {
@@ -117,7 +118,7 @@ void V4l2Output::lose(const std::string& problem, Instant now) {
 void V4l2Output::open(V4l2Image image) {
     node_.reset();
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_open_ns);
-    node_ = std::make_unique<V4l2Node>(calls_, settings_, image);
+    node_ = std::make_unique<V4l2Node>(calls_, settings_, image, context_.frame_rate_hz);
     count(opened_);
     // A node that opens and then fails every time must not fill the log.
     if (std::string description = node_->describe(); description != described_) {
@@ -140,7 +141,7 @@ void V4l2Output::try_open(V4l2Image image, Instant now) {
 void V4l2Output::delivered() {
     count(delivered_);
     count(bytes_, node_->image_bytes());
-    retry_ns_ = settings_.retry_first_ns;
+    retry_ns_ = context_.retry_first_ns;
     if (reported_.empty()) return;
     log_notice("v4l2: {}: takes images again; {} were not shown", settings_.device, missed_);
     reported_.clear();
@@ -148,7 +149,7 @@ void V4l2Output::delivered() {
 }
 
 void V4l2Output::work() {
-    enter_thread(heartbeat_.name().c_str(), settings_.thread);
+    enter_thread(heartbeat_.name().c_str(), context_.thread);
     Instant give_up{};
     for (;;) {
         heartbeat_.beat();
@@ -195,7 +196,7 @@ void V4l2Output::send(const Frame& frame) {
     if (!node_ && now >= next_try_) try_open(image, now);
     if (!node_) return drop(no_node_);
 
-    V4l2Result result = node_->acquire(settings_.buffer_wait_ns);
+    V4l2Result result = node_->acquire(context_.buffer_wait_ns);
     if (result == V4l2Result::ok) {
         for (std::int32_t done = 0; done < info.height;) {
             const std::int32_t wanted = std::min(done + band_rows, info.height);
@@ -206,7 +207,7 @@ void V4l2Output::send(const Frame& frame) {
         }
         if ((frame.flags.load(std::memory_order_relaxed) & frame_dropped) != 0) return drop(partial_);
         info.note_bytes(Outlet::v4l2, MonotonicClock().now());
-        result = node_->send(info.frame_id, info.trigger_edge, settings_.buffer_wait_ns);
+        result = node_->send(info.frame_id, info.trigger_edge, context_.buffer_wait_ns);
         info.note_bytes(Outlet::v4l2, MonotonicClock().now());
     }
     switch (result) {

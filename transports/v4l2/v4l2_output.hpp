@@ -3,9 +3,9 @@
 
 #include "transports/frame_queue.hpp"
 #include "transports/transport.hpp"
+#include "transports/v4l2/settings.hpp"
 #include "transports/v4l2/v4l2_calls.hpp"
 #include "transports/v4l2/v4l2_node.hpp"
-#include "transports/v4l2/v4l2_settings.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -40,7 +40,8 @@ struct V4l2Counters {
 /// eventfd).
 class V4l2Output final : public Transport {
 public:
-    explicit V4l2Output(V4l2Settings settings, V4l2Calls& calls = system_v4l2_calls());
+    explicit V4l2Output(V4l2Settings settings, const V4l2Context& context = {},
+                        V4l2Calls& calls = system_v4l2_calls());
     ~V4l2Output() override;
 
     [[nodiscard]] std::string_view name() const override { return "v4l2"; }
@@ -77,6 +78,7 @@ private:
     void send(const Frame& frame);
 
     V4l2Settings settings_;
+    const V4l2Context context_;
     V4l2Calls& calls_;
     V4l2Image announced_; ///< what the node is opened for while no frame says otherwise
     FrameQueue queue_;    ///< filled by submit(), emptied by work()

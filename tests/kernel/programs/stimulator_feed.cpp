@@ -45,12 +45,11 @@ public:
           screen_(static_cast<std::size_t>(width * height)) {
         StimulatorSettings settings;
         settings.serial = std::move(serial);
-        settings.sensor_width = width;
-        settings.sensor_height = height;
-        settings.dn_white = 255;
+        settings.white_dn = 255;
         settings.dither = Dither::none;
         settings.compression = compression;
-        output_ = std::make_unique<StimulatorOutput>(settings, make_libusb_bus());
+        output_ = std::make_unique<StimulatorOutput>(
+            settings, StimulatorContext{.sensor = {width, height, 8}}, make_libusb_bus());
         output_->start();
     }
 

@@ -56,12 +56,13 @@ void run(std::map<std::string, std::string>& option) {
     const int removals = std::stoi(option["--removals"]);
     transports::V4l2Settings settings;
     settings.format = transports::V4l2Format::grey;
-    settings.width = width, settings.height = height, settings.bits_per_pixel = 12;
     settings.frame_counter = true;
     settings.required = true;
     settings.queue_frames = 20; // binding a driver may halt the emulated machine for half a second
     settings.device = option["--device"];
-    transports::V4l2Output output(settings);
+    transports::V4l2Context context;
+    context.width = width, context.height = height, context.bits_per_pixel = 12;
+    transports::V4l2Output output(settings, context);
     const std::filesystem::path folder = option["--files"];
     transports::FileSink other({.directory = folder, .format = images::FrameFormat::raw, .queue_frames = 20});
     output.start();

@@ -32,9 +32,10 @@ int main(int argc, char** argv) {
     transports::V4l2Settings settings;
     settings.frame_counter = true;
     settings.buffers = 32;
-    settings.width = 320, settings.height = 240, settings.bits_per_pixel = 12;
-    settings.frame_rate_hz = 25;
     settings.queue_frames = 7;
+    transports::V4l2Context context;
+    context.width = 320, context.height = 240, context.bits_per_pixel = 12;
+    context.frame_rate_hz = 25;
     std::uint64_t frames = 0;
     std::string edges_file = "edges", counters_file = "counters";
     try {
@@ -43,16 +44,16 @@ int main(int argc, char** argv) {
             if (option == "--device")
                 settings.device = value;
             else if (option == "--format")
-                settings.format = transports::v4l2_format_named(value);
+                settings.format = enum_named<transports::V4l2Format>(value).value();
             else if (option == "--io")
-                settings.io = transports::v4l2_io_named(value);
+                settings.io = enum_named<transports::V4l2Io>(value).value();
             else if (option == "--size" &&
-                     std::sscanf(value.c_str(), "%dx%d", &settings.width, &settings.height) == 2)
+                     std::sscanf(value.c_str(), "%dx%d", &context.width, &context.height) == 2)
                 continue;
             else if (option == "--bits")
-                settings.bits_per_pixel = std::atoi(value.c_str());
+                context.bits_per_pixel = std::atoi(value.c_str());
             else if (option == "--rate")
-                settings.frame_rate_hz = std::atof(value.c_str());
+                context.frame_rate_hz = std::atof(value.c_str());
             else if (option == "--frames")
                 frames = std::strtoull(value.c_str(), nullptr, 10);
             else if (option == "--edges")
@@ -68,14 +69,13 @@ int main(int argc, char** argv) {
         action.sa_handler = [](int) { stopping = true; };
         sigaction(SIGTERM, &action, nullptr);
 
-        FramePool pool(8,
-                       static_cast<std::size_t>(settings.width) * static_cast<std::size_t>(settings.height),
-                       static_cast<std::size_t>(settings.height));
-        transports::V4l2Output output(settings);
+        FramePool pool(8, static_cast<std::size_t>(context.width) * static_cast<std::size_t>(context.height),
+                       static_cast<std::size_t>(context.height));
+        transports::V4l2Output output(settings, context);
         output.start();
         std::ofstream edges(edges_file);
         MonotonicClock clock;
-        const auto period_ns = static_cast<std::int64_t>(1e9 / settings.frame_rate_hz);
+        const auto period_ns = static_cast<std::int64_t>(1e9 / context.frame_rate_hz);
         // Edges at an odd instant of their own, so that no other clock could give the same stamps.
         // Edges at an odd instant of their own, so that no other clock could give the same stamps. Those of a
         // time in which the emulated machine stood still are not made up for in a burst.
@@ -87,15 +87,15 @@ int main(int argc, char** argv) {
             if (!frame) throw HardwareError("v4l2_stream: no frame free");
             frame->info.frame_id = id;
             frame->info.trigger_edge = edge;
-            frame->info.width = settings.width, frame->info.height = settings.height;
-            frame->info.bits_per_pixel = settings.bits_per_pixel;
+            frame->info.width = context.width, frame->info.height = context.height;
+            frame->info.bits_per_pixel = context.bits_per_pixel;
             edges << id << ' ' << edge.ns / 1000 << std::endl;
             output.submit(frame);
-            for (std::int32_t y = 0; y < settings.height; ++y) {
+            for (std::int32_t y = 0; y < context.height; ++y) {
                 const auto row = frame->row(y);
-                for (std::int32_t x = 0; x < settings.width; ++x)
-                    row[static_cast<std::size_t>(x)] = rig::pattern(x, y, id, settings.bits_per_pixel);
-                if ((y + 1) % 16 == 0 || y + 1 == settings.height) frame->publish_rows(y + 1);
+                for (std::int32_t x = 0; x < context.width; ++x)
+                    row[static_cast<std::size_t>(x)] = rig::pattern(x, y, id, context.bits_per_pixel);
+                if ((y + 1) % 16 == 0 || y + 1 == context.height) frame->publish_rows(y + 1);
             }
         }
         output.stop();

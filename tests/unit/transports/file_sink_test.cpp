@@ -51,7 +51,7 @@ void wait_until(const std::function<bool()>& done) {
 TEST_CASE("every frame becomes a file, also when it is submitted before it is filled") {
     const test::TempFolder folder;
     FramePool pool(6, 32, 4);
-    FileSink sink({folder.path(), images::FrameFormat::raw, 4});
+    FileSink sink({.directory = folder.path(), .format = images::FrameFormat::raw, .queue_frames = 4});
     sink.start();
     for (std::uint64_t id = 1; id <= 4; ++id) {
         const FrameRef frame = make_frame(pool, id);
@@ -76,7 +76,7 @@ TEST_CASE("every frame becomes a file, also when it is submitted before it is fi
 TEST_CASE("a full queue refuses frames and counts them; all references are given back") {
     const test::TempFolder folder;
     FramePool pool(6, 32, 4);
-    FileSink sink({folder.path(), images::FrameFormat::png, 2});
+    FileSink sink({.directory = folder.path(), .format = images::FrameFormat::png, .queue_frames = 2});
     sink.start();
     std::vector<FrameRef> frames;
     int taken = 0;
@@ -99,7 +99,7 @@ TEST_CASE("a full queue refuses frames and counts them; all references are given
 TEST_CASE("a partial frame is written with the missing rows at 0, whatever the buffer held before") {
     const test::TempFolder folder;
     FramePool pool(1, 32, 4);
-    FileSink sink({folder.path(), images::FrameFormat::raw, 2});
+    FileSink sink({.directory = folder.path(), .format = images::FrameFormat::raw, .queue_frames = 2});
     sink.start();
     {
         const FrameRef frame = make_frame(pool, 1);
@@ -119,11 +119,12 @@ TEST_CASE("a partial frame is written with the missing rows at 0, whatever the b
 }
 
 TEST_CASE("a folder that cannot be written stops the start; one that vanishes later is counted") {
-    CHECK_THROWS_AS(FileSink({"/no/such/folder", images::FrameFormat::png, 2}).start(), OutputError);
+    CHECK_THROWS_AS(FileSink({.directory = "/no/such/folder", .queue_frames = 2}).start(), OutputError);
     const test::TempFolder folder;
     std::filesystem::create_directory(folder.path() / "out");
     FramePool pool(2, 32, 4);
-    FileSink sink({folder.path() / "out", images::FrameFormat::fits, 2});
+    FileSink sink(
+        {.directory = folder.path() / "out", .format = images::FrameFormat::fits, .queue_frames = 2});
     sink.start();
     std::filesystem::remove(folder.path() / "out");
     set_log_level(LogLevel::error);

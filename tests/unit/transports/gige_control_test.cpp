@@ -696,10 +696,10 @@ TEST_CASE("Strangers are not answered, and nobody gets more than a share") {
     far.off_link = true;
     CHECK(Bench::status(Bench(far).send(b.datagram(0x02, {}), routed)) == ok);
     GigeSettings listed;
-    listed.allow = {"192.168.7.4/31"};
+    listed.allow = "192.168.7.4/31";
     CHECK(Bench::status(Bench(listed).send(b.datagram(0x02, {}), alice)) == ok);
     CHECK(Bench::status(Bench(listed).send(b.datagram(0x02, {}), bob)) == silence);
-    CHECK(split_list(" 10.0.0.1,10.1.0.0/16 ,").size() == 2);
+    CHECK(parse_ranges(" 10.0.0.1,10.1.0.0/16 ,").size() == 2);
     CHECK_THROWS_AS(parse_range("192.168.7"), ConfigError);
     CHECK_THROWS_AS(parse_range("192.168.7.0/33"), ConfigError);
     GigeSettings quiet;
@@ -758,6 +758,7 @@ TEST_CASE("User sets bring settings back, also after a restart") {
 TEST_CASE("Faults strike the same packets in every run, as often as they should") {
     FaultRule rule;
     rule.fault = Fault::lose;
+    rule.seed = 1;
     rule.percent = 1;
     rule.first_frame = 3;
     rule.last_frame = 102;
@@ -786,12 +787,8 @@ TEST_CASE("Faults strike the same packets in every run, as often as they should"
     }
     CHECK(runs > 5);
     CHECK(runs < 45);
-    Fault f{};
-    for (std::size_t i = 0; i < fault_count; ++i) {
-        CHECK(fault_from_name(fault_name(static_cast<Fault>(i)), f));
-        CHECK(f == static_cast<Fault>(i));
-    }
-    CHECK_FALSE(fault_from_name("explode", f));
+    for (std::size_t i = 0; i < fault_count; ++i)
+        CHECK(enum_named<Fault>(name_of(static_cast<Fault>(i))) == static_cast<Fault>(i));
 }
 
 TEST_CASE("Time stamps are TAI, latched whole, and restart at a reset") {

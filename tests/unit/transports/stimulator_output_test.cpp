@@ -30,14 +30,13 @@ struct Rig {
         bench = std::make_shared<FakeBench>(std::move(display));
         bench->display.on_update = [this](const tools::GudUpdate& u) { updates.push_back(u.buffer); };
         StimulatorSettings settings;
-        settings.sensor_width = width;
-        settings.sensor_height = height;
-        settings.dn_white = 255;
+        settings.white_dn = 255;
         settings.dither = Dither::none;
         settings.compression = Compression::off;
-        settings.reconnect_ns = 2 * ns_per_ms;
         if (change) change(settings);
-        output = std::make_unique<StimulatorOutput>(settings, std::make_unique<FakeBus>(bench));
+        output = std::make_unique<StimulatorOutput>(
+            settings, StimulatorContext{.sensor = {width, height, 16}, .reconnect_ns = 2 * ns_per_ms},
+            std::make_unique<FakeBus>(bench));
     }
     ~Rig() { output->stop(); }
 
@@ -179,8 +178,8 @@ TEST_CASE("Colour formats carry grey in three channels") {
     display.formats = {gud::Format::rgb565, gud::Format::rgb888, gud::Format::xrgb8888};
     Rig rig(display, [](StimulatorSettings& s) {
         s.grey = GreyCoding::high_low;
-        s.display.format = gud::Format::rgb888;
-        s.dn_white = 65535;
+        s.format = DisplayFormat::rgb888;
+        s.white_dn = 65535;
     });
     rig.output->start();
     REQUIRE(rig.wait_connected());

@@ -384,11 +384,11 @@ TEST_CASE("frames reach the display through libusb, and again when it was pulled
     Testbed bed;
     UsbDisplay display(bed, "MOCK-1");
     StimulatorSettings settings;
-    settings.sensor_width = width, settings.sensor_height = height;
-    settings.dn_white = 255;
+    settings.white_dn = 255;
     settings.dither = Dither::none;
-    settings.look_ns = settings.reconnect_ns = 5 * ns_per_ms;
-    StimulatorOutput output(settings, make_libusb_bus());
+    const StimulatorContext context{
+        .sensor = {width, height, 8}, .look_ns = 5 * ns_per_ms, .reconnect_ns = 5 * ns_per_ms};
+    StimulatorOutput output(settings, context, make_libusb_bus());
     output.start();
     FramePool pool(4, std::size_t{width} * height, height);
     std::uint64_t id = 0;
@@ -420,9 +420,10 @@ TEST_CASE("images reach a video node through the system calls, also after it wen
     V4l2Settings settings;
     settings.device = VideoNode::path;
     settings.format = V4l2Format::grey;
-    settings.width = width, settings.height = height, settings.bits_per_pixel = 8;
-    settings.retry_first_ns = settings.retry_last_ns = 5 * ns_per_ms;
-    V4l2Output output(settings);
+    V4l2Context context;
+    context.width = width, context.height = height, context.bits_per_pixel = 8;
+    context.retry_first_ns = context.retry_last_ns = 5 * ns_per_ms;
+    V4l2Output output(settings, context);
     output.start(); // the node may come later
     FramePool pool(4, std::size_t{width} * height, height);
     std::uint64_t id = 0;

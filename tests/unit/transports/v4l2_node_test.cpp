@@ -52,9 +52,10 @@ V4l2Result send(V4l2Node& node, const Frame& frame, Time edge = {}) {
     return node.send(frame.info.frame_id, edge, 0);
 }
 
-std::string refusal(FakeV4l2Driver& driver, const V4l2Settings& settings, V4l2Image image = image_12bit) {
+std::string refusal(FakeV4l2Driver& driver, const V4l2Settings& settings, V4l2Image image = image_12bit,
+                    double frame_rate_hz = 0) {
     try {
-        const V4l2Node node(driver, settings, image);
+        const V4l2Node node(driver, settings, image, frame_rate_hz);
     } catch (const HardwareError& error) {
         CHECK(driver.open_descriptors() == 0);
         CHECK(driver.open_mappings() == 0);
@@ -266,7 +267,8 @@ TEST_CASE("What the driver changes silently is refused with one line") {
 
 TEST_CASE("A node that will not do is refused with one line") {
     FakeV4l2Driver driver;
-    V4l2Settings settings = settings_for(driver);
+    const V4l2Settings settings = settings_for(driver);
+    double rate_hz = 0;
     const std::string node = "v4l2: /dev/video-fake: ";
     std::string failing;
     int error = 0;
@@ -274,7 +276,7 @@ TEST_CASE("A node that will not do is refused with one line") {
     const auto with = [&](const std::string& call, int number) {
         failing = call;
         error = number;
-        return refusal(driver, settings);
+        return refusal(driver, settings, image_12bit, rate_hz);
     };
     CHECK(with("open", ENOENT) == node + "is not there");
     CHECK(with("open", ENODEV) == node + "is not there");
@@ -291,7 +293,7 @@ TEST_CASE("A node that will not do is refused with one line") {
     CHECK(with("QUERYBUF", EINVAL) == node + "buffer 0 cannot be asked for: Invalid argument");
     CHECK(with("mmap", ENOMEM) == node + "buffer 0 cannot be mapped: Cannot allocate memory");
     // Only a hint, so its failure is none.
-    settings.frame_rate_hz = 12.5;
+    rate_hz = 12.5;
     CHECK(with("S_PARM", ENOTTY) == "accepted");
     CHECK(with("nothing", 0) == "accepted");
     CHECK(driver.frame_interval() == std::pair<std::uint32_t, std::uint32_t>{1000, 12500});

@@ -27,11 +27,16 @@ constexpr std::int32_t width = 16, height = 130; // more than two bands of rows
 V4l2Settings settings_for(const FakeV4l2Driver& driver) {
     V4l2Settings settings;
     settings.device = driver.path;
-    settings.width = width, settings.height = height, settings.bits_per_pixel = 12;
-    settings.retry_first_ns = ns_per_ms, settings.retry_last_ns = 4 * ns_per_ms;
-    settings.buffer_wait_ns = ns_per_ms;
     settings.queue_frames = 8;
     return settings;
+}
+
+V4l2Context quick_context() {
+    V4l2Context context;
+    context.width = width, context.height = height, context.bits_per_pixel = 12;
+    context.retry_first_ns = ns_per_ms, context.retry_last_ns = 4 * ns_per_ms;
+    context.buffer_wait_ns = ns_per_ms;
+    return context;
 }
 
 /// Waits as long as it takes; the test program's own time limit ends a wait in vain.
@@ -116,7 +121,7 @@ void check_clean(const FakeV4l2Driver& driver, const Camera& camera) {
 TEST_CASE("Every frame goes out whole with the time of its edge") {
     FakeV4l2Driver driver;
     driver.kind = GENERATE(Kind::strict, Kind::newer_loopback, Kind::older_loopback);
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     for (int i = 0; i < 40; ++i)
@@ -140,7 +145,7 @@ TEST_CASE("Every frame goes out whole with the time of its edge") {
 
 TEST_CASE("Rows are packed while the frame is made; a frame that is given up is not shown") {
     FakeV4l2Driver driver;
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     {
@@ -178,7 +183,7 @@ TEST_CASE("Rows are packed while the frame is made; a frame that is given up is 
 
 TEST_CASE("Windows go out as they are composed in the frame") {
     FakeV4l2Driver driver;
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     {
@@ -207,9 +212,9 @@ TEST_CASE("Windows go out as they are composed in the frame") {
 
 TEST_CASE("A frame of another size makes another format") {
     FakeV4l2Driver driver;
-    V4l2Settings settings = settings_for(driver);
-    settings.width = GENERATE(0, width); // with and without an announcement
-    V4l2Output output(settings, driver);
+    V4l2Context context = quick_context();
+    context.width = GENERATE(0, width); // with and without an announcement
+    V4l2Output output(settings_for(driver), context, driver);
     Camera camera(output);
     output.start();
     camera.shoot();
@@ -229,7 +234,7 @@ TEST_CASE("A frame of another size makes another format") {
 TEST_CASE("A node that goes away and comes back") {
     FakeV4l2Driver driver;
     driver.kind = GENERATE(Kind::strict, Kind::newer_loopback, Kind::older_loopback);
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     for (int round = 0; round < 30; ++round) {
@@ -263,7 +268,7 @@ TEST_CASE("A node that goes away and comes back") {
 
 TEST_CASE("A node is missed even when there is nothing to send, and found again") {
     FakeV4l2Driver driver;
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     driver.remove();
@@ -282,7 +287,7 @@ TEST_CASE("A node that is not there at start is waited for or required") {
     driver.remove();
     V4l2Settings settings = settings_for(driver);
     SECTION("waited for") {
-        V4l2Output output(settings, driver);
+        V4l2Output output(settings, quick_context(), driver);
         Camera camera(output);
         output.start();
         camera.shoot();
@@ -297,7 +302,7 @@ TEST_CASE("A node that is not there at start is waited for or required") {
     }
     SECTION("required") {
         settings.required = true;
-        V4l2Output output(settings, driver);
+        V4l2Output output(settings, quick_context(), driver);
         CHECK_THROWS_WITH(output.start(), "v4l2: /dev/video-fake: is not there");
         driver.give_back();
         output.start();
@@ -310,7 +315,7 @@ TEST_CASE("A driver that opens and fails every time is logged once and tried eve
     FakeV4l2Driver driver;
     std::atomic<bool> broken{true};
     driver.fault = [&](const std::string& call) { return call == "QBUF" && broken ? -EIO : 0; };
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     while (output.v4l2_counters().lost < 8)
@@ -327,7 +332,7 @@ TEST_CASE("A driver that opens and fails every time is logged once and tried eve
 
 TEST_CASE("A driver that turns out to mix its buffers up gets write() from then on") {
     FakeV4l2Driver driver;
-    V4l2Output output(settings_for(driver), driver);
+    V4l2Output output(settings_for(driver), quick_context(), driver);
     Camera camera(output);
     output.start();
     driver.kind = Kind::older_loopback;
@@ -345,7 +350,7 @@ TEST_CASE("Frames that find no room are dropped and counted, never waited for") 
     driver.consumes = false;
     V4l2Settings settings = settings_for(driver);
     SECTION("no buffer in the driver") {
-        V4l2Output output(settings, driver);
+        V4l2Output output(settings, quick_context(), driver);
         Camera camera(output);
         output.start();
         for (int i = 0; i < 12; ++i)
@@ -357,7 +362,7 @@ TEST_CASE("Frames that find no room are dropped and counted, never waited for") 
     }
     SECTION("no place in the queue") {
         settings.queue_frames = 2;
-        V4l2Output output(settings, driver);
+        V4l2Output output(settings, quick_context(), driver);
         Camera camera(output);
         output.start();
         std::vector<FrameRef> frames;
@@ -385,9 +390,9 @@ TEST_CASE("Whatever fails whenever: every frame is shown whole or counted, and n
             const auto random = philox4x32({++calls, 0, 0, 0}, {seed, 7});
             return random[0] % 16 == 0 ? -errors[random[1] % errors.size()] : 0;
         };
-        V4l2Settings settings = settings_for(driver);
-        settings.retry_first_ns = 1000, settings.retry_last_ns = 10'000;
-        V4l2Output output(settings, driver);
+        V4l2Context context = quick_context();
+        context.retry_first_ns = 1000, context.retry_last_ns = 10'000;
+        V4l2Output output(settings_for(driver), context, driver);
         Camera camera(output);
         output.start();
         for (int i = 0; i < 40; ++i)

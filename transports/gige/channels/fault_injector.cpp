@@ -3,34 +3,15 @@
 #include "core/philox.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace obscura::transports::gige {
-namespace {
-
-constexpr std::array<std::string_view, fault_count> names = {
-    "lose",         "lose_for_good", "duplicate",     "reorder",        "delay",           "corrupt",
-    "drop_leader",  "drop_trailer",  "skip_frame",    "wrong_block_id", "wrong_timestamp", "mute_control",
-    "freeze_frame", "repeat_frame",  "heartbeat_loss"};
-
-} // namespace
-
-std::string_view fault_name(Fault f) noexcept {
-    return names[static_cast<std::size_t>(f)];
-}
-
-bool fault_from_name(std::string_view name, Fault& fault) noexcept {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) return false;
-    fault = static_cast<Fault>(found - names.begin());
-    return true;
-}
 
 const FaultRule* FaultInjector::strikes(Fault fault, std::uint64_t frame,
                                         std::uint32_t packet) const noexcept {
     for (const FaultRule& rule : rules_) {
-        if (rule.fault != fault || frame < rule.first_frame || frame > rule.last_frame) continue;
+        if (rule.fault != fault || frame < rule.first_frame) continue;
+        if (rule.last_frame != 0 && frame > rule.last_frame) continue;
         if (rule.every_frames > 1 && (frame - rule.first_frame) % rule.every_frames != 0) continue;
         // A burst is drawn once for all its packets.
         const std::uint32_t draw = packet / std::max(rule.burst, 1U);

@@ -1,9 +1,12 @@
 // Faults on purpose: which packet or frame a rule strikes is a pure function of seed, block and packet.
 #pragma once
 
+#include "core/enum_names.hpp"
+
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace obscura::transports::gige {
@@ -26,21 +29,38 @@ enum class Fault : std::uint8_t {
     heartbeat_loss,  ///< the controller's commands do not keep its control alive; counted like mute_control
 };
 constexpr std::size_t fault_count = 15;
-
-/// "lose", "drop_leader", ...; nothing for an unknown name.
-[[nodiscard]] std::string_view fault_name(Fault f) noexcept;
-[[nodiscard]] bool fault_from_name(std::string_view name, Fault& fault) noexcept;
+/// In the order in which people read them: packets, frames, control.
+constexpr auto enum_names(Fault /*type*/) {
+    return std::array{
+        EnumName{Fault::lose, "lose"},
+        EnumName{Fault::lose_for_good, "lose_for_good"},
+        EnumName{Fault::duplicate, "duplicate"},
+        EnumName{Fault::reorder, "reorder"},
+        EnumName{Fault::delay, "delay"},
+        EnumName{Fault::corrupt, "corrupt"},
+        EnumName{Fault::drop_leader, "drop_leader"},
+        EnumName{Fault::drop_trailer, "drop_trailer"},
+        EnumName{Fault::skip_frame, "skip_frame"},
+        EnumName{Fault::freeze_frame, "freeze_frame"},
+        EnumName{Fault::repeat_frame, "repeat_frame"},
+        EnumName{Fault::wrong_block_id, "wrong_block_id"},
+        EnumName{Fault::wrong_timestamp, "wrong_timestamp"},
+        EnumName{Fault::mute_control, "mute_control"},
+        EnumName{Fault::heartbeat_loss, "heartbeat_loss"},
+    };
+}
+static_assert(enum_names(Fault{}).size() == fault_count);
 
 /// One rule of [[gige.faults]]: what, when, how often. The same seed strikes the same packets in every run.
 struct FaultRule {
     Fault fault = Fault::lose;
-    double percent = 0;            ///< of the packets (frames, commands) in the window below
-    std::uint64_t first_frame = 1; ///< by block count since the stream channel was opened
-    std::uint64_t last_frame = ~std::uint64_t{0};
+    double percent = 100;           ///< of the packets (frames, commands) in the window below
+    std::uint64_t first_frame = 1;  ///< by block count since the stream channel was opened
+    std::uint64_t last_frame = 0;   ///< 0: no end
     std::uint64_t every_frames = 1; ///< only every so many frames of the window
     std::uint32_t burst = 1;        ///< consecutive packets struck together (lose)
     double amount = 1;              ///< see Fault
-    std::uint64_t seed = 1;
+    std::uint64_t seed = 0;         ///< 0: the camera's
 };
 
 /// Evaluates rules; const and pure, any thread.

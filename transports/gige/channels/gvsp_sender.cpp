@@ -21,8 +21,8 @@ constexpr std::array<std::uint32_t, 2> resend_budget{1, 4};
 } // namespace
 
 GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network,
-                       MessageChannel& messages, const Clock& clock)
-    : settings_(settings), network_(network), clock_(clock), messages_(messages) {}
+                       MessageChannel& messages, const Clock& clock, const ThreadSettings& thread)
+    : settings_(settings), thread_settings_(thread), network_(network), clock_(clock), messages_(messages) {}
 
 void GvspSender::start() {
     socket_.open(network_, 4U << 20);
@@ -153,7 +153,7 @@ bool GvspSender::send_test_packet(const StreamConfig& config) noexcept {
 }
 
 void GvspSender::loop() {
-    enter_thread(heartbeat_.name().c_str(), {settings_.realtime_priority, settings_.cores});
+    enter_thread(heartbeat_.name().c_str(), thread_settings_);
     while (!quit_.load(std::memory_order_acquire)) {
         heartbeat_.beat();
         const std::uint32_t seen = wake_.value();

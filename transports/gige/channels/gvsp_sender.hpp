@@ -34,7 +34,7 @@ struct SenderCounters {
 class GvspSender final : public StreamPort {
 public:
     GvspSender(const GigeSettings& settings, const NetworkInterface& network, MessageChannel& messages,
-               const Clock& clock);
+               const Clock& clock, const ThreadSettings& thread = {});
     ~GvspSender() override { stop(); }
 
     /// Throws HardwareError.
@@ -108,6 +108,7 @@ private:
     }
 
     const GigeSettings settings_;
+    const ThreadSettings thread_settings_;
     const NetworkInterface network_;
     const Clock& clock_;
     MessageChannel& messages_;

@@ -10,15 +10,12 @@
 
 namespace obscura::transports::gige {
 
-SendBackend choose_backend(std::string_view wanted, const NetworkInterface& network) {
-    if (wanted == "sendto") return SendBackend::sendto;
-    if (wanted == "gso") return SendBackend::gso;
-    if (wanted == "auto") {
-        // A real card has a device behind it; lo, veth, bridges and taps have none.
-        const std::string device = "/sys/class/net/" + network.name + "/device";
-        if (!network.loopback && access(device.c_str(), F_OK) == 0) return SendBackend::gso;
-    }
-    return SendBackend::sendmmsg;
+SendBackend choose_backend(SendBackend wanted, const NetworkInterface& network) {
+    if (wanted != SendBackend::automatic) return wanted;
+    // A real card has a device behind it; lo, veth, bridges and taps have none.
+    const std::string device = "/sys/class/net/" + network.name + "/device";
+    const bool card = !network.loopback && access(device.c_str(), F_OK) == 0;
+    return card ? SendBackend::gso : SendBackend::sendmmsg;
 }
 
 void PacketSocket::open(const NetworkInterface& network, std::size_t send_buffer_bytes) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
+#include "transports/gige/channels/send_backend.hpp"
 #include "transports/gige/control/network_interface.hpp"
 
 #include <netinet/in.h>
@@ -12,17 +13,11 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 namespace obscura::transports::gige {
 
-/// How packets get to the kernel: one system call each, one for a batch, or as super-packets that the kernel
-/// or the network card cuts (UDP segmentation offload).
-enum class SendBackend : std::uint8_t { sendmmsg, sendto, gso };
-
-/// "sendmmsg", "sendto", "gso", or "auto": super-packets except on interfaces where receivers that capture
-/// packets would see them uncut (loopback, veth, bridge, tap).
-[[nodiscard]] SendBackend choose_backend(std::string_view wanted, const NetworkInterface& network);
+/// What `wanted` is on this interface; never automatic.
+[[nodiscard]] SendBackend choose_backend(SendBackend wanted, const NetworkInterface& network);
 
 /// Nothing is copied: the pieces must stay where they are until flush(). Neither add() nor flush() allocates,
 /// locks or throws. One thread at a time.

@@ -11,7 +11,7 @@ namespace obscura::transports::gige {
 ControlPort::ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network)
     : device_(device),
       network_(network),
-      policy_(network, settings.allow, settings.off_link),
+      policy_(network, parse_ranges(settings.allow), settings.off_link),
       read_only_(settings.read_only),
       bank_(device.registers()) {
     bank_.add({.name = "GevHeartbeatTimeout",

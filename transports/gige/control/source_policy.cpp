@@ -1,29 +1,16 @@
 #include "transports/gige/control/source_policy.hpp"
 
+#include "config/document.hpp"
 #include "core/error.hpp"
-#include "transports/gige/settings.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 namespace obscura::transports::gige {
-
-std::vector<std::string> split_list(const std::string& text) {
-    std::vector<std::string> out;
-    std::string word;
-    for (const char c : text + ",") {
-        if (c == ',') {
-            if (!word.empty()) out.push_back(word);
-            word.clear();
-        } else if (c != ' ' && c != '\t') {
-            word += c;
-        }
-    }
-    return out;
-}
 
 AddressRange parse_range(const std::string& text) {
     const std::size_t slash = text.find('/');
@@ -36,17 +23,27 @@ AddressRange parse_range(const std::string& text) {
         good = good && error == std::errc{} && stop == end && bits <= 32;
     }
     if (!good)
-        throw ConfigError(fmt::format(
-            "gige.allow: \"{}\": allowed is an IPv4 address or a range like 192.168.7.0/24", text));
+        throw ConfigError(fmt::format("\"{}\": allowed is an IPv4 address or a range like 192.168.7.0/24",
+                                      config::printable(text)));
     return {ntohl(parsed.s_addr), bits == 0 ? 0 : 0xFFFFFFFFU << (32 - bits)};
 }
 
-SourcePolicy::SourcePolicy(const NetworkInterface& network, const std::vector<std::string>& allow,
-                           bool off_link)
-    : network_(network), off_link_(off_link) {
-    for (const std::string& text : allow)
-        allow_.push_back(parse_range(text));
+std::vector<AddressRange> parse_ranges(const std::string& list) {
+    std::vector<AddressRange> ranges;
+    std::string word;
+    for (const char c : list + ",") {
+        if (c == ',') {
+            if (!word.empty()) ranges.push_back(parse_range(word));
+            word.clear();
+        } else if (c != ' ' && c != '\t') {
+            word += c;
+        }
+    }
+    return ranges;
 }
+
+SourcePolicy::SourcePolicy(const NetworkInterface& network, std::vector<AddressRange> allow, bool off_link)
+    : network_(network), allow_(std::move(allow)), off_link_(off_link) {}
 
 bool SourcePolicy::admits(std::uint32_t ip) const noexcept {
     if (!off_link_ && !network_.on_link(ip)) return false;

@@ -16,8 +16,10 @@ struct AddressRange {
     std::uint32_t address = 0, mask = 0xFFFFFFFF;
     [[nodiscard]] bool contains(std::uint32_t ip) const noexcept { return (ip & mask) == (address & mask); }
 };
-/// Throws ConfigError with one line.
+/// Throws ConfigError with one line that names no key.
 [[nodiscard]] AddressRange parse_range(const std::string& text);
+/// "192.168.7.0/24, 192.168.8.4": separated by commas, blanks do not count. Throws as parse_range().
+[[nodiscard]] std::vector<AddressRange> parse_ranges(const std::string& list);
 
 /// Sources off the link are ignored, and so is who is not in a given allow-list. Answers that are longer than
 /// their question (DISCOVERY 32 times, READMEM 34 times) come out of a token bucket per source: spoofed
@@ -25,7 +27,7 @@ struct AddressRange {
 /// after construction.
 class SourcePolicy {
 public:
-    SourcePolicy(const NetworkInterface& network, const std::vector<std::string>& allow, bool off_link);
+    SourcePolicy(const NetworkInterface& network, std::vector<AddressRange> allow, bool off_link);
 
     [[nodiscard]] bool admits(std::uint32_t ip) const noexcept;
     /// Whether `bytes` of answer to `ip` are within its allowance now; takes them off if so.

@@ -29,6 +29,9 @@ constexpr std::array pixel_formats{PixelFormat::mono8,  PixelFormat::mono10, Pix
                                    PixelFormat::mono14, PixelFormat::mono16, PixelFormat::mono10p,
                                    PixelFormat::mono12p};
 
+/// DeviceVersion.
+constexpr const char* device_version = "0.1.0";
+
 constexpr bool is_multicast(std::uint32_t ip) {
     return ip >> 28 == 0xE;
 }
@@ -36,8 +39,9 @@ constexpr bool is_multicast(std::uint32_t ip) {
 } // namespace
 
 Device::Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
-               StreamPort& stream, MessageChannel& messages, const Clock& clock)
+               StreamPort& stream, MessageChannel& messages, const Clock& clock, std::uint64_t seed)
     : settings_(settings),
+      seed_(seed),
       network_(network),
       control_(control),
       stream_(stream),
@@ -122,7 +126,7 @@ void Device::add_identity() {
     constant("DeviceMode", reg::device_mode, 0x80000001);
     bank_.add_string("DeviceVendorName", reg::manufacturer, 32, Access::read_only, settings_.vendor);
     bank_.add_string("DeviceModelName", reg::model, 32, Access::read_only, settings_.model);
-    bank_.add_string("DeviceVersion", reg::device_version, 32, Access::read_only, settings_.firmware);
+    bank_.add_string("DeviceVersion", reg::device_version, 32, Access::read_only, device_version);
     bank_.add_string("DeviceManufacturerInfo", reg::manufacturer_info, 48, Access::read_only,
                      "Camera emulator");
     bank_.add_string("DeviceSerialNumber", reg::serial, 16, Access::read_only, settings_.serial);
@@ -643,10 +647,12 @@ void Device::add_faults() {
 
 void Device::publish_faults() {
     std::vector<FaultRule> rules = settings_.faults;
+    for (FaultRule& rule : rules)
+        if (rule.seed == 0) rule.seed = seed_;
     if (settings_.drop_percent > 0) {
         FaultRule lose;
         lose.percent = settings_.drop_percent;
-        lose.seed = settings_.seed;
+        lose.seed = seed_;
         rules.push_back(lose);
     }
     for (std::uint32_t i = 0; i < fault_count; ++i) {
@@ -656,7 +662,7 @@ void Device::publish_faults() {
         live.fault = static_cast<Fault>(i);
         live.percent = percent / 1000.0;
         live.amount = bank_.peek(feature::fault_amount + 4 * i);
-        live.seed = settings_.seed;
+        live.seed = seed_;
         rules.push_back(live);
     }
     faults_.set_rules(std::move(rules));
@@ -754,7 +760,7 @@ StreamConfig Device::stream_config() const {
                                                             : 0;
     c.payload.packs_pixels = limits_.adc_bits > format_bits;
     c.payload.max_width = limits_.sensor_width;
-    c.payload.max_height = settings_.max_rows > 0 ? settings_.max_rows : limits_.sensor_height;
+    c.payload.max_height = limits_.rows_max > 0 ? limits_.rows_max : limits_.sensor_height;
     c.payload.max_image_bytes = std::size_t{2} * static_cast<std::size_t>(c.payload.max_width) *
                                 static_cast<std::size_t>(c.payload.max_height);
     return c;

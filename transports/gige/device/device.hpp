@@ -37,7 +37,7 @@ struct StreamStatistics {
 class Device {
 public:
     Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
-           StreamPort& stream, MessageChannel& messages, const Clock& clock);
+           StreamPort& stream, MessageChannel& messages, const Clock& clock, std::uint64_t seed = 1);
 
     [[nodiscard]] RegisterBank& registers() noexcept { return bank_; }
     [[nodiscard]] const RegisterBank& registers() const noexcept { return bank_; }
@@ -146,6 +146,7 @@ private:
     Status write_packet_size(std::uint32_t value);
 
     const GigeSettings settings_;
+    const std::uint64_t seed_; ///< of random choices of faults without a seed of their own
     const NetworkInterface network_;
     CameraControl& control_;
     StreamPort& stream_;

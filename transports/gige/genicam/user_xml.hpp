@@ -20,6 +20,11 @@ namespace obscura::transports::gige {
 [[nodiscard]] std::string read_xml_file(const std::string& file);
 /// Throws ConfigError when the file is no description that could be bound.
 void check_xml_file(const std::string& file);
+/// Why the file is no description that could be bound; empty when it is one. Names no key.
+[[nodiscard]] std::string explain_invalid_xml(const std::string& file);
+/// Why `values` are no "Feature=value, ..." of features in the good description `file`; empty when they are.
+/// Whether the features take these values is seen by UserXml only. Names no key.
+[[nodiscard]] std::string explain_invalid_values(const std::string& file, const std::string& values);
 
 /// What clients see of a camera whose GenICam file is somebody else's. Bootstrap registers are those of
 /// `native`; every other register that the file names is memory. When a client has written there, each

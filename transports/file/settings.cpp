@@ -1,0 +1,61 @@
+#include "transports/file/settings.hpp"
+
+#include "core/error.hpp"
+#include "transports/file/file_sink.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+
+namespace obscura::transports {
+
+config::Section section_of(FileSinkSettings& s) {
+    using config::key;
+    return {
+        .name = FileSinkSettings::kind,
+        .help = "Transport that writes every frame to a file.",
+        .keys =
+            {
+                key("enabled", &s.enabled).help("Write every frame to a file"),
+                key("directory", config::Path{&s.directory, false})
+                    .help("Folder for the files; created where it does not exist"),
+                key("format", &s.format).help("File format of the frames"),
+                key("queue_frames", &s.queue_frames)
+                    .range(1, 256)
+                    .help("Frames that may wait for the disk; further ones are dropped and counted"),
+                key("truth", &s.truth)
+                    .help("Also write truth_NNNNNN.fits: electrons before noise, saturated pixels, row "
+                          "times, particles"),
+            },
+        .check =
+            [&s](const config::ReadTable& table) {
+                const auto folder =
+                    table.has("directory") ? std::filesystem::path() : table.where().file.parent_path();
+                s.directory = std::filesystem::absolute(folder / s.directory).lexically_normal().string();
+            },
+    };
+}
+
+std::vector<Identity> identities_of(const FileSinkSettings& s) {
+    return {{"directory", s.directory, s.directory, "folder"}};
+}
+
+std::size_t frames_held_by(const FileSinkSettings& s) {
+    return s.queue_frames;
+}
+
+bool pixel_truth_wanted_by(const FileSinkSettings& s) {
+    return s.truth;
+}
+
+std::unique_ptr<Transport> make_transport(const FileSinkSettings& s, const TransportContext& context) {
+    std::error_code error;
+    std::filesystem::create_directories(s.directory, error);
+    if (error)
+        throw OutputError(fmt::format("{}: file.directory: cannot make {}: {}", context.configuration,
+                                      s.directory, error.message()));
+    return std::make_unique<FileSink>(s);
+}
+
+} // namespace obscura::transports

@@ -1,0 +1,38 @@
+// Settings of the file transport: section [file], its checks and its maker.
+#pragma once
+
+#include "images/writers/frame_writer.hpp"
+#include "transports/transport_settings.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::transports {
+
+/// Section [file]: where frames are stored, in which format, and how many may wait.
+struct FileSinkSettings {
+    static constexpr std::string_view kind = "file";
+
+    bool enabled = false;
+    std::string directory = "frames"; ///< FileSink::start() wants it to exist
+    images::FrameFormat format = images::FrameFormat::png;
+    std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
+    bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
+};
+
+/// A relative directory starts from the folder of the configuration file.
+[[nodiscard]] config::Section section_of(FileSinkSettings& settings);
+/// The folder.
+[[nodiscard]] std::vector<Identity> identities_of(const FileSinkSettings& settings);
+/// The queue.
+[[nodiscard]] std::size_t frames_held_by(const FileSinkSettings& settings);
+/// For truth files.
+[[nodiscard]] bool pixel_truth_wanted_by(const FileSinkSettings& settings);
+/// A FileSink, not started, and its directory. Throws OutputError.
+[[nodiscard]] std::unique_ptr<Transport> make_transport(const FileSinkSettings& settings,
+                                                        const TransportContext& context);
+
+} // namespace obscura::transports

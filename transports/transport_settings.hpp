@@ -1,0 +1,121 @@
+// Settings of one kind of transport: section of the configuration, checks, identities and maker.
+#pragma once
+
+#include "config/section.hpp"
+#include "core/camera.hpp"
+#include "core/clock.hpp"
+#include "core/ptp_status.hpp"
+#include "core/realtime.hpp"
+#include "transports/transport.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::transports {
+
+/// What settings of transports are checked against once the sensor is known.
+struct SensorFacts {
+    std::int32_t width = 0, height = 0; ///< px
+    int adc_bits = 12;
+};
+
+/// What transports are made from besides their own settings. `control` and `clock` outlive the transports.
+struct TransportContext {
+    CameraControl& control;
+    const Clock& clock;
+    SensorFacts sensor{};
+    ThreadSettings transmit{};   ///< network senders; control threads stand one priority above
+    ThreadSettings display{};    ///< feeders of video nodes and displays
+    std::uint64_t seed = 1;      ///< for settings whose own seed is 0
+    double trigger_rate_hz = 0;  ///< nominal rate of the external trigger
+    std::string configuration{}; ///< file that the settings were read from, for messages
+    /// State of the PTP clock; empty: there is none to be told of. Called on threads of the transport.
+    std::function<PtpStatus()> ptp_status{};
+};
+
+/// A value that two cameras of one daemon must not share.
+struct Identity {
+    std::string_view key;  ///< key of the section that a clash is reported at
+    std::string value;     ///< equal for two cameras: a clash
+    std::string shown;     ///< the value in the message
+    std::string_view what; ///< "serial number"
+};
+
+/// Settings of one kind of transport, whichever it is. Plain data in one thread.
+class TransportSettings {
+public:
+    virtual ~TransportSettings() = default;
+    [[nodiscard]] virtual std::unique_ptr<TransportSettings> clone() const = 0;
+    /// Name of the kind and of its section.
+    [[nodiscard]] virtual std::string_view kind() const = 0;
+    /// The section, bound to these settings, which outlive it. Its check opens nothing but files.
+    [[nodiscard]] virtual config::Section section() = 0;
+    /// Rules between the settings and the sensor, to be called when both were read without a mistake.
+    virtual void check_with(const SensorFacts& sensor, const config::ReadTable& table) const = 0;
+    [[nodiscard]] virtual bool enabled() const = 0;
+    /// Frames of the pool that the transport may hold at once.
+    [[nodiscard]] virtual std::size_t frames_held() const = 0;
+    [[nodiscard]] virtual std::vector<Identity> identities() const = 0;
+    /// Whether frames must carry PixelTruth.
+    [[nodiscard]] virtual bool wants_pixel_truth() const = 0;
+    /// Whether a client at the other end starts and stops the acquisition.
+    [[nodiscard]] virtual bool controls_acquisition() const = 0;
+    /// Throws HardwareError or OutputError with one line.
+    [[nodiscard]] virtual std::unique_ptr<Transport> make(const TransportContext& context) const = 0;
+};
+
+/// TransportSettings of a plain struct with `static constexpr std::string_view kind` and `bool enabled`, made
+/// from functions that stand beside it:
+///     config::Section section_of(X& settings);
+///     std::size_t frames_held_by(const X& settings);
+///     std::unique_ptr<Transport> make_transport(const X& settings, const TransportContext& context);
+/// and where there is something to say:
+///     void check_against(const X& settings, const SensorFacts& sensor, const config::ReadTable& table);
+///     std::vector<Identity> identities_of(const X& settings);
+///     bool pixel_truth_wanted_by(const X& settings);
+///     bool acquisition_controlled_by(const X& settings);
+template<typename Settings>
+class TransportSettingsOf final : public TransportSettings {
+public:
+    Settings settings{};
+
+    [[nodiscard]] std::unique_ptr<TransportSettings> clone() const override {
+        return std::make_unique<TransportSettingsOf>(*this);
+    }
+    [[nodiscard]] std::string_view kind() const override { return Settings::kind; }
+    [[nodiscard]] config::Section section() override { return section_of(settings); }
+    void check_with(const SensorFacts& sensor, const config::ReadTable& table) const override {
+        if constexpr (requires { check_against(settings, sensor, table); })
+            check_against(settings, sensor, table);
+    }
+    [[nodiscard]] bool enabled() const override { return settings.enabled; }
+    [[nodiscard]] std::size_t frames_held() const override { return frames_held_by(settings); }
+    [[nodiscard]] std::vector<Identity> identities() const override {
+        if constexpr (requires { identities_of(settings); })
+            return identities_of(settings);
+        else
+            return {};
+    }
+    [[nodiscard]] bool wants_pixel_truth() const override {
+        if constexpr (requires { pixel_truth_wanted_by(settings); })
+            return pixel_truth_wanted_by(settings);
+        else
+            return false;
+    }
+    [[nodiscard]] bool controls_acquisition() const override {
+        if constexpr (requires { acquisition_controlled_by(settings); })
+            return acquisition_controlled_by(settings);
+        else
+            return false;
+    }
+    [[nodiscard]] std::unique_ptr<Transport> make(const TransportContext& context) const override {
+        return make_transport(settings, context);
+    }
+};
+
+} // namespace obscura::transports
