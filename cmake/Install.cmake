@@ -34,7 +34,8 @@ foreach(folder core config images renderer sensors sync transports)
     obscura_libraries_below("${PROJECT_SOURCE_DIR}/${folder}" more)
     list(APPEND libraries ${more})
 endforeach()
-# Component `development`: what a program that builds on the libraries needs, without the programs.
+# Component and target `development`: what a program that builds on the libraries needs, without the programs.
+add_custom_target(development DEPENDS ${libraries})
 install(TARGETS obscura_options ${libraries} EXPORT obscura
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
