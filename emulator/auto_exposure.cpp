@@ -36,10 +36,58 @@ ExposureStep next_exposure(const ExposureReading& r) noexcept {
                           : signal <= darkest * span ? step_max
                                                      : std::clamp(goal / signal, 1 / step_max, step_max);
     if (std::abs(factor - 1) <= dead_band) return {r.requested_ns, true};
-    // From what was obtained: where the chip sets limits of its own, the request does not run away.
+    // Step from the obtained exposure: where the chip clips it, the request does not run away.
     const double base = static_cast<double>(r.obtained_ns > 0 ? r.obtained_ns : r.requested_ns);
     const std::int64_t next = std::clamp<std::int64_t>(std::llround(base * factor), r.min_ns, r.max_ns);
     return {next, next == r.requested_ns};
+}
+
+ExposureReading exposure_reading(const Frame& frame, const DnHistogram& histogram,
+                                 const CameraSettings& settings, const CameraLimits& limits) noexcept {
+    ExposureReading reading;
+    reading.signal_dn = histogram.percentile(settings.auto_percentile);
+    reading.black_dn = settings.black_level_dn;
+    reading.white_dn = std::exp2(frame.info.bits_per_pixel) - 1;
+    reading.target_percent = settings.auto_target_percent;
+    reading.requested_ns = frame.info.exposure_ns;
+    reading.obtained_ns = frame.info.windows[0].exposure_max_ns;
+    reading.min_ns = limits.exposure_min_ns;
+    reading.max_ns = limits.exposure_max_ns;
+    return reading;
+}
+
+void AutoExposure::restart(std::int64_t exposure_ns) noexcept {
+    const std::uint64_t run = run_of(word_.load(std::memory_order_relaxed)) + 1;
+    word_.store(run * 2 * settled_bit + static_cast<std::uint64_t>(exposure_ns), std::memory_order_release);
+}
+
+CameraSettings AutoExposure::shown(CameraSettings settings) const noexcept {
+    if (settings.exposure_auto == ExposureAuto::off) return settings;
+    const std::uint64_t word = word_.load(std::memory_order_acquire);
+    settings.exposure_ns = static_cast<std::int64_t>(word & exposure_mask);
+    if (settings.exposure_auto == ExposureAuto::once && (word & settled_bit) != 0)
+        settings.exposure_auto = ExposureAuto::off;
+    return settings;
+}
+
+void AutoExposure::sample_same_run() noexcept {
+    const std::uint64_t word = word_.load(std::memory_order_acquire);
+    if (run_of(word) == run_of(frame_word_)) frame_word_ = word;
+}
+
+bool AutoExposure::adjusts(ExposureAuto mode) const noexcept {
+    return mode == ExposureAuto::continuous ||
+           (mode == ExposureAuto::once && (frame_word_ & settled_bit) == 0);
+}
+
+void AutoExposure::adjust(const ExposureReading& reading, ExposureAuto mode) noexcept {
+    const ExposureStep step = next_exposure(reading);
+    const std::uint64_t settled = mode == ExposureAuto::once && step.settled ? settled_bit : 0;
+    std::uint64_t expected = frame_word_;
+    const std::uint64_t next =
+        (expected & ~exposure_mask) | settled | static_cast<std::uint64_t>(step.exposure_ns);
+    // Fails after a restart by the control side: then this frame's reading is obsolete.
+    word_.compare_exchange_strong(expected, next, std::memory_order_acq_rel);
 }
 
 } // namespace obscura::emulator

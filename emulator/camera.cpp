@@ -1,7 +1,6 @@
 #include "emulator/camera.hpp"
 
 #include "core/realtime.hpp"
-#include "emulator/auto_exposure.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,12 +31,12 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       settings_(config.initial),
       next_trigger_rate_(config.trigger_rate),
       gate_(config.over_trigger),
+      auto_exposure_(config.initial.exposure_ns),
       frame_settings_(config.initial) {
     for (std::size_t i = 0; i < line_count; ++i) {
         lines_[i].camera = this;
         lines_[i].number = i;
     }
-    restart_auto_exposure(config.initial.exposure_ns);
     gate_.set_missed_listener(this);
     gate_.select(route_of(config.initial));
     publish_triggers(config.initial);
@@ -62,42 +61,7 @@ Camera::Route Camera::route_of(const CameraSettings& s) noexcept {
 
 CameraSettings Camera::settings() const {
     const std::lock_guard lock(settings_mutex_);
-    return shown(settings_);
-}
-
-CameraSettings Camera::shown(CameraSettings s) const noexcept {
-    if (s.exposure_auto == ExposureAuto::off) return s;
-    const std::uint64_t state = auto_exposure_.load(std::memory_order_acquire);
-    s.exposure_ns = static_cast<std::int64_t>(state & auto_exposure_mask);
-    if (s.exposure_auto == ExposureAuto::once && (state & auto_done) != 0)
-        s.exposure_auto = ExposureAuto::off;
-    return s;
-}
-
-void Camera::restart_auto_exposure(std::int64_t exposure_ns) noexcept {
-    const std::uint64_t run = auto_exposure_.load(std::memory_order_relaxed) / (2 * auto_done) + 1;
-    auto_exposure_.store(run * 2 * auto_done + static_cast<std::uint64_t>(exposure_ns),
-                         std::memory_order_release);
-}
-
-void Camera::adjust_exposure(const Frame& frame) noexcept {
-    const CameraSettings& s = frame_settings_;
-    ExposureReading reading;
-    reading.signal_dn = maker_.histogram().percentile(s.auto_percentile);
-    reading.black_dn = s.black_level_dn;
-    reading.white_dn = std::exp2(frame.info.bits_per_pixel) - 1;
-    reading.target_percent = s.auto_target_percent;
-    reading.requested_ns = frame.info.exposure_ns;
-    reading.obtained_ns = frame.info.windows[0].exposure_max_ns;
-    reading.min_ns = config_.limits.exposure_min_ns;
-    reading.max_ns = config_.limits.exposure_max_ns;
-    const ExposureStep step = next_exposure(reading);
-    const std::uint64_t done = s.exposure_auto == ExposureAuto::once && step.settled ? auto_done : 0;
-    std::uint64_t expected = frame_auto_exposure_;
-    const std::uint64_t next =
-        (expected & ~auto_exposure_mask) | done | static_cast<std::uint64_t>(step.exposure_ns);
-    // Fails when the control side has started anew meanwhile: then this frame has nothing to say.
-    auto_exposure_.compare_exchange_strong(expected, next, std::memory_order_acq_rel);
+    return auto_exposure_.shown(settings_);
 }
 
 std::string Camera::explain(const CameraSettings& settings) const {
@@ -113,8 +77,8 @@ bool Camera::apply(const CameraSettings& settings) {
     {
         const std::lock_guard lock(settings_mutex_);
         if (settings.exposure_auto != ExposureAuto::off &&
-            shown(settings_).exposure_auto != settings.exposure_auto)
-            restart_auto_exposure(settings.exposure_ns);
+            auto_exposure_.shown(settings_).exposure_auto != settings.exposure_auto)
+            auto_exposure_.restart(settings.exposure_ns);
         settings_ = settings;
     }
     publish_triggers(settings);
@@ -639,7 +603,10 @@ void Camera::make_frame() noexcept {
             next = std::max(next, maker_.plan().release.back() + maker_.scene_to_clock_ns());
         gate_.started(next);
         const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag());
-        if (whole && adjusts_exposure_) adjust_exposure(*frame);
+        if (whole && adjusts_exposure_)
+            auto_exposure_.adjust(
+                exposure_reading(*frame, maker_.histogram(), frame_settings_, config_.limits),
+                frame_settings_.exposure_auto);
         releaser_.end(whole);
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -649,22 +616,24 @@ void Camera::make_frame() noexcept {
     moments_changed_.notify();
 }
 
-bool Camera::start_frame(FrameRef& frame) noexcept {
-    // Whoever holds the lock is about to change settings that were not meant for this frame.
+/// The settings of the frame about to be made, and the exposure that ExposureAuto has reached.
+void Camera::take_settings() noexcept {
+    // While the control side holds the lock it is about to change settings that are not meant for this frame.
     if (settings_mutex_.try_lock()) {
         frame_settings_ = settings_;
-        frame_auto_exposure_ = auto_exposure_.load(std::memory_order_acquire);
+        auto_exposure_.sample();
         settings_mutex_.unlock();
-    } else if (const std::uint64_t state = auto_exposure_.load(std::memory_order_acquire);
-               state / (2 * auto_done) == frame_auto_exposure_ / (2 * auto_done)) {
-        frame_auto_exposure_ = state; // the same run goes on
+    } else {
+        auto_exposure_.sample_same_run();
     }
-    if (frame_settings_.exposure_auto != ExposureAuto::off)
-        frame_settings_.exposure_ns = static_cast<std::int64_t>(frame_auto_exposure_ & auto_exposure_mask);
-    adjusts_exposure_ = frame_settings_.exposure_auto != ExposureAuto::off &&
-                        (frame_settings_.exposure_auto == ExposureAuto::continuous ||
-                         (frame_auto_exposure_ & auto_done) == 0) &&
-                        !(frame_sequence_.enabled && (frame_sequence_.features & sequenced_exposure) != 0);
+    const ExposureAuto mode = frame_settings_.exposure_auto;
+    if (mode != ExposureAuto::off) frame_settings_.exposure_ns = auto_exposure_.frame_exposure_ns();
+    const bool sequenced = frame_sequence_.enabled && (frame_sequence_.features & sequenced_exposure) != 0;
+    adjusts_exposure_ = auto_exposure_.adjusts(mode) && !sequenced;
+}
+
+bool Camera::start_frame(FrameRef& frame) noexcept {
+    take_settings();
     const sync::Trigger& trigger = gate_.current();
     FrameOrder order;
     order.frame_id = next_frame_id_++;

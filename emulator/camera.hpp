@@ -8,6 +8,7 @@
 #include "core/log.hpp"
 #include "core/realtime.hpp"
 #include "emulator/alarm.hpp"
+#include "emulator/auto_exposure.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/io_ends.hpp"
 #include "emulator/releaser.hpp"
@@ -199,14 +200,7 @@ private:
         std::atomic<std::uint32_t> sequence_step{0};
     };
 
-    /// Where ExposureAuto has come to, in one word: exposure, whether `once` is through, and which run of it
-    /// this is. The pipeline moves it on, the control side starts it anew.
-    static constexpr std::uint64_t auto_exposure_mask = (std::uint64_t{1} << 40) - 1;
-    static constexpr std::uint64_t auto_done = auto_exposure_mask + 1;
-    [[nodiscard]] CameraSettings shown(CameraSettings settings) const noexcept;
-    void restart_auto_exposure(std::int64_t exposure_ns) noexcept;
-    void adjust_exposure(const Frame& frame) noexcept;
-
+    void take_settings() noexcept;
     bool offer(const sync::Trigger& trigger, Route route) noexcept;
     void line_edge(std::size_t number, const sync::Trigger& trigger) noexcept;
     [[nodiscard]] const LiveTrigger& exposing_trigger() const noexcept;
@@ -285,14 +279,13 @@ private:
     std::array<std::atomic<std::uint64_t>, counter_count + timer_count> end_ids_{}; ///< alarm's thread
     std::array<std::atomic<std::uint64_t>, free_run> first_id_{}; ///< of this acquisition; 0: none yet
     std::array<std::atomic<std::uint64_t>, free_run> used_up_{};  ///< edges that were no frame's
-    std::atomic<std::uint64_t> auto_exposure_{0};
+    AutoExposure auto_exposure_;
     Moments moments_;
     EventCount moments_changed_;
 
     // Pipeline thread: of the frame in work.
     CameraSettings frame_settings_;
     Sequence frame_sequence_;
-    std::uint64_t frame_auto_exposure_ = 0;
     bool adjusts_exposure_ = false;
     RowSink* sink_ = nullptr;
     bool out_of_frames_ = false;
