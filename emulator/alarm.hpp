@@ -10,27 +10,42 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <thread>
 
 namespace obscura::emulator {
 
-/// A fixed number of one-shot alarms. set() and clear() are thread-safe and real-time safe.
-class Alarm {
+/// A fixed number of one-shot alarms. All members are thread-safe and real-time safe.
+class AlarmPort {
 public:
     static constexpr std::size_t alarm_count = 8;
-    using Handler = std::function<void(std::size_t alarm, Time due)>;
-
-    /// Calls `handler` on this object's thread, which is real-time: `handler` must be real-time safe. It may
+    /// Called at each expiry, always on the same thread, which is real-time: must be real-time safe. It may
     /// set and clear alarms.
+    using Handler = std::function<void(std::size_t alarm, Time due)>;
+    /// Makes the alarms that call `handler`.
+    using Make = std::function<std::unique_ptr<AlarmPort>(Handler handler)>;
+
+    virtual ~AlarmPort() = default; ///< after the return the handler is not called any more
+    /// Replaces the instant set before, if the alarm has not expired.
+    virtual void set(std::size_t alarm, Time due) noexcept = 0;
+    virtual void clear(std::size_t alarm) noexcept = 0;
+    /// Heartbeat of the handler's thread.
+    [[nodiscard]] virtual const Heartbeat& heartbeat() const noexcept = 0;
+};
+
+/// Alarms on CLOCK_MONOTONIC, with a thread of their own.
+class Alarm final : public AlarmPort {
+public:
     Alarm(ThreadSettings thread, Handler handler);
-    ~Alarm();
+    ~Alarm() override;
     Alarm(const Alarm&) = delete;
     Alarm& operator=(const Alarm&) = delete;
 
-    /// Replaces the instant set before, if the alarm has not expired.
-    void set(std::size_t alarm, Time due) noexcept;
-    void clear(std::size_t alarm) noexcept { due_ns_[alarm].store(never_ns, std::memory_order_release); }
-    [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
+    void set(std::size_t alarm, Time due) noexcept override;
+    void clear(std::size_t alarm) noexcept override {
+        due_ns_[alarm].store(never_ns, std::memory_order_release);
+    }
+    [[nodiscard]] const Heartbeat& heartbeat() const noexcept override { return heartbeat_; }
 
 private:
     static constexpr std::int64_t never_ns = INT64_MAX;
