@@ -222,14 +222,14 @@ void TriggerRouter::on_alarm(std::size_t alarm, Time due) noexcept {
         return;
     }
     if (!gate_.is_open() || acquisition_start_awaited() || burst_.awaited()) return;
+    const bool wanted =
+        alarm == level_frame ? level_holds(frame_trigger_) : gate_.selected() == free_run_route;
+    if (!wanted) return;
     const sync::Trigger trigger{self_paced_ids_.fetch_add(1) + 1, due, clock_.now()};
-    if (alarm == level_frame) {
-        if (!level_holds(frame_trigger_)) return;
+    if (alarm == level_frame)
         start_frame(trigger, route_of(frame_trigger_.source()));
-    } else {
-        if (gate_.selected() != free_run_route) return;
+    else
         count_in_burst(gate_.offer(trigger, free_run_route));
-    }
     if (!burst_.awaited()) alarms_->set(alarm, due + frame_period_ns_.load(std::memory_order_relaxed));
 }
 
