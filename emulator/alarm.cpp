@@ -15,7 +15,8 @@ Alarm::Alarm(ThreadSettings thread, Handler handler) : handler_(std::move(handle
     });
 }
 
-Alarm::~Alarm() {
+void Alarm::stop() noexcept {
+    if (!thread_.joinable()) return;
     stopping_ = true;
     changed_.notify();
     thread_.join();

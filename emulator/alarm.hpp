@@ -25,7 +25,9 @@ public:
     /// Makes the alarms that call `handler`.
     using Make = std::function<std::unique_ptr<AlarmPort>(Handler handler)>;
 
-    virtual ~AlarmPort() = default; ///< after the return the handler is not called any more
+    virtual ~AlarmPort() = default; ///< stops first if need be
+    /// After the return the handler is not called any more. Not on the handler's thread.
+    virtual void stop() noexcept = 0;
     /// Replaces the instant set before, if the alarm has not expired.
     virtual void set(std::size_t alarm, Time due) noexcept = 0;
     virtual void clear(std::size_t alarm) noexcept = 0;
@@ -37,10 +39,11 @@ public:
 class Alarm final : public AlarmPort {
 public:
     Alarm(ThreadSettings thread, Handler handler);
-    ~Alarm() override;
+    ~Alarm() override { stop(); }
     Alarm(const Alarm&) = delete;
     Alarm& operator=(const Alarm&) = delete;
 
+    void stop() noexcept override;
     void set(std::size_t alarm, Time due) noexcept override;
     void clear(std::size_t alarm) noexcept override {
         due_ns_[alarm].store(never_ns, std::memory_order_release);

@@ -27,7 +27,7 @@ TriggerRouter::TriggerRouter(const Config& config, const CameraSettings& initial
 }
 
 TriggerRouter::~TriggerRouter() {
-    alarms_.reset(); // its thread uses the other members
+    alarms_->stop(); // before the members that its thread uses
 }
 
 void TriggerRouter::set(const CameraSettings& settings) {

@@ -21,6 +21,7 @@ inline constexpr std::int64_t ms = ns_per_ms;
 class ManualAlarms final : public emulator::AlarmPort {
 public:
     explicit ManualAlarms(Handler handler) : handler_(std::move(handler)) {}
+    void stop() noexcept override {}
     void set(std::size_t alarm, Time due) noexcept override { due_[alarm] = due; }
     void clear(std::size_t alarm) noexcept override { due_[alarm].reset(); }
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept override { return heartbeat_; }
