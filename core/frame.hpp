@@ -1,13 +1,13 @@
 // The frame that travels from the detector to the transports, and the fixed pool it comes from.
 #pragma once
 
-#include "core/byte_stamps.hpp"
 #include "core/clock_state.hpp"
 #include "core/event_count.hpp"
 #include "core/geometry.hpp"
 #include "core/heartbeat.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
+#include "core/transmit_timestamps.hpp"
 
 #include <array>
 #include <atomic>
@@ -138,12 +138,12 @@ struct FrameInfo {
     // Stamps of the frame's way, scheduling clock; 0 where not reached. `pose`: the scene's poses at
     // mid-exposure have been taken.
     Time seen, pose, render_begin, render_end, detector_end;
-    /// Where transports note when its bytes leave; null: nobody wants to know. Outlives the frame's way.
-    ByteStamps* bytes = nullptr;
+    /// Transmit timestamps; null when timing is not recorded; outlives the frame.
+    TransmitTimestamps* transmit = nullptr;
 
-    /// Transport: bytes of this frame leave now.
-    void note_bytes(Outlet outlet, Time now) const noexcept {
-        if (bytes != nullptr) bytes->note(outlet, now);
+    /// Called by the transport in `slot` when bytes of this frame leave.
+    void note_transmit(std::size_t slot, Time now) const noexcept {
+        if (transmit != nullptr) transmit->note(slot, now);
     }
 };
 

@@ -1,6 +1,9 @@
 #include "emulator/camera.hpp"
 
+#include "core/error.hpp"
 #include "core/realtime.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -175,6 +178,13 @@ void Camera::on_missed(Time edge) noexcept {
     notify(transports::CameraEvent::trigger_missed, edge);
 }
 
+void Camera::add_transport(transports::Transport& transport) {
+    if (transports_.size() == max_transports)
+        throw ConfigError(fmt::format("a camera has at most {} transports", max_transports));
+    transport.set_transmit_slot(transports_.size());
+    transports_.push_back(&transport);
+}
+
 void Camera::notify(transports::CameraEvent event, Time t) noexcept {
     const std::int64_t tai_offset_ns = clock_.tai_offset_ns();
     for (transports::Transport* transport : transports_)
@@ -293,7 +303,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
         if (const std::size_t line = line_of(static_cast<TriggerSource>(route)); line < line_count)
             frame->info.line_status = line_status_line0 << line;
     router_.frame_begun(instants_of(order));
-    frame->info.bytes = releaser_.byte_stamps();
+    frame->info.transmit = releaser_.transmit_timestamps();
     bool taken = false;
     for (transports::Transport* transport : transports_)
         taken = transport->submit(frame) || taken;

@@ -77,8 +77,9 @@ public:
            const Clock& clock, LogRing& log);
     ~Camera() override;
 
-    /// Adds a transport for all frames, which must outlive the camera. Before the first acquisition_start().
-    void add_transport(transports::Transport& transport) { transports_.push_back(&transport); }
+    /// Adds a transport for all frames, which must outlive the camera, and gives it the next transmit slot.
+    /// Before the transport starts. Throws ConfigError beyond max_transports.
+    void add_transport(transports::Transport& transport);
 
     /// The nominal rate of Line0, software and action triggers; counts from the next acquisition_start() on.
     void set_trigger_rate(sync::RationalRate rate);

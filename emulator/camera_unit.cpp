@@ -2,9 +2,6 @@
 
 #include "emulator/reload.hpp"
 #include "emulator/statistics.hpp"
-#include "transports/gige/gige.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
@@ -30,9 +27,7 @@ LatePolicy late_policy(const std::string& name) {
 
 CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                        const sync::PtpMonitor* ptp)
-    : begins_at_once_(config.daemon.autostart || !config.gige.enabled),
-      gige_port_(config.gige.port),
-      threads_(threads) {
+    : begins_at_once_(config.daemon.autostart || !config.gige.enabled), threads_(threads) {
     auto frames = static_cast<std::size_t>(config.daemon.pool_frames);
     if (const std::size_t needed = frames_needed(config); frames < needed) {
         log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
@@ -53,12 +48,13 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
                                        imaging_->clock, log);
     transports_ = make_transports(config, *camera_, imaging_->clock, threads);
+    std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
-        if (auto* gige = dynamic_cast<transports::gige::GigeCamera*>(transport.get());
-            gige != nullptr && ptp != nullptr)
-            gige->set_ptp([ptp] { return ptp->status(); });
+        kinds.emplace_back(transport->kind());
+        if (ptp != nullptr) transport->set_ptp([ptp] { return ptp->status(); });
     }
+    timing_.set_transports(std::move(kinds));
     if (config.simulator.enabled)
         simulator_ = std::make_unique<SimulatorServer>(config.simulator.listen, imaging_->poses, *camera_,
                                                        imaging_->clock);
@@ -81,8 +77,8 @@ void CameraUnit::start() {
     for (const auto& transport : transports_)
         transport->start();
     for (const auto& transport : transports_)
-        if (const auto* gige = dynamic_cast<const transports::gige::GigeCamera*>(transport.get()))
-            address_ = fmt::format("{}:{}", gige->address(), gige_port_);
+        if (std::string address = transport->control_address(); !address.empty())
+            address_ = std::move(address);
     outputs_->start();
     if (simulator_) simulator_->start();
 }
@@ -150,7 +146,7 @@ void CameraUnit::tick() {
 }
 
 void CameraUnit::write_timing_to(std::ostream& out) {
-    out << TimingLog::header();
+    out << timing_.header();
     timing_out_ = &out;
     timing_.keep_rows(imaging_->pool->max_rows());
 }

@@ -50,7 +50,8 @@ public:
     /// Forgets what prepare() built.
     void dismiss() { next_renderer_.reset(); }
 
-    /// "ADDRESS:PORT", "none" without a control port. Valid after start().
+    /// "ADDRESS:PORT" of the transport that serves the control port; "none" without a control port. Valid
+    /// after start().
     [[nodiscard]] const std::string& address() const noexcept { return address_; }
     void tick();
     /// What the kernel does not know of TAI.
@@ -66,7 +67,6 @@ public:
 
 private:
     const bool begins_at_once_;
-    const int gige_port_;
     const ThreadPlan threads_;
     TimingLog timing_;
     std::ostream* timing_out_ = nullptr;

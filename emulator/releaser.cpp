@@ -46,8 +46,8 @@ bool Releaser::has_room() const noexcept {
            frames_in_flight;
 }
 
-ByteStamps* Releaser::byte_stamps() noexcept {
-    return log_ == nullptr ? nullptr : &log_->byte_stamps(begun_.load(std::memory_order_relaxed));
+TransmitTimestamps* Releaser::transmit_timestamps() noexcept {
+    return log_ == nullptr ? nullptr : &log_->transmit_timestamps(begun_.load(std::memory_order_relaxed));
 }
 
 RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release,
@@ -168,7 +168,7 @@ void Releaser::run() noexcept {
             timing.late_rows = late_rows;
             timing.flags = reported_flags(frame);
             timing.pose = info.pose;
-            timing.bytes = info.bytes;
+            timing.transmit = info.transmit;
             timing.ended = clock_->now();
             // The other stamps are written by threads that may still be at work on a frame given up early.
             if (frame.complete()) {

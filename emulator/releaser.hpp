@@ -73,7 +73,7 @@ public:
     /// Whether begin() may be called now: fewer than frames_in_flight frames are in progress.
     [[nodiscard]] bool has_room() const noexcept;
     /// Transmit timestamps of the next frame passed to begin(); null without a log.
-    [[nodiscard]] ByteStamps* byte_stamps() noexcept;
+    [[nodiscard]] TransmitTimestamps* transmit_timestamps() noexcept;
     /// Starts releasing `frame`: row i is due at `release[i]` (scene clock) plus `shift_ns`.
     /// The sink stays valid until end().
     RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns) noexcept;

@@ -1,9 +1,9 @@
 #include "emulator/statistics.hpp"
 
-#include "transports/gige/gige.hpp"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <variant>
 
 namespace obscura::emulator {
 namespace {
@@ -21,23 +21,17 @@ Json latency(const LatencyHistogram& h) {
             {"max", to_us(h.max_ns())}};
 }
 
-Json transport_counters(const transports::Transport& transport) {
-    const transports::TransportCounters c = transport.counters();
-    Json json{
-        {"submitted", c.submitted}, {"delivered", c.delivered}, {"dropped", c.dropped}, {"bytes", c.bytes}};
-    if (const auto* gige = dynamic_cast<const transports::gige::GigeCamera*>(&transport)) {
-        const transports::gige::GigeCounters g = gige->gige_counters();
-        json["packets"] = g.packets;
-        json["send_errors"] = g.send_errors;
-        json["injected_losses"] = g.injected_losses;
-        json["resend_requests"] = g.resend_requests;
-        json["resent_packets"] = g.resent_packets;
-        json["control_lost"] = g.control_lost;
-        json["trigger_to_first_packet_us"] = {{"p50", to_us(g.trigger_to_first_p50_ns)},
-                                              {"p99", to_us(g.trigger_to_first_p99_ns)}};
-        json["trigger_to_last_packet_us"] = {{"p50", to_us(g.trigger_to_last_p50_ns)},
-                                             {"p99", to_us(g.trigger_to_last_p99_ns)}};
-    }
+Json to_json(const std::vector<transports::TransportStatistics::Value>& values) {
+    Json json = Json::object();
+    for (const auto& [name, value] : values)
+        std::visit([&, &key = name](auto number) { json[std::string(key)] = number; }, value);
+    return json;
+}
+
+Json to_json(const transports::TransportStatistics& statistics) {
+    Json json = to_json(statistics.values);
+    for (const auto& group : statistics.groups)
+        json[std::string(group.name)] = to_json(group.values);
     return json;
 }
 
@@ -51,7 +45,7 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
                     c.triggers, c.frames, c.complete, c.late, c.missed_triggers, c.dropped, c.abandoned);
     for (const auto& transport : transports) {
         const transports::TransportCounters t = transport->counters();
-        line += fmt::format("; {}: {} delivered, {} dropped", transport->name(), t.delivered, t.dropped);
+        line += fmt::format("; {}: {} delivered, {} dropped", transport->kind(), t.delivered, t.dropped);
     }
     return line;
 }
@@ -80,7 +74,7 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                           {"release_lateness", latency(releaser.release_lateness())}};
     json["transports"] = Json::object();
     for (const auto& transport : transports)
-        json["transports"][std::string(transport->name())] = transport_counters(*transport);
+        json["transports"][std::string(transport->kind())] = to_json(transport->statistics());
     return json.dump(2) + "\n";
 }
 

@@ -5,18 +5,23 @@
 #include <algorithm>
 #include <iterator>
 #include <ostream>
+#include <utility>
 
 namespace obscura::emulator {
+
+void TimingLog::set_transports(std::vector<std::string> kinds) {
+    transports_ = std::move(kinds);
+}
 
 void TimingLog::keep_rows(std::size_t max_rows) {
     max_rows_ = max_rows;
     rows_.assign(capacity * max_rows, FrameTiming::not_released);
 }
 
-ByteStamps& TimingLog::byte_stamps(std::uint32_t number) noexcept {
-    ByteStamps& stamps = bytes_[number % bytes_.size()];
-    stamps.clear();
-    return stamps;
+TransmitTimestamps& TimingLog::transmit_timestamps(std::uint32_t number) noexcept {
+    TransmitTimestamps& timestamps = transmit_[number % transmit_.size()];
+    timestamps.clear();
+    return timestamps;
 }
 
 std::span<std::int32_t> TimingLog::next_rows(std::size_t rows) noexcept {
@@ -50,11 +55,9 @@ std::size_t TimingLog::drain(std::ostream& out, Time before) {
                        t.edge.ns, t.seen.ns, t.pose.ns, t.render_begin.ns, t.render_end.ns, t.detector_end.ns,
                        t.due.ns, t.first.ns, t.last_due.ns, t.last.ns, t.rows, t.late_rows, t.worst_row_ns,
                        t.worst_row, t.flags);
-        for (std::size_t o = 0; o < outlet_count; ++o) {
-            const auto outlet = static_cast<Outlet>(o);
-            fmt::format_to(to, ",{},{}", t.bytes != nullptr ? t.bytes->first(outlet).ns : 0,
-                           t.bytes != nullptr ? t.bytes->last(outlet).ns : 0);
-        }
+        for (std::size_t slot = 0; slot < transports_.size(); ++slot)
+            fmt::format_to(to, ",{},{}", t.transmit != nullptr ? t.transmit->first(slot).ns : 0,
+                           t.transmit != nullptr ? t.transmit->last(slot).ns : 0);
         line.push_back(',');
         const char* separator = "";
         for (const std::int32_t us : t.row_lateness_us) {
@@ -73,11 +76,13 @@ void TimingLog::discard() noexcept {
     tail_.store(head_.load(std::memory_order_acquire), std::memory_order_release);
 }
 
-const char* TimingLog::header() noexcept {
-    return "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,"
-           "first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,worst_row,flags,gige_first_byte_ns,"
-           "gige_last_byte_ns,v4l2_first_byte_ns,v4l2_last_byte_ns,stimulator_first_byte_ns,"
-           "stimulator_last_byte_ns,file_first_byte_ns,file_last_byte_ns,row_lateness_us\n";
+std::string TimingLog::header() const {
+    std::string line = "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,"
+                       "detector_end_ns,due_ns,first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,"
+                       "worst_row,flags";
+    for (const std::string& kind : transports_)
+        line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns", kind);
+    return line + ",row_lateness_us\n";
 }
 
 } // namespace obscura::emulator

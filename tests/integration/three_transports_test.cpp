@@ -161,7 +161,7 @@ TEST_CASE("one trigger feeds GigE Vision, V4L2 and the stimulator the same frame
     }
     client.execute("AcquisitionStop");
     for (const transports::Transport* transport : bench.all()) {
-        INFO(transport->name());
+        INFO(transport->kind());
         CHECK(transport->counters().submitted == 40);
         CHECK(transport->counters().dropped == 0);
     }

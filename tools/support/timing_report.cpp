@@ -10,58 +10,137 @@
 #include <cmath>
 #include <istream>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 namespace obscura::tools {
 namespace {
 
-constexpr const char* expected_header =
-    "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,first_"
-    "ns,"
-    "last_due_ns,last_ns,rows,late_rows,worst_row_ns,worst_row,flags,gige_first_byte_ns,gige_last_byte_ns,"
-    "v4l2_first_byte_ns,v4l2_last_byte_ns,stimulator_first_byte_ns,stimulator_last_byte_ns,file_first_byte_"
-    "ns,"
-    "file_last_byte_ns,row_lateness_us";
-constexpr const char* outlet_names[outlet_count] = {"gige", "v4l2", "stimulator", "file"};
 constexpr std::size_t most_rows = 1'000'000;
 constexpr std::size_t worst_count = 10;
 
-TimingRow parse_row(const std::string& line, const std::string& name, std::size_t number) {
-    TimingRow row;
-    std::int64_t frame_id = 0, trigger_id = 0;
-    std::vector<std::int64_t*> fields{&frame_id, &trigger_id,       &row.edge,       &row.seen,
-                                      &row.pose, &row.render_begin, &row.render_end, &row.detector_end,
-                                      &row.due,  &row.first,        &row.last_due,   &row.last,
-                                      &row.rows, &row.late_rows,    &row.worst_row,  &row.worst_row_number,
-                                      &row.flags};
-    for (std::size_t o = 0; o < outlet_count; ++o) {
-        fields.push_back(&row.first_byte[o]);
-        fields.push_back(&row.last_byte[o]);
+struct NumberColumn {
+    std::string_view name;
+    std::int64_t TimingRow::*value;
+};
+
+constexpr NumberColumn number_columns[] = {
+    {"edge_ns", &TimingRow::edge},
+    {"seen_ns", &TimingRow::seen},
+    {"pose_ns", &TimingRow::pose},
+    {"render_begin_ns", &TimingRow::render_begin},
+    {"render_end_ns", &TimingRow::render_end},
+    {"detector_end_ns", &TimingRow::detector_end},
+    {"due_ns", &TimingRow::due},
+    {"first_ns", &TimingRow::first},
+    {"last_due_ns", &TimingRow::last_due},
+    {"last_ns", &TimingRow::last},
+    {"rows", &TimingRow::rows},
+    {"late_rows", &TimingRow::late_rows},
+    {"worst_row_ns", &TimingRow::worst_row},
+    {"worst_row", &TimingRow::worst_row_number},
+    {"flags", &TimingRow::flags},
+};
+constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
+                           lateness_column = "row_lateness_us", first_byte_suffix = "_first_byte_ns",
+                           last_byte_suffix = "_last_byte_ns";
+
+std::vector<std::string_view> split(std::string_view line) {
+    std::vector<std::string_view> fields;
+    for (std::size_t comma = line.find(','); comma != std::string_view::npos; comma = line.find(',')) {
+        fields.push_back(line.substr(0, comma));
+        line.remove_prefix(comma + 1);
     }
-    const char* at = line.data();
-    const char* const end = line.data() + line.size();
-    const auto refuse = [&](std::size_t column) {
+    fields.push_back(line);
+    return fields;
+}
+
+/// The columns of one file, by the names in its first line.
+class Columns {
+public:
+    /// Throws InputError when a column is missing.
+    Columns(std::string_view header, const std::string& name) : name_(name), titles_(split(header)) {
+        if (std::find(titles_.begin(), titles_.end(), frame_id_column) == titles_.end())
+            throw InputError(
+                fmt::format("{}:1: this is no timing file, allowed is what obscurad --timing writes", name));
+        frame_id_ = index_of(frame_id_column);
+        trigger_id_ = index_of(trigger_id_column);
+        for (const NumberColumn& column : number_columns)
+            numbers_.push_back(index_of(column.name));
+        for (const std::string_view title : titles_)
+            for (const std::string_view suffix : {first_byte_suffix, last_byte_suffix}) {
+                if (!title.ends_with(suffix)) continue;
+                const std::string kind(title.substr(0, title.size() - suffix.size()));
+                if (std::find(transports.begin(), transports.end(), kind) != transports.end()) continue;
+                transports.push_back(kind);
+                first_byte_.push_back(index_of(kind + std::string(first_byte_suffix)));
+                last_byte_.push_back(index_of(kind + std::string(last_byte_suffix)));
+            }
+        lateness_ = index_of(lateness_column);
+    }
+
+    /// Throws InputError with line `number` and column.
+    [[nodiscard]] TimingRow parse(std::string_view line, std::size_t number) const {
+        const std::vector<std::string_view> fields = split(line);
+        const auto whole = [&](std::size_t column) {
+            if (column >= fields.size()) refuse(number, fields.size() - 1);
+            std::int64_t value = 0;
+            const char* const end = fields[column].data() + fields[column].size();
+            const auto [rest, error] = std::from_chars(fields[column].data(), end, value);
+            if (error != std::errc() || rest != end) refuse(number, column);
+            return value;
+        };
+        TimingRow row;
+        row.frame_id = static_cast<std::uint64_t>(whole(frame_id_));
+        row.trigger_id = static_cast<std::uint64_t>(whole(trigger_id_));
+        for (std::size_t i = 0; i < numbers_.size(); ++i)
+            row.*number_columns[i].value = whole(numbers_[i]);
+        for (std::size_t i = 0; i < transports.size(); ++i) {
+            row.first_byte.push_back(whole(first_byte_[i]));
+            row.last_byte.push_back(whole(last_byte_[i]));
+        }
+        if (fields.size() != titles_.size()) refuse(number, std::min(fields.size(), titles_.size()) - 1);
+        row.row_lateness_us = lateness_of(fields[lateness_], number);
+        return row;
+    }
+
+    std::vector<std::string> transports; ///< kinds
+
+private:
+    [[nodiscard]] std::size_t index_of(std::string_view title) const {
+        const auto found = std::find(titles_.begin(), titles_.end(), title);
+        if (found == titles_.end())
+            throw InputError(fmt::format("{}:1: column {} is missing, allowed are the columns that obscurad "
+                                         "--timing writes",
+                                         name_, title));
+        return static_cast<std::size_t>(found - titles_.begin());
+    }
+    /// Numbers with one blank between them, or nothing.
+    [[nodiscard]] std::vector<std::int32_t> lateness_of(std::string_view field, std::size_t number) const {
+        std::vector<std::int32_t> values;
+        const char* at = field.data();
+        const char* const end = field.data() + field.size();
+        while (at != end) {
+            std::int32_t us = 0;
+            const auto [rest, error] = std::from_chars(at, end, us);
+            const bool good = error == std::errc() && (rest == end || (*rest == ' ' && rest + 1 != end));
+            if (!good || values.size() == most_rows) refuse(number, lateness_);
+            values.push_back(us);
+            at = rest == end ? end : rest + 1;
+        }
+        return values;
+    }
+    [[noreturn]] void refuse(std::size_t line, std::size_t column) const {
         throw InputError(fmt::format("{}:{}: column {} is no whole number, allowed are the {} columns that "
                                      "obscurad --timing writes",
-                                     name, number, column, fields.size() + 1));
-    };
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-        const auto [rest, error] = std::from_chars(at, end, *fields[i]);
-        if (error != std::errc() || rest == end || *rest != ',') refuse(i + 1);
-        at = rest + 1;
+                                     name_, line, column + 1, titles_.size()));
     }
-    while (at != end) {
-        std::int32_t us = 0;
-        const auto [rest, error] = std::from_chars(at, end, us);
-        const bool good = error == std::errc() && (rest == end || (*rest == ' ' && rest + 1 != end));
-        if (!good || row.row_lateness_us.size() == most_rows) refuse(fields.size() + 1);
-        row.row_lateness_us.push_back(us);
-        at = rest == end ? end : rest + 1;
-    }
-    row.frame_id = static_cast<std::uint64_t>(frame_id);
-    row.trigger_id = static_cast<std::uint64_t>(trigger_id);
-    return row;
-}
+
+    const std::string& name_;
+    std::vector<std::string_view> titles_;
+    std::size_t frame_id_ = 0, trigger_id_ = 0, lateness_ = 0;
+    std::vector<std::size_t> numbers_, first_byte_, last_byte_;
+};
 
 struct Span {
     const char* name;
@@ -120,18 +199,20 @@ std::string in_time_units(double us) {
 
 } // namespace
 
-std::vector<TimingRow> read_timing(std::istream& in, const std::string& name) {
+TimingFile read_timing(std::istream& in, const std::string& name) {
+    std::string header;
+    std::getline(in, header);
+    const Columns columns(header, name);
+    TimingFile file;
+    file.transports = columns.transports;
     std::string line;
-    if (!std::getline(in, line) || line != expected_header)
-        throw InputError(
-            fmt::format("{}:1: this is no timing file, allowed is what obscurad --timing writes", name));
-    std::vector<TimingRow> rows;
     for (std::size_t number = 2; std::getline(in, line); ++number)
-        rows.push_back(parse_row(line, name, number));
-    return rows;
+        file.rows.push_back(columns.parse(line, number));
+    return file;
 }
 
-std::vector<SpanFigures> span_figures(std::span<const TimingRow> rows) {
+std::vector<SpanFigures> span_figures(const TimingFile& file) {
+    const std::vector<TimingRow>& rows = file.rows;
     std::vector<SpanFigures> all;
     const auto add = [&](std::string name, std::string key, const auto& from, const auto& to) {
         std::vector<double> values;
@@ -147,16 +228,16 @@ std::vector<SpanFigures> span_figures(std::span<const TimingRow> rows) {
     for (const TimingRow& row : rows)
         lateness_us.insert(lateness_us.end(), row.row_lateness_us.begin(), row.row_lateness_us.end());
     all.push_back(figures_of("each row after its time", "row_lateness", std::move(lateness_us)));
-    for (std::size_t o = 0; o < outlet_count; ++o) {
+    for (std::size_t t = 0; t < file.transports.size(); ++t) {
         const bool used = std::any_of(rows.begin(), rows.end(),
-                                      [o](const TimingRow& row) { return row.first_byte[o] != 0; });
+                                      [t](const TimingRow& row) { return row.first_byte[t] != 0; });
         if (!used) continue;
         const auto edge = [](const TimingRow& row) { return row.edge; };
-        const std::string name = outlet_names[o];
+        const std::string& name = file.transports[t];
         add("edge to first byte, " + name, "edge_to_first_byte_" + name, edge,
-            [o](const TimingRow& row) { return row.first_byte[o]; });
+            [t](const TimingRow& row) { return row.first_byte[t]; });
         add("edge to last byte, " + name, "edge_to_last_byte_" + name, edge,
-            [o](const TimingRow& row) { return row.last_byte[o]; });
+            [t](const TimingRow& row) { return row.last_byte[t]; });
     }
     return all;
 }
@@ -190,10 +271,11 @@ std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count)
     return sorted;
 }
 
-std::string timing_text(std::span<const TimingRow> rows) {
+std::string timing_text(const TimingFile& file) {
+    const std::vector<TimingRow>& rows = file.rows;
     const auto late =
         std::count_if(rows.begin(), rows.end(), [](const TimingRow& r) { return r.late_rows > 0; });
-    const std::vector<SpanFigures> figures = span_figures(rows);
+    const std::vector<SpanFigures> figures = span_figures(file);
     std::string out =
         fmt::format("{} frames, {} with late rows\n\n{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", rows.size(),
                     late, "microseconds", "count", "p50", "p90", "p99", "max");
@@ -228,12 +310,13 @@ std::string timing_text(std::span<const TimingRow> rows) {
     return out;
 }
 
-std::string timing_csv(std::span<const TimingRow> rows) {
+std::string timing_csv(const TimingFile& file) {
+    const std::vector<TimingRow>& rows = file.rows;
     std::string out = "span,count,p50_us,p90_us,p99_us,max_us";
     for (const double end : bucket_ends_us)
         out += fmt::format(",to_{:g}_us", end);
     out += ",more\n";
-    for (const SpanFigures& f : span_figures(rows))
+    for (const SpanFigures& f : span_figures(file))
         out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", f.key, f.count, f.p50, f.p90, f.p99,
                            f.max, fmt::join(f.histogram, ","));
     out += "\nframe_id,late_us,late_rows,worst_row,why\n";
@@ -243,7 +326,8 @@ std::string timing_csv(std::span<const TimingRow> rows) {
     return out;
 }
 
-std::string timing_svg(std::span<const TimingRow> rows) {
+std::string timing_svg(const TimingFile& file) {
+    const std::vector<TimingRow>& rows = file.rows;
     // 1 us to 10 s over 700 px, 100 px a decade; fractions of the frames over 400 px; the worst frames below.
     constexpr double left = 60, top = 30, decade = 100, height = 400;
     constexpr const char* colours[] = {"#4477aa", "#66ccee", "#228833", "#ccbb44",
@@ -266,7 +350,7 @@ std::string timing_svg(std::span<const TimingRow> rows) {
         out += fmt::format("<line x1=\"{0}\" y1=\"{1:.1f}\" x2=\"{2}\" y2=\"{1:.1f}\" stroke=\"#dddddd\"/>\n"
                            "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g} %</text>\n",
                            left, y_of(part), left + 7 * decade, left - 6, y_of(part) + 4, part * 100);
-    const std::vector<SpanFigures> figures = span_figures(rows);
+    const std::vector<SpanFigures> figures = span_figures(file);
     for (std::size_t s = 0; s < figures.size(); ++s) {
         const SpanFigures& f = figures[s];
         const char* const colour = colours[s % std::size(colours)];

@@ -1,7 +1,5 @@
-// Makes sense of the stamps that obscurad --timing wrote: spans, their spread, the worst frames and why.
+// Report on the timing file of a run (obscurad --timing): spans, quantiles, the worst frames and why.
 #pragma once
-
-#include "core/byte_stamps.hpp"
 
 #include <array>
 #include <cstdint>
@@ -18,13 +16,18 @@ struct TimingRow {
     std::int64_t edge = 0, seen = 0, pose = 0, render_begin = 0, render_end = 0, detector_end = 0;
     std::int64_t due = 0, first = 0, last_due = 0, last = 0;
     std::int64_t rows = 0, late_rows = 0, worst_row = 0, worst_row_number = 0, flags = 0;
-    /// When bytes of it left, for each Outlet.
-    std::array<std::int64_t, outlet_count> first_byte{}, last_byte{};
-    std::vector<std::int32_t> row_lateness_us; ///< how long after its time each row left
+    std::vector<std::int64_t> first_byte, last_byte; ///< transmit times, by TimingFile::transports
+    std::vector<std::int32_t> row_lateness_us;       ///< how long after its time each row left
 };
 
-/// Throws InputError with file and line. `name` is used in messages.
-[[nodiscard]] std::vector<TimingRow> read_timing(std::istream& in, const std::string& name);
+struct TimingFile {
+    std::vector<std::string> transports; ///< kinds, in the order of the file's columns
+    std::vector<TimingRow> rows;
+};
+
+/// Reads columns by their names in the first line, in any order; columns that it does not know are left out.
+/// Throws InputError with file and line; it names a column that is missing. `name` is used in messages.
+[[nodiscard]] TimingFile read_timing(std::istream& in, const std::string& name);
 
 /// Upper ends of the histograms' buckets, microseconds; what is longer goes into one more.
 constexpr std::array bucket_ends_us{1.,  2.,  5.,  1e1, 2e1, 5e1, 1e2, 2e2, 5e2, 1e3,
@@ -39,7 +42,7 @@ struct SpanFigures {
     std::array<std::size_t, bucket_ends_us.size() + 1> histogram{};
     std::vector<double> values; ///< sorted
 };
-[[nodiscard]] std::vector<SpanFigures> span_figures(std::span<const TimingRow> rows);
+[[nodiscard]] std::vector<SpanFigures> span_figures(const TimingFile& file);
 
 /// How far a frame's last row missed its time, ns: 0 when it was in time.
 [[nodiscard]] std::int64_t lateness(const TimingRow& row) noexcept;
@@ -49,11 +52,11 @@ struct SpanFigures {
 [[nodiscard]] std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count);
 
 /// Tables for people: quantiles, histograms, the ten worst frames and why.
-[[nodiscard]] std::string timing_text(std::span<const TimingRow> rows);
+[[nodiscard]] std::string timing_text(const TimingFile& file);
 /// One line a span: key, count, quantiles and histogram; after an empty line the ten worst frames.
-[[nodiscard]] std::string timing_csv(std::span<const TimingRow> rows);
+[[nodiscard]] std::string timing_csv(const TimingFile& file);
 /// Cumulative distributions of all spans over a logarithmic time axis and the ten worst frames, as an SVG
 /// picture.
-[[nodiscard]] std::string timing_svg(std::span<const TimingRow> rows);
+[[nodiscard]] std::string timing_svg(const TimingFile& file);
 
 } // namespace obscura::tools

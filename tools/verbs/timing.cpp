@@ -81,10 +81,10 @@ private:
     std::string report() const {
         std::ifstream in(file_);
         if (!in) throw InputError(fmt::format("{}: cannot be opened", file_));
-        const std::vector<TimingRow> rows = read_timing(in, file_);
-        if (format_ == "csv") return timing_csv(rows);
-        if (format_ == "svg") return timing_svg(rows);
-        return timing_text(rows);
+        const TimingFile run = read_timing(in, file_);
+        if (format_ == "csv") return timing_csv(run);
+        if (format_ == "svg") return timing_svg(run);
+        return timing_text(run);
     }
 
     std::string test_machine() const {

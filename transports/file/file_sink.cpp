@@ -102,13 +102,13 @@ void FileSink::write(const Frame& frame) {
     const std::string file_name = run + images::frame_file_name(info.frame_id, settings_.format);
     // A disk that is busy or far away is no hung thread.
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
-    info.note_bytes(Outlet::file, MonotonicClock().now());
+    info.note_transmit(transmit_slot(), MonotonicClock().now());
     try {
         const std::filesystem::path directory = settings_.directory;
         images::write_picture(directory / file_name, settings_.format, picture, images::frame_cards(frame));
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
             images::write_truth(directory / (run + images::truth_file_name(info.frame_id)), frame);
-        info.note_bytes(Outlet::file, MonotonicClock().now());
+        info.note_transmit(transmit_slot(), MonotonicClock().now());
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);
         failing_ = false;

@@ -28,7 +28,7 @@ public:
     explicit FileSink(FileSinkSettings settings);
     ~FileSink() override;
 
-    [[nodiscard]] std::string_view name() const override { return "file"; }
+    [[nodiscard]] std::string_view kind() const override { return "file"; }
     void start() override;
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;

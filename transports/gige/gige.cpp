@@ -4,6 +4,8 @@
 #include "transports/gige/channels/gvsp_sender.hpp"
 #include "transports/gige/control/control_server.hpp"
 
+#include <fmt/format.h>
+
 namespace obscura::transports::gige {
 
 namespace {
@@ -30,10 +32,11 @@ struct GigeCamera::Parts {
         return network;
     }
 
-    Parts(const GigeSettings& s, CameraControl& control, const Clock& clock, const GigeContext& context)
+    Parts(const GigeSettings& s, std::size_t slot, CameraControl& control, const Clock& clock,
+          const GigeContext& context)
         : network(shown_network(s)),
           messages(network),
-          sender(s, network, messages, clock, context.thread),
+          sender(s, network, messages, clock, context.thread, slot),
           device(s, network, control, sender, messages, clock, context.seed),
           port(device, s, network),
           server(port, network, clock, s.port, control_thread(context.thread)) {
@@ -55,7 +58,7 @@ GigeCamera::~GigeCamera() {
 }
 
 void GigeCamera::start() {
-    parts_ = std::make_unique<Parts>(settings_, control_, clock_, context_);
+    parts_ = std::make_unique<Parts>(settings_, transmit_slot(), control_, clock_, context_);
     if (const std::string report = parts_->device.xml_report(); !report.empty())
         log_info("gige.xml: {}", report);
     parts_->device.set_ptp(context_.ptp_status);
@@ -112,9 +115,30 @@ GigeCounters GigeCamera::gige_counters() const noexcept {
     return out;
 }
 
+TransportStatistics GigeCamera::statistics() const {
+    const auto us = [](std::int64_t ns) { return static_cast<double>(ns) / 1e3; };
+    TransportStatistics s = Transport::statistics();
+    const GigeCounters g = gige_counters();
+    s.values.insert(s.values.end(), {{"packets", g.packets},
+                                     {"send_errors", g.send_errors},
+                                     {"injected_losses", g.injected_losses},
+                                     {"resend_requests", g.resend_requests},
+                                     {"resent_packets", g.resent_packets},
+                                     {"control_lost", g.control_lost}});
+    s.groups = {{"trigger_to_first_packet_us",
+                 {{"p50", us(g.trigger_to_first_p50_ns)}, {"p99", us(g.trigger_to_first_p99_ns)}}},
+                {"trigger_to_last_packet_us",
+                 {{"p50", us(g.trigger_to_last_p50_ns)}, {"p99", us(g.trigger_to_last_p99_ns)}}}};
+    return s;
+}
+
 Heartbeats GigeCamera::heartbeats() const {
     if (!parts_) return {};
     return {&parts_->messages.heartbeat(), &parts_->sender.heartbeat(), &parts_->server.heartbeat()};
+}
+
+std::string GigeCamera::control_address() const {
+    return parts_ ? fmt::format("{}:{}", address(), settings_.port) : std::string();
 }
 
 std::string GigeCamera::address() const {

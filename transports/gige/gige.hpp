@@ -69,9 +69,9 @@ public:
     GigeCamera& operator=(const GigeCamera&) = delete;
 
     /// Where the Ptp* features come from; asked on the control thread. Before start().
-    void set_ptp(std::function<PtpStatus()> source) { context_.ptp_status = std::move(source); }
+    void set_ptp(std::function<PtpStatus()> source) override { context_.ptp_status = std::move(source); }
 
-    [[nodiscard]] std::string_view name() const override { return "gige"; }
+    [[nodiscard]] std::string_view kind() const override { return "gige"; }
     void start() override;
     /// Ends the acquisition of a connected client, too.
     void stop() override;
@@ -80,7 +80,9 @@ public:
     /// events, and errors of frames that were given up half way, the camera makes itself.
     void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override;
+    [[nodiscard]] std::string control_address() const override;
     [[nodiscard]] GigeCounters gige_counters() const noexcept;
     /// The IPv4 address the camera answers on; valid after start().
     [[nodiscard]] std::string address() const;

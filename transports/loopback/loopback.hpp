@@ -27,7 +27,7 @@ public:
     explicit LoopbackTransport(LoopbackSettings settings);
     ~LoopbackTransport() override;
 
-    [[nodiscard]] std::string_view name() const override { return "loopback"; }
+    [[nodiscard]] std::string_view kind() const override { return "loopback"; }
     void start() override;
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;

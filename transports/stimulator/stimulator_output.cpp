@@ -79,10 +79,10 @@ struct StimulatorOutput::Session {
     std::size_t turn = 0;
     bool over = false;
     int stalls = 0;
-    bool idled = true;            // there was nothing to do before this frame
-    std::uint64_t frame = 0;      // count of frames begun
-    ByteStamps* stamps = nullptr; // of the frame begun last
-    std::uint64_t bad_frame = 0;  // the last that lost an update
+    bool idled = true;                    // there was nothing to do before this frame
+    std::uint64_t frame = 0;              // count of frames begun
+    TransmitTimestamps* stamps = nullptr; // of the frame begun last
+    std::uint64_t bad_frame = 0;          // the last that lost an update
     bool counted_late = false;
     std::int32_t copied_rows = 0;
     Time checked;
@@ -339,7 +339,7 @@ void StimulatorOutput::account(Session& s, Lane& lane, const UsbResult& result) 
     bytes_.fetch_add(result.count, std::memory_order_relaxed);
     if (good) {
         updates_.fetch_add(1, std::memory_order_relaxed);
-        if (lane.stamps != nullptr) lane.stamps->note(Outlet::stimulator, now());
+        if (lane.stamps != nullptr) lane.stamps->note(transmit_slot(), now());
         s.stalls = 0;
         const auto took_ns = static_cast<double>(now() - lane.sent);
         if (lane.bytes >= 4096 && took_ns > 0) {
@@ -383,7 +383,7 @@ void StimulatorOutput::finish_for_sure(Session& s, std::size_t slot) {
 void StimulatorOutput::show(Session& s, const Frame& frame) {
     const FrameInfo& info = frame.info;
     ++s.frame;
-    s.stamps = info.bytes;
+    s.stamps = info.transmit;
     s.copied_rows = 0;
     s.counted_late = false;
     if (!s.idled && frame.complete()) { // it was ready, we were not
@@ -579,7 +579,7 @@ void StimulatorOutput::send(Session& s, const Region& rect, bool ends_frame) {
                 lane.busy = true;
                 lane.frame = s.frame;
                 lane.stamps = s.stamps;
-                if (lane.stamps != nullptr) lane.stamps->note(Outlet::stimulator, lane.sent);
+                if (lane.stamps != nullptr) lane.stamps->note(transmit_slot(), lane.sent);
                 lane.bytes = update.bytes.size();
                 lane.ends_frame = last;
                 continue;

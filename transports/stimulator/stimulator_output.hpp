@@ -50,7 +50,7 @@ public:
                      std::unique_ptr<UsbBus> bus);
     ~StimulatorOutput() override;
 
-    [[nodiscard]] std::string_view name() const override { return "stimulator"; }
+    [[nodiscard]] std::string_view kind() const override { return "stimulator"; }
     /// Reads the calibration and starts looking for the device; its absence is no error. Throws InputError.
     void start() override;
     void stop() override;
@@ -68,7 +68,7 @@ private:
         std::uint64_t frame = 0; ///< count of the frame it belongs to
         std::size_t bytes = 0;
         Time sent;
-        ByteStamps* stamps = nullptr; ///< of that frame
+        TransmitTimestamps* stamps = nullptr; ///< of that frame
     };
     /// Everything that lives as long as one connection.
     struct Session;

@@ -206,9 +206,9 @@ void V4l2Output::send(const Frame& frame) {
             done = ready;
         }
         if ((frame.flags.load(std::memory_order_relaxed) & frame_dropped) != 0) return drop(partial_);
-        info.note_bytes(Outlet::v4l2, MonotonicClock().now());
+        info.note_transmit(transmit_slot(), MonotonicClock().now());
         result = node_->send(info.frame_id, info.trigger_edge, context_.buffer_wait_ns);
-        info.note_bytes(Outlet::v4l2, MonotonicClock().now());
+        info.note_transmit(transmit_slot(), MonotonicClock().now());
     }
     switch (result) {
     case V4l2Result::ok:

@@ -44,7 +44,7 @@ public:
                         V4l2Calls& calls = system_v4l2_calls());
     ~V4l2Output() override;
 
-    [[nodiscard]] std::string_view name() const override { return "v4l2"; }
+    [[nodiscard]] std::string_view kind() const override { return "v4l2"; }
     /// Throws HardwareError when the node cannot be used and the settings require it.
     void start() override;
     void stop() override;

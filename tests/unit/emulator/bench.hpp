@@ -66,6 +66,7 @@ struct CameraBench : MakerBench {
                    std::make_unique<MonotonicClock>(), &timing),
           camera(config(description, adjust, policy, falling_edges), maker, releaser, pool, clock, log) {
         camera.add_transport(loopback);
+        timing.set_transports({"loopback"});
         loopback.start();
     }
     ~CameraBench() {

@@ -13,9 +13,14 @@ using Catch::Matchers::WithinAbs;
 
 namespace {
 
-const std::string header = obscura::emulator::TimingLog::header();
+// As it was written before columns named the configured transports only.
+const std::string header =
+    "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,detector_end_ns,due_ns,"
+    "first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,worst_row,flags,gige_first_byte_ns,"
+    "gige_last_byte_ns,v4l2_first_byte_ns,v4l2_last_byte_ns,stimulator_first_byte_ns,"
+    "stimulator_last_byte_ns,file_first_byte_ns,file_last_byte_ns,row_lateness_us\n";
 
-std::vector<TimingRow> read(const std::string& text) {
+TimingFile read(const std::string& text) {
     std::istringstream in(text);
     return read_timing(in, "run.csv");
 }
@@ -43,7 +48,9 @@ const std::string given_up =
 } // namespace
 
 TEST_CASE("a timing file is read column by column") {
-    const auto rows = read(header + in_time);
+    const TimingFile file = read(header + in_time);
+    const auto& rows = file.rows;
+    CHECK(file.transports == std::vector<std::string>{"gige", "v4l2", "stimulator", "file"});
     REQUIRE(rows.size() == 1);
     CHECK(rows[0].frame_id == 1);
     CHECK(rows[0].edge == 1'000'000'000);
@@ -70,9 +77,46 @@ TEST_CASE("what is no timing file is refused with its line") {
     }
 }
 
+TEST_CASE("a timing file has the columns of the configured transports") {
+    emulator::TimingLog log;
+    log.set_transports({"file", "loopback"});
+    TransmitTimestamps& transmit = log.transmit_timestamps(0);
+    transmit.note(1, Time{1'500});
+    transmit.note(1, Time{2'500});
+    emulator::FrameTiming timing;
+    timing.frame_id = 7;
+    timing.edge = Time{500};
+    timing.transmit = &transmit;
+    log.push(timing);
+    std::ostringstream out;
+    out << log.header();
+    CHECK(log.drain(out) == 1);
+    const TimingFile file = read(out.str());
+    CHECK(file.transports == std::vector<std::string>{"file", "loopback"});
+    REQUIRE(file.rows.size() == 1);
+    CHECK(file.rows[0].frame_id == 7);
+    CHECK(file.rows[0].first_byte == std::vector<std::int64_t>{0, 1'500});
+    CHECK(file.rows[0].last_byte == std::vector<std::int64_t>{0, 2'500});
+    const auto figures = span_figures(file);
+    const auto last = std::find_if(figures.begin(), figures.end(), [](const SpanFigures& f) {
+        return f.key == "edge_to_last_byte_loopback";
+    });
+    REQUIRE(last != figures.end());
+    CHECK_THAT(last->p50, WithinAbs(2, 1e-9));
+}
+
+TEST_CASE("a missing column of a timing file is named") {
+    for (const std::string column : {"edge_ns", "flags", "v4l2_last_byte_ns", "v4l2_first_byte_ns"}) {
+        std::string shorter = header;
+        shorter.erase(shorter.find(column + ","), column.size() + 1);
+        CHECK_THAT(complaint(shorter), ContainsSubstring("run.csv:1: column " + column + " is missing"));
+    }
+}
+
 TEST_CASE("spans, lateness and reasons of frames whose stamps are known") {
-    const auto rows = read(header + in_time + slow + given_up);
-    for (const SpanFigures& f : span_figures(rows)) {
+    const TimingFile file = read(header + in_time + slow + given_up);
+    const auto& rows = file.rows;
+    for (const SpanFigures& f : span_figures(file)) {
         if (f.key == "edge_to_seen") {
             CHECK(f.count == 3);
             CHECK_THAT(f.p50, WithinAbs(10, 1e-9));
@@ -95,7 +139,7 @@ TEST_CASE("spans, lateness and reasons of frames whose stamps are known") {
         }
     }
     // A way out that nothing left through is not shown.
-    const auto figures = span_figures(rows);
+    const auto figures = span_figures(file);
     CHECK(std::none_of(figures.begin(), figures.end(),
                        [](const SpanFigures& f) { return f.key.find("v4l2") != std::string::npos; }));
     CHECK(lateness(rows[0]) == 0);
@@ -109,21 +153,21 @@ TEST_CASE("spans, lateness and reasons of frames whose stamps are known") {
 }
 
 TEST_CASE("the report as text, CSV and picture") {
-    const auto rows = read(header + in_time + slow + given_up);
-    CHECK_THAT(timing_text(rows),
+    const TimingFile file = read(header + in_time + slow + given_up);
+    CHECK_THAT(timing_text(file),
                ContainsSubstring("3 frames, 2 with late rows") && ContainsSubstring("rendering, 9.000 ms"));
-    const std::string csv = timing_csv(rows);
+    const std::string csv = timing_csv(file);
     CHECK_THAT(csv, ContainsSubstring("rendering,2,1000.000,9000.000,9000.000,9000.000,"
                                       "0,0,0,0,0,0,0,0,0,1,0,0,1,0,0,0,0,0,0,0\n"));
     CHECK_THAT(csv, ContainsSubstring("\n2,3140.000,25,2,\"rendering, 9.000 ms\"\n"));
-    const std::string svg = timing_svg(rows);
+    const std::string svg = timing_svg(file);
     CHECK(svg.rfind("<svg ", 0) == 0);
     // 1 ms is the third decade: x = 60 + 300; the first of two frames, y half way up.
     CHECK_THAT(svg, ContainsSubstring("360.0,230.0 "));
     CHECK_THAT(svg,
                ContainsSubstring("frame 2: 3.140 ms late, 25 rows, the worst row 2; rendering, 9.000 ms"));
     // One value up to 1 ms, one up to 10 ms.
-    CHECK_THAT(timing_text(rows),
+    CHECK_THAT(timing_text(file),
                ContainsSubstring("\nrendering                             0        0        0        "
                                  "1        1        0        0        0\n"));
     CHECK_THAT(timing_text({}), ContainsSubstring("0 frames"));

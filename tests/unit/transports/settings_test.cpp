@@ -371,7 +371,7 @@ TEST_CASE("enabled transports are made in the order in which they start") {
     const TransportContext context{.control = camera, .clock = clock, .sensor = sensor};
     std::vector<std::string> names;
     for (const auto& transport : reading.transports.make(context))
-        names.emplace_back(transport->name());
+        names.emplace_back(transport->kind());
     CHECK(names == std::vector<std::string>{"file", "gige", "v4l2", "stimulator"});
     CHECK(std::filesystem::is_directory(folder.path() / "frames"));
 

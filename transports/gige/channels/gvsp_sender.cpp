@@ -21,8 +21,14 @@ constexpr std::array<std::uint32_t, 2> resend_budget{1, 4};
 } // namespace
 
 GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network,
-                       MessageChannel& messages, const Clock& clock, const ThreadSettings& thread)
-    : settings_(settings), thread_settings_(thread), network_(network), clock_(clock), messages_(messages) {}
+                       MessageChannel& messages, const Clock& clock, const ThreadSettings& thread,
+                       std::size_t slot)
+    : settings_(settings),
+      thread_settings_(thread),
+      network_(network),
+      clock_(clock),
+      messages_(messages),
+      slot_(slot) {}
 
 void GvspSender::start() {
     socket_.open(network_, 4U << 20);
@@ -213,7 +219,7 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     if (!again) {
         const Time now = clock_.now();
         counters_.trigger_to_first.add(now - edge);
-        frame->info.note_bytes(Outlet::gige, now);
+        frame->info.note_transmit(slot_, now);
     }
     const bool sent = send_payload(block);
     block.live = {};
@@ -227,7 +233,7 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     if (again) return true;
     const Time now = clock_.now();
     counters_.trigger_to_last.add(now - edge);
-    frame->info.note_bytes(Outlet::gige, now);
+    frame->info.note_transmit(slot_, now);
     // What goes out is not what was asked for: cut short or a repetition.
     if (!frame->complete() || (frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
         post(Event::error, block, clock_.now());

@@ -33,8 +33,9 @@ struct SenderCounters {
 /// start() the thread neither allocates, locks nor logs; begin() allocates on the control thread.
 class GvspSender final : public StreamPort {
 public:
+    /// `slot`: of the camera in TransmitTimestamps.
     GvspSender(const GigeSettings& settings, const NetworkInterface& network, MessageChannel& messages,
-               const Clock& clock, const ThreadSettings& thread = {});
+               const Clock& clock, const ThreadSettings& thread = {}, std::size_t slot = 0);
     ~GvspSender() override { stop(); }
 
     /// Throws HardwareError.
@@ -112,6 +113,7 @@ private:
     const NetworkInterface network_;
     const Clock& clock_;
     MessageChannel& messages_;
+    const std::size_t slot_;
     PacketSocket socket_;
     SenderCounters counters_;
 
