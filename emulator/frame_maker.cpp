@@ -51,14 +51,14 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
     plan_.rows.reserve(rows);
     plan_.sensor_row.reserve(rows);
     plan_.release.reserve(rows);
-    bands_.reserve(rows + max_windows);
+    row_blocks_.reserve(rows + max_windows);
 
     const bool lines = readout_.shutter == Shutter::push_broom;
     buffer_rows_ = lines ? std::min(settings_.band_rows, static_cast<std::int32_t>(rows))
                    : detector_.needs_whole_columns()
                        ? readout_.height
                        : std::min(settings_.band_rows + 2 * detector_.halo_rows(), readout_.height);
-    band_times_.reserve(static_cast<std::size_t>(buffer_rows_));
+    block_times_.reserve(static_cast<std::size_t>(buffer_rows_));
     const std::size_t floats =
         band_count_ * static_cast<std::size_t>(buffer_rows_) * static_cast<std::size_t>(readout_.width);
     for (std::vector<float>& buffer : buffers_)
@@ -112,7 +112,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     if (!frame.fits(plan_.width, plan_.height) || plan_.width > readout_.width)
         return fmt::format("the windows make an image of {} x {} pixels, for which there is no room",
                            plan_.width, plan_.height);
-    list_bands();
+    list_row_blocks();
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
 
     FrameInfo& info = frame.info;
@@ -171,18 +171,18 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
 
     std::uint32_t number = frame_start_;
     bool complete = true;
-    for (const Band& band : bands_) {
-        // A buffer is free again when the band that used it last has gone through the detector.
+    for (const RowBlock& block : row_blocks_) {
+        // A buffer is free again when the block that used it last has gone through the detector.
         for (std::uint32_t done = done_.load(std::memory_order_acquire); number - done >= buffer_count;
              done = done_.load(std::memory_order_acquire))
             done_.wait(done, std::memory_order_acquire);
 
-        if (!render_band(band, buffers_[number % buffer_count], cancel)) {
+        if (!render_row_block(block, buffers_[number % buffer_count], cancel)) {
             complete = false;
             break;
         }
         ++number;
-        if (band.first_row + band.rows == plan_.height) frame.info.render_end = clock_.now();
+        if (block.first_row + block.rows == plan_.height) frame.info.render_end = clock_.now();
         posted_.store(number); // sequentially consistent, see Releaser::run()
         posted_.notify_one();
     }
@@ -192,8 +192,8 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     return complete;
 }
 
-void FrameMaker::list_bands() {
-    bands_.clear();
+void FrameMaker::list_row_blocks() {
+    row_blocks_.clear();
     const bool lines = readout_.shutter == Shutter::push_broom;
     const bool columns = detector_.needs_whole_columns();
     const std::int32_t halo = detector_.halo_rows();
@@ -201,58 +201,59 @@ void FrameMaker::list_bands() {
         const FrameWindow& window = plan_.windows[w];
         const Region& r = window.sensor;
         for (std::int32_t row = 0; row < r.height;) {
-            Band band{w, window.image_y + row, 0, 0, 0, 0, 0};
+            RowBlock block{w, window.image_y + row, 0, 0, 0, 0, 0};
             if (lines) {
-                band.rows = std::min(buffer_rows_, r.height - row);
+                block.rows = std::min(buffer_rows_, r.height - row);
             } else if (columns) {
-                band.rows = r.height;
-                band.halo_above = r.y;
-                band.halo_below = readout_.height - r.y - r.height;
+                block.rows = r.height;
+                block.halo_above = r.y;
+                block.halo_below = readout_.height - r.y - r.height;
             } else {
-                band.rows = std::min({settings_.band_rows, buffer_rows_, r.height - row});
-                band.halo_above = std::min(halo, r.y + row);
-                band.halo_below = std::min(halo, readout_.height - r.y - row - band.rows);
+                block.rows = std::min({settings_.band_rows, buffer_rows_, r.height - row});
+                block.halo_above = std::min(halo, r.y + row);
+                block.halo_below = std::min(halo, readout_.height - r.y - row - block.rows);
             }
-            band.halo_left = std::min(halo, r.x);
-            band.halo_right = std::min(halo, readout_.width - r.x - r.width);
-            bands_.push_back(band);
-            row += band.rows;
+            block.halo_left = std::min(halo, r.x);
+            block.halo_right = std::min(halo, readout_.width - r.x - r.width);
+            row_blocks_.push_back(block);
+            row += block.rows;
         }
     }
 }
 
-bool FrameMaker::render_band(const Band& band, std::span<float> light, const std::atomic<bool>* cancel) {
-    const FrameWindow& window = plan_.windows[band.window];
-    const std::int32_t rows = band.halo_above + band.rows + band.halo_below;
-    const std::int32_t first = band.first_row - band.halo_above; // of the composed image
+bool FrameMaker::render_row_block(const RowBlock& block, std::span<float> light,
+                                  const std::atomic<bool>* cancel) {
+    const FrameWindow& window = plan_.windows[block.window];
+    const std::int32_t rows = block.halo_above + block.rows + block.halo_below;
+    const std::int32_t first = block.first_row - block.halo_above; // of the composed image
     const std::int32_t last_row = window.image_y + window.sensor.height - 1;
-    band_times_.clear();
+    block_times_.clear();
     for (std::int32_t row = first; row < first + rows; ++row)
-        band_times_.push_back(
+        block_times_.push_back(
             plan_.rows[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
 
     renderer::RenderRequest request;
-    request.window.x = window.sensor.x - band.halo_left;
-    request.window.width = band.halo_left + window.sensor.width + band.halo_right;
+    request.window.x = window.sensor.x - block.halo_left;
+    request.window.width = block.halo_left + window.sensor.width + block.halo_right;
     request.frame_id = frame_->info.frame_id;
-    if (readout_.shutter == Shutter::push_broom) return render_lines(request, band, light, cancel);
+    if (readout_.shutter == Shutter::push_broom) return render_lines(request, block, light, cancel);
     const auto line = static_cast<std::size_t>(request.window.width);
     request.window.y = window.sensor.y + first - window.image_y;
     request.window.height = request.rows = rows;
-    request.row_times = band_times_;
+    request.row_times = block_times_;
     return current().render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
                             cancel);
 }
 
 /// The same row of the array over and over.
-bool FrameMaker::render_lines(renderer::RenderRequest request, const Band& band, std::span<float> light,
+bool FrameMaker::render_lines(renderer::RenderRequest request, const RowBlock& block, std::span<float> light,
                               const std::atomic<bool>* cancel) {
     const auto line = static_cast<std::size_t>(request.window.width);
-    const auto rows = static_cast<std::size_t>(band.rows);
-    request.window.y = plan_.windows[band.window].sensor.y;
+    const auto rows = static_cast<std::size_t>(block.rows);
+    request.window.y = plan_.windows[block.window].sensor.y;
     request.window.height = request.rows = 1;
     for (std::size_t r = 0; r < rows; ++r) {
-        request.row_times = std::span(band_times_).subspan(r, 1);
+        request.row_times = std::span(block_times_).subspan(r, 1);
         if (!current().render(request, {line_.data(), band_count_ * line}, cancel)) return false;
         for (std::size_t b = 0; b < band_count_; ++b)
             std::copy_n(line_.begin() + static_cast<std::ptrdiff_t>(b * line), line,
@@ -272,24 +273,24 @@ void FrameMaker::run_detector() noexcept {
         while (posted_.load(std::memory_order_acquire) == number)
             posted_.wait(number, std::memory_order_acquire);
         if (stopping_.load(std::memory_order_acquire)) return;
-        expose_band(number);
+        expose_row_block(number);
         done_.store(number + 1); // sequentially consistent, see Releaser::run()
         done_.notify_one();
     }
 }
 
-void FrameMaker::expose_band(std::uint32_t number) noexcept {
+void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
     Frame& frame = *frame_;
-    const Band& band = bands_[number - frame_start_];
-    const std::int32_t width = band.halo_left + plan_.windows[band.window].sensor.width + band.halo_right;
+    const RowBlock& block = row_blocks_[number - frame_start_];
+    const std::int32_t width = block.halo_left + plan_.windows[block.window].sensor.width + block.halo_right;
     const std::size_t floats = band_count_ * static_cast<std::size_t>(width) *
-                               static_cast<std::size_t>(band.halo_above + band.rows + band.halo_below);
+                               static_cast<std::size_t>(block.halo_above + block.rows + block.halo_below);
     const sensors::IrradianceBand light{
-        band.first_row,  band.rows,       width,          {buffers_[number % buffer_count].data(), floats},
-        band.halo_above, band.halo_below, band.halo_left, band.halo_right};
+        block.first_row,  block.rows,       width,           {buffers_[number % buffer_count].data(), floats},
+        block.halo_above, block.halo_below, block.halo_left, block.halo_right};
     const std::size_t begin =
-        static_cast<std::size_t>(band.first_row) * static_cast<std::size_t>(plan_.width);
-    const std::size_t pixels = static_cast<std::size_t>(band.rows) * static_cast<std::size_t>(plan_.width);
+        static_cast<std::size_t>(block.first_row) * static_cast<std::size_t>(plan_.width);
+    const std::size_t pixels = static_cast<std::size_t>(block.rows) * static_cast<std::size_t>(plan_.width);
     sensors::ExposureTruth truth;
     if (PixelTruth* whole = frame.pixel_truth()) {
         truth.mean_e = std::span(whole->mean_e).subspan(begin, pixels);
@@ -299,11 +300,11 @@ void FrameMaker::expose_band(std::uint32_t number) noexcept {
         detector_.expose(plan_, light, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
                          frame.pixels().subspan(begin, pixels), truth);
     if (saturated != 0) frame.saturated_windows.fetch_or(saturated, std::memory_order_relaxed);
-    if (const FrameWindow& window = plan_.windows[band.window]; measured_ && window.request == 0)
-        for (std::int32_t row = band.first_row; row < band.first_row + band.rows; ++row)
+    if (const FrameWindow& window = plan_.windows[block.window]; measured_ && window.request == 0)
+        for (std::int32_t row = block.first_row; row < block.first_row + block.rows; ++row)
             histogram_.add(frame.row(row).first(static_cast<std::size_t>(window.sensor.width)));
-    if (pattern_ != ImagePattern::off) paint_pattern(band.first_row, band.rows);
-    const std::int32_t ready = band.first_row + band.rows;
+    if (pattern_ != ImagePattern::off) paint_pattern(block.first_row, block.rows);
+    const std::int32_t ready = block.first_row + block.rows;
     if (ready == plan_.height) frame.info.detector_end = clock_.now();
     if (sink_ != nullptr)
         sink_->rows_exposed(ready);

@@ -1,4 +1,4 @@
-// Makes one frame: plan -> render -> detector, in bands of rows that overlap in time.
+// Makes one frame: plan -> render -> detector, in row blocks that are pipelined.
 #pragma once
 
 #include "core/camera.hpp"
@@ -44,16 +44,16 @@ public:
 };
 
 struct FrameMakerSettings {
-    std::int32_t band_rows = 64;
-    std::int32_t max_rows = 0; ///< of a composed image; 0: as many as the sensor has
-    std::uint64_t seed = 1;    ///< recorded in the frame's ground truth
-    ThreadSettings thread{};   ///< the detector's
+    std::int32_t band_rows = 64; ///< rows of a row block
+    std::int32_t max_rows = 0;   ///< of a composed image; 0: as many as the sensor has
+    std::uint64_t seed = 1;      ///< recorded in the frame's ground truth
+    ThreadSettings thread{};     ///< the detector's
 };
 
-/// The band pipeline: the calling thread renders band k+1 (over the renderer's own workers) while a thread of
-/// this object takes band k through the detector. A band lies within one window and is rendered with the rows
-/// and columns around it that the detector wants. One frame at a time, one calling thread at a time; after
-/// construction nothing here allocates.
+/// Row block pipeline: the calling thread renders block k+1 (over the renderer's own workers) while a thread
+/// of this object takes block k through the detector. A block lies within one window and is rendered with the
+/// rows and columns around it that the detector wants. One frame at a time, one calling thread at a time;
+/// after construction nothing here allocates.
 class FrameMaker {
 public:
     /// The references must outlive the maker. Throws ConfigError when the sensor cannot be read out at all.
@@ -77,19 +77,21 @@ public:
     /// What the chip would make of `settings`. Any thread; allocates.
     [[nodiscard]] ReadoutAnswer answer(const CameraSettings& settings) const;
 
-    /// From the frame prepared next on, `renderer` is used: the same number of bands, and it must outlive the
-    /// maker or the next replacement that was taken on. Any thread.
+    /// From the frame prepared next on, `renderer` is used: the same number of spectral bands, and it must
+    /// outlive the maker or the next replacement that was taken on. Any thread.
     void replace_renderer(const renderer::Renderer& renderer) noexcept { next_renderer_.store(&renderer); }
     /// Whether frames are made with `renderer` by now.
     [[nodiscard]] bool uses(const renderer::Renderer& renderer) const noexcept {
         return renderer_.load() == &renderer;
     }
 
-    /// Bands that have gone through the detector so far. Any thread.
-    [[nodiscard]] std::uint32_t bands_made() const noexcept { return done_.load(std::memory_order_relaxed); }
-    /// Grows while a frame is being made, also within a band that takes long. Any thread.
+    /// Row blocks that have gone through the detector so far. Any thread.
+    [[nodiscard]] std::uint32_t row_blocks_made() const noexcept {
+        return done_.load(std::memory_order_relaxed);
+    }
+    /// Grows while a frame is being made, also within a block that takes long. Any thread.
     [[nodiscard]] std::uint64_t progress() const noexcept {
-        return bands_made() + current().rays_traced() + current().samples_taken();
+        return row_blocks_made() + current().rays_traced() + current().samples_taken();
     }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
@@ -108,19 +110,20 @@ public:
 private:
     static constexpr std::uint32_t buffer_count = 2;
     /// A piece of a window that goes through renderer and detector at once.
-    struct Band {
+    struct RowBlock {
         std::size_t window;
         std::int32_t first_row, rows; ///< of the composed image
         std::int32_t halo_above, halo_below, halo_left, halo_right;
     };
 
     [[nodiscard]] std::string plan_frame(const FrameOrder& order);
-    void list_bands();
-    [[nodiscard]] bool render_band(const Band& band, std::span<float> light, const std::atomic<bool>* cancel);
-    [[nodiscard]] bool render_lines(renderer::RenderRequest request, const Band& band, std::span<float> light,
-                                    const std::atomic<bool>* cancel);
+    void list_row_blocks();
+    [[nodiscard]] bool render_row_block(const RowBlock& block, std::span<float> light,
+                                        const std::atomic<bool>* cancel);
+    [[nodiscard]] bool render_lines(renderer::RenderRequest request, const RowBlock& block,
+                                    std::span<float> light, const std::atomic<bool>* cancel);
     void run_detector() noexcept;
-    void expose_band(std::uint32_t number) noexcept;
+    void expose_row_block(std::uint32_t number) noexcept;
     void paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept;
 
     [[nodiscard]] const renderer::Renderer& current() const noexcept {
@@ -140,13 +143,13 @@ private:
     sensors::ReadoutSequencer sequencer_;
     sensors::ReadoutPlan plan_;
     Time asked_start_; ///< of the exposure, scene time
-    std::vector<Band> bands_;
-    std::vector<RowTime> band_times_;
+    std::vector<RowBlock> row_blocks_;
+    std::vector<RowTime> block_times_;
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::array<std::vector<float>, buffer_count> buffers_;
 
-    // The frame in work, for the detector thread: written before the first band of a frame is posted.
+    // The frame in work, for the detector thread: written before the first block of a frame is posted.
     Frame* frame_ = nullptr;
     double black_shift_dn_ = 0;
     ImagePattern pattern_ = ImagePattern::off;
@@ -157,7 +160,7 @@ private:
     // Bands of all frames, counted through: posted by the renderer's side, done by the detector thread.
     std::atomic<std::uint32_t> posted_{0};
     std::atomic<std::uint32_t> done_{0};
-    std::uint32_t frame_start_ = 0; ///< number of the first band of the frame in work
+    std::uint32_t frame_start_ = 0; ///< number of the first row block of the current frame
     std::atomic<bool> stopping_{false};
     std::thread thread_;
 };

@@ -66,7 +66,7 @@ public:
     FlushDenormals& operator=(const FlushDenormals&) = delete;
 };
 
-/// What one thread needs to render a row; kept between rows so that nothing is allocated after the first.
+/// Scratch memory of one thread; kept between rows so that nothing is allocated after the first.
 struct Scratch {
     RowState row;
     std::optional<MovingLens> moving_lens; ///< with aberration
@@ -80,9 +80,9 @@ struct Scratch {
     double motion = 0;  ///< see motion_px()
 };
 
-/// What the rows of a band have in common.
-struct Band {
-    std::vector<std::uint32_t> stars;       ///< that some row may show
+/// Data shared by the rows of one request, a row block.
+struct RowBlock {
+    std::vector<std::uint32_t> stars;       ///< candidates: visible in some row
     std::optional<SampleGridKernel> kernel; ///< of `grid`; none: each pixel has samples of its own
     SampleGrid grid;
 };
@@ -106,13 +106,13 @@ struct Renderer::Impl {
     std::vector<StrayMap> stray;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
-    bool plain = true; ///< the Sun is the only light, reflected once by grey surfaces: one channel does
+    bool plain = true; ///< direct sunlight on grey surfaces only: one channel suffices
     /// TBB has one worker per core; more threads than that must be asked for.
     std::optional<tbb::global_control> more_threads;
     mutable tbb::task_arena arena;
     mutable tbb::enumerable_thread_specific<Scratch> scratch;
     /// By the threads that call render().
-    mutable tbb::enumerable_thread_specific<Band> band_scratch;
+    mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
 
@@ -156,13 +156,13 @@ struct Renderer::Impl {
             s.measured = row;
             s.motion = motion_px(scene, bodies, *lens, splatter.reach_px(), row);
         }
-        const double chance =
+        const double jitter =
             seed_words(settings.seed, request.frame_id, SamplePurpose::instant, 0, y)[0] * 0x1p-32;
-        // Adaptive sampling takes what it needs, two for each instant at least.
+        // Adaptive sampling takes at least two samples for each instant.
         const std::uint32_t samples = settings.target_error > 0
                                           ? std::max(1u, settings.max_samples_per_pixel / 2)
                                           : settings.samples_per_pixel;
-        return Exposure::of(row, s.motion, settings.max_instants, samples, chance);
+        return Exposure::of(row, s.motion, settings.max_instants, samples, jitter);
     }
     /// Sets the row's state and lens. `parts`: instants that share the samples of its pixels.
     void begin_row(double time_s, std::uint32_t parts, Scratch& s) const {
@@ -178,19 +178,20 @@ struct Renderer::Impl {
     void with_tracer(Scratch& s, const Use& use) const;
     /// Whether the rows can share one grid of samples: they see one instant.
     [[nodiscard]] bool shares_samples(const RenderRequest& request, Scratch& s) const;
-    bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel, Band& band) const;
-    void render_row(const RenderRequest& request, const Band& band, std::int32_t r,
+    bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
+                          RowBlock& rows) const;
+    void render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
     /// Adds the light of the row's instant, number `part` of `parts` that share the samples of pixels.
-    void trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band, std::uint32_t part,
+    void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows, std::uint32_t part,
                       std::uint32_t parts, Tracer& tracer, Scratch& s) const;
     [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t part = 0,
                                     std::uint32_t parts = 1) const {
-        // The parts' errors add up like chance, and their mean is taken.
+        // Errors of the parts are independent and averaged: each may be larger by the root of their number.
         return {settings.seed, request.frame_id, (settings.max_samples_per_pixel + parts - 1) / parts,
                 settings.target_error * std::sqrt(parts), part};
     }
-    /// The farthest that a camera sample is displaced, along an axis.
+    /// Largest displacement of a camera sample by the PSF, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
 };
 
@@ -206,7 +207,7 @@ bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* c
                 return;
             }
             do_row(r, local);
-            // Row by row, because a supervisor takes these for signs of life.
+            // Update after each row: the supervisor reads these as watchdog progress.
             rays_done.fetch_add(local.counts.rays, std::memory_order_relaxed);
             samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
             local.counts = {};
@@ -251,7 +252,7 @@ void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
 }
 
 bool Renderer::Impl::shares_samples(const RenderRequest& request, Scratch& s) const {
-    // More than two samples a pixel are somebody's wish.
+    // Share samples only at <= 2 spp: a higher count is an explicit request.
     return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
            SampleGridKernel::fits(gaussian_psf) &&
            std::all_of(request.row_times.begin(), request.row_times.end(), [&](const RowTime& t) {
@@ -260,13 +261,13 @@ bool Renderer::Impl::shares_samples(const RenderRequest& request, Scratch& s) co
 }
 
 bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
-                                      Band& band) const {
-    band.kernel.reset();
+                                      RowBlock& rows) const {
+    rows.kernel.reset();
     if (request.rows == 0 || !shares_samples(request, scratch.local())) return true;
-    band.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
-    SampleGrid& grid = band.grid;
+    rows.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
+    SampleGrid& grid = rows.grid;
     grid.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
-               band.kernel->reach);
+               rows.kernel->reach);
     const double time_s = to_seconds(request.row_times.front().mid().ns);
     return for_rows(grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
         begin_row(time_s, 1, s);
@@ -276,12 +277,12 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
             BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
             const std::int32_t first = BlockTracer::block_of(grid.first_x());
             for (std::int32_t block = 0; block < grid.width() / packet_size; ++block)
-                blocks.trace_grid(first + block, grid.first_y() + r, *band.kernel, grid);
+                blocks.trace_grid(first + block, grid.first_y() + r, *rows.kernel, grid);
         });
     });
 }
 
-void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const Band& band,
+void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                                   std::uint32_t part, std::uint32_t parts, Tracer& tracer, Scratch& s) const {
     if (!resolves_any(s.row)) return;
     const auto width = static_cast<std::size_t>(request.window.width);
@@ -291,8 +292,8 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
         BlockResult result;
-        if (!blocks.trace(block, y, result, band.kernel ? &*band.kernel : nullptr,
-                          band.kernel ? &band.grid : nullptr))
+        if (!blocks.trace(block, y, result, rows.kernel ? &*rows.kernel : nullptr,
+                          rows.kernel ? &rows.grid : nullptr))
             continue;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;
@@ -309,7 +310,7 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     }
 }
 
-void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, std::int32_t r,
+void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                                 std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
@@ -325,15 +326,15 @@ void Renderer::Impl::render_row(const RenderRequest& request, const Band& band, 
     for (std::uint32_t i = 0; i < when.points; ++i) {
         begin_row(when.point_s(i), when.pixels, s);
         with_tracer(s, [&](Tracer& tracer) {
-            if (together) trace_pixels(request, y, band, i, when.pixels, tracer, s);
+            if (together) trace_pixels(request, y, rows, i, when.pixels, tracer, s);
             splatter.splat({request.window, y, request.frame_id, i, when.points, s.row, *s.lens, s.light,
                             s.starlight, s.candidates},
-                           band.stars, tracer);
+                           rows.stars, tracer);
         });
     }
     for (std::uint32_t i = 0; !together && i < when.pixels; ++i) {
         begin_row(when.pixel_s(i), when.pixels, s);
-        with_tracer(s, [&](Tracer& tracer) { trace_pixels(request, y, band, i, when.pixels, tracer, s); });
+        with_tracer(s, [&](Tracer& tracer) { trace_pixels(request, y, rows, i, when.pixels, tracer, s); });
     }
     s.per_pixel.assign(width, 1);
     if (scene.quantity == scene::Quantity::radiance)
@@ -382,11 +383,11 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     assert(irradiance.size() == band_count() * static_cast<std::size_t>(request.rows) *
                                     static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
-    Band& band = impl_->band_scratch.local();
-    impl_->splatter.find_stars(request.row_times, band.stars);
-    return impl_->fill_sample_grid(request, cancel, band) &&
+    RowBlock& rows = impl_->block_scratch.local();
+    impl_->splatter.find_stars(request.row_times, rows.stars);
+    return impl_->fill_sample_grid(request, cancel, rows) &&
            impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
-               impl_->render_row(request, band, r, irradiance, scratch);
+               impl_->render_row(request, rows, r, irradiance, scratch);
            });
 }
 

@@ -44,8 +44,8 @@ struct RenderSettings {
 };
 
 /// One piece of work: some rows of a window, each to be seen at its own time. The result depends on nothing
-/// but the scene, the settings and these fields: not on how rows are grouped into bands, nor on the number of
-/// threads.
+/// but the scene, the settings and these fields: not on how rows are grouped into row blocks, nor on the
+/// number of threads.
 struct RenderRequest {
     Region window;              ///< in sensor pixels; the image is `window.width` wide
     std::int32_t first_row = 0; ///< rows [first_row, first_row + rows) of the window
@@ -59,7 +59,7 @@ struct RenderRequest {
 };
 
 /// The renderer of one camera in one scene. Thread-safe after construction as long as each render() has its
-/// own output; render() spreads over the renderer's own worker threads and returns when the band is done.
+/// own output; render() spreads over the renderer's own worker threads and returns when all rows are done.
 class Renderer {
 public:
     /// Loads meshes and catalogues and builds the acceleration structures. Throws InputError or ConfigError.

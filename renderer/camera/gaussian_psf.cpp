@@ -12,14 +12,14 @@ double normal_cdf(double z) {
     return 0.5 * std::erfc(-z * (1 / std::numbers::sqrt2));
 }
 
-/// Integral of normal_cdf.
+/// Integral of normal_cdf().
 double normal_cdf_integral(double z) {
     return z * normal_cdf(z) + std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
 }
 
 /// Response of a pixel of width 1 through a Gaussian.
 struct Response {
-    double density, cumulative;
+    double pdf, cdf;
 };
 
 Response response(double x, double sigma) {
@@ -28,15 +28,15 @@ Response response(double x, double sigma) {
             sigma * (normal_cdf_integral(above) - normal_cdf_integral(below))};
 }
 
-/// Where the cumulative response is p, from `low` (below it) on: Newton's steps, halving where one leaves the
+/// Quantile of the response at p, from `low` (below it) on: Newton's steps, halving where one leaves the
 /// bracket.
 double response_quantile(double p, double sigma, double low) {
     double high = 0.5 + 9 * sigma;
     double x = low;
     for (int i = 0; i < 100; ++i) {
         const Response at = response(x, sigma);
-        (at.cumulative < p ? low : high) = x;
-        double next = x - (at.cumulative - p) / at.density;
+        (at.cdf < p ? low : high) = x;
+        double next = x - (at.cdf - p) / at.pdf;
         if (std::abs(next - x) < 1e-9 * sigma) return next; // the error after a step is as its square
         if (!(next > low && next < high)) next = (low + high) / 2;
         x = next;

@@ -1,4 +1,4 @@
-// How a point of light spreads over pixels: the Gaussian PSF integrated over square pixels.
+// Gaussian PSF integrated over square pixels.
 #pragma once
 
 #include "renderer/packets/packet.hpp"
@@ -15,8 +15,8 @@ class GaussianPsf {
 public:
     explicit GaussianPsf(double sigma_px);
 
-    /// Inverse of the cumulative response of a pixel along one axis: a box of 1 px convolved with the
-    /// Gaussian. Tabulated; the outermost 1/2048 of the light ends at the quantile 1/32768.
+    /// Inverse CDF of the pixel response along one axis: a box of 1 px convolved with the Gaussian.
+    /// Tabulated; the outermost 1/2048 of the light ends at the quantile 1/32768.
     void offsets(const Doubles& u, Doubles& offset) const;
     [[nodiscard]] double sigma_px() const { return sigma_px_; }
     /// Largest |offset|.

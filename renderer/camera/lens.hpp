@@ -1,4 +1,4 @@
-// Any lens: five projections, distortion, a sensor that is shifted and turned, and a flat pupil.
+// Lens: five projections, distortion, a shifted and rotated sensor, a flat pupil.
 #pragma once
 
 #include "renderer/camera/distortion.hpp"

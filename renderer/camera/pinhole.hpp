@@ -1,4 +1,4 @@
-// The pinhole projection, without any distortion: the fast one.
+// Pinhole projection without distortion, vectorised.
 #pragma once
 
 #include "renderer/camera/projection.hpp"

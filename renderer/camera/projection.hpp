@@ -1,4 +1,4 @@
-// The one interface of everything that turns directions into points of the image, and back.
+// Camera projection interface: directions to image points and back.
 #pragma once
 
 #include "renderer/packets/packet.hpp"

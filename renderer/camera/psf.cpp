@@ -50,23 +50,23 @@ std::vector<std::pair<double, double>> wavelengths_of(const SpectralBand& band) 
     return list;
 }
 
-using Density = std::function<double(double)>;
+using RadialPsf = std::function<double(double)>;
 
-PsfProfile tabulate(const Density& density, double to_px, double step_px) {
+PsfProfile tabulate(const RadialPsf& density, double to_px, double step_px) {
     PsfProfile p;
     p.step_px = step_px;
     const auto count = static_cast<std::size_t>(std::ceil(to_px / step_px)) + 2;
     for (std::size_t i = 0; i < count; ++i)
-        p.density.push_back(density(static_cast<double>(i) * step_px));
+        p.values.push_back(density(static_cast<double>(i) * step_px));
     return p;
 }
 
 /// Light within the core.
 double core_light(const PsfProfile& p, double core_px, bool with_wings) {
     double sum = 0;
-    for (std::size_t i = 1; i < p.density.size(); ++i) {
+    for (std::size_t i = 1; i < p.values.size(); ++i) {
         const double r = static_cast<double>(i) * p.step_px;
-        sum += 2 * pi * r * p.density[i] * core_window(r, core_px, with_wings) * p.step_px;
+        sum += 2 * pi * r * p.values[i] * core_window(r, core_px, with_wings) * p.step_px;
     }
     return sum;
 }
@@ -100,7 +100,7 @@ std::vector<double> grid_of(const std::function<double(double, double)>& density
 }
 
 /// Wings by the logarithm of the squared distance, each entry the mean over what it stands for.
-std::vector<float> wing_table(const Density& density, double core_px, double wings_px) {
+std::vector<float> wing_table(const RadialPsf& density, double core_px, double wings_px) {
     std::vector<float> table(wing_entries);
     const double from = std::log(core_px * core_px / 4);
     const double step = (std::log(wings_px * wings_px) - from) / (wing_entries - 1);
@@ -118,7 +118,7 @@ std::vector<float> wing_table(const Density& density, double core_px, double win
 
 } // namespace
 
-PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& density)
+PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& psf)
     : side_(2 * half + 1 + per_pixel), reach_px_((side_ - 1) / 2.0 / per_pixel) {
     const std::int32_t from_side = 2 * half + 1;
     const auto side = static_cast<std::size_t>(side_);
@@ -151,7 +151,7 @@ PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& dens
             }
         return out;
     };
-    for (const std::vector<double>& grid : density) {
+    for (const std::vector<double>& grid : psf) {
         response_.push_back(integrate(grid));
         double sum = 0;
         for (const double d : grid)
@@ -165,8 +165,8 @@ PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& dens
                 static_cast<double>(at[side + 1])) /
                4;
     };
-    const bool same = std::all_of(density.begin(), density.end(),
-                                  [&](const std::vector<double>& grid) { return grid == density.front(); });
+    const bool same = std::all_of(psf.begin(), psf.end(),
+                                  [&](const std::vector<double>& grid) { return grid == psf.front(); });
     if (same) response_.resize(1);
     column_sums_.resize(cells);
     std::vector<double> total(cells, 0.0);
@@ -203,7 +203,7 @@ PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& dens
     }
 }
 
-void PsfCore::draw(double u, double v, double& x, double& y, std::size_t& cell) const {
+void PsfCore::sample(double u, double v, double& x, double& y, std::size_t& cell) const {
     const auto cells = static_cast<std::size_t>(side_ - 1);
     const auto row = static_cast<std::size_t>(
         std::min(std::upper_bound(row_sums_.begin(), row_sums_.end(), u) - row_sums_.begin(),
@@ -340,14 +340,14 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
         check_size(1);
         std::vector<std::vector<double>> grids;
         for (const SpectralBand& band : bands) {
-            Density density;
-            Density far;
+            RadialPsf density;
+            RadialPsf far;
             double step = 1.0 / 64;
             if (s.model == Model::gaussian) {
                 const double outer = std::max(disc_px, 1e-3);
                 density = far = [&, outer](double r) {
-                    return blurred_annulus_density(s.obscuration * outer, outer,
-                                                   std::max(camera.psf_sigma_px, 0.05), r);
+                    return blurred_annulus_psf(s.obscuration * outer, outer,
+                                               std::max(camera.psf_sigma_px, 0.05), r);
                 };
             } else {
                 const auto list = wavelengths_of(band);
@@ -358,15 +358,14 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                     return sum;
                 };
                 far = [=](double r) {
-                    return blend([&](double w, double q) { return airy_density(aperture, w, q); }, r);
+                    return blend([&](double w, double q) { return airy_psf(aperture, w, q); }, r);
                 };
                 density = far;
                 if (s.defocus_m != 0) {
                     step = 1.0 / 16;
                     density = [=, defocus = s.defocus_m](double r) {
                         return blend(
-                            [&](double w, double q) { return defocused_density(aperture, w, defocus, q); },
-                            r);
+                            [&](double w, double q) { return defocused_psf(aperture, w, defocus, q); }, r);
                     };
                 }
             }
@@ -407,12 +406,12 @@ Psf::Mix Psf::mix(double x, double y) const {
 }
 
 void Psf::displace(const Doubles& u, const Doubles& v, std::size_t channels, Doubles& x, Doubles& y,
-                   Channels& worth) const {
+                   Channels& weight) const {
     for (int i = 0; i < packet_size; ++i) {
         const PsfCore* core = &cores_.front();
         double choice = u[i];
         if (cores_.size() > 1) {
-            // The place is chosen by the first number, and what is left of it goes on.
+            // Select the field position by the first number; its remainder samples the core.
             const Mix places = mix(x[i], y[i]);
             int k = 0;
             while (k < 3 && choice >= places.share[k])
@@ -423,11 +422,11 @@ void Psf::displace(const Doubles& u, const Doubles& v, std::size_t channels, Dou
         double dx = 0;
         double dy = 0;
         std::size_t cell = 0;
-        core->draw(choice, v[i], dx, dy, cell);
+        core->sample(choice, v[i], dx, dy, cell);
         x[i] -= dx;
         y[i] -= dy;
         for (std::size_t c = 0; c < channels; ++c)
-            worth.v[c][i] = core->ratio(c, cell);
+            weight.v[c][i] = core->weight(c, cell);
     }
 }
 

@@ -1,4 +1,4 @@
-// Point spread functions that are not plain Gaussians: a core to draw from, by place and band, and wings.
+// Point spread functions other than plain Gaussians: core, sampled by field position and band, and wings.
 #pragma once
 
 #include "renderer/camera/projection.hpp"
@@ -17,13 +17,13 @@ class PsfCore {
 public:
     static constexpr std::int32_t per_pixel = 8; ///< points of the tables
 
-    /// `density[band]`: light per px^2 on a square grid of (2 half + 1)^2 points, row by row.
-    PsfCore(std::int32_t half, const std::vector<std::vector<double>>& density);
+    /// `psf[band]`: light per px^2 on a square grid of (2 half + 1)^2 points, row by row.
+    PsfCore(std::int32_t half, const std::vector<std::vector<double>>& psf);
 
-    /// A displacement drawn from the mean over the bands; `cell` tells density_ratio() where.
-    void draw(double u, double v, double& x, double& y, std::size_t& cell) const;
-    /// Response of a band there over that of the mean, which sums to 1: also the band's light in the core.
-    [[nodiscard]] double ratio(std::size_t band, std::size_t cell) const {
+    /// Samples a displacement from the mean over the bands; `cell`: argument of weight().
+    void sample(double u, double v, double& x, double& y, std::size_t& cell) const;
+    /// Sample weight of a band: its response over the pdf of the mean, which integrates to 1.
+    [[nodiscard]] double weight(std::size_t band, std::size_t cell) const {
         return ratio_.empty() ? light_[band] : ratio_[band][cell];
     }
     [[nodiscard]] double response(std::size_t band, double x, double y) const;
@@ -44,7 +44,7 @@ private:
 /// beyond are added source by source. Immutable; any thread.
 class Psf {
 public:
-    /// None for a plain Gaussian, which GaussianPsf knows better. Throws ConfigError or InputError.
+    /// Null for a plain Gaussian: use GaussianPsf. Throws ConfigError or InputError.
     static std::unique_ptr<const Psf> make(const scene::Camera& camera,
                                            const std::vector<SpectralBand>& bands);
 
@@ -52,16 +52,15 @@ public:
     [[nodiscard]] bool chromatic() const { return chromatic_; }
     /// Largest displacement along an axis: half a pixel beyond the core.
     [[nodiscard]] double reach_px() const { return core_px_ + 0.5; }
-    /// 0: there are none, and all light is in the core.
+    /// Radius of the wings; 0: none, all light is in the core.
     [[nodiscard]] double wings_px() const { return wings_px_; }
 
-    /// Turns the pixels (x, y) into the points of the image that their samples look at, and tells what a
-    /// sample is worth in each channel.
+    /// Displaces samples of the pixels (x, y) by the PSF core; `weight`: sample weight in each channel.
     void displace(const Doubles& u, const Doubles& v, std::size_t channels, Doubles& x, Doubles& y,
-                  Channels& worth) const;
+                  Channels& weight) const;
     /// Share of the light of a point at `at` that the core brings into a pixel.
     [[nodiscard]] double weight(ImagePoint at, std::int32_t column, std::int32_t row, std::size_t band) const;
-    /// What the wings bring into a pixel at a distance.
+    /// Share of the light of a point that the wings bring into a pixel at a distance.
     [[nodiscard]] double wing(std::size_t band, double squared_distance_px) const;
 
 private:

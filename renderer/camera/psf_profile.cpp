@@ -32,18 +32,18 @@ double peak_density(const Aperture& a, double wavelength_m) {
 double PsfProfile::at(double radius_px) const {
     const double position = radius_px / step_px;
     const auto i = static_cast<std::size_t>(position);
-    if (i + 1 >= density.size()) return 0;
-    return density[i] + (density[i + 1] - density[i]) * (position - static_cast<double>(i));
+    if (i + 1 >= values.size()) return 0;
+    return values[i] + (values[i + 1] - values[i]) * (position - static_cast<double>(i));
 }
 
-double airy_density(const Aperture& a, double wavelength_m, double radius_px) {
+double airy_psf(const Aperture& a, double wavelength_m, double radius_px) {
     const double v = pi * radius_px * a.pitch_m / (wavelength_m * a.f_number);
     const double e2 = a.obscuration * a.obscuration;
     const double amplitude = (jinc(v) - e2 * jinc(a.obscuration * v)) / (1 - e2);
     return peak_density(a, wavelength_m) * amplitude * amplitude;
 }
 
-double defocused_density(const Aperture& a, double wavelength_m, double defocus_m, double radius_px) {
+double defocused_psf(const Aperture& a, double wavelength_m, double defocus_m, double radius_px) {
     const double v = pi * radius_px * a.pitch_m / (wavelength_m * a.f_number);
     const double phase = pi * defocus_m / (4 * wavelength_m * a.f_number * a.f_number);
     const double from = a.obscuration * a.obscuration;
@@ -58,7 +58,7 @@ double defocused_density(const Aperture& a, double wavelength_m, double defocus_
     return peak_density(a, wavelength_m) * std::norm(sum / (3.0 * intervals));
 }
 
-double blurred_annulus_density(double inner_px, double outer_px, double sigma_px, double radius_px) {
+double blurred_annulus_psf(double inner_px, double outer_px, double sigma_px, double radius_px) {
     // A ring of radius s seen through the Gaussian: Rice's distribution.
     constexpr int intervals = 200;
     const double variance = sigma_px * sigma_px;

@@ -1,4 +1,4 @@
-// Point spread functions that are the same in every direction: their light per square pixel by the radius.
+// Radially symmetric point spread functions: light per px^2 by radius.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@ namespace obscura::renderer {
 /// Light per px^2 at radii of 0, step, 2 step ..., of 1 in all; linear between.
 struct PsfProfile {
     double step_px = 1.0 / 64;
-    std::vector<double> density;
+    std::vector<double> values;
 
     [[nodiscard]] double at(double radius_px) const;
 };
@@ -20,15 +20,14 @@ struct Aperture {
     double pitch_m = 10e-6;
 };
 
-/// Density at `radius_px` of the Airy pattern at one wavelength.
-[[nodiscard]] double airy_density(const Aperture& aperture, double wavelength_m, double radius_px);
+/// Airy pattern at one wavelength, light per px^2 at `radius_px`.
+[[nodiscard]] double airy_psf(const Aperture& aperture, double wavelength_m, double radius_px);
 /// The pattern with the focus `defocus_m` off the sensor, by the diffraction integral over the pupil; for
-/// defocus 0 the same as airy_density(). Born and Wolf, Principles of Optics, 8.8.1.
-[[nodiscard]] double defocused_density(const Aperture& aperture, double wavelength_m, double defocus_m,
-                                       double radius_px);
+/// defocus 0 the same as airy_psf(). Born and Wolf, Principles of Optics, 8.8.1.
+[[nodiscard]] double defocused_psf(const Aperture& aperture, double wavelength_m, double defocus_m,
+                                   double radius_px);
 
 /// A geometric disc, or annulus, of light blurred by a Gaussian.
-[[nodiscard]] double blurred_annulus_density(double inner_px, double outer_px, double sigma_px,
-                                             double radius_px);
+[[nodiscard]] double blurred_annulus_psf(double inner_px, double outer_px, double sigma_px, double radius_px);
 
 } // namespace obscura::renderer

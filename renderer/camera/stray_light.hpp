@@ -1,4 +1,4 @@
-// Maps of light that the optics put where it does not belong, added to the picture.
+// Stray light maps, added to the image.
 #pragma once
 
 #include "renderer/scene/scene.hpp"

@@ -33,15 +33,15 @@ private:
     std::size_t plane_;
 };
 
-/// What the surface of one body looks like at 16 hits.
-struct Look {
+/// Texture coordinates, albedo and material slot of one body at 16 hits.
+struct SurfaceLook {
     Doubles u, v, albedo;
     std::size_t part[packet_size];
 };
 
-/// Fills `look`, and turns the normals by the body's normal map.
+/// Fills `look` and applies the normal map to `surface`.
 void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacket& hits, std::int32_t index,
-                    double ray_width_rad, SurfacePacket& surface, Look& look) {
+                    double ray_width_rad, SurfacePacket& surface, SurfaceLook& look) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const SurfaceTextures* const textures = body.built->textures.get();
     ChartPacket chart;
@@ -142,7 +142,7 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
             body.shape->intersect(rays, b, hits);
         }
         SurfacePacket surface;
-        Look look;
+        SurfaceLook look;
         std::int32_t of_body = -1;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block + i - x;

@@ -8,9 +8,8 @@
 namespace obscura::renderer {
 namespace {
 
-/// The estimate of a pixel's error errs on the safe side, and most pixels need nothing: the error over all
-/// pixels is this much smaller than that aimed at in each (see the test of adaptive sampling, which measures
-/// it).
+/// Ratio of the target error of each pixel to the resulting error over all pixels: the estimates are
+/// conservative, and most pixels need no further samples (measured by the test of adaptive sampling).
 constexpr double error_margin = 2.3;
 /// The same for pixels that share a grid, whose error is estimated by what is left of its points about a
 /// plane: most of that is detail that the grid still resolves.
@@ -35,7 +34,7 @@ struct BlockTracer::Batch {
     CameraRays rays[Tracer::batch_size];
     Doubles x[Tracer::batch_size], y[Tracer::batch_size];
     Doubles solid_angle[Tracer::batch_size];
-    Channels worth[Tracer::batch_size]; ///< by the PSF
+    Channels psf_weight[Tracer::batch_size]; ///< with a Psf: see Psf::displace()
     int pixel[Tracer::batch_size][packet_size];
     std::size_t packets = 0; ///< full ones
     int lanes = 0;           ///< in the one after those
@@ -126,7 +125,7 @@ void BlockTracer::take_smooth(const SampleGridKernel& kernel, const SampleGrid& 
         if (!result.covered[i]) continue;
         const double aim = shared_error_margin * sampling_.target_error *
                            std::max(near.reference * solid_angle_.v[i], mean.v[i]);
-        // Fewer than the points that the grid puts into a pixel would be no better than it.
+        // At least as many as the grid's effective samples per pixel: fewer would be no better.
         if (error > aim)
             wanted[i] = samples_for(
                 std::max(deviation.v[i] / aim * (shared_error_margin / refined_error_margin), floor), 1, 1);
@@ -138,7 +137,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     NearBodies near;
     if (grid != nullptr) {
         near = grid->near(block * packet_size, y);
-        // Small bodies are not left to one point a pixel.
+        // Small bodies need more than one grid point per pixel.
         if (!near.large) grid = nullptr;
     }
     if (grid != nullptr && near.samples == 0) {
@@ -152,6 +151,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         result.covered[i] = (near.covered >> i & 1u) != 0;
     if (near.samples == 0) return false;
 
+    // First round: shared sample grid or the samples that the bodies ask for.
     Sums sums;
     const std::size_t channels = tracer_.channels();
     for (std::size_t c = 0; c < channels; ++c)
@@ -165,7 +165,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         take_smooth(*kernel, *grid, near, result, wanted);
         if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
             return true;
-        // The grid has told whether there is anything; now it counts which bodies.
+        // The grid knows only whether bodies are near; list them.
         near = find_near(centre);
         round = 1;
         margin = refined_error_margin;
@@ -177,6 +177,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         sampling_.part * std::max(near.samples, sampling_.target_error > 0 ? sampling_.max_samples : 0);
     sample(wanted, sums);
 
+    // Further rounds: estimate the spread, add samples where the error exceeds the target.
     for (; sampling_.target_error > 0 && round < 2; ++round) {
         bool more = false;
         for (int i = 0; i < packet_size; ++i) {
@@ -184,8 +185,8 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
             if (n == 0) continue;
             double spread = 0;
             if (round == 0) {
-                // Few samples of its own: the range over the pixel and its neighbours stands in for twice
-                // the deviation.
+                // Few samples: half the range over the pixel and its neighbours estimates the standard
+                // deviation.
                 double least = sums.least[i];
                 double largest = sums.most[i];
                 for (const int k : {i - 1, i + 1})
@@ -211,6 +212,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         sample(wanted, sums);
     }
 
+    // Compute means and variances.
     for (int i = 0; i < packet_size; ++i) {
         const double n = sums.count[i];
         if (n == 0) continue;
@@ -243,7 +245,7 @@ void BlockTracer::trace_grid(std::int32_t block, std::int32_t y, const SampleGri
     rays.index = {};
     rays.light_seed = light_seed_;
     Doubles solid_angle;
-    meet(x, row_y, active, rays, solid_angle);
+    intersect(x, row_y, active, rays, solid_angle);
     tracer_.radiance({&rays, 1});
     for (std::size_t c = 0; c < tracer_.channels(); ++c) {
         float* out = grid.row(c, y) + (first_x_ - grid.first_x());
@@ -276,7 +278,7 @@ void BlockTracer::aim(Batch& batch) const {
     const std::size_t k = batch.packets;
     CameraRays& rays = batch.rays[k];
     for (int i = batch.lanes; i < packet_size; ++i) {
-        // Unused lanes repeat the last used one, and will be switched off.
+        // Unused lanes repeat the last used one; they are switched off when traced.
         batch.pixel[k][i] = batch.pixel[k][batch.lanes - 1];
         rays.index.v[i] = rays.index.v[batch.lanes - 1];
     }
@@ -295,7 +297,7 @@ void BlockTracer::aim(Batch& batch) const {
             x.v[i] = first_x_ + batch.pixel[k][i];
             y.v[i] = y_;
         }
-        psf_->displace(u, v, tracer_.channels(), x, y, batch.worth[k]);
+        psf_->displace(u, v, tracer_.channels(), x, y, batch.psf_weight[k]);
         return;
     }
     gaussian_psf_.offsets(u, x);
@@ -313,7 +315,7 @@ void BlockTracer::trace(Batch& batch, Sums& sums) {
         Lanes active;
         for (int i = 0; i < packet_size; ++i)
             active.on[i] = i < lanes_of(k) ? -1 : 0;
-        meet(batch.x[k], batch.y[k], active, batch.rays[k], batch.solid_angle[k]);
+        intersect(batch.x[k], batch.y[k], active, batch.rays[k], batch.solid_angle[k]);
     }
     tracer_.radiance({batch.rays, packets});
     const std::size_t channels = tracer_.channels();
@@ -322,7 +324,7 @@ void BlockTracer::trace(Batch& batch, Sums& sums) {
         for (std::size_t c = 0; c < channels; ++c)
             for (int i = 0; i < packet_size; ++i) {
                 value.v[c].v[i] *= batch.solid_angle[k].v[i];
-                if (psf_ != nullptr) value.v[c].v[i] *= batch.worth[k].v[c].v[i];
+                if (psf_ != nullptr) value.v[c].v[i] *= batch.psf_weight[k].v[c].v[i];
             }
         for (int i = 0; i < lanes_of(k); ++i) {
             const int p = batch.pixel[k][i];
@@ -342,8 +344,8 @@ void BlockTracer::trace(Batch& batch, Sums& sums) {
     batch.lanes = 0;
 }
 
-void BlockTracer::meet(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
-                       Doubles& solid_angle) {
+void BlockTracer::intersect(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
+                            Doubles& solid_angle) {
     projection_.rays(x, y, rays.direction, solid_angle);
     tracer_.intersect(rays.direction, active, candidates_, rays.hits);
     tracer_.count_samples(active);

@@ -1,4 +1,4 @@
-// Sixteen neighbouring pixels of a row: which are traced, with how many samples, and what they receive.
+// Block tracer: adaptive sampling of blocks of 16 neighbouring pixels of a row.
 #pragma once
 
 #include "renderer/camera/gaussian_psf.hpp"
@@ -14,18 +14,18 @@
 
 namespace obscura::renderer {
 
-/// How a frame is sampled.
+/// Sampling parameters of a frame.
 struct Sampling {
     std::uint64_t seed = 1;
     std::uint64_t frame_id = 0;
     std::uint32_t max_samples = 4; ///< per pixel, at most, unless the row's bodies ask for more
     double target_error = 0;       ///< 0: what the row's bodies ask for everywhere
-    std::uint32_t part = 0;        ///< number of the row's instant among those that share a pixel's samples
+    std::uint32_t part = 0;        ///< number of the instant among those that share the samples of a pixel
 };
 
 /// The means of a block's pixels: the tracer's radiance times the pixel's solid angle.
 struct BlockResult {
-    bool covered[packet_size]; ///< false: nothing can be seen there, and nothing was traced
+    bool covered[packet_size]; ///< false: no body is near, no ray was traced
     double mean[max_channels][packet_size];
     double variance[packet_size]; ///< of the mean over the channels, as estimated
     std::uint32_t samples[packet_size];
@@ -34,8 +34,8 @@ struct BlockResult {
 /// Traces blocks of one row. A block starts at a multiple of 16 of the sensor's columns and is always traced
 /// whole, so that a packet holds the same rays, and a pixel takes the same decisions, whatever the window.
 ///
-/// Adaptive sampling in up to three rounds, the first of which a grid that the pixels share may stand for.
-/// After each, a pixel's spread is judged from its own samples and those of its neighbours in the block; with
+/// Adaptive sampling in up to three rounds; a shared sample grid can stand in for the first. After each
+/// round a pixel's spread is estimated from its own samples and those of its neighbours in the block; with
 /// Owen-scrambled points the error of n samples falls about as spread x n^-0.75 (between 1/n on smooth ground
 /// and n^-0.7 on edges, measured), which gives the number wanted. The error aimed at, root mean square over
 /// the lit pixels, is `target_error` times the larger of the pixel's value and the brightness of the body
@@ -48,7 +48,7 @@ public:
                 std::vector<std::int32_t>& candidates);
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
-    /// rows about `y` are filled, pixels on calm ground take it instead of samples of their own.
+    /// rows about `y` are filled, pixels in smooth regions take it instead of samples of their own.
     bool trace(std::int32_t block, std::int32_t y, BlockResult& result,
                const SampleGridKernel* kernel = nullptr, const SampleGrid* grid = nullptr);
 
@@ -70,16 +70,16 @@ private:
         std::uint32_t count[packet_size] = {};
     };
 
-    /// Samples that are on their way: packets that are traced together.
+    /// Packets of samples that are traced together.
     struct Batch;
 
     /// Sets the block, its seeds and the solid angles of its pixels; `centre`: where these look.
     void set_block(std::int32_t block, std::int32_t y, Vec3s& centre);
-    /// What may be seen from the block's pixels; lists it in `candidates_`.
+    /// Finds the bodies that the block's pixels may show; lists them in `candidates_`.
     NearBodies find_near(const Vec3s& centre);
-    /// Samples wanted for a spread of `spread` where the error `aim` is allowed.
+    /// Number of samples that brings a pixel of standard deviation `spread` to the error `aim`.
     [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
-    /// Takes from the grid what is calm enough; the rest is asked for in `wanted`.
+    /// Takes smooth pixels from the grid; sets `wanted` samples for the others.
     void take_smooth(const SampleGridKernel& kernel, const SampleGrid& grid, const NearBodies& near,
                      BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
     /// Sums the samples [count, wanted) of every pixel, counted from `first_sample_`.
@@ -87,9 +87,9 @@ private:
     /// Aims the rays of the batch's last packet.
     void aim(Batch& batch) const;
     void trace(Batch& batch, Sums& sums);
-    /// Finds what a packet's rays, aimed at places of the sensor, meet.
-    void meet(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
-              Doubles& solid_angle);
+    /// Intersects camera rays through the given points of the sensor.
+    void intersect(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
+                   Doubles& solid_angle);
 
     const Projection& projection_;
     const GaussianPsf& gaussian_psf_;

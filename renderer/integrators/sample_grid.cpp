@@ -9,12 +9,12 @@
 namespace obscura::renderer {
 namespace {
 
-/// Light beyond so many standard deviations of the PSF is given to the points within.
+/// Kernel radius in standard deviations of the PSF; the weights within are normalised.
 constexpr double wide_sigmas = 4;
 
 /// A narrower PSF would show the grid's shift: it moves a slope by 2/pi exp(-2 pi^2 sigma^2) px at most.
 constexpr double least_sigma_px = 0.4;
-/// A wider one would reach for points that roughness() has not seen.
+/// The kernel of a wider one would reach beyond the points that roughness() covers.
 constexpr double most_sigma_px = 0.75;
 
 double reach_of(const GaussianPsf& psf) {

@@ -1,4 +1,4 @@
-// One ray for each pixel, on a grid that all pixels share through the PSF: what calm ground needs.
+// Shared sample grid: one camera ray per pixel, filtered by the PSF; for smooth regions.
 #pragma once
 
 #include "core/region.hpp"
@@ -12,18 +12,18 @@
 
 namespace obscura::renderer {
 
-/// Where the grid lies in one frame and what its points weigh in a pixel. The points are the pixels' centres,
-/// all displaced by one random shift, and a pixel is the sum of the points about it times its response there.
-/// The response of a square pixel takes whole numbers of any grid of its own pitch: the weights of each axis
-/// sum to 1 whatever the shift, and of an image without detail finer than two pixels nothing is lost.
+/// Position of the grid in one frame and the weights of its points in a pixel. The points are the pixels'
+/// centres, all displaced by one random shift, and a pixel is the sum of the points about it times its
+/// response there. The response of a square pixel takes whole numbers of any grid of its own pitch: the
+/// weights of each axis sum to 1 whatever the shift, and of an image without detail finer than two pixels
+/// nothing is lost.
 struct SampleGridKernel {
     static constexpr std::int32_t max_reach = 4;
 
     double shift_x = 0, shift_y = 0; ///< px, -0.5 .. 0.5
     std::int32_t reach = 0;          ///< points from -reach to reach about a pixel are summed
     double x[2 * max_reach + 1] = {}, y[2 * max_reach + 1] = {};
-    /// What remains in a pixel of the deviation of points that agree along the other axis only, as on an
-    /// edge.
+    /// Standard deviation in a pixel over that of points which are equal along the other axis, as on an edge.
     double noise = 1;
 
     /// Throws nothing; a PSF too narrow or too wide has no kernel: see fits().
@@ -31,7 +31,7 @@ struct SampleGridKernel {
     [[nodiscard]] static bool fits(const GaussianPsf& psf);
 };
 
-/// What is known of 16 pixels of a row before they are traced.
+/// Bodies near 16 pixels of a row, found by projection before any ray is traced.
 struct NearBodies {
     std::uint16_t covered = 0; ///< bit i: a body may be seen in pixel i
     std::uint32_t samples = 0; ///< per pixel, as the bodies ask; 0: nothing is near
@@ -62,17 +62,17 @@ public:
                    static_cast<std::size_t>(width_);
     }
 
-    /// Of the block of row `y` that begins at column `x`.
+    /// Bodies near the block of row `y` that begins at column `x`.
     [[nodiscard]] NearBodies& near(std::int32_t x, std::int32_t y) { return near_[near_index(x, y)]; }
     [[nodiscard]] const NearBodies& near(std::int32_t x, std::int32_t y) const {
         return near_[near_index(x, y)];
     }
 
-    /// The pixels [x, x + 16) of row `y`: their value in a channel.
+    /// Filters the grid to the pixels [x, x + 16) of row `y` in one channel.
     void gather(const SampleGridKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
                 Doubles& value) const;
-    /// What the points about those pixels, 3 by 3, tell about the image there, mean over the channels: their
-    /// deviation from their mean, and from the plane through them.
+    /// Local roughness over the 3 x 3 points about each of those pixels, mean over the channels: standard
+    /// deviation from their mean, and from the plane fitted through them.
     void roughness(std::size_t channels, std::int32_t x, std::int32_t y, Doubles& deviation,
                    Doubles& residual) const;
 

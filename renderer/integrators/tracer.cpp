@@ -4,6 +4,7 @@
 #include "renderer/packets/frames.hpp"
 
 namespace obscura::renderer {
+
 OBSCURA_VECTOR_CLONES
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s) {
     for (int i = 0; i < packet_size; ++i) {
@@ -46,7 +47,7 @@ void Tracer::radiance(std::span<CameraRays> batch) {
         SampleStream(rays.index, rays.light_seed).next(u, v);
         for (double& r : radiance.v)
             r = 0;
-        // One pass for each body that was met; nearly always there is one.
+        // Shade body by body; nearly always there is one.
         const HitPacket& hits = rays.hits;
         Lanes left;
         for (int i = 0; i < packet_size; ++i)
@@ -78,6 +79,7 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
         return;
     }
 
+    // Evaluate textures.
     Channels factor;
     ParameterPacket varied;
     if (body.built->textures) {
@@ -86,9 +88,11 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
             width_m[i] = hits.body[i] == index ? hits.t[i] * ray_width_rad_ : 0.0;
         body.built->textures->apply(*body.shape, view, hits, index, width_m, 1, surface, factor, varied);
     }
+    // Sample the Sun's disc.
     RayPacket shadow;
     Doubles solid_angle;
     sample_sun(surface.position, body.sun_m, sun_, u, v, shadow.direction, solid_angle);
+    // Evaluate the BRDF.
     ScatterPacket scatter;
     scatter_angles(surface, view.direction, shadow.direction, scatter);
     if (body.built->textures && body.built->textures->varies()) scatter.varied = &varied;
@@ -98,11 +102,12 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
         for (int i = 0; i < packet_size; ++i)
             r[i] *= factor.v[0][i];
 
+    // Trace shadow rays.
     for (int i = 0; i < packet_size; ++i) {
-        // Light does not get into a body that is met from inside.
+        // Bodies are opaque: no light reaches a surface seen from inside.
         const bool open = surface.outside.on[i] != 0 || body.shape->shadows_itself();
         shadow.active.on[i] = hits.body[i] == index && r.v[i] > 0 && open ? -1 : 0;
-        // Nothing that casts a shadow lies beyond the Sun.
+        // No occluder lies beyond the Sun.
         shadow.t_max.v[i] = no_hit;
     }
     if (body.shape->shadows_itself() && shadow.active.any()) {

@@ -1,4 +1,4 @@
-// From directions in the camera frame to radiance: the nearest body, and the Sun's light it returns.
+// Tracer interface; the direct-light tracer: nearest body and its reflection of sunlight.
 #pragma once
 
 #include "renderer/packets/packet.hpp"
@@ -16,7 +16,7 @@ struct RayCounts {
     std::uint64_t samples = 0;
 };
 
-/// 16 camera rays, what they met, and what they bring.
+/// 16 camera rays, their hits and their radiance.
 struct CameraRays {
     Vec3s direction; ///< unit, camera frame
     HitPacket hits;
@@ -24,13 +24,13 @@ struct CameraRays {
     Channels radiance;
 };
 
-/// The angles that a scattering law asks for, from unit vectors in one frame: `view` towards the surface,
+/// Cosines of the angles that a BRDF depends on, from unit vectors in one frame: `view` towards the surface,
 /// `light` away from it.
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
 
-/// Traces packets of camera rays through the scene of one row. This one knows the Sun as the only light and
-/// takes it as white and of one unit: its single channel is radiance per irradiance of the Sun at 1 au, 1/sr.
-/// Not thread-safe: each thread has its own.
+/// Traces packets of camera rays through the scene of one row. This one computes direct sunlight only, for a
+/// white Sun of unit irradiance: its single channel is radiance per irradiance of the Sun at 1 au, 1/sr.
+/// Thread-bound: each thread has its own.
 class Tracer {
 public:
     /// All arguments must outlive the tracer.
@@ -46,21 +46,20 @@ public:
 
     [[nodiscard]] virtual std::size_t channels() const { return 1; }
 
-    /// Packets that it pays to hand over together.
+    /// Largest number of packets of one call of radiance().
     static constexpr std::size_t batch_size = 8;
     /// Radiance towards the camera at the hits: emitted by the Sun, or its light reflected once, from one
     /// direction to the Sun's disc. 0 where there is no hit. At most `batch_size` packets, which do not
     /// influence each other's result.
     virtual void radiance(std::span<CameraRays> batch);
 
-    /// How wide the camera's rays are in what follows: the angle between neighbouring samples, for filtering
-    /// textures.
+    /// Sets the angular width of camera rays, for texture filtering: the angle between neighbouring samples.
     void set_ray_width(double ray_width_rad) { ray_width_rad_ = ray_width_rad; }
 
     void count_samples(const Lanes& active) { counts_.samples += static_cast<std::uint64_t>(active.count()); }
 
 protected:
-    /// Switches off the active rays (in the frame of `body`, from `origin`) that `other` blocks.
+    /// Switches off the active shadow rays (frame of `body`, from `origin`) that `other` blocks.
     void occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays);
 
     const RowState& row_;

@@ -338,13 +338,13 @@ TEST_CASE("Out of focus a star becomes the aperture: a disc, or a ring") {
     const renderer::Aperture aperture{8, 0, 5e-6};
     // In focus the diffraction integral is the Airy pattern.
     for (const double r : {0.0, 0.4, 1.1, 3.0})
-        CHECK_THAT(renderer::defocused_density(aperture, 550e-9, 1e-12, r),
-                   WithinAbs(renderer::airy_density(aperture, 550e-9, r), 1e-6));
+        CHECK_THAT(renderer::defocused_psf(aperture, 550e-9, 1e-12, r),
+                   WithinAbs(renderer::airy_psf(aperture, 550e-9, r), 1e-6));
     // On the axis: sinc^2 of a quarter of u (Born and Wolf, 8.8.2, eq. 24).
     const double defocus = 200e-6;
     const double u4 = pi * defocus / (8 * 550e-9 * 64);
-    CHECK_THAT(renderer::defocused_density(aperture, 550e-9, defocus, 0) /
-                   renderer::airy_density(aperture, 550e-9, 0),
+    CHECK_THAT(renderer::defocused_psf(aperture, 550e-9, defocus, 0) /
+                   renderer::airy_psf(aperture, 550e-9, 0),
                WithinRel(std::sin(u4) * std::sin(u4) / (u4 * u4), 1e-4));
     // Far out of focus, with many colours, a disc of radius defocus / 2N: its second moment is r^2 / 4.
     for (const auto model : {scene::PointSpread::Model::airy, scene::PointSpread::Model::gaussian}) {
