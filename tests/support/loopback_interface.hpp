@@ -1,7 +1,7 @@
 // The loopback interface as a GigE Vision transport sees it, for senders that are tested alone.
 #pragma once
 
-#include "transports/gige/control/network_interface.hpp"
+#include "transports/gige/channels/network_interface.hpp"
 
 #include <netinet/in.h>
 

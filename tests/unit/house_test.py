@@ -17,7 +17,8 @@ ALLOWED = {
     "emulator": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator"},
     "tools": {"core", "config", "images", "renderer", "sensors", "sync", "transports", "emulator", "tools"},
 }
-# Sub-folders of one folder, lowest level first; "." is the folder itself. A file may include its own level and those below.
+# Sub-folders of one folder, lowest level first; "." is the folder itself, "name.hpp" a file in it with another level. A
+# file may include its own level and those below.
 LEVELS = {
     "renderer": [
         {"scene", "packets"},
@@ -25,6 +26,15 @@ LEVELS = {
         {"textures", "mesh_files", "camera"},
         {"world"},
         {"integrators"},
+        {"."},
+    ],
+    "transports/gige": [
+        {"wire"},
+        {"settings.hpp"},
+        {"registers"},
+        {"genicam", "channels"},
+        {"device"},
+        {"control"},
         {"."},
     ],
 }
@@ -47,20 +57,29 @@ for folder, allowed in ALLOWED.items():
         if file.suffix == ".hpp" and not text.startswith("// "):
             complaints.append(f"{name}:1: a header begins with one line that says what it is for")
 
+
+
+def place_of(path, level_of):
+    """What LEVELS calls the place of a file, whose path is relative to the folder."""
+    if len(path.parts) > 1:
+        return path.parts[0]
+    return path.name if path.name in level_of else "."
+
+
 upward = set()
 for folder, levels in LEVELS.items():
     level_of = {name: level for level, names in enumerate(levels) for name in names}
     for file in sorted((ROOT / folder).rglob("*.?pp")):
         name = str(file.relative_to(ROOT))
-        own = next(iter(file.relative_to(ROOT / folder).parts[:-1]), ".")
+        own = place_of(file.relative_to(ROOT / folder), level_of)
         if own not in level_of:
             complaints.append(f"{name}: {folder}/{own}/ has no level in house_test.py")
             continue
         for number, line in enumerate(file.read_text().splitlines(), 1):
-            match = re.match(rf'#include "{folder}/(?:([a-z_0-9]+)/)?', line)
+            match = re.match(rf'#include "{folder}/([^"]+)"', line)
             if not match:
                 continue
-            other = match[1] or "."
+            other = place_of(pathlib.PurePath(match[1]), level_of)
             if level_of.get(other, 0) <= level_of[own]:
                 continue
             upward.add((name, other))

@@ -1,8 +1,8 @@
 // Settings of a GigE Vision camera: section [gige] with [[gige.faults]], their checks and the maker.
 #pragma once
 
-#include "transports/gige/channels/fault_injector.hpp"
-#include "transports/gige/channels/send_backend.hpp"
+#include "transports/gige/wire/fault.hpp"
+#include "transports/gige/wire/send_backend.hpp"
 #include "transports/transport_settings.hpp"
 
 #include <cstddef>

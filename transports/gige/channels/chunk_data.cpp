@@ -199,7 +199,7 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
         }
         const auto bytes = static_cast<std::size_t>(pen.at() - begin);
         assert(bytes == data_bytes(chunk, image.height));
-        pen.u32(chunk_id_base + i + 1);
+        pen.u32(chunk_id(static_cast<Chunk>(i)));
         pen.u32(static_cast<std::uint32_t>(bytes));
     }
     const auto written = static_cast<std::size_t>(pen.at() - out.data());

@@ -1,67 +1,13 @@
 // Faults on purpose: which packet or frame a rule strikes is a pure function of seed, block and packet.
 #pragma once
 
-#include "core/enum_names.hpp"
+#include "transports/gige/wire/fault.hpp"
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 namespace obscura::transports::gige {
-
-enum class Fault : std::uint8_t {
-    lose,          ///< payload packets are left out at first sending; resends deliver them
-    lose_for_good, ///< the same, and resends are refused
-    duplicate,     ///< payload packets go out twice
-    reorder,       ///< a payload packet changes place with the next
-    delay,         ///< the sender stands still for amount microseconds before a payload packet
-    corrupt,       ///< one bit of a payload packet is wrong
-    drop_leader,
-    drop_trailer,
-    skip_frame,      ///< the frame is not sent; its block id is missing
-    wrong_block_id,  ///< the block goes out under an id that is `amount` too high
-    wrong_timestamp, ///< the time stamp is `amount` us off
-    mute_control,    ///< commands are not answered; the rule's frames are commands, counted from the start
-    freeze_frame,    ///< the picture of the last frame that was not struck, under the new id and time stamp
-    repeat_frame,    ///< the frame goes out once more, whole, under the next block id
-    heartbeat_loss,  ///< the controller's commands do not keep its control alive; counted like mute_control
-};
-constexpr std::size_t fault_count = 15;
-/// In the order in which people read them: packets, frames, control.
-constexpr auto enum_names(Fault /*type*/) {
-    return std::array{
-        EnumName{Fault::lose, "lose"},
-        EnumName{Fault::lose_for_good, "lose_for_good"},
-        EnumName{Fault::duplicate, "duplicate"},
-        EnumName{Fault::reorder, "reorder"},
-        EnumName{Fault::delay, "delay"},
-        EnumName{Fault::corrupt, "corrupt"},
-        EnumName{Fault::drop_leader, "drop_leader"},
-        EnumName{Fault::drop_trailer, "drop_trailer"},
-        EnumName{Fault::skip_frame, "skip_frame"},
-        EnumName{Fault::freeze_frame, "freeze_frame"},
-        EnumName{Fault::repeat_frame, "repeat_frame"},
-        EnumName{Fault::wrong_block_id, "wrong_block_id"},
-        EnumName{Fault::wrong_timestamp, "wrong_timestamp"},
-        EnumName{Fault::mute_control, "mute_control"},
-        EnumName{Fault::heartbeat_loss, "heartbeat_loss"},
-    };
-}
-static_assert(enum_names(Fault{}).size() == fault_count);
-
-/// One rule of [[gige.faults]]: what, when, how often. The same seed strikes the same packets in every run.
-struct FaultRule {
-    Fault fault = Fault::lose;
-    double percent = 100;           ///< of the packets (frames, commands) in the window below
-    std::uint64_t first_frame = 1;  ///< by block count since the stream channel was opened
-    std::uint64_t last_frame = 0;   ///< 0: no end
-    std::uint64_t every_frames = 1; ///< only every so many frames of the window
-    std::uint32_t burst = 1;        ///< consecutive packets struck together (lose)
-    double amount = 1;              ///< see Fault
-    std::uint64_t seed = 0;         ///< 0: the camera's
-};
 
 /// Evaluates rules; const and pure, any thread.
 class FaultInjector {

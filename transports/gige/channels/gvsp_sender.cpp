@@ -272,7 +272,7 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     if (const FaultRule* rule = fault(Fault::wrong_timestamp, block))
         stamp += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount * 1000));
     block.leader_bytes = session_->type == PayloadType::multipart
-                             ? write_multipart_leader(block.leader.data(), info, block.payload, stamp)
+                             ? write_multipart_leader(block.leader.data(), info, block.payload.parts(), stamp)
                              : write_image_leader(block.leader.data(), session_->type, info.pixel_format,
                                                   block.payload.image(), stamp);
     block.trailer_bytes = 0;

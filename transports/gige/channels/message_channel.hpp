@@ -5,7 +5,8 @@
 #include "core/file_descriptor.hpp"
 #include "core/heartbeat.hpp"
 #include "core/time.hpp"
-#include "transports/gige/control/network_interface.hpp"
+#include "transports/gige/channels/network_interface.hpp"
+#include "transports/gige/wire/event.hpp"
 
 #include <array>
 #include <atomic>
@@ -14,31 +15,6 @@
 #include <thread>
 
 namespace obscura::transports::gige {
-
-/// What can be notified, in the order of EventSelector.
-enum class Event : std::uint8_t {
-    frame_start,
-    exposure_start,
-    exposure_end,
-    frame_trigger_missed,
-    error,
-    test,
-    application_switch,
-    action_late,
-};
-constexpr std::size_t event_count = 8;
-
-/// The identifier on the wire: standard ones where the standard has them, else in the device's own range.
-constexpr std::uint16_t event_id(Event e) noexcept {
-    switch (e) {
-    case Event::application_switch:
-        return 0x0007;
-    case Event::action_late:
-        return 0x0009;
-    default:
-        return static_cast<std::uint16_t>(0x9001 + static_cast<unsigned>(e));
-    }
-}
 
 struct EventMessage {
     Event event = Event::test;

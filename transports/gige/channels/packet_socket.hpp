@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/file_descriptor.hpp"
-#include "transports/gige/channels/send_backend.hpp"
-#include "transports/gige/control/network_interface.hpp"
+#include "transports/gige/channels/network_interface.hpp"
+#include "transports/gige/wire/send_backend.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>

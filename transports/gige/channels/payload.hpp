@@ -5,6 +5,7 @@
 #include "core/frame.hpp"
 #include "transports/gige/channels/binning.hpp"
 #include "transports/gige/channels/chunk_data.hpp"
+#include "transports/gige/wire/payload_part.hpp"
 
 #include <array>
 #include <cstdint>
@@ -13,8 +14,6 @@
 #include <vector>
 
 namespace obscura::transports::gige {
-
-constexpr std::size_t max_parts = max_windows + 1; ///< every window, and the chunks
 
 /// What a client chose for its stream and what bounds it.
 struct PayloadFormat {
@@ -32,12 +31,7 @@ struct PayloadFormat {
 /// it is ready. One thread; only reserve() allocates.
 class Payload {
 public:
-    struct Part {
-        std::size_t begin = 0, bytes = 0; // in the payload
-        std::uint32_t first_packet = 0;   // its first packet, counted from 0 over the payload
-        std::uint32_t packets = 0;
-        std::uint32_t window = 0; // of the frame; the chunk part has max_windows
-    };
+    using Part = PayloadPart;
     /// A stretch of the payload in up to three pieces of memory.
     using Pieces = std::array<std::span<const std::uint8_t>, 3>;
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/time.hpp"
-#include "transports/gige/control/network_interface.hpp"
+#include "transports/gige/channels/network_interface.hpp"
 
 #include <array>
 #include <cstdint>

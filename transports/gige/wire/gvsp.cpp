@@ -60,15 +60,15 @@ std::size_t write_image_trailer(std::uint8_t* out, PayloadType type, std::int32_
     }
 }
 
-std::size_t write_multipart_leader(std::uint8_t* out, const FrameInfo& info, const Payload& payload,
-                                   std::uint64_t timestamp_ns) noexcept {
+std::size_t write_multipart_leader(std::uint8_t* out, const FrameInfo& info,
+                                   std::span<const PayloadPart> parts, std::uint64_t timestamp_ns) noexcept {
     constexpr std::uint16_t image_2d = 0x0001, chunk_data = 0x000A, component_intensity = 1;
     store_be16(out, 0);
     store_be16(out + 2, static_cast<std::uint16_t>(PayloadType::multipart));
     store_be64(out + 4, timestamp_ns);
     std::uint8_t* p = out + 12;
     std::uint16_t region = 0;
-    for (const Payload::Part& part : payload.parts()) {
+    for (const PayloadPart& part : parts) {
         std::memset(p, 0, gvsp_part_info_bytes);
         const bool image = part.window != max_windows;
         store_be16(p, image ? image_2d : chunk_data);

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/frame.hpp"
-#include "transports/gige/channels/payload.hpp"
 #include "transports/gige/wire/gvcp.hpp"
+#include "transports/gige/wire/payload_part.hpp"
 
 #include <cstdint>
 #include <span>
@@ -54,8 +54,8 @@ std::size_t write_image_trailer(std::uint8_t* out, PayloadType type, std::int32_
                                 std::size_t payload_bytes, std::uint32_t layout_id) noexcept;
 /// Leader of a multi-part payload: a table of its parts. The number of parts goes into the GVSP header, see
 /// set_part_count().
-std::size_t write_multipart_leader(std::uint8_t* out, const FrameInfo& info, const Payload& payload,
-                                   std::uint64_t timestamp_ns) noexcept;
+std::size_t write_multipart_leader(std::uint8_t* out, const FrameInfo& info,
+                                   std::span<const PayloadPart> parts, std::uint64_t timestamp_ns) noexcept;
 std::size_t write_multipart_trailer(std::uint8_t* out) noexcept;
 /// In a written extended GVSP header.
 void set_part_count(std::uint8_t* header, std::size_t parts) noexcept;

@@ -1,4 +1,4 @@
-#include "transports/gige/control/network_interface.hpp"
+#include "transports/gige/channels/network_interface.hpp"
 
 #include "core/error.hpp"
 

@@ -1,0 +1,48 @@
+// Chunk ids and layouts: the data appended to the pixels of a frame.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::transports::gige {
+
+/// The chunks, in the order of ChunkSelector and of the payload; the value is the bit in a selection and the
+/// low part of the chunk id (chunk_id()); the image itself is chunk_id_base. All numbers are big endian,
+/// instants are device time in ns.
+enum class Chunk : std::uint8_t {
+    timestamp,     ///< u64: the trigger's edge
+    exposure_time, ///< f64, us, as requested
+    gain,          ///< f64, dB
+    frame_id,      ///< u64
+    width,         ///< u32
+    height,        ///< u32
+    offset_x,      ///< u32
+    offset_y,      ///< u32
+    pixel_format,  ///< u32, PFNC
+    trigger_id,    ///< u64
+    frame_flags, ///< u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/frame_flags.hpp)
+    /// u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags; u64 exposure in ns: requested,
+    /// least and most obtained over its rows}
+    regions,
+    row_times, ///< u32 count, u32 0, then per row {u64 reset, u64 read}
+    /// u64 mid-exposure; f64[3] camera position, f64[4] attitude (scalar first, camera to inertial), f64[3]
+    /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 0; then 16 x {char name[32], f64[3]
+    /// position, f64[4] attitude}
+    ground_truth,
+    line_status_all,      ///< u32: the lines at the trigger's edge, inputs only
+    sequencer_set_active, ///< u32
+    region_id,            ///< u32 count, then 32 x u32: of each window in the image, the number of its region
+};
+constexpr std::size_t chunk_count = 17;
+constexpr std::uint32_t chunk_id_base = 0x4F420000;
+constexpr std::size_t chunk_tag_bytes = 8;
+
+constexpr std::uint32_t chunk_bit(Chunk c) noexcept {
+    return 1U << static_cast<unsigned>(c);
+}
+
+constexpr std::uint32_t chunk_id(Chunk c) noexcept {
+    return chunk_id_base + 1 + static_cast<std::uint32_t>(c);
+}
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,34 @@
+// Events of the message channel and their identifiers on the wire.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::transports::gige {
+
+/// What can be notified, in the order of EventSelector.
+enum class Event : std::uint8_t {
+    frame_start,
+    exposure_start,
+    exposure_end,
+    frame_trigger_missed,
+    error,
+    test,
+    application_switch,
+    action_late,
+};
+constexpr std::size_t event_count = 8;
+
+/// The identifier on the wire: standard ones where the standard has them, else in the device's own range.
+constexpr std::uint16_t event_id(Event e) noexcept {
+    switch (e) {
+    case Event::application_switch:
+        return 0x0007;
+    case Event::action_late:
+        return 0x0009;
+    default:
+        return static_cast<std::uint16_t>(0x9001 + static_cast<unsigned>(e));
+    }
+}
+
+} // namespace obscura::transports::gige
