@@ -17,12 +17,7 @@ namespace {
 // GevSCPSPacketSize: the smallest IP datagram every host must take, and the largest we offer.
 constexpr std::uint32_t packet_size_min = 576;
 constexpr std::uint32_t packet_size_limit = 16'384;
-constexpr std::uint32_t scps_fire_test_packet = 0x80000000;
-constexpr std::uint32_t scps_do_not_fragment = 0x40000000;
-constexpr std::uint32_t gvsp_extended_ids = 0x40000000;
 constexpr std::uint32_t action_group_count = 1;
-// Of the GVCP configuration register.
-constexpr std::uint32_t pending_ack_enable = 2, status_codes_1_1 = 0x4, status_codes_2_0 = 0x40000;
 constexpr std::int64_t stop_patience_ns = 2 * ns_per_s;
 
 constexpr std::array pixel_formats{PixelFormat::mono8,  PixelFormat::mono10, PixelFormat::mono12,
@@ -122,8 +117,7 @@ void Device::command(std::string_view name, std::uint32_t address, std::function
 
 void Device::add_identity() {
     constant("Version", reg::version, 0x00020000);
-    // Big endian, transmitter, UTF-8.
-    constant("DeviceMode", reg::device_mode, 0x80000001);
+    constant("DeviceMode", reg::device_mode, device_mode::big_endian | device_mode::utf_8);
     bank_.add_string("DeviceVendorName", reg::manufacturer, 32, Access::read_only, settings_.vendor);
     bank_.add_string("DeviceModelName", reg::model, 32, Access::read_only, settings_.model);
     bank_.add_string("DeviceVersion", reg::device_version, 32, Access::read_only, device_version);
@@ -138,8 +132,9 @@ void Device::add_network() {
     constant("MACHigh", reg::mac_high, static_cast<std::uint32_t>(network_.mac >> 32));
     constant("MACLow", reg::mac_low, static_cast<std::uint32_t>(network_.mac));
     // The host's own configuration decides; to GVCP that looks like a persistent address.
-    constant("IPOptions", reg::ip_options, 0x00000005);
-    constant("IPCurrent", reg::ip_current, 0x00000005);
+    constexpr std::uint32_t host_decides = ip_configuration::link_local | ip_configuration::persistent;
+    constant("IPOptions", reg::ip_options, host_decides);
+    constant("IPCurrent", reg::ip_current, host_decides);
     const auto words = [this](std::uint32_t from, std::uint32_t to) {
         for (std::uint32_t a = from; a < to; a += 4)
             constant("Reserved", a, 0);
@@ -165,15 +160,17 @@ void Device::add_capabilities() {
     constant("StreamChannelCount", reg::stream_channels, 1);
     constant("ActionSignalCount", reg::action_signals, action_group_count);
     constant("ActiveLinkCount", reg::active_links, 1);
-    // SCSP register, 16-bit block ids.
-    constant("StreamCapability", reg::gvsp_capability, 0xC0000000);
-    constant("MessageCapability", reg::message_capability, 0x80000000); // MCSP register
-    // User name, serial, link speed, primary application registers, status codes of 1.1, switchover,
-    // unconditional ACTION, status codes of 2.0, scheduled ACTION, ACTION, PENDING_ACK, EVENT, PACKETRESEND,
-    // WRITEMEM, concatenation.
-    constexpr std::uint32_t capability = 0xD876006F, ieee1588 = 0x00080000, ieee1588_extended = 0x00010000;
+    constant("StreamCapability", reg::gvsp_capability,
+             gvsp_capability::source_port | gvsp_capability::short_block_ids);
+    constant("MessageCapability", reg::message_capability, message_capability::source_port);
     bank_.add({.name = "GVCPCapability", .address = reg::gvcp_capability, .read = [this] {
-                   return capability | (ptp_ ? ieee1588 | ieee1588_extended : 0U);
+                   using namespace gvcp_capability;
+                   constexpr std::uint32_t always = user_name | serial_number | link_speed |
+                                                    primary_application | status_codes_1_1 | switchover |
+                                                    unconditional_action | status_codes_2_0 |
+                                                    scheduled_action | gvcp_capability::action | pending_ack |
+                                                    event | packet_resend | write_memory | concatenation;
+                   return always | (ptp_ ? ieee1588 | ieee1588_extended : 0U);
                }});
     bank_.add({.name = "GevTimestampTickFrequencyHigh", .address = reg::tick_frequency_high});
     constant("GevTimestampTickFrequency", reg::tick_frequency_low, 1'000'000'000);
@@ -181,22 +178,26 @@ void Device::add_capabilities() {
     bank_.add({.name = "GVCPConfiguration",
                .address = reg::gvcp_configuration,
                .access = Access::read_write,
-               .reset = pending_ack_enable | status_codes_1_1 | status_codes_2_0,
-               .read = [this] { return bank_.peek(reg::gvcp_configuration) | (ptp_ ? ieee1588 : 0U); },
+               .reset = gvcp_configuration::pending_ack | gvcp_configuration::status_codes_1_1 |
+                        gvcp_configuration::status_codes_2_0,
+               .read =
+                   [this] {
+                       return bank_.peek(reg::gvcp_configuration) |
+                              (ptp_ ? gvcp_configuration::ieee1588 : 0U);
+                   },
                .write =
                    [this](std::uint32_t value) {
-                       constexpr std::uint32_t unconditional_action = 8;
+                       using namespace gvcp_configuration;
                        constexpr std::uint32_t choices =
-                           pending_ack_enable | status_codes_1_1 | unconditional_action | status_codes_2_0;
+                           pending_ack | status_codes_1_1 | unconditional_action | status_codes_2_0;
                        // The clock is steered from outside: PTP is on or off as the configuration says.
                        const std::uint32_t ptp = ptp_ ? ieee1588 : 0U;
                        if ((value & ~choices) != ptp) return Status::invalid_parameter;
                        bank_.poke(reg::gvcp_configuration, value);
                        return Status::success;
                    }});
-    constexpr std::uint32_t single_link = 1;
-    constant("PhysicalLinkCapability", reg::link_capability, single_link);
-    constant("PhysicalLinkConfiguration", reg::link_configuration, 0); // that one
+    constant("PhysicalLinkCapability", reg::link_capability, link_capability::single_link);
+    constant("PhysicalLinkConfiguration", reg::link_configuration, 0); // single link
 
     constant("ScheduledActionQueueSize", reg::action_queue_size, action_queue_size);
     constant("PendingTimeout", reg::pending_timeout, 1000);
@@ -205,7 +206,7 @@ void Device::add_capabilities() {
                .access = Access::read_write,
                .locked_while_streaming = true,
                .write = [this](std::uint32_t value) {
-                   if ((value & ~gvsp_extended_ids) != 0) return Status::invalid_parameter;
+                   if ((value & ~gvsp_configuration::extended_ids) != 0) return Status::invalid_parameter;
                    bank_.poke(reg::gvsp_configuration, value);
                    return Status::success;
                }});
@@ -217,7 +218,7 @@ void Device::add_timestamps() {
                .address = reg::timestamp_control,
                .access = Access::write_only,
                .write = [this](std::uint32_t value) {
-                   constexpr std::uint32_t reset = 1, latch = 2;
+                   using namespace timestamp_control;
                    if (value == 0 || (value & ~(reset | latch)) != 0) return Status::invalid_parameter;
                    if ((value & reset) != 0 && control_.acquiring()) return Status::write_protect;
                    const Time now = clock_.now();
@@ -243,7 +244,7 @@ void Device::add_stream() {
     bank_.add({.name = "GevSCPSPacketSize",
                .address = reg::stream_packet_size,
                .access = Access::read_write,
-               .reset = scps_do_not_fragment | initial / 4 * 4,
+               .reset = scps::do_not_fragment | initial / 4 * 4,
                .write = [this](std::uint32_t value) { return write_packet_size(value); }});
     // 1 s per packet is the longest gap with any sense in it.
     bank_.add({.name = "GevSCPD",
@@ -265,16 +266,16 @@ void Device::add_stream() {
     bank_.add({.name = "GevSCSP", .address = reg::stream_source_port, .read = [this] {
                    return std::uint32_t{stream_.source_port()};
                }});
-    constant("GevSCC", reg::stream_capability, sccfg_multipart | sccfg_chunk_in_image);
+    constant("GevSCC", reg::stream_capability, sccfg::multipart | sccfg::chunk_in_image);
     bank_.add({.name = "GevSCCFG",
                .address = reg::stream_configuration,
                .access = Access::read_write,
                .locked_while_streaming = true,
-               .reset = sccfg_chunk_in_image,
+               .reset = sccfg::chunk_in_image,
                .write = [this](std::uint32_t value) {
-                   if ((value & ~(sccfg_multipart | sccfg_chunk_in_image)) != 0)
+                   if ((value & ~(sccfg::multipart | sccfg::chunk_in_image)) != 0)
                        return Status::invalid_parameter;
-                   if ((value & sccfg_multipart) != 0 && binning_.active()) return Status::write_protect;
+                   if ((value & sccfg::multipart) != 0 && binning_.active()) return Status::write_protect;
                    bank_.poke(reg::stream_configuration, value);
                    return Status::success;
                }});
@@ -321,7 +322,7 @@ void Device::add_image_format() {
                    const CameraSettings s = control_.settings();
                    const ImageSize whole = composed_size(s);
                    const Region size = binning_.of({0, 0, whole.width, whole.height});
-                   const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
+                   const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg::multipart) != 0;
                    return static_cast<std::uint32_t>(
                        payload_size(s.pixel_format, size.area(), size.height, multipart, chunk_selection()));
                }});
@@ -716,7 +717,7 @@ std::string Device::xml_report() const {
 }
 
 bool Device::announces_slow_commands() const {
-    return (bank_.peek(reg::gvcp_configuration) & pending_ack_enable) != 0;
+    return (bank_.peek(reg::gvcp_configuration) & gvcp_configuration::pending_ack) != 0;
 }
 
 std::uint64_t Device::device_time(Time t) const noexcept {
@@ -725,7 +726,8 @@ std::uint64_t Device::device_time(Time t) const noexcept {
 
 StatusCodes Device::status_codes() const {
     const std::uint32_t wanted = bank_.peek(reg::gvcp_configuration);
-    return {(wanted & status_codes_1_1) != 0, (wanted & status_codes_2_0) != 0};
+    return {(wanted & gvcp_configuration::status_codes_1_1) != 0,
+            (wanted & gvcp_configuration::status_codes_2_0) != 0};
 }
 
 StreamConfig Device::stream_config() const {
@@ -734,14 +736,15 @@ StreamConfig Device::stream_config() const {
     c.destination_ip = bank_.peek(reg::stream_destination);
     if (c.destination_ip == 0) c.destination_ip = controller_ip_;
     c.destination_port = static_cast<std::uint16_t>(bank_.peek(reg::stream_port));
-    const std::uint32_t scps = bank_.peek(reg::stream_packet_size);
-    c.packet_size = scps & 0xFFFF;
-    c.do_not_fragment = (scps & scps_do_not_fragment) != 0;
-    const std::uint32_t sccfg = bank_.peek(reg::stream_configuration);
-    c.payload.multipart = (sccfg & sccfg_multipart) != 0;
-    c.chunk_in_image = (sccfg & sccfg_chunk_in_image) != 0;
+    const std::uint32_t packet_size = bank_.peek(reg::stream_packet_size);
+    c.packet_size = packet_size & 0xFFFF;
+    c.do_not_fragment = (packet_size & scps::do_not_fragment) != 0;
+    const std::uint32_t configuration = bank_.peek(reg::stream_configuration);
+    c.payload.multipart = (configuration & sccfg::multipart) != 0;
+    c.chunk_in_image = (configuration & sccfg::chunk_in_image) != 0;
     // The standard headers have no room for the number of parts.
-    c.extended_ids = c.payload.multipart || (bank_.peek(reg::gvsp_configuration) & gvsp_extended_ids) != 0;
+    c.extended_ids =
+        c.payload.multipart || (bank_.peek(reg::gvsp_configuration) & gvsp_configuration::extended_ids) != 0;
     c.packet_delay_ns = bank_.peek(reg::stream_packet_delay);
     if (bank_.peek(feature::throughput_limit_mode) != 0)
         c.throughput_limit = bank_.peek(feature::throughput_limit);
@@ -804,8 +807,9 @@ void Device::control_lost() {
 bool Device::action(const ActionRequest& request, Time now, Status& status) {
     status = Status::success;
     if (request.device_key != bank_.peek(reg::action_device_key)) return false;
-    constexpr std::uint32_t unconditional = 8;
-    if (controller_ip_ == 0 && (bank_.peek(reg::gvcp_configuration) & unconditional) == 0) return false;
+    if (controller_ip_ == 0 &&
+        (bank_.peek(reg::gvcp_configuration) & gvcp_configuration::unconditional_action) == 0)
+        return false;
     if (request.group_key != bank_.peek(reg::action_groups) ||
         (request.group_mask & bank_.peek(reg::action_groups + 4)) == 0)
         return false;
@@ -879,11 +883,11 @@ Status Device::write_packet_size(std::uint32_t value) {
     const std::uint32_t size = value & 0xFFFF;
     const std::uint32_t flags = value & ~0xFFFFU;
     const std::uint32_t kept = bank_.peek(reg::stream_packet_size);
-    if ((flags & ~(scps_fire_test_packet | scps_do_not_fragment)) != 0) return Status::invalid_parameter;
+    if ((flags & ~(scps::fire_test_packet | scps::do_not_fragment)) != 0) return Status::invalid_parameter;
     if (size < packet_size_min || size > packet_size_max_ || size % 4 != 0) return Status::invalid_parameter;
-    if (control_.acquiring() && (value & ~scps_fire_test_packet) != kept) return Status::write_protect;
-    bank_.poke(reg::stream_packet_size, value & ~scps_fire_test_packet);
-    if ((flags & scps_fire_test_packet) != 0) {
+    if (control_.acquiring() && (value & ~scps::fire_test_packet) != kept) return Status::write_protect;
+    bank_.poke(reg::stream_packet_size, value & ~scps::fire_test_packet);
+    if ((flags & scps::fire_test_packet) != 0) {
         const StreamConfig config = stream_config();
         if (config.destination_port != 0 && config.destination_ip != 0) stream_.send_test_packet(config);
     }

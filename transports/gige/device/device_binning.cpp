@@ -27,7 +27,7 @@ Status Device::write_binning(const Binning& wanted) {
         binned_extent(limits_.sensor_height, limits_.height_min, limits_.height_step, wanted.vertical);
     if (x.maximum < x.minimum || y.maximum < y.minimum) return Status::invalid_parameter; // a tiny sensor
     CameraSettings s = control_.settings();
-    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
+    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg::multipart) != 0;
     if (wanted.active() && (multipart || s.more_count > 0 || s.sampling == Sampling::non_destructive))
         return Status::write_protect;
     if (wanted.active()) {

@@ -9,8 +9,6 @@
 
 namespace obscura::transports::gige {
 
-constexpr std::uint32_t sccfg_multipart = 0x40, sccfg_chunk_in_image = 0x01; ///< of GevSCCFG
-
 inline std::uint32_t time_units(std::int64_t ns) {
     return static_cast<std::uint32_t>(
         std::clamp<std::int64_t>(ns / feature::time_unit_ns, 0, std::int64_t{0xFFFFFFFF}));

@@ -16,9 +16,10 @@ void Device::add_ptp() {
     const auto where_ptp_is = [this](std::uint32_t value) {
         return [this, value] { return ptp_ ? value : 0U; };
     };
-    constexpr std::uint32_t profile_registers = 0x80000000, profile_of_1588 = 0x80000000;
-    word("GevIEEE1588ExtendedCapability", reg::ptp_extended_capability, where_ptp_is(profile_registers));
-    word("GevIEEE1588SupportedProfiles", reg::ptp_supported_profiles, where_ptp_is(profile_of_1588));
+    word("GevIEEE1588ExtendedCapability", reg::ptp_extended_capability,
+         where_ptp_is(ptp_capability::profile_registers));
+    word("GevIEEE1588SupportedProfiles", reg::ptp_supported_profiles,
+         where_ptp_is(ptp_capability::default_profile));
     word("GevIEEE1588SelectedProfile", reg::ptp_selected_profile, [] { return 0U; });
     word("PtpEnable", feature::ptp_enable, [this] { return std::uint32_t{ptp_ != nullptr}; });
     word("PtpStatus", feature::ptp_state, [now] { return static_cast<std::uint32_t>(now().state); });

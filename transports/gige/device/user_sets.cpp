@@ -52,7 +52,7 @@ std::string Device::saved_features() const {
 Status Device::load_features(const std::string& text) {
     if (control_.acquiring()) return Status::write_protect;
     // A binned picture comes in one part, and that is the stream's, not the set's.
-    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg_multipart) != 0;
+    const bool multipart = (bank_.peek(reg::stream_configuration) & sccfg::multipart) != 0;
     if (multipart && binned(text)) return Status::write_protect;
     publish_sequence({});
     sequencer_configuring_ = false;

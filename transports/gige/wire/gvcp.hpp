@@ -140,6 +140,91 @@ constexpr std::uint32_t manifest = 0x9000;
 constexpr std::uint32_t action_groups = 0x9800; ///< 16 bytes each: key, mask
 } // namespace reg
 
+/// DeviceMode (reg::device_mode): class transmitter is 0.
+namespace device_mode {
+constexpr std::uint32_t big_endian = 0x80000000;
+constexpr std::uint32_t utf_8 = 0x00000001;
+} // namespace device_mode
+
+/// How addresses are got: reg::ip_options says what there is, reg::ip_current what is on.
+namespace ip_configuration {
+constexpr std::uint32_t persistent = 0x1;
+constexpr std::uint32_t link_local = 0x4;
+} // namespace ip_configuration
+
+/// What a device can do (reg::gvcp_capability).
+namespace gvcp_capability {
+constexpr std::uint32_t user_name = 0x80000000;
+constexpr std::uint32_t serial_number = 0x40000000;
+constexpr std::uint32_t link_speed = 0x10000000;
+constexpr std::uint32_t primary_application = 0x08000000; ///< port and address registers
+constexpr std::uint32_t status_codes_1_1 = 0x00400000;
+constexpr std::uint32_t switchover = 0x00200000;
+constexpr std::uint32_t unconditional_action = 0x00100000;
+constexpr std::uint32_t ieee1588 = 0x00080000;
+constexpr std::uint32_t status_codes_2_0 = 0x00040000;
+constexpr std::uint32_t scheduled_action = 0x00020000;
+constexpr std::uint32_t ieee1588_extended = 0x00010000;
+constexpr std::uint32_t action = 0x00000040;
+constexpr std::uint32_t pending_ack = 0x00000020;
+constexpr std::uint32_t event = 0x00000008;
+constexpr std::uint32_t packet_resend = 0x00000004;
+constexpr std::uint32_t write_memory = 0x00000002;
+constexpr std::uint32_t concatenation = 0x00000001; ///< of several reads or writes in one command
+} // namespace gvcp_capability
+
+/// What of it is switched on (reg::gvcp_configuration).
+namespace gvcp_configuration {
+constexpr std::uint32_t ieee1588 = 0x00080000;
+constexpr std::uint32_t status_codes_2_0 = 0x00040000;
+constexpr std::uint32_t unconditional_action = 0x00000008;
+constexpr std::uint32_t status_codes_1_1 = 0x00000004;
+constexpr std::uint32_t pending_ack = 0x00000002;
+} // namespace gvcp_configuration
+
+/// Of all stream channels (reg::gvsp_capability) and what is switched on (reg::gvsp_configuration).
+namespace gvsp_capability {
+constexpr std::uint32_t source_port = 0x80000000; ///< reg::stream_source_port
+constexpr std::uint32_t short_block_ids = 0x40000000;
+} // namespace gvsp_capability
+namespace gvsp_configuration {
+constexpr std::uint32_t extended_ids = 0x40000000;
+} // namespace gvsp_configuration
+
+/// Of all message channels (reg::message_capability).
+namespace message_capability {
+constexpr std::uint32_t source_port = 0x80000000; ///< reg::message_source_port
+} // namespace message_capability
+
+/// reg::link_capability.
+namespace link_capability {
+constexpr std::uint32_t single_link = 1;
+} // namespace link_capability
+
+/// reg::ptp_extended_capability and reg::ptp_supported_profiles.
+namespace ptp_capability {
+constexpr std::uint32_t profile_registers = 0x80000000;
+constexpr std::uint32_t default_profile = 0x80000000; ///< of IEEE 1588
+} // namespace ptp_capability
+
+/// Bits of the timestamp control register.
+namespace timestamp_control {
+constexpr std::uint32_t reset = 1;
+constexpr std::uint32_t latch = 2;
+} // namespace timestamp_control
+
+/// Bits of reg::stream_packet_size above the size itself (SCPS).
+namespace scps {
+constexpr std::uint32_t fire_test_packet = 0x80000000;
+constexpr std::uint32_t do_not_fragment = 0x40000000;
+} // namespace scps
+
+/// reg::stream_capability and reg::stream_configuration (SCC, SCCFG).
+namespace sccfg {
+constexpr std::uint32_t multipart = 0x40;
+constexpr std::uint32_t chunk_in_image = 0x01;
+} // namespace sccfg
+
 /// Bits of the control channel privilege register.
 namespace privilege {
 constexpr std::uint32_t exclusive = 1;
