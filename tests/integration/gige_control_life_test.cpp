@@ -2,8 +2,8 @@
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/gige_bench.hpp"
+#include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/gige.hpp"
-#include "transports/gige/registers/features.hpp"
 #include "transports/gige/wire/gvcp.hpp"
 
 #include <arpa/inet.h>
@@ -122,7 +122,7 @@ TEST_CASE("commands of any kind keep control alive") {
     REQUIRE(controller.write(reg::control_privilege, privilege::control) == 0);
     const auto begin = SteadyClock::now();
     while (SteadyClock::now() - begin < std::chrono::milliseconds(1500)) {
-        REQUIRE(controller.write(feature::gain, 1000) == 0); // never the privilege register
+        REQUIRE(controller.write(address_of("Gain"), 1000) == 0); // never the privilege register
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     CHECK(bench.camera.gige_counters().control_lost == 0);
@@ -132,16 +132,17 @@ TEST_CASE("a request that is repeated because its answer was lost runs once") {
     Bench bench;
     Application controller;
     REQUIRE(controller.write(reg::control_privilege, privilege::control) == 0);
-    REQUIRE(controller.write(feature::trigger_mode, 1) == 0);
-    REQUIRE(controller.write(feature::trigger_source, 0) == 0);
+    REQUIRE(controller.write(address_of("TriggerMode"), 1) == 0);
+    REQUIRE(controller.write(address_of("TriggerSource"), 0) == 0);
     REQUIRE(controller.write(reg::stream_destination, INADDR_LOOPBACK) == 0);
     REQUIRE(controller.write(reg::stream_port, 9) == 0);
-    REQUIRE(controller.write(feature::acquisition_start, 1) == 0);
+    REQUIRE(controller.write(address_of("AcquisitionStart"), 1) == 0);
     for (int i = 0; i < 5; ++i)
-        CHECK(controller.send(Command::write_register, {feature::trigger_software, 1}, 2000, 0x4242) == 0);
+        CHECK(controller.send(Command::write_register, {address_of("TriggerSoftware"), 1}, 2000, 0x4242) ==
+              0);
     CHECK(bench.source.triggers() == 1);
     CHECK(bench.camera.gige_counters().retries == 4);
-    CHECK(controller.send(Command::write_register, {feature::trigger_software, 1}, 2000, 0x4243) == 0);
+    CHECK(controller.send(Command::write_register, {address_of("TriggerSoftware"), 1}, 2000, 0x4243) == 0);
     CHECK(bench.source.triggers() == 2);
     CHECK(controller.write(reg::control_privilege, 0) == 0);
 }
@@ -157,7 +158,7 @@ TEST_CASE("who is not on the list is not answered, not even to discovery") {
     CHECK_FALSE(stranger.send(Command::read_register, {reg::version}, 200));
     CHECK_FALSE(stranger.send(Command::write_register, {reg::control_privilege, privilege::control}, 200));
     CHECK(friendly.write(reg::control_privilege, privilege::control) == 0);
-    CHECK_FALSE(stranger.send(Command::write_register, {feature::gain, 1000}, 200));
+    CHECK_FALSE(stranger.send(Command::write_register, {address_of("Gain"), 1000}, 200));
 }
 
 TEST_CASE("a camera for looking at only can be read by everybody and written by nobody") {
@@ -166,14 +167,14 @@ TEST_CASE("a camera for looking at only can be read by everybody and written by 
     Bench bench(settings);
     Application application;
     CHECK(application.send(Command::discovery, {}) == 0);
-    CHECK(application.read(feature::width) == 0);
+    CHECK(application.read(address_of("Width")) == 0);
     CHECK(application.value == 64);
     CHECK(application.write(reg::control_privilege, privilege::control) == denied);
     CHECK(application.write(reg::control_privilege, privilege::exclusive) == denied);
-    for (const std::uint32_t r : {feature::width, feature::acquisition_start, reg::stream_port,
+    for (const std::uint32_t r : {address_of("Width"), address_of("AcquisitionStart"), reg::stream_port,
                                   reg::stream_destination, reg::heartbeat_timeout})
         CHECK(application.write(r, 1) == denied);
-    CHECK(application.send(Command::write_memory, {feature::gain, 1000}) == denied);
+    CHECK(application.send(Command::write_memory, {address_of("Gain"), 1000}) == denied);
     CHECK_FALSE(application.send(Command::action, {0, 0, 0xFFFFFFFF}, 200));
     CHECK_FALSE(bench.source.acquiring());
 }

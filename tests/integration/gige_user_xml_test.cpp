@@ -5,9 +5,9 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/gige_bench.hpp"
 #include "tests/support/pattern_camera.hpp"
+#include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
-#include "transports/gige/registers/features.hpp"
 
 #include <cstdio>
 #include <fstream>
@@ -242,13 +242,13 @@ TEST_CASE("The start-up line lists what is driven and what is not there") {
     MonotonicClock clock;
     PatternCamera source(Bench::limits());
     RegisterBank bank;
-    for (const std::uint32_t a : {feature::width, feature::height})
+    for (const std::uint32_t a : {address_of("Width"), address_of("Height")})
         bank.add({.name = "Extent", .address = a, .access = Access::read_write, .reset = 64, .maximum = 128});
     UserXml xml("dir/small file.xml", description(R"(
         <IntReg Name="Width"><Address>0xC000</Address><Length>4</Length><AccessMode>RW</AccessMode>
         <pPort>Device</pPort><Endianess>BigEndian</Endianess></IntReg>
         <Float Name="PixelFormat"><Value>1</Value></Float>)"),
-                "", bank);
+                "", bank, feature_table());
     CHECK(xml.report().find(
               "small file.xml: 1 registers; driven: Width; not in the file: DeviceVendorName") == 0);
     CHECK(xml.report().find("not driven: PixelFormat (of another type)") != std::string::npos);
@@ -259,6 +259,6 @@ TEST_CASE("The start-up line lists what is driven and what is not there") {
     std::size_t done = 0;
     const std::uint8_t large[4] = {0, 0, 1, 0};
     CHECK(xml.write(0xC000, large, done) == Status::invalid_parameter);
-    CHECK(xml.read(feature::sensor_width, word) == Status::invalid_address);
+    CHECK(xml.read(address_of("SensorWidth"), word) == Status::invalid_address);
     CHECK(xml.read(0xC002, word) == Status::bad_alignment);
 }

@@ -6,7 +6,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/pattern_camera.hpp"
 #include "transports/gige/control/control_port.hpp"
-#include "transports/gige/registers/features.hpp"
+#include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
 #include <unistd.h>
@@ -114,7 +114,7 @@ struct Bench {
     void start() {
         take_control();
         REQUIRE(write(reg::stream_port, 5555) == 0);
-        REQUIRE(write(feature::acquisition_start, 1) == 0);
+        REQUIRE(write(address_of("AcquisitionStart"), 1) == 0);
     }
     static Bytes words(std::initializer_list<std::uint32_t> values) {
         Bytes b;
@@ -188,7 +188,7 @@ TEST_CASE("Sound headers with wrong contents are answered with their status") {
     CHECK(ask(0x84, w({1, 4})) == bad_alignment);
     CHECK(ask(0x84, w({0xFFFFFFFC, 8})) == invalid_address); // past 2^32
     CHECK(ask(0x84, w({0xFFFFFFFC, 536})) == invalid_address);
-    CHECK(ask(0x84, w({feature::xml_file + 0x100000, 512})) == invalid_address);
+    CHECK(ask(0x84, w({xml_file_address + 0x100000, 512})) == invalid_address);
     CHECK(ask(0x86, {}) == invalid_parameter);
     CHECK(ask(0x86, w({0xA00})) == invalid_parameter);
     CHECK(ask(0x86, Bytes(4 + 540)) == invalid_parameter);
@@ -207,12 +207,12 @@ TEST_CASE("Sound headers with wrong contents are answered with their status") {
 
 TEST_CASE("No answer is longer than 548 bytes, and acknowledges carry command, length and id") {
     Bench b;
-    const Bytes reply = b.read_memory(feature::xml_file, 536);
+    const Bytes reply = b.read_memory(xml_file_address, 536);
     REQUIRE(reply.size() == 8 + 4 + 536);
     CHECK(load_be16(&reply[2]) == 0x85);
     CHECK(load_be16(&reply[4]) == 540);
     CHECK(load_be16(&reply[6]) == b.id);
-    CHECK(Bench::word(reply) == feature::xml_file);
+    CHECK(Bench::word(reply) == xml_file_address);
     CHECK(reply[12] == 'P'); // a zip archive begins with PK
     CHECK(reply[13] == 'K');
     CHECK(b.ask(0x80, Bytes(135 * 4)).size() == 8 + 135 * 4);
@@ -257,15 +257,16 @@ TEST_CASE("FORCEIP is for the device with its MAC, and the camera stays where it
 
 TEST_CASE("Only the controller may write") {
     Bench b;
-    CHECK(b.write(feature::width, 320) == access_denied); // nobody has control
-    CHECK(b.write_memory(feature::width, Bench::words({320})) == access_denied);
+    CHECK(b.write(address_of("Width"), 320) == access_denied); // nobody has control
+    CHECK(b.write_memory(address_of("Width"), Bench::words({320})) == access_denied);
     b.take_control(alice);
-    CHECK(b.write(feature::width, 320, bob) == access_denied);
-    CHECK(b.write_memory(feature::width, Bench::words({320}), bob) == access_denied);
+    CHECK(b.write(address_of("Width"), 320, bob) == access_denied);
+    CHECK(b.write_memory(address_of("Width"), Bench::words({320}), bob) == access_denied);
     // A control request must not smuggle another write along.
-    CHECK(Bench::status(b.ask(0x82, Bench::words({0xA00, 2, feature::width, 320}), bob)) == access_denied);
-    CHECK(Bench::word(b.read(feature::width, bob)) == 640); // reading is free
-    CHECK(b.write(feature::width, 320, alice) == ok);
+    CHECK(Bench::status(b.ask(0x82, Bench::words({0xA00, 2, address_of("Width"), 320}), bob)) ==
+          access_denied);
+    CHECK(Bench::word(b.read(address_of("Width"), bob)) == 640); // reading is free
+    CHECK(b.write(address_of("Width"), 320, alice) == ok);
     CHECK(b.write(reg::control_privilege, 2, bob) == access_denied);
     CHECK(b.write(reg::control_privilege, 2, alice) == ok); // again by its owner
     CHECK(Bench::word(b.read(reg::primary_ip)) == alice.ip);
@@ -290,28 +291,28 @@ TEST_CASE("Writes are validated, and a refused one changes nothing") {
         std::uint32_t address, value;
         int expected;
     } probes[] = {
-        {feature::width, 100'000, invalid_parameter},
-        {feature::width, 0xFFFFFFFF, invalid_parameter},
-        {feature::width, 0, invalid_parameter},
-        {feature::width, 320, ok},
-        {feature::offset_x, 1, invalid_parameter}, // the whole width is in use
-        {feature::pixel_format, 0x12345678, invalid_parameter},
-        {feature::pixel_format, 0x01080001, ok},
-        {feature::acquisition_mode, 3, invalid_parameter},
-        {feature::trigger_mode, 2, invalid_parameter},
-        {feature::trigger_source, trigger_source_count, invalid_parameter},
-        {feature::trigger_activation, trigger_activation_count, invalid_parameter},
-        {feature::exposure_mode, 0, invalid_parameter},
-        {feature::exposure_mode, 3, invalid_parameter},
-        {feature::exposure_time, 0, invalid_parameter},
-        {feature::exposure_time, 0xFFFFFFFF, invalid_parameter},
-        {feature::gain, 0xFFFFFFFF, invalid_parameter}, // -0.001 dB
-        {feature::gain, 6000, ok},
-        {feature::frame_rate, 0, invalid_parameter},
-        {feature::acquisition_start, 2, invalid_parameter},
-        {feature::payload_size, 1, write_protect},
+        {address_of("Width"), 100'000, invalid_parameter},
+        {address_of("Width"), 0xFFFFFFFF, invalid_parameter},
+        {address_of("Width"), 0, invalid_parameter},
+        {address_of("Width"), 320, ok},
+        {address_of("OffsetX"), 1, invalid_parameter}, // the whole width is in use
+        {address_of("PixelFormat"), 0x12345678, invalid_parameter},
+        {address_of("PixelFormat"), 0x01080001, ok},
+        {address_of("AcquisitionMode"), 3, invalid_parameter},
+        {address_of("TriggerMode"), 2, invalid_parameter},
+        {address_of("TriggerSource"), trigger_source_count, invalid_parameter},
+        {address_of("TriggerActivation"), trigger_activation_count, invalid_parameter},
+        {address_of("ExposureMode"), 0, invalid_parameter},
+        {address_of("ExposureMode"), 3, invalid_parameter},
+        {address_of("ExposureTime"), 0, invalid_parameter},
+        {address_of("ExposureTime"), 0xFFFFFFFF, invalid_parameter},
+        {address_of("Gain"), 0xFFFFFFFF, invalid_parameter}, // -0.001 dB
+        {address_of("Gain"), 6000, ok},
+        {address_of("AcquisitionFrameRate"), 0, invalid_parameter},
+        {address_of("AcquisitionStart"), 2, invalid_parameter},
+        {address_of("PayloadSize"), 1, write_protect},
         {0x0, 1, write_protect},
-        {feature::xml_file, 1, write_protect},
+        {xml_file_address, 1, write_protect},
         {0x9FFC, 1, invalid_address},
         {2, 1, bad_alignment},
         {reg::stream_packet_size, 36, invalid_parameter},   // made another server spin for ever
@@ -359,27 +360,27 @@ TEST_CASE("Writes are validated, and a refused one changes nothing") {
 TEST_CASE("Concatenated commands stop at the first error and say where") {
     Bench b;
     b.take_control();
-    const Bytes written =
-        b.ask(0x82, Bench::words({feature::width, 320, feature::height, 9999, feature::gain, 1000}));
+    const Bytes written = b.ask(
+        0x82, Bench::words({address_of("Width"), 320, address_of("Height"), 9999, address_of("Gain"), 1000}));
     CHECK(Bench::status(written) == invalid_parameter);
     CHECK(Bench::word(written) == 1);
     CHECK(b.camera.settings().region.width == 320);
     CHECK(b.camera.settings().gain_db == 0);
-    CHECK(Bench::word(b.ask(0x82, Bench::words({feature::width, 100, feature::gain, 1000}))) == 2);
+    CHECK(Bench::word(b.ask(0x82, Bench::words({address_of("Width"), 100, address_of("Gain"), 1000}))) == 2);
 
-    const Bytes read =
-        b.ask(0x80, Bench::words({feature::width, feature::height, 0xFFFFFFF0, feature::gain}));
+    const Bytes read = b.ask(
+        0x80, Bench::words({address_of("Width"), address_of("Height"), 0xFFFFFFF0, address_of("Gain")}));
     CHECK(Bench::status(read) == invalid_address);
     REQUIRE(read.size() == 8 + 8); // what was read before the error
     CHECK(Bench::word(read) == 100);
     CHECK(Bench::word(read, 4) == 480);
 
     // WRITEMEM over several registers: bytes done.
-    const Bytes memory = b.ask(0x86, Bench::words({feature::width, 64, 9999, 0}));
+    const Bytes memory = b.ask(0x86, Bench::words({address_of("Width"), 64, 9999, 0}));
     CHECK(Bench::status(memory) == invalid_parameter);
     CHECK(Bench::word(memory) == 4);
     CHECK(b.camera.settings().region.width == 64);
-    CHECK(Bench::word(b.ask(0x86, Bench::words({feature::width, 96, 48, 10, 20}))) == 16);
+    CHECK(Bench::word(b.ask(0x86, Bench::words({address_of("Width"), 96, 48, 10, 20}))) == 16);
     CHECK(b.camera.settings().region == Region{10, 20, 96, 48});
 }
 
@@ -387,18 +388,18 @@ TEST_CASE("Image format and stream are locked while streaming") {
     Bench b;
     b.start();
     for (const std::uint32_t locked :
-         {feature::width, feature::height, feature::pixel_format, feature::acquisition_mode,
+         {address_of("Width"), address_of("Height"), address_of("PixelFormat"), address_of("AcquisitionMode"),
           reg::stream_packet_delay, reg::stream_destination, reg::gvsp_configuration}) {
         CAPTURE(locked);
         CHECK(b.write(locked, Bench::word(b.read(locked))) == write_protect);
     }
     CHECK(b.write(reg::stream_packet_size, 576) == write_protect);
-    CHECK(b.write(feature::exposure_time, 5000) == ok);
-    CHECK(b.write(feature::gain, 5000) == ok);
-    CHECK(b.write(feature::acquisition_start, 1) == ok); // twice changes nothing
+    CHECK(b.write(address_of("ExposureTime"), 5000) == ok);
+    CHECK(b.write(address_of("Gain"), 5000) == ok);
+    CHECK(b.write(address_of("AcquisitionStart"), 1) == ok); // twice changes nothing
     CHECK(b.stream.begun == 1);
-    CHECK(b.write(feature::acquisition_stop, 1) == ok);
-    CHECK(b.write(feature::width, 320) == ok);
+    CHECK(b.write(address_of("AcquisitionStop"), 1) == ok);
+    CHECK(b.write(address_of("Width"), 320) == ok);
 }
 
 TEST_CASE("The stream gets what the registers say") {
@@ -408,9 +409,9 @@ TEST_CASE("The stream gets what the registers say") {
     CHECK(b.write(reg::stream_packet_delay, 1234) == ok);
     CHECK(b.write(reg::stream_packet_size, 0x40000000 | 1400) == ok);
     CHECK(b.write(reg::gvsp_configuration, 0x40000000) == ok);
-    CHECK(b.write(feature::pixel_format, 0x01080001) == ok);
+    CHECK(b.write(address_of("PixelFormat"), 0x01080001) == ok);
     CHECK(b.write(reg::stream_port, 5555) == ok);
-    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    CHECK(b.write(address_of("AcquisitionStart"), 1) == ok);
     const StreamConfig& c = b.stream.config;
     CHECK(c.destination_ip == 0xC0A80763);
     CHECK(c.destination_port == 5555);
@@ -419,7 +420,7 @@ TEST_CASE("The stream gets what the registers say") {
     CHECK(c.extended_ids);
     CHECK(c.packet_delay_ns == 1234);
     CHECK(c.payload.packs_pixels);
-    CHECK(Bench::word(b.read(feature::payload_size)) == 640 * 480);
+    CHECK(Bench::word(b.read(address_of("PayloadSize"))) == 640 * 480);
     CHECK(Bench::word(b.read(reg::stream_source_port)) == 4242);
     // Closing the port ends the acquisition.
     CHECK(b.write(reg::stream_port, 0) == ok);
@@ -447,7 +448,7 @@ TEST_CASE("The heartbeat is the controller's alone and runs out by the clock") {
     b.clock.advance(2 * ns_per_s);
     b.read(reg::control_privilege, bob); // no third party keeps a dead controller alive
     CHECK(b.port.deadline() == granted + 3 * ns_per_s);
-    b.write(feature::gain, 1000); // any command of the controller counts
+    b.write(address_of("Gain"), 1000); // any command of the controller counts
     CHECK(b.port.deadline() == granted + 5 * ns_per_s);
     b.clock.advance(3 * ns_per_s - 1);
     b.port.on_timer(b.clock.now());
@@ -460,24 +461,24 @@ TEST_CASE("The heartbeat is the controller's alone and runs out by the clock") {
     CHECK(b.port.counters().control_lost == 1);
     CHECK(Bench::word(b.read(reg::stream_port)) == 0);
     CHECK(b.camera.settings().gain_db == 1); // features stay
-    CHECK(b.write(feature::gain, 2000) == access_denied);
+    CHECK(b.write(address_of("Gain"), 2000) == access_denied);
     CHECK(b.write(reg::control_privilege, 2, bob) == ok);
 }
 
 TEST_CASE("A repeated request is answered again but run once") {
     Bench b;
     b.take_control();
-    CHECK(b.write(feature::trigger_mode, 1) == ok);
-    CHECK(b.write(feature::trigger_source, 0) == ok);
+    CHECK(b.write(address_of("TriggerMode"), 1) == ok);
+    CHECK(b.write(address_of("TriggerSource"), 0) == ok);
     CHECK(b.write(reg::stream_port, 5555) == ok);
-    CHECK(b.write(feature::acquisition_start, 1) == ok);
-    const Bytes once = b.datagram(0x82, Bench::words({feature::trigger_software, 1}));
+    CHECK(b.write(address_of("AcquisitionStart"), 1) == ok);
+    const Bytes once = b.datagram(0x82, Bench::words({address_of("TriggerSoftware"), 1}));
     const Bytes first = b.send(once);
     CHECK(b.send(once) == first);
     CHECK(b.send(once) == first);
     CHECK(b.camera.triggers() == 1);
     CHECK(b.port.counters().retries == 2);
-    b.ask(0x82, Bench::words({feature::trigger_software, 1})); // the next id is a new command
+    b.ask(0x82, Bench::words({address_of("TriggerSoftware"), 1})); // the next id is a new command
     CHECK(b.camera.triggers() == 2);
 }
 
@@ -520,9 +521,9 @@ TEST_CASE("ACTION triggers when keys and mask agree") {
     CHECK(b.write(reg::action_device_key, 0x11) == ok);
     CHECK(b.write(reg::action_groups, 0x22) == ok);
     CHECK(b.write(reg::action_groups + 4, 0x0F) == ok);
-    CHECK(b.write(feature::trigger_mode, 1) == ok);
-    CHECK(b.write(feature::trigger_source, 2) == ok);
-    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    CHECK(b.write(address_of("TriggerMode"), 1) == ok);
+    CHECK(b.write(address_of("TriggerSource"), 2) == ok);
+    CHECK(b.write(address_of("AcquisitionStart"), 1) == ok);
     const auto fire = [&](std::uint32_t device, std::uint32_t group, std::uint32_t mask) {
         return Bench::status(b.send(b.datagram(0x100, Bench::words({device, group, mask})), bob, true));
     };
@@ -539,9 +540,9 @@ TEST_CASE("Scheduled actions fire at their instant, in the scheduling clock") {
     b.clock.set_tai_offset_ns(5'000'000'000'000'000);
     b.take_control();
     CHECK(b.write(reg::action_groups + 4, 1) == ok);
-    CHECK(b.write(feature::trigger_mode, 1) == ok);
-    CHECK(b.write(feature::trigger_source, 2) == ok);
-    CHECK(b.write(feature::acquisition_start, 1) == ok);
+    CHECK(b.write(address_of("TriggerMode"), 1) == ok);
+    CHECK(b.write(address_of("TriggerSource"), 2) == ok);
+    CHECK(b.write(address_of("AcquisitionStart"), 1) == ok);
     const auto schedule = [&](std::int64_t ahead_ns) {
         const auto t = static_cast<std::uint64_t>(b.clock.now().ns + b.clock.tai_offset_ns() + ahead_ns);
         return Bench::status(b.send(b.datagram(
@@ -628,14 +629,14 @@ TEST_CASE("Control switches over to who knows the key, when the controller allow
     CHECK(b.write(reg::control_privilege, 0xBEEF0000, bob) == access_denied); // to release is not to take
     CHECK(b.write(reg::control_privilege, 0xBEEF0002, bob) == ok);
     CHECK(Bench::word(b.read(reg::primary_ip)) == bob.ip);
-    CHECK(b.write(feature::gain, 1000, alice) == access_denied);
-    CHECK(b.write(feature::gain, 1000, bob) == ok);
+    CHECK(b.write(address_of("Gain"), 1000, alice) == access_denied);
+    CHECK(b.write(address_of("Gain"), 1000, bob) == ok);
 }
 
 TEST_CASE("A slow command is announced with PENDING_ACK and answered in the end") {
     Bench b;
     b.take_control();
-    const Bytes pending = b.ask(0x82, Bench::words({feature::test_pending_ack, 800}));
+    const Bytes pending = b.ask(0x82, Bench::words({address_of("TestPendingAck"), 800}));
     CHECK(Bench::status(pending) == ok);
     CHECK(load_be16(&pending[2]) == 0x89);
     CHECK(load_be16(&pending[10]) > 800);
@@ -657,7 +658,7 @@ TEST_CASE("Without PENDING_ACK a slow command is answered in the end only") {
     Bench b;
     b.take_control();
     CHECK(b.write(reg::gvcp_configuration, 0) == ok);
-    CHECK(b.ask(0x82, Bench::words({feature::test_pending_ack, 800})).empty());
+    CHECK(b.ask(0x82, Bench::words({address_of("TestPendingAck"), 800})).empty());
     b.clock.advance(800 * ns_per_ms);
     Peer to;
     CHECK(b.port.take_due_reply(b.clock.now(), to).size() == 12);
@@ -730,16 +731,16 @@ TEST_CASE("User sets bring settings back, also after a restart") {
     {
         Bench b(s);
         b.take_control();
-        CHECK(b.write(feature::width, 320) == ok);
-        CHECK(b.write(feature::offset_x, 100) == ok);
-        CHECK(b.write(feature::gain, 6000) == ok);
+        CHECK(b.write(address_of("Width"), 320) == ok);
+        CHECK(b.write(address_of("OffsetX"), 100) == ok);
+        CHECK(b.write(address_of("Gain"), 6000) == ok);
         CHECK(b.write_memory(reg::user_name, {'n', 'a', 'm', 'e', 0, 0, 0, 0}) == ok);
-        CHECK(b.write(feature::user_set_save, 1) == write_protect); // the default set is not for saving
-        CHECK(b.write(feature::user_set_selector, 1) == ok);
-        CHECK(b.write(feature::user_set_save, 1) == ok);
-        CHECK(b.write(feature::user_set_default, 1) == ok);
-        CHECK(b.write(feature::user_set_selector, 0) == ok);
-        CHECK(b.write(feature::user_set_load, 1) == ok);
+        CHECK(b.write(address_of("UserSetSave"), 1) == write_protect); // the default set is not for saving
+        CHECK(b.write(address_of("UserSetSelector"), 1) == ok);
+        CHECK(b.write(address_of("UserSetSave"), 1) == ok);
+        CHECK(b.write(address_of("UserSetDefault"), 1) == ok);
+        CHECK(b.write(address_of("UserSetSelector"), 0) == ok);
+        CHECK(b.write(address_of("UserSetLoad"), 1) == ok);
         CHECK(b.camera.settings().region == Region{0, 0, 640, 480});
         CHECK(b.camera.settings().gain_db == 0);
     }
@@ -749,7 +750,7 @@ TEST_CASE("User sets bring settings back, also after a restart") {
         CHECK(b.camera.settings().gain_db == 6);
         CHECK(b.device.registers().text(reg::user_name) == "name");
         b.take_control();
-        CHECK(b.write(feature::device_reset, 1) == ok);
+        CHECK(b.write(address_of("DeviceReset"), 1) == ok);
         CHECK(b.camera.settings().region == Region{0, 0, 640, 480});
     }
     std::remove(file.c_str());
@@ -817,7 +818,7 @@ TEST_CASE("100 000 random and damaged datagrams neither crash the device nor get
     const std::vector<Bytes> seeds = {
         b.datagram(0x02, {}),
         b.datagram(0x80, Bench::words({0xA00, 0x938})),
-        b.datagram(0x82, Bench::words({0xA00, 2, feature::width, 64})),
+        b.datagram(0x82, Bench::words({0xA00, 2, address_of("Width"), 64})),
         b.datagram(0x84, Bench::words({0x200, 512})),
         b.datagram(0x86, Bench::words({0xE8, 0x41414141, 0, 0, 0})),
         b.datagram(0x40, Bench::words({1, 0, 0xFFFFFF}), 0),

@@ -1,8 +1,11 @@
 // Lines, counters, timers and sequencer: against a camera whose activity the test makes up.
 #include "core/clock.hpp"
+#include "core/io_state.hpp"
 #include "tests/support/catch.hpp"
 #include "transports/gige/channels/binning.hpp"
 #include "transports/gige/control/control_port.hpp"
+#include "transports/gige/device/feature_table.hpp"
+#include "transports/gige/genicam/description.hpp"
 
 #include <cstdlib>
 #include <fstream>
@@ -26,6 +29,14 @@ struct SilentStream final : StreamPort {
     bool send_test_packet(const StreamConfig&) noexcept override { return true; }
     [[nodiscard]] std::uint16_t source_port() const noexcept override { return 4242; }
 };
+
+/// Word of an item of LineSource.
+std::uint32_t line_source(std::string_view item) {
+    for (const FeatureEntry& e : feature("LineSource").entries)
+        if (e.name == item) return e.value;
+    FAIL("no such item");
+    return 0;
+}
 
 /// Remembers what it is told and shows what it is given.
 struct PaperCamera final : CameraControl {
@@ -131,90 +142,85 @@ struct Bench {
 
 TEST_CASE("inputs show their edges, the output what it is wired to, all inverted on demand") {
     Bench b;
-    CHECK(b.read(feature::line_status_all) == 0);
+    CHECK(b.read(address_of("LineStatusAll")) == 0);
     b.camera.shown.lines[0].edges = 1;
     b.camera.shown.lines[0].edge = b.clock.now();
-    CHECK(b.read(feature::line_status_all) == 1);
+    CHECK(b.read(address_of("LineStatusAll")) == 1);
     b.clock.advance(ns_per_ms);
-    CHECK(b.read(feature::line_status_all) == 0);
-    b.set(feature::line_inverter, 1);
-    CHECK(b.read(feature::line_status_all) == 1);
-    b.set(feature::line_inverter, 0);
+    CHECK(b.read(address_of("LineStatusAll")) == 0);
+    b.set(address_of("LineInverter"), 1);
+    CHECK(b.read(address_of("LineStatusAll")) == 1);
+    b.set(address_of("LineInverter"), 0);
 
-    const auto output = [&] { return b.read(feature::line_status_all) >> 4; };
+    const auto output = [&] { return b.read(address_of("LineStatusAll")) >> 4; };
     b.frame(1000, 3000);
     CHECK(output() == 1); // ExposureActive after reset
-    b.set(feature::line_inverter + 16, 1);
+    b.set(address_of("LineInverter") + 16, 1);
     CHECK(output() == 0);
-    b.set(feature::line_inverter + 16, 0);
+    b.set(address_of("LineInverter") + 16, 0);
     b.clock.advance(1000);
     CHECK(output() == 0);
-    b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::frame_active));
+    b.set(address_of("LineSource"), line_source("FrameActive"));
     CHECK(output() == 1);
     b.clock.advance(2000);
     CHECK(output() == 0);
-    b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::acquisition_active));
+    b.set(address_of("LineSource"), line_source("AcquisitionActive"));
     CHECK(output() == 0);
     b.camera.running = true;
     CHECK(output() == 1);
-    b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::frame_trigger_wait));
+    b.set(address_of("LineSource"), line_source("FrameTriggerWait"));
     CHECK(output() == 0);
     b.camera.shown.trigger_ready = true;
     CHECK(output() == 1);
-    b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::user_output0));
+    b.set(address_of("LineSource"), line_source("UserOutput0"));
     CHECK(output() == 0);
-    b.set(feature::user_output_value, 1);
+    b.set(address_of("UserOutputValueAll"), 1);
     CHECK(output() == 1);
-    CHECK(b.write(feature::line_source, line_source_count) == Status::invalid_parameter);
-    CHECK(b.write(feature::line_status_all, 0) == Status::write_protect);
+    CHECK(b.write(address_of("LineSource"), item_count(feature("LineSource"))) == Status::invalid_parameter);
+    CHECK(b.write(address_of("LineStatusAll"), 0) == Status::write_protect);
 }
 
 TEST_CASE("Counters count from their reset on, and stop at their duration") {
     Bench b;
-    constexpr std::uint32_t c1 = feature::counters + feature::counter_stride;
     b.camera.shown.lines[0].edges = 100;
-    CHECK(b.read(c1 + feature::counter::status) == static_cast<std::uint32_t>(IoStatus::idle));
-    b.set(c1 + feature::counter::event_source, static_cast<std::uint32_t>(IoEvent::line0));
-    CHECK(b.read(c1 + feature::counter::value) == 0);
+    CHECK(b.read(address_of("CounterStatus", 1)) == static_cast<std::uint32_t>(IoStatus::idle));
+    b.set(address_of("CounterEventSource", 1), static_cast<std::uint32_t>(IoEvent::line0));
+    CHECK(b.read(address_of("CounterValue", 1)) == 0);
     b.camera.shown.lines[0].edges += 7;
-    CHECK(b.read(c1 + feature::counter::value) == 7);
-    CHECK(b.read(feature::counters + feature::counter::value) == 0); // the other one is off
-    CHECK(b.read(c1 + feature::counter::status) == static_cast<std::uint32_t>(IoStatus::active));
-    b.set(c1 + feature::counter::reset, 1);
-    CHECK(b.read(c1 + feature::counter::value) == 0);
-    CHECK(b.read(c1 + feature::counter::value_at_reset) == 7);
-    b.set(c1 + feature::counter::duration, 3);
+    CHECK(b.read(address_of("CounterValue", 1)) == 7);
+    CHECK(b.read(address_of("CounterValue")) == 0); // the other one is off
+    CHECK(b.read(address_of("CounterStatus", 1)) == static_cast<std::uint32_t>(IoStatus::active));
+    b.set(address_of("CounterReset", 1), 1);
+    CHECK(b.read(address_of("CounterValue", 1)) == 0);
+    CHECK(b.read(address_of("CounterValueAtReset", 1)) == 7);
+    b.set(address_of("CounterDuration", 1), 3);
     b.camera.shown.lines[0].edges += 5;
-    CHECK(b.read(c1 + feature::counter::value) == 3);
-    CHECK(b.read(c1 + feature::counter::status) == static_cast<std::uint32_t>(IoStatus::completed));
+    CHECK(b.read(address_of("CounterValue", 1)) == 3);
+    CHECK(b.read(address_of("CounterStatus", 1)) == static_cast<std::uint32_t>(IoStatus::completed));
 
     // Frame events are counted when they happen, not when they are planned.
-    b.set(feature::counters + feature::counter::event_source,
-          static_cast<std::uint32_t>(IoEvent::exposure_end));
-    b.set(feature::counters + feature::counter::reset_source, 1);
+    b.set(address_of("CounterEventSource"), static_cast<std::uint32_t>(IoEvent::exposure_end));
+    b.set(address_of("CounterResetSource"), 1);
     b.frame(1000, 3000);
-    CHECK(b.read(feature::counters + feature::counter::value) == 0);
+    CHECK(b.read(address_of("CounterValue")) == 0);
     b.clock.advance(1000);
-    CHECK(b.read(feature::counters + feature::counter::value) == 1);
-    b.set(feature::acquisition_start, 1);
-    CHECK(b.read(feature::counters + feature::counter::value) == 0);
-    CHECK(b.read(feature::counters + feature::counter::value_at_reset) == 1);
-    CHECK(b.write(feature::counters + feature::counter::event_source, io_event_count) ==
-          Status::invalid_parameter);
+    CHECK(b.read(address_of("CounterValue")) == 1);
+    b.set(address_of("AcquisitionStart"), 1);
+    CHECK(b.read(address_of("CounterValue")) == 0);
+    CHECK(b.read(address_of("CounterValueAtReset")) == 1);
+    CHECK(b.write(address_of("CounterEventSource"), io_event_count) == Status::invalid_parameter);
 }
 
 TEST_CASE("Timers run their delay and duration after each trigger") {
     Bench b;
-    const auto status = [&] {
-        return static_cast<IoStatus>(b.read(feature::timers + feature::timer::status));
-    };
-    const auto value = [&] { return b.read(feature::timers + feature::timer::value); };
-    b.set(feature::line_source, static_cast<std::uint32_t>(LineSource::timer0_active));
-    const auto output = [&] { return b.read(feature::line_status_all) >> 4; };
+    const auto status = [&] { return static_cast<IoStatus>(b.read(address_of("TimerStatus"))); };
+    const auto value = [&] { return b.read(address_of("TimerValue")); };
+    b.set(address_of("LineSource"), line_source("Timer0Active"));
+    const auto output = [&] { return b.read(address_of("LineStatusAll")) >> 4; };
     CHECK(status() == IoStatus::idle);
-    b.set(feature::timers + feature::timer::trigger_source, static_cast<std::uint32_t>(IoEvent::line0));
-    b.set(feature::timers + feature::timer::delay, 2000); // 20 us
-    b.set(feature::timers + feature::timer::duration, 5000);
+    b.set(address_of("TimerTriggerSource"), static_cast<std::uint32_t>(IoEvent::line0));
+    b.set(address_of("TimerDelay"), 2000); // 20 us
+    b.set(address_of("TimerDuration"), 5000);
     CHECK(status() == IoStatus::trigger_wait);
     b.camera.shown.lines[0].edges = 1;
     b.camera.shown.lines[0].edge = b.clock.now();
@@ -229,35 +235,35 @@ TEST_CASE("Timers run their delay and duration after each trigger") {
     CHECK(value() == 5000);
     CHECK(output() == 0);
     b.clock.advance(1);
-    b.set(feature::timers + feature::timer::reset, 1);
+    b.set(address_of("TimerReset"), 1);
     CHECK(status() == IoStatus::trigger_wait);
     CHECK(value() == 0);
 }
 
 TEST_CASE("The sequencer saves features into sets and runs along them") {
     Bench b;
-    CHECK(b.write(feature::sequencer_set_save, 1) == Status::write_protect); // not configuring
-    CHECK(b.write(feature::sequencer_set_next, 1) == Status::write_protect);
-    b.set(feature::sequencer_configuration, 1);
-    CHECK(b.write(feature::sequencer_mode, 1) == Status::write_protect);
-    b.set(feature::sequencer_feature_enable, 1);     // ExposureTime
-    b.set(feature::sequencer_feature_enable + 4, 1); // Gain
+    CHECK(b.write(address_of("SequencerSetSave"), 1) == Status::write_protect); // not configuring
+    CHECK(b.write(address_of("SequencerSetNext"), 1) == Status::write_protect);
+    b.set(address_of("SequencerConfigurationMode"), 1);
+    CHECK(b.write(address_of("SequencerMode"), 1) == Status::write_protect);
+    b.set(address_of("SequencerFeatureEnable"), 1);     // ExposureTime
+    b.set(address_of("SequencerFeatureEnable") + 4, 1); // Gain
     for (const std::uint32_t set : {2U, 5U}) {
-        b.set(feature::exposure_time, set * 1000);
-        b.set(feature::gain, set * 1000);
-        b.set(feature::sequencer_set_selector, set);
-        b.set(feature::sequencer_set_save, 1);
+        b.set(address_of("ExposureTime"), set * 1000);
+        b.set(address_of("Gain"), set * 1000);
+        b.set(address_of("SequencerSetSelector"), set);
+        b.set(address_of("SequencerSetSave"), 1);
     }
-    b.set(feature::sequencer_set_next + 4 * 2, 5);
-    b.set(feature::sequencer_set_next + 4 * 5, 2);
-    b.set(feature::sequencer_set_start, 2);
-    b.set(feature::sequencer_set_selector, 2);
-    b.set(feature::sequencer_set_load, 1);
-    CHECK(b.read(feature::exposure_time) == 2000);
+    b.set(address_of("SequencerSetNext", 2), 5);
+    b.set(address_of("SequencerSetNext", 5), 2);
+    b.set(address_of("SequencerSetStart"), 2);
+    b.set(address_of("SequencerSetSelector"), 2);
+    b.set(address_of("SequencerSetLoad"), 1);
+    CHECK(b.read(address_of("ExposureTime")) == 2000);
     CHECK(b.camera.settings_.gain_db == 2);
-    b.set(feature::sequencer_configuration, 0);
+    b.set(address_of("SequencerConfigurationMode"), 0);
     CHECK_FALSE(b.camera.sequence.enabled);
-    b.set(feature::sequencer_mode, 1);
+    b.set(address_of("SequencerMode"), 1);
     REQUIRE(b.camera.sequence.enabled);
     CHECK(b.camera.sequence.features == (sequenced_exposure | sequenced_gain));
     CHECK(b.camera.sequence.start == 2);
@@ -265,36 +271,36 @@ TEST_CASE("The sequencer saves features into sets and runs along them") {
     CHECK(b.camera.sequence.steps[5].next == 2);
     CHECK(b.camera.sequence.steps[5].exposure_ns == 50'000);
     CHECK(b.camera.sequence.steps[5].gain_db == 5);
-    CHECK(b.write(feature::sequencer_configuration, 1) == Status::write_protect);
+    CHECK(b.write(address_of("SequencerConfigurationMode"), 1) == Status::write_protect);
     b.camera.shown.sequence_step = 5;
-    CHECK(b.read(feature::sequencer_set_active) == 5);
-    b.set(feature::acquisition_start, 1);
-    CHECK(b.write(feature::sequencer_mode, 0) == Status::write_protect); // while streaming
-    b.set(feature::acquisition_stop, 1);
-    b.set(feature::device_reset, 1);
+    CHECK(b.read(address_of("SequencerSetActive")) == 5);
+    b.set(address_of("AcquisitionStart"), 1);
+    CHECK(b.write(address_of("SequencerMode"), 0) == Status::write_protect); // while streaming
+    b.set(address_of("AcquisitionStop"), 1);
+    b.set(address_of("DeviceReset"), 1);
     CHECK_FALSE(b.camera.sequence.enabled);
 }
 
 TEST_CASE("Small features are the camera's, not numbers on their own") {
     Bench b;
-    CHECK(static_cast<std::int32_t>(b.read(feature::temperature)) == -31'500);
-    CHECK(b.read(feature::binning_horizontal) == 1);
-    b.set(feature::black_level, 100'500);
+    CHECK(static_cast<std::int32_t>(b.read(address_of("DeviceTemperature"))) == -31'500);
+    CHECK(b.read(address_of("BinningHorizontal")) == 1);
+    b.set(address_of("BlackLevel"), 100'500);
     CHECK(b.camera.settings_.black_level_dn == 100.5);
-    CHECK(b.write(feature::black_level, 2'048'001) == Status::invalid_parameter);
-    b.set(feature::test_pattern, 7);
+    CHECK(b.write(address_of("BlackLevel"), 2'048'001) == Status::invalid_parameter);
+    b.set(address_of("TestPattern"), 7);
     CHECK(b.camera.settings_.test_pattern == ImagePattern::frame_counter);
-    CHECK(b.write(feature::test_pattern, image_pattern_count) == Status::invalid_parameter);
-    b.set(feature::frame_rate_enable, 0);
+    CHECK(b.write(address_of("TestPattern"), image_pattern_count) == Status::invalid_parameter);
+    b.set(address_of("AcquisitionFrameRateEnable"), 0);
     CHECK_FALSE(b.camera.settings_.frame_rate_enabled);
-    CHECK(b.read(feature::trigger_overlap) == 0);
-    b.set(feature::trigger_overlap, 2);
+    CHECK(b.read(address_of("TriggerOverlap")) == 0);
+    b.set(address_of("TriggerOverlap"), 2);
     CHECK(b.camera.settings_.trigger_overlap == TriggerOverlap::previous_frame);
-    CHECK(b.write(feature::trigger_overlap, 1) == Status::invalid_parameter); // not this chip
-    CHECK(b.write(feature::trigger_overlap, 3) == Status::invalid_parameter);
-    b.set(feature::trigger_divider, 4);
+    CHECK(b.write(address_of("TriggerOverlap"), 1) == Status::invalid_parameter); // not this chip
+    CHECK(b.write(address_of("TriggerOverlap"), 3) == Status::invalid_parameter);
+    b.set(address_of("TriggerDivider"), 4);
     CHECK(b.camera.settings_.trigger_divider == 4);
-    CHECK(b.write(feature::trigger_divider, 0) == Status::invalid_parameter);
+    CHECK(b.write(address_of("TriggerDivider"), 0) == Status::invalid_parameter);
 }
 
 TEST_CASE("Binning changes the sizes of the image, and is refused where it makes no sense") {
@@ -302,91 +308,91 @@ TEST_CASE("Binning changes the sizes of the image, and is refused where it makes
     PaperCamera& camera = b.camera;
     const auto put = [&](Region r) { camera.settings_.region = r; };
     put({10, 6, 321, 239});
-    CHECK(b.read(feature::binning_horizontal) == 1);
-    CHECK(b.read(feature::width_max) == 640);
-    b.set(feature::binning_horizontal, 2);
+    CHECK(b.read(address_of("BinningHorizontal")) == 1);
+    CHECK(b.read(address_of("WidthMax")) == 640);
+    b.set(address_of("BinningHorizontal"), 2);
     CHECK(camera.settings_.region == Region{10, 6, 320, 239}); // whole binned pixels
-    b.set(feature::binning_vertical, 4);
+    b.set(address_of("BinningVertical"), 4);
     CHECK(camera.settings_.region == Region{10, 4, 320, 236});
-    CHECK(b.read(feature::width) == 160);
-    CHECK(b.read(feature::height) == 59);
-    CHECK(b.read(feature::offset_x) == 5);
-    CHECK(b.read(feature::offset_y) == 1);
-    CHECK(b.read(feature::width_max) == 320);
-    CHECK(b.read(feature::height_max) == 120);
-    CHECK(b.read(feature::sensor_width) == 640);
-    CHECK(b.read(feature::payload_size) == 160 * 59 * 2);
-    b.set(feature::width, 315);
-    CHECK(b.write(feature::width, 316) == Status::invalid_parameter); // 5 + 316 > 320
-    CHECK(b.write(feature::width, 0x7FFFFFFF) == Status::invalid_parameter);
-    b.set(feature::offset_y, 2);
+    CHECK(b.read(address_of("Width")) == 160);
+    CHECK(b.read(address_of("Height")) == 59);
+    CHECK(b.read(address_of("OffsetX")) == 5);
+    CHECK(b.read(address_of("OffsetY")) == 1);
+    CHECK(b.read(address_of("WidthMax")) == 320);
+    CHECK(b.read(address_of("HeightMax")) == 120);
+    CHECK(b.read(address_of("SensorWidth")) == 640);
+    CHECK(b.read(address_of("PayloadSize")) == 160 * 59 * 2);
+    b.set(address_of("Width"), 315);
+    CHECK(b.write(address_of("Width"), 316) == Status::invalid_parameter); // 5 + 316 > 320
+    CHECK(b.write(address_of("Width"), 0x7FFFFFFF) == Status::invalid_parameter);
+    b.set(address_of("OffsetY"), 2);
     CHECK(camera.settings_.region == Region{10, 8, 630, 236});
     for (const std::uint32_t bad : {0U, 3U, 5U, 8U, 0x80000002U}) {
-        CHECK(b.write(feature::binning_horizontal, bad) == Status::invalid_parameter);
-        CHECK(b.write(feature::binning_vertical, bad) == Status::invalid_parameter);
+        CHECK(b.write(address_of("BinningHorizontal"), bad) == Status::invalid_parameter);
+        CHECK(b.write(address_of("BinningVertical"), bad) == Status::invalid_parameter);
     }
-    CHECK(b.write(feature::binning_vertical_mode, 2) == Status::invalid_parameter);
-    b.set(feature::binning_vertical_mode, 1);
-    CHECK(b.read(feature::binning_horizontal_mode) == 0);
-    CHECK(b.read(feature::binning_vertical_mode) == 1);
+    CHECK(b.write(address_of("BinningVerticalMode"), 2) == Status::invalid_parameter);
+    b.set(address_of("BinningVerticalMode"), 1);
+    CHECK(b.read(address_of("BinningHorizontalMode")) == 0);
+    CHECK(b.read(address_of("BinningVerticalMode")) == 1);
 
     // One window, one part, one read; and not while streaming.
-    constexpr std::uint32_t multipart = 0x40, region1 = feature::regions + feature::region_stride;
+    constexpr std::uint32_t multipart = 0x40;
     constexpr std::uint32_t non_destructive = static_cast<std::uint32_t>(Sampling::non_destructive);
     CHECK(b.write(reg::stream_configuration, multipart) == Status::write_protect);
-    CHECK(b.write(region1 + feature::region::mode, 1) == Status::write_protect);
-    CHECK(b.write(feature::regions + feature::region::sampling, non_destructive) == Status::write_protect);
-    b.set(region1 + feature::region::width, 33); // while it is off, in sensor pixels
-    CHECK(b.read(region1 + feature::region::width) == 33);
+    CHECK(b.write(address_of("RegionMode", 1), 1) == Status::write_protect);
+    CHECK(b.write(address_of("RegionSampling"), non_destructive) == Status::write_protect);
+    b.set(address_of("Width", 1), 33); // while it is off, in sensor pixels
+    CHECK(b.read(address_of("Width", 1)) == 33);
     camera.running = true;
-    CHECK(b.write(feature::binning_horizontal, 1) == Status::write_protect);
-    CHECK(b.write(feature::binning_vertical_mode, 0) == Status::write_protect);
-    b.set(feature::offset_x, 0);
+    CHECK(b.write(address_of("BinningHorizontal"), 1) == Status::write_protect);
+    CHECK(b.write(address_of("BinningVerticalMode"), 0) == Status::write_protect);
+    b.set(address_of("OffsetX"), 0);
     camera.running = false;
-    b.set(feature::binning_horizontal, 1);
-    b.set(feature::binning_vertical, 1);
+    b.set(address_of("BinningHorizontal"), 1);
+    b.set(address_of("BinningVertical"), 1);
     CHECK(camera.settings_.region == Region{0, 8, 630, 236});
     const auto refused = [&] {
-        CHECK(b.write(feature::binning_horizontal, 2) == Status::write_protect);
-        CHECK(b.write(feature::binning_vertical, 2) == Status::write_protect);
-        CHECK(b.write(feature::binning_vertical, 1) == Status::success);
+        CHECK(b.write(address_of("BinningHorizontal"), 2) == Status::write_protect);
+        CHECK(b.write(address_of("BinningVertical"), 2) == Status::write_protect);
+        CHECK(b.write(address_of("BinningVertical"), 1) == Status::success);
     };
     b.set(reg::stream_configuration, multipart);
     refused();
     b.set(reg::stream_configuration, 0);
-    b.set(region1 + feature::region::mode, 1);
+    b.set(address_of("RegionMode", 1), 1);
     refused();
-    b.set(region1 + feature::region::mode, 0);
-    b.set(feature::regions + feature::region::sampling, non_destructive);
+    b.set(address_of("RegionMode", 1), 0);
+    b.set(address_of("RegionSampling"), non_destructive);
     refused();
-    b.set(feature::regions + feature::region::sampling, 0);
+    b.set(address_of("RegionSampling"), 0);
 
     // A user set brings it back, whatever the region is meanwhile; in several parts the set cannot be had.
-    b.set(feature::binning_horizontal, 4);
-    b.set(feature::binning_vertical, 2);
-    b.set(feature::offset_x, 3);
-    b.set(feature::width, 100);
-    b.set(feature::user_set_selector, 1);
-    b.set(feature::user_set_save, 1);
-    b.set(feature::user_set_selector, 0);
-    b.set(feature::user_set_load, 1);
-    CHECK(b.read(feature::binning_horizontal) == 1);
-    CHECK(b.read(feature::binning_vertical_mode) == 0);
+    b.set(address_of("BinningHorizontal"), 4);
+    b.set(address_of("BinningVertical"), 2);
+    b.set(address_of("OffsetX"), 3);
+    b.set(address_of("Width"), 100);
+    b.set(address_of("UserSetSelector"), 1);
+    b.set(address_of("UserSetSave"), 1);
+    b.set(address_of("UserSetSelector"), 0);
+    b.set(address_of("UserSetLoad"), 1);
+    CHECK(b.read(address_of("BinningHorizontal")) == 1);
+    CHECK(b.read(address_of("BinningVerticalMode")) == 0);
     CHECK(camera.settings_.region == Region{0, 0, 320, 240});
-    b.set(feature::user_set_selector, 1);
+    b.set(address_of("UserSetSelector"), 1);
     b.set(reg::stream_configuration, multipart);
-    CHECK(b.write(feature::user_set_load, 1) == Status::write_protect);
+    CHECK(b.write(address_of("UserSetLoad"), 1) == Status::write_protect);
     CHECK(camera.settings_.region == Region{0, 0, 320, 240});
     b.set(reg::stream_configuration, 0);
     put({639, 479, 1, 1}); // less than one binned pixel
-    b.set(feature::regions + feature::region::sampling, non_destructive);
-    b.set(feature::user_set_load, 1);
-    CHECK(b.read(feature::binning_horizontal) == 4);
-    CHECK(b.read(feature::binning_vertical) == 2);
-    CHECK(b.read(feature::binning_vertical_mode) == 1);
+    b.set(address_of("RegionSampling"), non_destructive);
+    b.set(address_of("UserSetLoad"), 1);
+    CHECK(b.read(address_of("BinningHorizontal")) == 4);
+    CHECK(b.read(address_of("BinningVertical")) == 2);
+    CHECK(b.read(address_of("BinningVerticalMode")) == 1);
     CHECK(camera.settings_.region == Region{12, 8, 400, 236});
-    b.set(feature::device_reset, 1);
-    CHECK(b.read(feature::binning_vertical) == 1);
+    b.set(address_of("DeviceReset"), 1);
+    CHECK(b.read(address_of("BinningVertical")) == 1);
 }
 
 TEST_CASE("Steps of the chip and of binning are obeyed together") {
@@ -405,15 +411,15 @@ TEST_CASE("Steps of the chip and of binning are obeyed together") {
         REQUIRE(bank.read_word(address, value) == Status::success);
         return value;
     };
-    REQUIRE(bank.write_word(feature::binning_horizontal, 4) == Status::success);
+    REQUIRE(bank.write_word(address_of("BinningHorizontal"), 4) == Status::success);
     CHECK(camera.settings_.region == Region{12, 0, 300, 240});
-    CHECK(read(feature::width_min) == 6);   // 24 pixels, the first multiple of 12 from 18 on
-    CHECK(read(feature::width_max) == 159); // 636 pixels
-    CHECK(read(feature::width_step) == 3);  // 12 pixels
+    CHECK(read(address_of("WidthMin")) == 6);   // 24 pixels, the first multiple of 12 from 18 on
+    CHECK(read(address_of("WidthMax")) == 159); // 636 pixels
+    CHECK(read(address_of("WidthStep")) == 3);  // 12 pixels
     for (std::uint32_t width = 0; width < 161; ++width) {
         CAPTURE(width);
         const bool fits = width >= 6 && width <= 156 && width % 3 == 0; // 3 + 156 = 159
-        CHECK((bank.write_word(feature::width, width) == Status::success) == fits);
+        CHECK((bank.write_word(address_of("Width"), width) == Status::success) == fits);
     }
 }
 
@@ -475,73 +481,71 @@ TEST_CASE("A binned row is reset with its first row and read with its last") {
 
 TEST_CASE("Regions are the windows of the sensor, each with an integration time of its own") {
     Bench b;
-    const auto at = [](std::uint32_t region, std::uint32_t part) {
-        return feature::regions + region * feature::region_stride + part;
-    };
-    namespace part = feature::region;
-    CHECK(b.read(feature::regions_max) == 4);
-    CHECK(b.read(at(0, part::mode)) == 1);
-    CHECK(b.write(at(0, part::mode), 0) == Status::invalid_parameter); // the first cannot be switched off
-    CHECK(b.read(at(2, part::mode)) == 0);
+    CHECK(b.read(address_of("RegionsMax")) == 4);
+    CHECK(b.read(address_of("RegionMode")) == 1);
+    CHECK(b.write(address_of("RegionMode"), 0) ==
+          Status::invalid_parameter); // the first cannot be switched off
+    CHECK(b.read(address_of("RegionMode", 2)) == 0);
     std::uint32_t none = 0;
-    CHECK(b.device.registers().read_word(at(4, part::mode), none) == Status::invalid_address);
+    CHECK(b.device.registers().read_word(address_of("RegionMode", 4), none) == Status::invalid_address);
 
     // Set while it is off, then switched on: the camera gets it whole.
-    b.set(at(2, part::width), 64);
-    b.set(at(2, part::height), 32);
-    b.set(at(2, part::offset_x), 10);
-    b.set(at(2, part::offset_y), 300);
-    b.set(at(2, part::exposure), 7000);
-    CHECK(b.write(at(2, part::offset_x), 600) == Status::invalid_parameter); // off the sensor even when off
+    b.set(address_of("Width", 2), 64);
+    b.set(address_of("Height", 2), 32);
+    b.set(address_of("OffsetX", 2), 10);
+    b.set(address_of("OffsetY", 2), 300);
+    b.set(address_of("RegionExposureTime", 2), 7000);
+    CHECK(b.write(address_of("OffsetX", 2), 600) ==
+          Status::invalid_parameter); // off the sensor even when off
     CHECK(b.camera.settings_.window_count() == 1);
-    CHECK(b.read(at(2, part::exposure_min)) == 0);
-    b.set(at(2, part::mode), 1);
+    CHECK(b.read(address_of("RegionExposureTimeMin", 2)) == 0);
+    b.set(address_of("RegionMode", 2), 1);
     REQUIRE(b.camera.settings_.window_count() == 2);
     CHECK(b.camera.settings_.window(1).region == Region{10, 300, 64, 32});
     CHECK(b.camera.settings_.window(1).exposure_ns == 70'000);
-    CHECK(b.read(at(2, part::exposure_min)) == 7500); // what is obtained
-    CHECK(b.read(at(2, part::image_y)) == 100);
-    CHECK(b.read(at(0, part::exposure_min)) == 1'000'500);
-    CHECK(b.read(feature::payload_size) == 320 * (240 + 32) * 2);
+    CHECK(b.read(address_of("RegionExposureTimeMin", 2)) == 7500); // what is obtained
+    CHECK(b.read(address_of("RegionImageY", 2)) == 100);
+    CHECK(b.read(address_of("RegionExposureTimeMin")) == 1'000'500);
+    CHECK(b.read(address_of("PayloadSize")) == 320 * (240 + 32) * 2);
 
     // One before it: order is by number.
-    b.set(at(1, part::width), 16);
-    b.set(at(1, part::height), 16);
-    b.set(at(1, part::mode), 1);
+    b.set(address_of("Width", 1), 16);
+    b.set(address_of("Height", 1), 16);
+    b.set(address_of("RegionMode", 1), 1);
     REQUIRE(b.camera.settings_.window_count() == 3);
     CHECK(b.camera.settings_.window(1).region == Region{0, 0, 16, 16});
     CHECK(b.camera.settings_.window(2).region == Region{10, 300, 64, 32});
-    CHECK(b.read(at(2, part::image_y)) == 200);
+    CHECK(b.read(address_of("RegionImageY", 2)) == 200);
 
     // Non-destructive reads are delivered one by one; too many rows are refused and change nothing.
-    b.set(at(2, part::sampling), static_cast<std::uint32_t>(Sampling::non_destructive));
-    b.set(at(2, part::reads), 3);
-    CHECK(b.read(at(2, part::exposure_max)) == 7700);
-    CHECK(b.read(at(2, part::flags)) == 7);
-    CHECK(b.write(at(2, part::reads), 60) == Status::invalid_parameter);
-    CHECK(b.read(at(2, part::reads)) == 3);
-    b.set(at(2, part::sampling), static_cast<std::uint32_t>(Sampling::ramp));
+    b.set(address_of("RegionSampling", 2), static_cast<std::uint32_t>(Sampling::non_destructive));
+    b.set(address_of("RegionReads", 2), 3);
+    CHECK(b.read(address_of("RegionExposureTimeMax", 2)) == 7700);
+    CHECK(b.read(address_of("RegionFlags", 2)) == 7);
+    CHECK(b.write(address_of("RegionReads", 2), 60) == Status::invalid_parameter);
+    CHECK(b.read(address_of("RegionReads", 2)) == 3);
+    b.set(address_of("RegionSampling", 2), static_cast<std::uint32_t>(Sampling::ramp));
     CHECK(b.camera.settings_.window(2).reads == 3);
-    b.set(at(2, part::sampling), static_cast<std::uint32_t>(Sampling::destructive));
+    b.set(address_of("RegionSampling", 2), static_cast<std::uint32_t>(Sampling::destructive));
     CHECK(b.camera.settings_.window(2).reads == 1);
 
     // While streaming a window can wander and change its integration time, but not its size.
-    b.set(feature::acquisition_start, 1);
-    CHECK(b.write(at(2, part::width), 32) == Status::write_protect);
-    CHECK(b.write(at(2, part::mode), 0) == Status::write_protect);
-    b.set(at(2, part::offset_x), 20);
+    b.set(address_of("AcquisitionStart"), 1);
+    CHECK(b.write(address_of("Width", 2), 32) == Status::write_protect);
+    CHECK(b.write(address_of("RegionMode", 2), 0) == Status::write_protect);
+    b.set(address_of("OffsetX", 2), 20);
     CHECK(b.camera.settings_.window(2).region.x == 20);
-    b.set(feature::acquisition_stop, 1);
+    b.set(address_of("AcquisitionStop"), 1);
 
     // User sets hold regions, too.
-    b.set(feature::user_set_selector, 1);
-    b.set(feature::user_set_save, 1);
+    b.set(address_of("UserSetSelector"), 1);
+    b.set(address_of("UserSetSave"), 1);
     const CameraSettings saved = b.camera.settings_;
-    b.set(feature::device_reset, 1);
+    b.set(address_of("DeviceReset"), 1);
     CHECK(b.camera.settings_.window_count() == 1);
-    CHECK(b.read(at(2, part::mode)) == 0);
-    b.set(feature::user_set_selector, 1);
-    b.set(feature::user_set_load, 1);
+    CHECK(b.read(address_of("RegionMode", 2)) == 0);
+    b.set(address_of("UserSetSelector"), 1);
+    b.set(address_of("UserSetLoad"), 1);
     CHECK(b.camera.settings_ == saved);
 }
 
@@ -561,10 +565,9 @@ std::string between(const std::string& text, const std::string& from, const std:
     return text.substr(begin + from.size(), end - begin - from.size());
 }
 
-/// Reads the file as text: it is ours, and laid out as it is.
+/// Reads the description as text: it is ours, and laid out as it is.
 std::vector<XmlRegister> xml_registers() {
-    std::ifstream file(OBSCURA_SOURCE_DIR "/transports/gige/genicam/camera.xml");
-    const std::string xml(std::istreambuf_iterator<char>(file), {});
+    const std::string xml = describe_camera(feature_table());
     // The largest value of a selector: of the integer itself, or of the one that shows its register.
     const auto maximum = [&](const std::string& index) {
         std::string node = between(xml, "<Integer Name=\"" + index + "\"", "</Integer>");
@@ -634,7 +637,7 @@ TEST_CASE("The table and camera.xml agree register by register, for every value 
     const std::set<std::uint32_t> protocol{reg::gvcp_configuration, reg::switchover_key};
     for (const Register& r : bank.table())
         for (std::uint32_t a = r.address; a < r.address + r.bytes; a += 4) {
-            const bool of_a_feature = a >= feature::sensor_width && a < feature::xml_file;
+            const bool of_a_feature = a >= manufacturer_begin && a < xml_file_address;
             if (!of_a_feature && (r.access == Access::read_only || protocol.count(a) != 0)) continue;
             CAPTURE(r.name, a);
             CHECK(named.count(a) == 1);

@@ -1,7 +1,8 @@
-# cmake -DSOURCE=... -DFOLDER=... -P same_xml_bytes.cmake: camera.xml becomes the same bytes whenever it is embedded.
+# cmake -DGENERATOR=obscura_describe_features -DSOURCE=... -DFOLDER=... -P same_xml_bytes.cmake: camera.xml becomes the
+# same bytes whenever it is made and embedded.
 foreach(time first second)
     file(MAKE_DIRECTORY "${FOLDER}/${time}")
-    file(COPY_FILE "${SOURCE}/transports/gige/genicam/camera.xml" "${FOLDER}/${time}/camera.xml")
+    execute_process(COMMAND "${GENERATOR}" camera "${FOLDER}/${time}/camera.xml" COMMAND_ERROR_IS_FATAL ANY)
     execute_process(COMMAND "${CMAKE_COMMAND}" "-DXML=${FOLDER}/${time}/camera.xml" "-DZIP=${FOLDER}/${time}.zip"
                             "-DOUT=${FOLDER}/${time}.cpp" -P "${SOURCE}/transports/gige/genicam/embed_xml.cmake"
                     COMMAND_ERROR_IS_FATAL ANY)

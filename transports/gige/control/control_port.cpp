@@ -1,5 +1,6 @@
 #include "transports/gige/control/control_port.hpp"
 
+#include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
 #include <algorithm>
@@ -14,12 +15,15 @@ ControlPort::ControlPort(Device& device, const GigeSettings& settings, const Net
       policy_(network, parse_ranges(settings.allow), settings.off_link),
       read_only_(settings.read_only),
       bank_(device.registers()) {
-    bank_.add({.name = "GevHeartbeatTimeout",
+    const Feature& heartbeat = feature("GevHeartbeatTimeout");
+    bank_.add({.name = heartbeat.name,
                .address = reg::heartbeat_timeout,
                .access = Access::read_write,
-               .reset = static_cast<std::uint32_t>(std::max(settings.heartbeat_timeout_ms, 500)),
-               .minimum = 500,
-               .maximum = 24 * 3600 * 1000});
+               .saved = true,
+               .reset = std::max(static_cast<std::uint32_t>(std::max(settings.heartbeat_timeout_ms, 0)),
+                                 smallest_word(heartbeat)),
+               .minimum = smallest_word(heartbeat),
+               .maximum = largest_word(heartbeat)});
     bank_.add({.name = "ControlSwitchoverKey",
                .address = reg::switchover_key,
                .access = Access::write_only,

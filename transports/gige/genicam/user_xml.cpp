@@ -2,7 +2,6 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
-#include "transports/gige/registers/features.hpp"
 
 #include <fmt/format.h>
 
@@ -13,131 +12,17 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <utility>
 
 namespace obscura::transports::gige {
 namespace {
 
-/// Where the standard leaves registers to the manufacturer.
-constexpr std::uint64_t manufacturer_begin = 0xA000;
 /// How far behind its first place a register may lie that moves with a selector.
 constexpr std::uint64_t indexed_reach = 0x10000;
 constexpr std::size_t pages_max = 4096; // 16 MiB
 
-/// A choice by its SFNC name.
-struct Word {
-    std::string_view name;
-    std::uint32_t value;
-};
-
-constexpr std::array no_words = std::array<Word, 0>{};
-constexpr std::array acquisition_modes{Word{"Continuous", 0}, Word{"SingleFrame", 1}, Word{"MultiFrame", 2}};
-constexpr std::array on_off{Word{"Off", 0}, Word{"On", 1}};
-// The camera has one trigger line, whatever the number that the real one calls it by.
-constexpr std::array trigger_sources{Word{"Line0", 1},    Word{"Line1", 1},  Word{"Line2", 1},
-                                     Word{"Line3", 1},    Word{"Line4", 1},  Word{"Line5", 1},
-                                     Word{"Software", 0}, Word{"Action1", 2}};
-constexpr std::array exposure_autos{Word{"Off", 0}, Word{"Once", 1}, Word{"Continuous", 2}};
-constexpr std::array overlaps{Word{"Off", 0}, Word{"ReadOut", 1}, Word{"PreviousFrame", 2}};
-constexpr std::array binning_modes{Word{"Sum", 0}, Word{"Average", 1}};
-constexpr std::array pixel_formats{Word{"Mono8", 0x01080001},  Word{"Mono10", 0x01100003},
-                                   Word{"Mono12", 0x01100005}, Word{"Mono14", 0x01100025},
-                                   Word{"Mono16", 0x01100007}, Word{"Mono10p", 0x010A0046},
-                                   Word{"Mono12p", 0x010C0047}};
-constexpr std::array test_patterns{
-    Word{"Off", 0},
-    Word{"Black", 1},
-    Word{"White", 2},
-    Word{"GreyHorizontalRamp", 3},
-    Word{"GreyVerticalRamp", 4},
-    Word{"GreyHorizontalRampMoving", 5},
-    Word{"GreyVerticalRampMoving", 6},
-    Word{"FrameCounter", 7},
-};
-
 /// No register holds this for a choice: an unknown name is refused by it.
 constexpr std::uint32_t unknown_choice = 0xFFFFFFFF;
-
-} // namespace
-
-struct UserXml::Feature {
-    const char* name;
-    std::uint32_t native;
-    enum class Kind : std::uint8_t { setting, shown, command, text } kind = Kind::setting;
-    double scale = 1;                       ///< native word per unit
-    bool negative = false;                  ///< two's complement
-    std::span<const Word> words = no_words; ///< of a choice
-    /// Only the item of a selector that is ours is bound.
-    const char* selector = nullptr;
-    const char* selected = nullptr;
-    bool moves = false; ///< a setting that the camera changes by itself
-};
-
-namespace {
-
-using Feature = UserXml::Feature;
-constexpr auto setting = Feature::Kind::setting, shown = Feature::Kind::shown,
-               command = Feature::Kind::command, text = Feature::Kind::text;
-
-constexpr const char *trigger = "TriggerSelector", *frame_start = "FrameStart";
-constexpr const char *region = "RegionSelector", *region0 = "Region0";
-
-// In the order in which the file is made to show them at start: first what may be anything, then what depends
-// on it.
-constexpr std::array features{
-    Feature{"DeviceVendorName", reg::manufacturer, text},
-    Feature{"DeviceModelName", reg::model, text},
-    Feature{"DeviceVersion", reg::device_version, text},
-    Feature{"DeviceFirmwareVersion", reg::device_version, text},
-    Feature{"DeviceManufacturerInfo", reg::manufacturer_info, text},
-    Feature{"DeviceSerialNumber", reg::serial, text},
-    Feature{"DeviceID", reg::serial, text},
-    Feature{"DeviceUserID", reg::user_name, text},
-    Feature{"SensorWidth", feature::sensor_width, shown},
-    Feature{"SensorHeight", feature::sensor_height, shown},
-    Feature{"BinningHorizontal", feature::binning_horizontal},
-    Feature{"BinningVertical", feature::binning_vertical},
-    Feature{"BinningHorizontalMode", feature::binning_horizontal_mode, setting, 1, false, binning_modes},
-    Feature{"BinningVerticalMode", feature::binning_vertical_mode, setting, 1, false, binning_modes},
-    Feature{"WidthMax", feature::width_max, shown},
-    Feature{"HeightMax", feature::height_max, shown},
-    Feature{"OffsetX", feature::offset_x, setting, 1, false, no_words, region, region0},
-    Feature{"OffsetY", feature::offset_y, setting, 1, false, no_words, region, region0},
-    Feature{"Width", feature::width, setting, 1, false, no_words, region, region0},
-    Feature{"Height", feature::height, setting, 1, false, no_words, region, region0},
-    Feature{"PixelFormat", feature::pixel_format, setting, 1, false, pixel_formats},
-    Feature{"TestPattern", feature::test_pattern, setting, 1, false, test_patterns},
-    Feature{"TestImageSelector", feature::test_pattern, setting, 1, false, test_patterns},
-    Feature{"PayloadSize", feature::payload_size, shown},
-    Feature{"AcquisitionMode", feature::acquisition_mode, setting, 1, false, acquisition_modes},
-    Feature{"AcquisitionFrameCount", feature::acquisition_frame_count},
-    Feature{"AcquisitionBurstFrameCount", feature::burst_frame_count},
-    Feature{"AcquisitionFrameRate", feature::frame_rate, setting, 1000},
-    Feature{"AcquisitionFrameRateAbs", feature::frame_rate, setting, 1000},
-    Feature{"AcquisitionFrameRateEnable", feature::frame_rate_enable},
-    Feature{"ResultingFrameRate", feature::resulting_frame_rate, shown, 1000},
-    Feature{"ResultingFrameRateAbs", feature::resulting_frame_rate, shown, 1000},
-    Feature{"SensorReadoutTime", feature::readout_time, shown, 100},
-    Feature{"TriggerMode", feature::trigger_mode, setting, 1, false, on_off, trigger, frame_start},
-    Feature{"TriggerSource", feature::trigger_source, setting, 1, false, trigger_sources, trigger,
-            frame_start},
-    Feature{"TriggerDelay", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
-    Feature{"TriggerDelayAbs", feature::trigger_delay, setting, 100, false, no_words, trigger, frame_start},
-    Feature{"TriggerDivider", feature::trigger_divider, setting, 1, false, no_words, trigger, frame_start},
-    Feature{"TriggerOverlap", feature::trigger_overlap, setting, 1, false, overlaps, trigger, frame_start},
-    Feature{"ExposureTime", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
-    Feature{"ExposureTimeAbs", feature::exposure_time, setting, 100, false, no_words, nullptr, nullptr, true},
-    Feature{"ExposureAuto", feature::exposure_auto, setting, 1, false, exposure_autos, nullptr, nullptr,
-            true},
-    Feature{"Gain", feature::gain, setting, 1000, true},
-    Feature{"BlackLevel", feature::black_level, setting, 1000, true},
-    Feature{"DeviceTemperature", feature::temperature, shown, 1000, true},
-    Feature{"LineStatusAll", feature::line_status_all, shown},
-    Feature{"AcquisitionStart", feature::acquisition_start, command},
-    Feature{"AcquisitionStop", feature::acquisition_stop, command},
-    Feature{"AcquisitionAbort", feature::acquisition_abort, command},
-    Feature{"TriggerSoftware", feature::trigger_software, command},
-    Feature{"DeviceReset", feature::device_reset, command},
-};
 
 bool overlap(std::uint64_t a_begin, std::uint64_t a_end, std::uint64_t b_begin, std::uint64_t b_end) {
     return a_begin < b_end && b_begin < a_end;
@@ -238,8 +123,50 @@ void check_xml_file(const std::string& file) {
         throw ConfigError(fmt::format("gige.xml: {}", why));
 }
 
-UserXml::UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native)
-    : name_(std::filesystem::path(file).filename().string()), xml_(std::move(xml)), native_(native) {
+std::vector<UserXml::Target> UserXml::make_targets(std::span<const FeatureCategory> table) {
+    std::vector<const Feature*> bound;
+    for (const FeatureCategory& category : table)
+        for (const Feature& f : category.features)
+            if (f.foreign.bound) bound.push_back(&f);
+    // Texts, then values with those first that others depend on, then commands.
+    const auto rank = [](const Feature* f) {
+        const int group = f->type == FeatureType::string ? 0 : f->type == FeatureType::command ? 2 : 1;
+        return std::pair{group, f->foreign.rank};
+    };
+    std::stable_sort(bound.begin(), bound.end(),
+                     [&](const Feature* a, const Feature* b) { return rank(a) < rank(b); });
+    std::vector<Target> targets;
+    for (const Feature* f : bound) {
+        Target t;
+        t.name = f->name;
+        t.feature = f;
+        t.kind = f->type == FeatureType::command  ? Target::Kind::command
+                 : f->type == FeatureType::string ? Target::Kind::text
+                 : f->access == Access::read_only ? Target::Kind::shown
+                                                  : Target::Kind::setting;
+        t.entries = f->foreign.entries.empty() ? f->entries : f->foreign.entries;
+        // Of several triggers or regions ours is the first.
+        const Feature* selector = f->selectors[0].empty() ? nullptr : find_feature(table, f->selectors[0]);
+        if (selector != nullptr && selector->entries.size() > 1) {
+            t.selector = selector->name;
+            t.selected = selector->entries.front().name;
+        }
+        targets.push_back(t);
+        for (const std::string_view other : f->foreign.other_names)
+            if (!other.empty()) {
+                t.name = other;
+                targets.push_back(t);
+            }
+    }
+    return targets;
+}
+
+UserXml::UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native,
+                 std::span<const FeatureCategory> table)
+    : name_(std::filesystem::path(file).filename().string()),
+      xml_(std::move(xml)),
+      native_(native),
+      targets_(make_targets(table)) {
     const auto quiet = GenicamEngine::hush();
     try {
         engine_ = std::make_unique<GenicamEngine>(xml_, static_cast<GenicamEngine::Memory&>(*this));
@@ -352,49 +279,51 @@ bool UserXml::store(std::uint64_t address, std::span<const std::uint8_t> bytes) 
     return true;
 }
 
-bool UserXml::applies(const Feature& f) {
+bool UserXml::applies(const Target& t) {
     std::string chosen;
-    return f.selector == nullptr || !engine_->get(f.selector, chosen) || chosen == f.selected;
+    return t.selector.empty() || !engine_->get(t.selector, chosen) || chosen == t.selected;
 }
 
-bool UserXml::value_of(const Feature& f, std::uint32_t& word) {
-    if (!f.words.empty()) {
+bool UserXml::value_of(const Target& t, std::uint32_t& word) {
+    if (!t.entries.empty()) {
         std::string name;
-        if (!engine_->get(f.name, name)) return false;
-        const auto at =
-            std::find_if(f.words.begin(), f.words.end(), [&](const Word& w) { return w.name == name; });
-        word = at == f.words.end() ? unknown_choice : at->value;
+        if (!engine_->get(t.name, name)) return false;
+        const auto at = std::find_if(t.entries.begin(), t.entries.end(),
+                                     [&](const FeatureEntry& e) { return e.name == name; });
+        word = at == t.entries.end() ? unknown_choice : at->value;
         return true;
     }
+    const Feature& f = *t.feature;
     double value = 0;
-    if (!engine_->get(f.name, value)) return false;
+    if (!engine_->get(t.name, value)) return false;
     value = std::round(value * f.scale);
-    const double low = f.negative ? INT32_MIN : 0, high = f.negative ? INT32_MAX : UINT32_MAX;
+    const double low = f.is_signed ? INT32_MIN : 0, high = f.is_signed ? INT32_MAX : UINT32_MAX;
     // Out of range in a way that the register behind refuses.
-    if (value < low || value > high) value = f.negative ? low : high;
-    word = f.negative ? static_cast<std::uint32_t>(static_cast<std::int32_t>(value))
-                      : static_cast<std::uint32_t>(value);
+    if (value < low || value > high) value = f.is_signed ? low : high;
+    word = f.is_signed ? static_cast<std::uint32_t>(static_cast<std::int32_t>(value))
+                       : static_cast<std::uint32_t>(value);
     return true;
 }
 
 bool UserXml::show(Binding& b) {
-    const Feature& f = *b.feature;
-    if (f.kind == Feature::Kind::text) return engine_->set(f.name, native_.text(f.native));
-    if (!applies(f)) return true;
+    const Target& t = *b.target;
+    const Feature& f = *t.feature;
+    if (t.kind == Target::Kind::text) return engine_->set(t.name, native_.text(f.address));
+    if (!applies(t)) return true;
     std::uint32_t word = 0, shows = 0;
-    if (native_.read_word(f.native, word) != Status::success) return false;
-    if (value_of(f, shows) && shows == word) {
+    if (native_.read_word(f.address, word) != Status::success) return false;
+    if (value_of(t, shows) && shows == word) {
         b.last = word;
         return true;
     }
     bool taken = false;
-    if (!f.words.empty()) {
+    if (!t.entries.empty()) {
         // Of several names for the same thing the first that the file has.
-        for (const Word& w : f.words)
-            if (w.value == word && !taken) taken = engine_->set(f.name, std::string(w.name));
+        for (const FeatureEntry& e : t.entries)
+            if (e.value == word && !taken) taken = engine_->set(t.name, std::string(e.name));
     } else {
-        const double value = f.negative ? static_cast<double>(static_cast<std::int32_t>(word)) : word;
-        taken = engine_->set(f.name, value / f.scale);
+        const double value = f.is_signed ? static_cast<double>(static_cast<std::int32_t>(word)) : word;
+        taken = engine_->set(t.name, value / f.scale);
     }
     b.last = word;
     return taken;
@@ -402,19 +331,20 @@ bool UserXml::show(Binding& b) {
 
 void UserXml::show_all() {
     for (Binding& b : bindings_)
-        if (b.feature->kind != Feature::Kind::text) show(b);
+        if (b.target->kind != Target::Kind::text) show(b);
 }
 
 Status UserXml::take_changes() {
     for (Binding& b : bindings_) {
         std::uint32_t word = 0;
-        if (b.feature->kind != Feature::Kind::setting || !applies(*b.feature) ||
-            !value_of(*b.feature, word) || word == b.last)
+        if (b.target->kind != Target::Kind::setting || !applies(*b.target) || !value_of(*b.target, word) ||
+            word == b.last)
             continue;
         std::uint32_t now = 0;
-        native_.read_word(b.feature->native, now);
+        native_.read_word(b.target->feature->address, now);
         if (word != now)
-            if (const Status status = native_.write_word(b.feature->native, word); status != Status::success)
+            if (const Status status = native_.write_word(b.target->feature->address, word);
+                status != Status::success)
                 return status;
         b.last = word;
     }
@@ -426,7 +356,7 @@ bool UserXml::record_command(Binding& b) {
     for (auto [fill, into] : {std::pair{std::uint8_t{0}, &first}, std::pair{std::uint8_t{0xFF}, &second}}) {
         fill_ = fill;
         recording_ = into;
-        engine_->execute(b.feature->name);
+        engine_->execute(b.target->name);
         recording_ = nullptr;
     }
     if (first.size() != 1 || second.size() != 1 || first[0].address != second[0].address ||
@@ -444,7 +374,7 @@ void UserXml::record_value(Binding& b) {
     noting_loads_ = &b.touched;
     std::uint32_t word = 0;
     std::string name;
-    if (!value_of(*b.feature, word)) engine_->get(b.feature->name, name);
+    if (!value_of(*b.target, word)) engine_->get(b.target->name, name);
     noting_loads_ = nullptr;
 }
 
@@ -453,40 +383,40 @@ void UserXml::bind() {
     std::string driven, absent, odd;
     const auto list = [](std::string& to, const std::string& what) { to += (to.empty() ? "" : ", ") + what; };
     // Where the file's camera has several triggers or regions, what is selected at first is ours.
-    for (const Feature& f : features)
-        if (f.selector != nullptr) engine_->set(f.selector, std::string(f.selected));
-    for (const Feature& f : features) {
-        const Kind kind = engine_->kind(f.name);
-        const bool fits = f.kind == command               ? kind == Kind::command
-                          : f.kind == Feature::Kind::text ? kind == Kind::text
-                          : !f.words.empty()              ? kind == Kind::choice
+    for (const Target& t : targets_)
+        if (!t.selector.empty()) engine_->set(t.selector, t.selected);
+    for (const Target& t : targets_) {
+        const Kind kind = engine_->kind(t.name);
+        const bool fits = t.kind == Target::Kind::command ? kind == Kind::command
+                          : t.kind == Target::Kind::text  ? kind == Kind::text
+                          : !t.entries.empty()            ? kind == Kind::choice
                                                           : kind == Kind::number || kind == Kind::flag;
         if (!fits) {
             list(kind == Kind::absent ? absent : odd,
-                 kind == Kind::absent ? std::string(f.name) : fmt::format("{} (of another type)", f.name));
+                 kind == Kind::absent ? t.name : fmt::format("{} (of another type)", t.name));
             continue;
         }
         Binding b;
-        b.feature = &f;
-        if (f.kind == command) {
+        b.target = &t;
+        if (t.kind == Target::Kind::command) {
             if (record_command(b)) {
                 commands_.push_back(std::move(b));
-                list(driven, f.name);
+                list(driven, t.name);
             } else {
-                list(odd, fmt::format("{} (writes no register)", f.name));
+                list(odd, fmt::format("{} (writes no register)", t.name));
             }
             continue;
         }
         show(b);
-        if (f.kind != Feature::Kind::text) {
+        if (t.kind != Target::Kind::text) {
             std::uint32_t shows = 0, is = 0;
-            native_.read_word(f.native, is);
-            if (applies(f) && (!value_of(f, shows) || shows != is)) {
+            native_.read_word(t.feature->address, is);
+            if (applies(t) && (!value_of(t, shows) || shows != is)) {
                 // The file cannot say what the camera does, so the camera does what the file says, if it can.
-                const bool good = f.kind == setting && shows != unknown_choice &&
-                                  native_.write_word(f.native, shows) == Status::success;
+                const bool good = t.kind == Target::Kind::setting && shows != unknown_choice &&
+                                  native_.write_word(t.feature->address, shows) == Status::success;
                 if (!good) {
-                    list(odd, fmt::format("{} (the file's value is not the camera's)", f.name));
+                    list(odd, fmt::format("{} (the file's value is not the camera's)", t.name));
                     continue;
                 }
                 b.last = shows;
@@ -494,7 +424,7 @@ void UserXml::bind() {
         }
         record_value(b);
         bindings_.push_back(std::move(b));
-        list(driven, f.name);
+        list(driven, t.name);
     }
     show_all();
     report_ = fmt::format("{}: {} registers; driven: {}; not in the file: {}{}{}", name_, ranges_.size(),
@@ -522,7 +452,7 @@ Status UserXml::read(std::uint32_t address, std::span<std::uint8_t> out) {
     if (address % 4 != 0) return Status::bad_alignment;
     if (out.size() % 4 != 0) return Status::invalid_parameter;
     for (Binding& b : bindings_)
-        if ((b.feature->kind == shown || b.feature->moves) &&
+        if ((b.target->kind == Target::Kind::shown || b.target->feature->foreign.moves) &&
             std::any_of(b.touched.begin(), b.touched.end(), [&](const auto& r) {
                 return overlap(address, std::uint64_t{address} + out.size(), r.begin, r.end);
             }))
@@ -558,7 +488,7 @@ Status UserXml::run_commands(std::uint64_t address, std::size_t bytes) {
         // Done as soon as answered: the register shows something else than the command again.
         for (std::size_t i = 0; i < b.bytes.size(); ++i)
             if (std::uint8_t* c = cell(b.address + i, true)) *c = static_cast<std::uint8_t>(*c & ~b.mask[i]);
-        const Status status = native_.write_word(b.feature->native, 1);
+        const Status status = native_.write_word(b.target->feature->address, 1);
         show_all();
         if (status != Status::success) return status;
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "transports/gige/genicam/genicam_engine.hpp"
+#include "transports/gige/registers/feature.hpp"
 #include "transports/gige/registers/register_bank.hpp"
 
 #include <array>
@@ -35,8 +36,10 @@ class UserXml final : private GenicamEngine::Memory {
 public:
     /// `file` is for messages and for the name that clients see. `values` is "Feature=value, ...": what
     /// registers hold after reset beyond the camera's own settings. `native` must outlive this and is
-    /// complete but for registers that are never bound. Throws ConfigError.
-    UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native);
+    /// complete but for registers that are never bound. What is bound is `table`'s ForeignBindings. Throws
+    /// ConfigError.
+    UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native,
+            std::span<const FeatureCategory> table);
 
     /// As those of RegisterBank.
     Status read(std::uint32_t address, std::span<std::uint8_t> out);
@@ -47,12 +50,19 @@ public:
     /// Which features are driven and which are not there, in one line.
     [[nodiscard]] const std::string& report() const noexcept { return report_; }
 
-    /// One row of the table of features.
-    struct Feature;
-
 private:
-    struct Binding {
+    /// A feature under one of the names that cameras know it by.
+    struct Target {
+        enum class Kind : std::uint8_t { setting, shown, command, text };
+        std::string name;
         const Feature* feature = nullptr;
+        Kind kind = Kind::setting;
+        std::span<const FeatureEntry> entries = {}; ///< of a choice
+        /// Only the item of a selector that is ours is bound.
+        std::string selector = {}, selected = {};
+    };
+    struct Binding {
+        const Target* target = nullptr;
         std::uint32_t last = 0; ///< native word that the file's value stands for
         // Where the feature's value lies, as far as it was seen.
         std::vector<GenicamEngine::RegisterRange> touched;
@@ -69,13 +79,14 @@ private:
     bool load(std::uint64_t address, std::span<std::uint8_t> out) override;
     bool store(std::uint64_t address, std::span<const std::uint8_t> bytes) override;
 
+    [[nodiscard]] static std::vector<Target> make_targets(std::span<const FeatureCategory> table);
     void map_registers();
     void bind();
     void preset(const std::string& file, const std::string& values);
     bool record_command(Binding& binding);
     void record_value(Binding& binding);
-    [[nodiscard]] bool applies(const Feature& feature);
-    bool value_of(const Feature& feature, std::uint32_t& word);
+    [[nodiscard]] bool applies(const Target& target);
+    bool value_of(const Target& target, std::uint32_t& word);
     bool show(Binding& binding);
     void show_all();
     Status take_changes();
@@ -91,6 +102,7 @@ private:
 
     const std::string name_, xml_;
     RegisterBank& native_;
+    const std::vector<Target> targets_; ///< in the order in which the file is made to show them
     std::uint64_t xml_address_ = 0;
     std::map<std::uint64_t, Page> pages_;              // touched so far
     std::map<std::uint64_t, bool> known_pages_;        // page number; value unused

@@ -22,6 +22,7 @@ struct Register {
     std::uint32_t bytes = 4; ///< a multiple of 4
     Access access = Access::read_only;
     bool locked_while_streaming = false; ///< writes are refused with WRITE_PROTECT during acquisition
+    bool saved = false;                  ///< part of user sets
     std::uint32_t reset = 0;
     std::uint32_t minimum = 0, maximum = 0xFFFFFFFF;
     std::function<std::uint32_t()> read = {}; ///< words only

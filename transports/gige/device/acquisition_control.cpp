@@ -1,0 +1,435 @@
+// AcquisitionControl: acquisition, frame rate, triggers, exposure.
+#include "transports/gige/device/accessors.hpp"
+#include "transports/gige/device/stream_channel.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace obscura::transports::gige {
+namespace {
+
+std::uint64_t get_resulting_frame_rate(const Feature& f, DeviceContext& d, std::uint32_t) {
+    constexpr double most_hz = 2e6; // what 32 bits hold in mHz
+    const std::int64_t period_ns = readout_answer(d).frame_period_ns;
+    return period_ns > 0 ? to_word(f, std::min(1e9 / static_cast<double>(period_ns), most_hz)) : 0U;
+}
+
+/// One bit for each item of AcquisitionStatusSelector.
+std::uint64_t get_acquisition_status(const Feature&, DeviceContext& d, std::uint32_t) {
+    const CameraActivity a = d.control.activity();
+    const bool acquiring = d.control.acquiring();
+    return (acquiring ? 1U : 0U) | (acquiring && a.start_awaited ? 2U : 0U) |
+           (acquiring && a.trigger_ready ? 4U : 0U);
+}
+
+struct Trigger {
+    TriggerChoice CameraSettings::*choice;
+    bool (CameraControl::*software)(Time);
+};
+/// In the order of TriggerSelector.
+constexpr std::array triggers{
+    Trigger{&CameraSettings::frame_trigger, &CameraControl::software_trigger},
+    Trigger{&CameraSettings::start_trigger, &CameraControl::software_start_trigger},
+    Trigger{&CameraSettings::burst_trigger, &CameraControl::software_burst_trigger},
+    Trigger{&CameraSettings::exposure_trigger, &CameraControl::software_exposure_trigger},
+};
+
+template<auto member>
+std::uint64_t get_trigger(const Feature&, DeviceContext& d, std::uint32_t i) {
+    return value(d.control.settings().*triggers[i].choice.*member);
+}
+template<auto member>
+Status set_trigger(const Feature& f, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
+    CameraSettings wanted = d.control.settings();
+    decode(f, word, wanted.*triggers[i].choice.*member);
+    return apply_settings(d, wanted);
+}
+Status run_trigger_software(DeviceContext& d, std::uint32_t i) {
+    // One that comes too early or when none is awaited is counted by the camera, not an error of the command.
+    (d.control.*triggers[i].software)(d.clock.now());
+    return Status::success;
+}
+
+/// Two bits per input: rising edges are reported, falling ones.
+std::uint64_t get_line_edges(const Feature&, DeviceContext& d, std::uint32_t) {
+    std::uint32_t edges = 0;
+    for (std::size_t i = 0; i < line_count; ++i)
+        edges |= ((d.limits.lines[i].rising ? 1U : 0U) | (d.limits.lines[i].falling ? 2U : 0U)) << (2 * i);
+    return edges;
+}
+
+// Words of ExposureMode: SFNC's Off, which this camera does not have, is 0.
+constexpr std::uint32_t exposure_mode_base = 1;
+std::uint64_t get_exposure_mode(const Feature&, DeviceContext& d, std::uint32_t) {
+    return value(d.control.settings().exposure_mode) + exposure_mode_base;
+}
+Status set_exposure_mode(const Feature& f, DeviceContext& d, std::uint32_t, std::uint32_t word) {
+    CameraSettings wanted = d.control.settings();
+    decode(f, word - exposure_mode_base, wanted.exposure_mode);
+    return apply_settings(d, wanted);
+}
+
+Status set_exposure_time(const Feature& f, DeviceContext& d, std::uint32_t, std::uint32_t word) {
+    CameraSettings wanted = d.control.settings();
+    if (wanted.exposure_auto != ExposureAuto::off) return Status::write_protect;
+    decode(f, word, wanted.exposure_ns);
+    return d.control.apply(wanted) ? Status::success : Status::invalid_parameter;
+}
+/// Rounded up, so that it is allowed.
+std::uint64_t get_exposure_min(const Feature& f, DeviceContext& d, std::uint32_t) {
+    return duration_to_word(f, d.limits.exposure_min_ns + duration_from_word(f, 1) - 1);
+}
+
+/// The camera has one trigger line, whatever the number that the real one calls it by.
+constexpr std::array foreign_trigger_sources{
+    entry("Line0", TriggerSource::line0),       entry("Line1", TriggerSource::line0),
+    entry("Line2", TriggerSource::line0),       entry("Line3", TriggerSource::line0),
+    entry("Line4", TriggerSource::line0),       entry("Line5", TriggerSource::line0),
+    entry("Software", TriggerSource::software), entry("Action1", TriggerSource::action1),
+};
+
+constexpr std::array acquisition_mode_entries{
+    entry("Continuous", AcquisitionMode::continuous),
+    entry("SingleFrame", AcquisitionMode::single_frame),
+    entry("MultiFrame", AcquisitionMode::multi_frame),
+};
+
+constexpr std::array acquisition_status_selector_entries{
+    entry("AcquisitionTriggerWait", 1),
+    entry("AcquisitionActive", 0),
+    entry("FrameTriggerWait", 2),
+};
+
+constexpr std::array trigger_selector_entries{
+    entry("FrameStart", 0),
+    entry("AcquisitionStart", 1),
+    entry("FrameBurstStart", 2),
+    entry("ExposureStart", 3),
+};
+
+constexpr std::array trigger_source_entries{
+    entry("Software", TriggerSource::software),
+    entry("Line0", TriggerSource::line0),
+    entry("Line1", TriggerSource::line1),
+    entry("Line2", TriggerSource::line2),
+    entry("Line3", TriggerSource::line3),
+    entry("Counter0End", TriggerSource::counter0_end),
+    entry("Counter1End", TriggerSource::counter1_end),
+    entry("Timer0End", TriggerSource::timer0_end),
+    entry("Timer1End", TriggerSource::timer1_end),
+    entry("Action1", TriggerSource::action1),
+};
+
+constexpr std::array trigger_activation_entries{
+    FeatureEntry{
+        .name = "RisingEdge", .value = value(TriggerActivation::rising_edge), .available = "LineRises"},
+    FeatureEntry{
+        .name = "FallingEdge", .value = value(TriggerActivation::falling_edge), .available = "LineFalls"},
+    FeatureEntry{
+        .name = "AnyEdge", .value = value(TriggerActivation::any_edge), .available = "LineRisesAndFalls"},
+    FeatureEntry{
+        .name = "LevelHigh", .value = value(TriggerActivation::level_high), .available = "LineHasLevels"},
+    FeatureEntry{
+        .name = "LevelLow", .value = value(TriggerActivation::level_low), .available = "LineHasLevels"},
+};
+
+constexpr std::array trigger_overlap_entries{
+    entry("Off", TriggerOverlap::off),
+    entry("ReadOut", TriggerOverlap::readout),
+    entry("PreviousFrame", TriggerOverlap::previous_frame),
+};
+
+constexpr std::array exposure_mode_entries{
+    entry("Timed", 1),
+    FeatureEntry{.name = "TriggerWidth", .value = value(2), .available = "AnyLineRisesAndFalls"},
+};
+
+constexpr std::array exposure_auto_entries{
+    entry("Off", ExposureAuto::off),
+    entry("Once", ExposureAuto::once),
+    entry("Continuous", ExposureAuto::continuous),
+};
+
+constexpr std::array features{
+    Feature{.name = "AcquisitionMode",
+            .type = FeatureType::enumeration,
+            .address = 0xA100,
+            .entries = acquisition_mode_entries,
+            .lock = FeatureLock::streaming,
+            .get = get_setting<&CameraSettings::acquisition_mode>,
+            .set = set_setting<&CameraSettings::acquisition_mode>,
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionStart",
+            .type = FeatureType::command,
+            .address = 0xA104,
+            .run = [](DeviceContext& d, std::uint32_t) { return acquisition_start(d); },
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionStop",
+            .type = FeatureType::command,
+            .address = 0xA108,
+            .run = [](DeviceContext& d, std::uint32_t) { return acquisition_stop(d); },
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionAbort",
+            .type = FeatureType::command,
+            .visibility = Visibility::expert,
+            .address = 0xA10C,
+            .run = [](DeviceContext& d, std::uint32_t) { return acquisition_stop(d); },
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionFrameCount",
+            .address = 0xA110,
+            .minimum = fixed(1),
+            .maximum = fixed(0xFFFFFFFF),
+            .lock = FeatureLock::streaming,
+            .get = get_setting<&CameraSettings::acquisition_frame_count>,
+            .set = set_setting<&CameraSettings::acquisition_frame_count>,
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionBurstFrameCount",
+            .tooltip = "Frames of each trigger for FrameBurstStart",
+            .address = 0xA130,
+            .minimum = fixed(1),
+            .maximum = fixed(0xFFFFFFFF),
+            .lock = FeatureLock::streaming,
+            .get = get_setting<&CameraSettings::burst_frame_count>,
+            .set = set_setting<&CameraSettings::burst_frame_count>,
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionFrameRate",
+            .type = FeatureType::floating,
+            .tooltip = "Of the free run, TriggerMode Off",
+            .address = 0xA114,
+            .unit = "Hz",
+            .scale = 1000,
+            .minimum = in_register(0xA118, get_limit<&CameraLimits::frame_rate_min_hz>),
+            .maximum = in_register(0xA11C, get_limit<&CameraLimits::frame_rate_max_hz>),
+            .get = get_setting<&CameraSettings::frame_rate_hz>,
+            .set = set_setting<&CameraSettings::frame_rate_hz>,
+            .foreign = {.bound = true, .other_names = {"AcquisitionFrameRateAbs"}}},
+    Feature{.name = "AcquisitionFrameRateEnable",
+            .type = FeatureType::boolean,
+            .tooltip = "Off: the free run is as fast as the chip",
+            .address = 0xA124,
+            .get = get_setting<&CameraSettings::frame_rate_enabled>,
+            .set = set_setting<&CameraSettings::frame_rate_enabled>,
+            .foreign = {.bound = true}},
+    Feature{.name = "ResultingFrameRate",
+            .type = FeatureType::floating,
+            .custom = true,
+            .tooltip = "Highest rate of the chip with these windows and exposures",
+            .access = Access::read_only,
+            .address = 0xA128,
+            .unit = "Hz",
+            .scale = 1000,
+            .get = get_resulting_frame_rate,
+            .foreign = {.bound = true, .other_names = {"ResultingFrameRateAbs"}}},
+    Feature{.name = "SensorReadoutTime",
+            .type = FeatureType::floating,
+            .custom = true,
+            .tooltip = "First to last row of all windows",
+            .access = Access::read_only,
+            .address = 0xA12C,
+            .unit = "us",
+            .scale = 100,
+            .get = [](const Feature& f, DeviceContext& d, std::uint32_t) -> std::uint64_t {
+                return duration_to_word(f, readout_answer(d).readout_ns);
+            },
+            .foreign = {.bound = true}},
+    Feature{.name = "AcquisitionStatusSelector",
+            .type = FeatureType::enumeration,
+            .visibility = Visibility::expert,
+            .entries = acquisition_status_selector_entries},
+    Feature{.name = "AcquisitionStatus",
+            .type = FeatureType::boolean,
+            .visibility = Visibility::expert,
+            .access = Access::read_only,
+            .value_of = "AcquisitionStatusValue",
+            .selectors = {"AcquisitionStatusSelector"}},
+    Feature{.name = "TriggerSelector", .type = FeatureType::enumeration, .entries = trigger_selector_entries},
+    Feature{.name = "TriggerMode",
+            .type = FeatureType::enumeration,
+            .address = 0xAA00,
+            .selectors = {"TriggerSelector"},
+            .stride = 64,
+            .entries = off_on,
+            .lock = FeatureLock::streaming_but_first,
+            .locked_by = "TriggerLocked",
+            .get = get_trigger<&TriggerChoice::enabled>,
+            .set = set_trigger<&TriggerChoice::enabled>,
+            .foreign = {.bound = true}},
+    Feature{.name = "TriggerSource",
+            .type = FeatureType::enumeration,
+            .address = 0xAA04,
+            .selectors = {"TriggerSelector"},
+            .stride = 64,
+            .entries = trigger_source_entries,
+            .lock = FeatureLock::streaming_but_first,
+            .locked_by = "TriggerLocked",
+            .get = get_trigger<&TriggerChoice::source>,
+            .set = set_trigger<&TriggerChoice::source>,
+            .foreign = {.bound = true, .entries = foreign_trigger_sources}},
+    Feature{.name = "TriggerActivation",
+            .type = FeatureType::enumeration,
+            .tooltip = "Of lines; what their source does not tell of cannot be chosen. While a level holds, "
+                       "frames follow each other at AcquisitionFrameRate",
+            .address = 0xAA18,
+            .selectors = {"TriggerSelector"},
+            .stride = 64,
+            .entries = trigger_activation_entries,
+            .lock = FeatureLock::streaming_but_first,
+            .locked_by = "TriggerLocked",
+            .get = get_trigger<&TriggerChoice::activation>,
+            .set = set_trigger<&TriggerChoice::activation>},
+    Feature{.name = "TriggerSoftware",
+            .type = FeatureType::command,
+            .address = 0xAA08,
+            .selectors = {"TriggerSelector"},
+            .stride = 64,
+            .run = run_trigger_software,
+            .foreign = {.bound = true}},
+    Feature{.name = "TriggerDelay",
+            .type = FeatureType::floating,
+            .address = 0xAA0C,
+            .selectors = {"TriggerSelector"},
+            .unit = "us",
+            .scale = 100,
+            .minimum = fixed(0),
+            .maximum = fixed(10000000),
+            .available = "TriggerOfFrames",
+            .get = get_setting<&CameraSettings::trigger_delay_ns>,
+            .set = set_setting<&CameraSettings::trigger_delay_ns>,
+            .foreign = {.bound = true, .other_names = {"TriggerDelayAbs"}}},
+    Feature{.name = "TriggerDivider",
+            .visibility = Visibility::expert,
+            .address = 0xAA10,
+            .selectors = {"TriggerSelector"},
+            .minimum = fixed(1),
+            .maximum = fixed(1000000),
+            .available = "TriggerOfFrames",
+            .get = get_setting<&CameraSettings::trigger_divider>,
+            .set = set_setting<&CameraSettings::trigger_divider>,
+            .foreign = {.bound = true}},
+    Feature{.name = "TriggerOverlap",
+            .type = FeatureType::enumeration,
+            .visibility = Visibility::expert,
+            .address = 0xAA14,
+            .selectors = {"TriggerSelector"},
+            .entries = trigger_overlap_entries,
+            .available = "TriggerOfFrames",
+            .get = get_setting<&CameraSettings::trigger_overlap>,
+            .set = set_setting<&CameraSettings::trigger_overlap>,
+            .foreign = {.bound = true}},
+    Feature{.name = "ExposureMode",
+            .type = FeatureType::enumeration,
+            .tooltip = "TriggerWidth counts where a line that tells of both its edges begins the exposure; "
+                       "ExposureTime else",
+            .address = 0xA18C,
+            .entries = exposure_mode_entries,
+            .get = get_exposure_mode,
+            .set = set_exposure_mode},
+    Feature{.name = "ExposureTime",
+            .type = FeatureType::floating,
+            .address = 0xA150,
+            .unit = "us",
+            .scale = 100,
+            .minimum = in_register(0xA154, get_exposure_min),
+            .maximum = in_register(0xA158, get_limit<&CameraLimits::exposure_max_ns>),
+            .locked_by = "ExposureAuto",
+            .get = get_setting<&CameraSettings::exposure_ns>,
+            .set = set_exposure_time,
+            .foreign = {.bound = true, .other_names = {"ExposureTimeAbs"}, .moves = true}},
+    Feature{.name = "ExposureAuto",
+            .type = FeatureType::enumeration,
+            .tooltip =
+                "From frame to frame, until ExposureAutoPercentile of Region0 is at ExposureAutoTarget",
+            .address = 0xA15C,
+            .entries = exposure_auto_entries,
+            .get = get_setting<&CameraSettings::exposure_auto>,
+            .set = set_setting<&CameraSettings::exposure_auto>,
+            .foreign = {.bound = true, .moves = true}},
+    Feature{.name = "ExposureAutoTarget",
+            .type = FeatureType::floating,
+            .custom = true,
+            .visibility = Visibility::expert,
+            .tooltip = "0 % is the black level, 100 % full scale",
+            .address = 0xA184,
+            .unit = "%",
+            .scale = 1000,
+            .minimum = fixed(1),
+            .maximum = fixed(99),
+            .get = get_setting<&CameraSettings::auto_target_percent>,
+            .set = set_setting<&CameraSettings::auto_target_percent>},
+    Feature{.name = "ExposureAutoPercentile",
+            .type = FeatureType::floating,
+            .custom = true,
+            .visibility = Visibility::expert,
+            .tooltip = "So many of the pixels of Region0 are to stay at or below the target",
+            .address = 0xA188,
+            .unit = "%",
+            .scale = 1000,
+            .minimum = fixed(1),
+            .maximum = fixed(100),
+            .get = get_setting<&CameraSettings::auto_percentile>,
+            .set = set_setting<&CameraSettings::auto_percentile>},
+    Feature{.name = "AcquiringReg",
+            .listed = false,
+            .access = Access::read_only,
+            .address = 0xA120,
+            .get = get_acquisition_status},
+    Feature{.name = "AcquisitionStatusValue",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(ALL>>N)&1",
+            .variables = {{{"ALL", "AcquiringReg"}, {"N", "AcquisitionStatusSelector"}}}},
+    Feature{.name = "TriggerOfFrames",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "N=0",
+            .variables = {{{"N", "TriggerSelector"}}}},
+    Feature{.name = "TriggerLocked",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(N>0)&&(L=1)",
+            .variables = {{{"N", "TriggerSelector"}, {"L", "TLParamsLocked"}}}},
+    Feature{.name = "LineEdgesReg",
+            .listed = false,
+            .access = Access::read_only,
+            .address = 0xA14C,
+            .cached = true,
+            .get = get_line_edges},
+    Feature{.name = "EdgesOfLine",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(S=1)?(E&3):(((S>=3)&&(S<=5))?((E>>(2*(S-2)))&3):0)",
+            .variables = {{{"S", "TriggerSource"}, {"E", "LineEdgesReg"}}}},
+    Feature{.name = "LineRises",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "E<>2",
+            .variables = {{{"E", "EdgesOfLine"}}}},
+    Feature{.name = "LineFalls",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "E<>1",
+            .variables = {{{"E", "EdgesOfLine"}}}},
+    Feature{.name = "LineRisesAndFalls",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(E=3)||(E=0)",
+            .variables = {{{"E", "EdgesOfLine"}}}},
+    Feature{.name = "LineHasLevels",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(E=1)&&(N<2)",
+            .variables = {{{"E", "LineRisesAndFalls"}, {"N", "TriggerSelector"}}}},
+    Feature{.name = "AnyLineRisesAndFalls",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(E&(E>>1)&0x55)<>0",
+            .variables = {{{"E", "LineEdgesReg"}}}},
+};
+
+} // namespace
+
+FeatureCategory acquisition_control() {
+    return {.name = "AcquisitionControl", .features = features};
+}
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,16 @@
+// Bootstrap registers of GigE Vision: identity, network, capabilities, time stamps, stream and message
+// channel.
+#pragma once
+
+#include "transports/gige/device/device_context.hpp"
+
+namespace obscura::transports::gige {
+
+/// Adds the registers below manufacturer_begin, but for those of the control channel (control/control_port)
+/// and the URLs of the description.
+void add_bootstrap_registers(DeviceContext& d);
+
+/// Opens or closes the message channel as its registers say.
+void configure_messages(DeviceContext& d);
+
+} // namespace obscura::transports::gige

@@ -1,0 +1,82 @@
+// State of the GigE Vision device that its features and bootstrap registers share.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/clock.hpp"
+#include "core/ptp_status.hpp"
+#include "transports/gige/channels/binning.hpp"
+#include "transports/gige/channels/fault_injector.hpp"
+#include "transports/gige/channels/message_channel.hpp"
+#include "transports/gige/channels/network_interface.hpp"
+#include "transports/gige/channels/stream_port.hpp"
+#include "transports/gige/registers/register_bank.hpp"
+#include "transports/gige/settings.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace obscura::transports::gige {
+
+/// Counters shown in registers.
+struct StreamStatistics {
+    std::uint32_t submitted = 0, delivered = 0, dropped = 0, resent = 0;
+};
+
+/// What the free functions of device/ work on. Owned by Device; control thread only, but for
+/// `timestamp_origin_ns`. `control`, `stream`, `messages` and `clock` must outlive it.
+struct DeviceContext {
+    DeviceContext(const GigeSettings& settings_, const NetworkInterface& network_, CameraControl& control_,
+                  StreamPort& stream_, MessageChannel& messages_, const Clock& clock_, std::uint64_t seed_);
+
+    const GigeSettings settings;
+    const std::uint64_t seed; ///< of random choices of faults without a seed of their own
+    const NetworkInterface network;
+    CameraControl& control;
+    StreamPort& stream;
+    MessageChannel& messages;
+    const Clock& clock;
+    const CameraLimits limits;
+    RegisterBank bank;
+    std::function<StreamStatistics()> statistics; ///< none: all 0
+    std::function<PtpStatus()> ptp;               ///< none: no PTP daemon is asked
+    PtpStatus ptp_latched;
+    std::uint32_t controller_ip = 0; ///< host byte order; 0: none
+    std::uint32_t packet_size_max;
+    bool channel_fresh = true; ///< no acquisition since the stream channel was opened
+    std::atomic<std::int64_t> timestamp_origin_ns{0};
+    std::uint64_t timestamp_latched = 0;
+    FaultInjector faults;
+    std::uint32_t pending_ack_ms = 0;
+    static constexpr std::size_t action_queue_size = 16;
+    std::array<Time, action_queue_size> actions{}; ///< scheduled, in no order; 0: free
+    std::string default_set, user_set_1;           ///< features as text, see saved_features()
+
+    /// Regions from the second on; Region0 is on and as the camera's settings say.
+    struct RegionSlot {
+        bool enabled = false;
+        CameraWindow window;
+    };
+    std::array<RegionSlot, max_windows> regions;
+    Binning binning;
+    bool sequencer_configuring = false;
+    Sequence sequence;
+    /// What the chip makes of the settings it was last asked about; see readout_answer().
+    CameraSettings answered_settings;
+    ReadoutAnswer answer;
+    bool answered = false;
+};
+
+/// TAI in ns minus the origin set by a time stamp reset. Thread-safe.
+[[nodiscard]] std::uint64_t device_time(const DeviceContext& d, Time t) noexcept;
+/// Posts an event of the control side.
+void post(DeviceContext& d, Event e, Time t);
+/// Applies all of `wanted` or nothing.
+Status apply_settings(DeviceContext& d, const CameraSettings& wanted);
+/// What the chip makes of the current settings.
+[[nodiscard]] const ReadoutAnswer& readout_answer(DeviceContext& d);
+
+} // namespace obscura::transports::gige

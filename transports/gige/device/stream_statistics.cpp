@@ -1,0 +1,42 @@
+// StreamStatistics: counters of the stream sender.
+#include "transports/gige/device/accessors.hpp"
+
+#include <array>
+
+namespace obscura::transports::gige {
+namespace {
+
+template<auto member>
+std::uint64_t get_statistic(const Feature&, DeviceContext& d, std::uint32_t) {
+    return d.statistics ? d.statistics().*member : 0U;
+}
+
+constexpr std::array features{
+    Feature{.name = "StreamSubmittedFrameCount",
+            .custom = true,
+            .access = Access::read_only,
+            .address = 0xA210,
+            .get = get_statistic<&StreamStatistics::submitted>},
+    Feature{.name = "StreamDeliveredFrameCount",
+            .access = Access::read_only,
+            .address = 0xA214,
+            .get = get_statistic<&StreamStatistics::delivered>},
+    Feature{.name = "StreamLostFrameCount",
+            .access = Access::read_only,
+            .address = 0xA218,
+            .get = get_statistic<&StreamStatistics::dropped>},
+    Feature{.name = "StreamResentPacketCount",
+            .custom = true,
+            .access = Access::read_only,
+            .address = 0xA21C,
+            .get = get_statistic<&StreamStatistics::resent>},
+};
+
+} // namespace
+
+FeatureCategory stream_statistics() {
+    return {
+        .name = "StreamStatistics", .features = features, .parent = "TransportLayerControl", .custom = true};
+}
+
+} // namespace obscura::transports::gige

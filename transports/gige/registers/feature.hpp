@@ -1,0 +1,191 @@
+// One row of the GenICam feature table: SFNC name, register, unit, range, getter and setter.
+#pragma once
+
+#include "transports/gige/registers/register_bank.hpp"
+#include "transports/gige/wire/chunk.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace obscura::transports::gige {
+
+struct DeviceContext; ///< device/device_context.hpp
+struct Feature;
+
+/// The current word (two words: 64 bits) of register `index` of its selector. Control thread.
+using GetFeature = std::uint64_t (*)(const Feature& feature, DeviceContext& device, std::uint32_t index);
+/// Checks and applies a word that lies in the row's range; nothing changes on refusal. Control thread.
+using SetFeature = Status (*)(const Feature& feature, DeviceContext& device, std::uint32_t index,
+                              std::uint32_t word);
+
+/// One item of an enumeration.
+struct FeatureEntry {
+    std::string_view name;
+    std::uint32_t value = 0;
+    std::string_view available = {}; ///< formula that says whether clients may choose it
+    std::string_view tooltip = {};
+    bool custom = false; ///< not a name of SFNC
+};
+
+/// A limit or increment of a feature, in the feature's unit.
+struct FeatureBound {
+    std::optional<double> fixed = {};
+    std::string_view held_by = {}; ///< the feature or formula that holds it
+    std::uint32_t address = 0;     ///< a register of its own, read-only, scaled as the feature's
+    GetFeature get = nullptr;      ///< of that register
+    bool cached = true;            ///< that register never changes
+
+    [[nodiscard]] constexpr bool given() const {
+        return fixed.has_value() || !held_by.empty() || address != 0;
+    }
+};
+constexpr FeatureBound fixed(double value) {
+    return {.fixed = value};
+}
+constexpr FeatureBound held_by(std::string_view name) {
+    return {.held_by = name};
+}
+constexpr FeatureBound in_register(std::uint32_t address, GetFeature get) {
+    return {.address = address, .get = get};
+}
+/// As in_register(), for a limit that depends on other settings.
+constexpr FeatureBound in_changing_register(std::uint32_t address, GetFeature get) {
+    return {.address = address, .get = get, .cached = false};
+}
+
+/// A variable of a formula and the feature whose raw value it stands for.
+struct FormulaVariable {
+    std::string_view symbol, feature;
+};
+
+/// Bits of a register in GigE Vision's numbering: 0 is the most significant one.
+struct RegisterBits {
+    int lsb = -1, msb = -1;
+    [[nodiscard]] constexpr bool given() const { return lsb >= 0; }
+};
+constexpr RegisterBits register_bit(int n) {
+    return {n, n};
+}
+
+/// How a feature is bound to a user-supplied GenICam file, see genicam/user_xml.hpp.
+struct ForeignBinding {
+    bool bound = false;
+    std::array<std::string_view, 1> other_names = {}; ///< beside the SFNC name
+    std::span<const FeatureEntry> entries = {};       ///< in place of the feature's own
+    bool moves = false;                               ///< the camera changes it by itself
+    /// Features of a lower rank are shown first: others depend on them.
+    int rank = 0;
+};
+
+/// IInteger, IFloat, ... of GenApi. `formula` is an integer computed from other features.
+enum class FeatureType : std::uint8_t { integer, floating, enumeration, boolean, command, string, formula };
+
+enum class Visibility : std::uint8_t { beginner, expert, guru, invisible };
+
+/// Whether writes are refused (WRITE_PROTECT) during acquisition, and whether clients are told so
+/// (pIsLocked).
+enum class FeatureLock : std::uint8_t {
+    none,
+    streaming,
+    streaming_but_first, ///< free for the first item of the selector
+    streaming_untold,    ///< refused, but not marked in the description
+};
+
+/// Everything that is known of one feature. camera.xml, the registers, the binding of user-supplied GenICam
+/// files and docs/reference/features.md are made from the rows. Static storage.
+///
+/// Registers from `manufacturer_begin` on are added to the RegisterBank from the row; those below are the
+/// bootstrap registers, which the row only describes. A writable register without getter and setter stores
+/// what is written.
+struct Feature {
+    std::string_view name; ///< of SFNC, or of an unlisted helper
+    FeatureType type = FeatureType::integer;
+    bool custom = false; ///< not in SFNC
+    bool listed = true;  ///< false: a register or formula that other rows refer to
+    Visibility visibility = Visibility::beginner;
+    std::string_view tooltip = {};
+    Access access = Access::read_write; ///< commands are write-only whatever it says
+
+    // Where it lies.
+    std::uint32_t address = 0;
+    bool bootstrap_zero = false; ///< `address` 0 is meant: the Version register
+    std::uint32_t bytes = 4;     ///< 8: unsigned or signed 64 bits; strings: length of the field
+    RegisterBits bits = {};
+    std::optional<Chunk> chunk = {}; ///< `address` counts from the beginning of this chunk's data
+    bool cached = false;             ///< changes by being written only
+    std::string_view value_of = {};  ///< shows the value of this feature or formula instead of a register
+    /// Items of the first selector lie `stride` bytes apart; 0: the selector has one item of this.
+    std::array<std::string_view, 2> selectors = {};
+    std::uint32_t stride = 0;
+
+    // What the words mean.
+    std::string_view unit = {};
+    double scale = 1; ///< words per unit, of floating
+    bool is_signed = false;
+    std::string_view representation = {}; ///< of GenApi, e.g. IPV4Address
+    FeatureBound minimum = {}, maximum = {}, increment = {};
+    std::span<const FeatureEntry> entries = {};
+    std::string_view entries_below = {}; ///< entries are available below the value of this feature
+    std::uint32_t constant = 0;          ///< value without register; at first, of selectors
+    std::uint32_t command_value = 1;
+    std::string_view formula = {};
+    std::array<FormulaVariable, 3> variables = {};
+
+    // When it can be written.
+    std::string_view available = {}; ///< formula
+    FeatureLock lock = FeatureLock::none;
+    std::string_view locked_by = {}; ///< formula in place of TLParamsLocked
+    bool in_user_set = true;         ///< saved if it can be written
+
+    // What it does.
+    GetFeature get = nullptr;
+    SetFeature set = nullptr;
+    Status (*run)(DeviceContext& device, std::uint32_t index) = nullptr;   ///< commands
+    void (*written)(DeviceContext& device, std::uint32_t index) = nullptr; ///< after a stored word changed
+    std::uint32_t (*reset)(const DeviceContext& device) = nullptr;         ///< of stored words; none: 0
+    std::string (*text)(const DeviceContext& device) = nullptr;            ///< strings; constant
+
+    ForeignBinding foreign = {};
+
+    [[nodiscard]] constexpr bool has_register() const {
+        return (address != 0 || bootstrap_zero) && value_of.empty() && !chunk;
+    }
+};
+
+/// A GenICam category and its features in the order in which clients list them.
+struct FeatureCategory {
+    std::string_view name;
+    std::span<const Feature> features = {};
+    std::string_view parent = "Root";
+    bool custom = false;
+};
+
+/// Where registers are left to the manufacturer by the standard.
+constexpr std::uint32_t manufacturer_begin = 0xA000;
+/// The zipped camera.xml.
+constexpr std::uint32_t xml_file_address = 0x0010'0000;
+
+/// A register that holds a limit is called after the feature: WidthMin, WidthMax, WidthStep.
+constexpr std::string_view minimum_suffix = "Min", maximum_suffix = "Max", increment_suffix = "Step";
+
+/// Null when there is no such row.
+[[nodiscard]] const Feature* find_feature(std::span<const FeatureCategory> table, std::string_view name);
+/// How many items a selector has: entries, or values from 0 to the maximum.
+[[nodiscard]] std::uint32_t item_count(const Feature& selector);
+/// Whether `word` is in the fixed range of `feature` or one of its entries.
+[[nodiscard]] bool in_range(const Feature& feature, std::uint32_t word);
+/// The fixed range as words; all there are without one.
+[[nodiscard]] std::uint32_t smallest_word(const Feature& feature);
+[[nodiscard]] std::uint32_t largest_word(const Feature& feature);
+/// A quantity in the feature's unit as the word of its register, and back.
+[[nodiscard]] std::uint32_t to_word(const Feature& feature, double value);
+[[nodiscard]] double from_word(const Feature& feature, std::uint32_t word);
+/// The same of durations (unit us, scale words per us); instants outside what 32 bits hold are clamped.
+[[nodiscard]] std::uint32_t duration_to_word(const Feature& feature, std::int64_t ns);
+[[nodiscard]] std::int64_t duration_from_word(const Feature& feature, std::uint32_t word);
+
+} // namespace obscura::transports::gige
