@@ -73,7 +73,9 @@ void read_section(const Value* table, const Where& where, const Section& section
         within.push_back(inner.name);
     for (const List& list : section.lists)
         within.push_back(list.name);
-    Given given = read_keys(members, where, section.keys, mistakes, within, section.annotated);
+    Given given;
+    if (table != nullptr || !section.optional)
+        given = read_keys(members, where, section.keys, mistakes, within, section.annotated);
     for (const Section& inner : section.tables)
         read_member(members, where, inner, mistakes);
     for (const List& list : section.lists)

@@ -80,6 +80,7 @@ struct Section {
     std::vector<std::string_view> elsewhere{};
     bool annotated = false;     ///< values may stand with their provenance, see read_keys()
     bool printed = true;        ///< is part of an effective configuration
+    bool optional = false;      ///< keys are required only where the file has the table
     std::string_view variant{}; ///< of a list's example: which elements have these keys
 };
 
