@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "core/realtime.hpp"
 #include "emulator/config/daemon_keys.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "sensors/sensor_file.hpp"
 
 #include <fmt/format.h>

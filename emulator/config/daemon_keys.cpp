@@ -1,6 +1,6 @@
 #include "emulator/config/daemon_keys.hpp"
 
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "sensors/sensor_file.hpp"
 
 namespace obscura::emulator {

@@ -6,6 +6,22 @@
 #include <numbers>
 
 namespace obscura::renderer {
+
+scene::ParameterList declare(GgxParameters& p) {
+    return {
+        scene::image_or(config::key("roughness", &p.roughness)
+                            .range(0, 1)
+                            .help("Perceptual roughness of the microfacets; alpha of GGX is its square")),
+        scene::image_or(config::key("reflectance_f0", &p.reflectance_f0)
+                            .range(0, 1)
+                            .help("Fresnel reflectance at normal incidence, F0")),
+        scene::image_or(
+            config::key("base_albedo", &p.base_albedo)
+                .range(0, 1)
+                .help("Albedo of the diffuse base under a dielectric; 0: a metal, which has none")),
+    };
+}
+
 namespace {
 
 constexpr double least_alpha = 1e-4;
@@ -54,13 +70,13 @@ template<typename Parameter>
     }
 }
 
-scene::Ggx at(const ParameterPacket& varied, int lane) {
+GgxParameters at(const ParameterPacket& varied, int lane) {
     return {varied.value[0][lane], varied.value[1][lane], varied.value[2][lane]};
 }
 
 } // namespace
 
-Ggx::Ggx(const scene::Ggx& d)
+Ggx::Ggx(const GgxParameters& d)
     : alpha_(alpha_of(d.roughness)),
       f0_(d.reflectance_f0),
       base_(d.base_albedo),

@@ -2,8 +2,23 @@
 #pragma once
 
 #include "renderer/materials/material.hpp"
+#include "renderer/scene/kind.hpp"
+#include "renderer/scene/scene.hpp"
 
 namespace obscura::renderer {
+
+/// Parameters of Ggx.
+struct GgxParameters {
+    static constexpr std::string_view kind = "ggx";
+    static constexpr std::string_view help =
+        "GGX microfacet law: a metal, or a dielectric over a diffuse base.";
+    using Family = scene::MaterialFamily;
+
+    double roughness = 0.3;       ///< perceptual; alpha is its square
+    double reflectance_f0 = 0.04; ///< at normal incidence
+    double base_albedo = 0;       ///< 0 for metals
+};
+[[nodiscard]] scene::ParameterList declare(GgxParameters& p);
 
 /// r = mu0 [D G2 F / (4 mu0 mu) + diffuse]. D after Trowbridge and Reitz (Walter et al., EGSR 2007, eq. 33),
 /// height- correlated Smith G2 (Heitz, JCGT 3(2) 2014), Fresnel after Schlick (1994), visible normals sampled
@@ -12,7 +27,9 @@ namespace obscura::renderer {
 /// only: energy is lost at high roughness.
 class Ggx final : public Material {
 public:
-    explicit Ggx(const scene::Ggx& d);
+    using Parameters = GgxParameters;
+
+    explicit Ggx(const GgxParameters& d);
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
     [[nodiscard]] Vec3 sample(Vec3 out, double u, double v) const override;
     [[nodiscard]] double pdf(Vec3 out, Vec3 in) const override;

@@ -6,6 +6,49 @@
 #include <numbers>
 
 namespace obscura::renderer {
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+} // namespace
+
+scene::ParameterList declare(HapkeParameters& p) {
+    return {
+        scene::image_or(config::key("single_scattering_albedo", &p.single_scattering_albedo)
+                            .range(0, 0.9999)
+                            .required()
+                            .help("Single-scattering albedo of the particles, w")),
+        scene::image_or(
+            config::key("phase_b", &p.phase_b)
+                .range(0, 0.95)
+                .help("Asymmetry b of both lobes of the Henyey-Greenstein phase function; 0: isotropic")),
+        scene::image_or(
+            config::key("phase_c", &p.phase_c)
+                .range(-1, 1)
+                .help("Balance c of the two Henyey-Greenstein lobes; 1: all backwards, -1: all forwards")),
+        scene::image_or(config::key("shadow_hiding_b0", &p.shadow_hiding_b0)
+                            .range(0, 10)
+                            .help("Amplitude of the shadow-hiding opposition surge, Bs0; 0: no surge")),
+        scene::image_or(config::key("shadow_hiding_h", &p.shadow_hiding_h)
+                            .range(1e-6, 10)
+                            .help("Angular width of the shadow-hiding opposition surge, hs")),
+        scene::image_or(config::key("backscatter_b0", &p.backscatter_b0)
+                            .range(0, 10)
+                            .help("Amplitude of the coherent-backscatter surge, Bc0; 0: no surge")),
+        scene::image_or(config::key("backscatter_h", &p.backscatter_h)
+                            .range(1e-6, 10)
+                            .help("Angular width of the coherent-backscatter surge, hc")),
+        scene::image_or(config::key("roughness_deg", config::Scaled{&p.roughness_rad, degree})
+                            .unit("deg")
+                            .range(0, 45)
+                            .help("Mean slope angle of the macroscopic roughness, theta-bar; 0: smooth")),
+        scene::image_or(config::key("filling_factor", &p.filling_factor)
+                            .range(0, 0.74) // densest packing of equal spheres
+                            .help("Share of the volume that particles fill, phi; 0: no porosity correction")),
+    };
+}
+
 namespace {
 
 /// Below this the surface is smooth for every purpose, and the cotangent would overflow.
@@ -180,7 +223,7 @@ template<typename Value>
 
 } // namespace
 
-Hapke::Hapke(const scene::Hapke& d) : d_(d) {
+Hapke::Hapke(const HapkeParameters& d) : d_(d) {
     porosity_factor_ = porosity_factor(d.filling_factor);
     r0_ = diffusive_reflectance(d.single_scattering_albedo);
     rough_ = d.roughness_rad > least_roughness_rad;

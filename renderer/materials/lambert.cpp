@@ -4,6 +4,13 @@
 
 namespace obscura::renderer {
 
+scene::ParameterList declare(LambertParameters& p) {
+    return {config::key("albedo", &p.albedo)
+                .range(0, 1)
+                .required()
+                .help("Hemispherical reflectance of the surface")};
+}
+
 void Lambert::reflectance(const ScatterPacket& s, Doubles& r) const {
     const double scale = albedo_ * std::numbers::inv_pi;
     for (int i = 0; i < packet_size; ++i)

@@ -2,13 +2,27 @@
 #pragma once
 
 #include "renderer/materials/material.hpp"
+#include "renderer/scene/kind.hpp"
+#include "renderer/scene/scene.hpp"
 
 namespace obscura::renderer {
 
+/// Parameters of Lambert.
+struct LambertParameters {
+    static constexpr std::string_view kind = "lambert";
+    static constexpr std::string_view help = "Lambert's law: the same radiance in every direction.";
+    using Family = scene::MaterialFamily;
+
+    double albedo = 0.1; ///< hemispherical reflectance
+};
+[[nodiscard]] scene::ParameterList declare(LambertParameters& p);
+
 /// r = albedo / pi cos(i).
-class Lambert final : public Material {
+class Lambert : public Material {
 public:
-    explicit Lambert(const scene::Lambert& d) : albedo_(d.albedo) {}
+    using Parameters = LambertParameters;
+
+    explicit Lambert(const LambertParameters& d) : albedo_(d.albedo) {}
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
 
 private:

@@ -4,6 +4,13 @@
 
 namespace obscura::renderer {
 
+scene::ParameterList declare(LommelSeeligerParameters& p) {
+    return {config::key("albedo", &p.albedo)
+                .range(0, 1)
+                .required()
+                .help("Single-scattering albedo of the grains, w")};
+}
+
 void LommelSeeliger::reflectance(const ScatterPacket& s, Doubles& r) const {
     const double scale = albedo_ * std::numbers::inv_pi / 4;
     for (int i = 0; i < packet_size; ++i)

@@ -6,6 +6,20 @@
 
 namespace obscura::renderer {
 
+scene::ParameterList declare(LunarLambertParameters& p) {
+    return {
+        config::key("albedo", &p.albedo)
+            .range(0, 1)
+            .required()
+            .help("Albedo A, the factor of both parts of the lunar-Lambert law"),
+        scene::image_or(
+            config::key("weight", config::Numbers{p.weight.data(), p.weight.size()})
+                .range(-1e6, 1e6)
+                .help("Weight L(g) of the Lommel-Seeliger part: coefficients of the phase angle in "
+                      "degrees, constant term first; the Moon's by default")),
+    };
+}
+
 namespace {
 
 [[gnu::always_inline]] inline double mixed(double scale, double mu0, double mu, double l) {

@@ -3,17 +3,15 @@
 
 #include "core/geometry.hpp"
 #include "renderer/packets/packet.hpp"
-#include "renderer/scene/scene.hpp"
 
 #include <cstddef>
-#include <memory>
 
 namespace obscura::renderer {
 
 /// How many parameters of a law may differ from place to place.
 constexpr std::size_t most_parameters = 9;
 
-/// The parameters of a law lane by lane, in the order of its table (renderer/materials/parameters.hpp).
+/// The parameters of a law that images give, lane by lane, in the order in which the law declares them.
 struct ParameterPacket {
     Doubles value[most_parameters];
 };
@@ -60,9 +58,5 @@ public:
     /// all others.
     [[nodiscard]] virtual double mirror_reflectance() const { return -1; }
 };
-
-/// The registry: one line per scattering law. Throws ConfigError naming `place`.
-[[nodiscard]] std::unique_ptr<Material> make_material(const scene::Material& description,
-                                                      const std::string& place);
 
 } // namespace obscura::renderer

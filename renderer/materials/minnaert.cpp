@@ -2,9 +2,29 @@
 
 #include "renderer/packets/vector_functions.hpp"
 
+#include <fmt/format.h>
+
 #include <numbers>
 
 namespace obscura::renderer {
+
+scene::ParameterList declare(MinnaertParameters& p) {
+    return {
+        config::key("albedo", &p.albedo)
+            .range(0, 1)
+            .required()
+            .help("Minnaert albedo A; the Bond albedo 4 A / (exponent + 1)^2 may not exceed 1"),
+        scene::image_or(config::key("exponent", &p.exponent)
+                            .range(0.3, 2)
+                            .help("Minnaert exponent k; 1: Lambert's law, less: brighter limb")),
+    };
+}
+
+std::vector<scene::Conflict> conflicts_in(const MinnaertParameters& p) {
+    const double most = (p.exponent + 1) * (p.exponent + 1) / 4; // Bond albedo 1
+    if (p.albedo <= most) return {};
+    return {{"albedo", fmt::format("{}: allowed 0 to {} with this exponent", p.albedo, most)}};
+}
 
 namespace {
 

@@ -2,14 +2,29 @@
 #pragma once
 
 #include "renderer/materials/material.hpp"
+#include "renderer/scene/kind.hpp"
+#include "renderer/scene/scene.hpp"
 
 namespace obscura::renderer {
+
+/// Parameters of Mirror.
+struct MirrorParameters {
+    static constexpr std::string_view kind = "mirror";
+    static constexpr std::string_view help =
+        "Perfect mirror; what it shows is seen only where light may bounce (max_bounces above 0).";
+    using Family = scene::MaterialFamily;
+
+    double reflectance = 0.9;
+};
+[[nodiscard]] scene::ParameterList declare(MirrorParameters& p);
 
 /// Sends light back in one direction only, so that no lamp is ever met by chance: its light is found by
 /// following the reflected ray.
 class Mirror final : public Material {
 public:
-    explicit Mirror(const scene::Mirror& d) : reflectance_(d.reflectance) {}
+    using Parameters = MirrorParameters;
+
+    explicit Mirror(const MirrorParameters& d) : reflectance_(d.reflectance) {}
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
     [[nodiscard]] double mirror_reflectance() const override { return reflectance_; }
 

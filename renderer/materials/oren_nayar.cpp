@@ -7,6 +7,22 @@ namespace obscura::renderer {
 
 namespace {
 
+constexpr double degree = std::numbers::pi / 180;
+
+} // namespace
+
+scene::ParameterList declare(OrenNayarParameters& p) {
+    return {
+        config::key("albedo", &p.albedo).range(0, 1).required().help("Albedo of the facets"),
+        scene::image_or(config::key("slope_deg", config::Scaled{&p.slope_rad, degree})
+                            .unit("deg")
+                            .range(0, 57.3) // 1 rad, as far as the fit was made for
+                            .help("Standard deviation of the slope angle of the facets; 0: Lambert's law")),
+    };
+}
+
+namespace {
+
 double scale_a(double s2) {
     return 1 - 0.5 * s2 / (s2 + 0.33);
 }
@@ -32,7 +48,7 @@ template<typename Parameter>
 
 } // namespace
 
-OrenNayar::OrenNayar(const scene::OrenNayar& d) : scale_(d.albedo * std::numbers::inv_pi) {
+OrenNayar::OrenNayar(const OrenNayarParameters& d) : scale_(d.albedo * std::numbers::inv_pi) {
     const double s2 = d.slope_rad * d.slope_rad;
     a_ = scale_a(s2);
     b_ = scale_b(s2);

@@ -3,10 +3,32 @@
 #include "renderer/materials/hemisphere.hpp"
 #include "renderer/packets/vector_functions.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
 namespace obscura::renderer {
+
+scene::ParameterList declare(PhongParameters& p) {
+    return {
+        scene::image_or(config::key("diffuse", &p.diffuse)
+                            .range(0, 1)
+                            .help("Diffuse reflectance; together with the specular one at most 1")),
+        scene::image_or(config::key("specular", &p.specular)
+                            .range(0, 1)
+                            .help("Specular reflectance; together with the diffuse one at most 1")),
+        scene::image_or(config::key("exponent", &p.exponent)
+                            .range(0, 1e5)
+                            .help("Sharpness of the highlight: exponent of the cosine")),
+    };
+}
+
+std::vector<scene::Conflict> conflicts_in(const PhongParameters& p) {
+    if (p.specular <= 1 - p.diffuse) return {};
+    return {{"specular",
+             fmt::format("{}: allowed 0 to {} beside the diffuse reflectance", p.specular, 1 - p.diffuse)}};
+}
 
 namespace {
 
@@ -25,12 +47,12 @@ template<typename Parameter>
     }
 }
 
-double diffuse_share(const scene::Phong& d) {
+double diffuse_share(const PhongParameters& d) {
     const double sum = d.diffuse + d.specular;
     return sum > 0 ? d.diffuse / sum : 1.0;
 }
 
-scene::Phong at(const ParameterPacket& varied, int lane) {
+PhongParameters at(const ParameterPacket& varied, int lane) {
     return {varied.value[0][lane], varied.value[1][lane], varied.value[2][lane]};
 }
 

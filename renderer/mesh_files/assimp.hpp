@@ -1,7 +1,7 @@
 // Mesh files through assimp, which is kept in a process of its own.
 #pragma once
 
-#include "renderer/shapes/triangle_mesh.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include <filesystem>
 

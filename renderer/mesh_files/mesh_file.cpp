@@ -33,7 +33,7 @@ std::string text_of(const std::filesystem::path& file, const char* kind) {
     return std::move(text).str();
 }
 
-TriangleMesh read(const scene::MeshFile& description) {
+TriangleMesh read(const MeshFileParameters& description) {
     const std::filesystem::path file = description.path;
     const std::string end = lower_extension(file);
     if (end == ".tab" || end == ".plt")
@@ -62,7 +62,7 @@ bool is_bare_obj(std::string_view text) {
     return true;
 }
 
-TriangleMesh read_mesh_file(const scene::MeshFile& description) {
+TriangleMesh read_mesh_file(const MeshFileParameters& description) {
     TriangleMesh mesh = read(description);
     if (!description.smooth_normals) mesh.normals = {};
     if (description.smooth_normals && mesh.normals.empty()) smooth_normals(mesh);

@@ -1,7 +1,7 @@
 // Wavefront OBJ, read strictly: the error names the line.
 #pragma once
 
-#include "renderer/shapes/triangle_mesh.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include <string>
 #include <string_view>

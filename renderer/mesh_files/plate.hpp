@@ -1,7 +1,7 @@
 // Plate models of the Planetary Data System (.tab, .plt), read strictly: the error names the line.
 #pragma once
 
-#include "renderer/shapes/triangle_mesh.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include <string>
 #include <string_view>

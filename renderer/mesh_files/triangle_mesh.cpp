@@ -1,4 +1,4 @@
-#include "renderer/shapes/triangle_mesh.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include "core/error.hpp"
 

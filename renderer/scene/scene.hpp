@@ -1,15 +1,17 @@
 // The scene as plain data: what a scene file says and the renderer is built from.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "core/geometry.hpp"
 #include "core/spectral_band.hpp"
 #include "core/time.hpp"
+#include "renderer/scene/description.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace obscura::scene {
@@ -39,91 +41,13 @@ struct Motion {
     std::shared_ptr<const LivePose> live{}; ///< if any, instead of all that as soon as it knows
 };
 
-struct Ellipsoid {
-    Vec3 radii_m{1, 1, 1};
-};
-struct MeshFile {
-    std::string path; ///< see renderer/mesh_files/mesh_file.hpp
-    double metres_per_unit = 1;
-    bool smooth_normals = true; ///< the file's normals, else interpolated ones; false: flat facets
-};
-/// A small body made from noise and craters; same seed, same body.
-struct ProceduralBody {
-    double mean_radius_m = 500;
-    Vec3 axis_ratios{1, 0.8, 0.7};
-    std::uint64_t seed = 1;
-    std::uint32_t subdivisions = 6; ///< 20 * 4^n facets
-};
-/// Flat convex polygons, each counter-clockwise seen from outside: rooms, targets, mock-ups.
-struct Polygons {
-    std::vector<std::vector<Vec3>> faces_m;
-};
-/// About the origin.
-struct Box {
-    Vec3 size_m{1, 1, 1};
-};
-/// In the x-y plane about the origin, seen and lit from both sides; a ring with an inner radius.
-struct Disc {
-    double radius_m = 1, inner_radius_m = 0;
-};
-/// A closed cylinder, cone or frustum along z; the middle of its height at the origin.
-struct Cone {
-    double bottom_radius_m = 1, top_radius_m = 1; ///< one of them may be 0
-    double height_m = 1;
-};
-using Shape = std::variant<Ellipsoid, MeshFile, ProceduralBody, Polygons, Box, Disc, Cone>;
+/// The kinds of shape are listed in renderer/shapes/registry.hpp, each with a struct of its parameters.
+struct ShapeFamily;
+using Shape = Description<ShapeFamily>;
 
-/// r = A / pi mu0: the same radiance in every direction.
-struct Lambert {
-    double albedo = 0.1; ///< hemispherical reflectance, 0..1
-};
-/// Lommel-Seeliger: r = w/(4 pi) mu0/(mu0+mu).
-struct LommelSeeliger {
-    double albedo = 0.1; ///< single-scattering albedo w, 0..1
-};
-/// Lambert and Lommel-Seeliger mixed by the phase angle (McEwen).
-struct LunarLambert {
-    double albedo = 0.1;
-    /// L(g): coefficients of the phase angle in degrees, constant term first; the default is the Moon's.
-    std::array<double, 4> weight{1, -0.019, 2.42e-4, -1.46e-6};
-};
-struct Minnaert {
-    double albedo = 0.1;
-    double exponent = 0.7; ///< k, 0.5..1.5
-};
-/// Rough surface of Lambertian facets.
-struct OrenNayar {
-    double albedo = 0.5;
-    double slope_rad = 0.3; ///< standard deviation of the facets' slope angle
-};
-/// Energy-conserving Phong; diffuse + specular <= 1.
-struct Phong {
-    double diffuse = 0.3, specular = 0.3;
-    double exponent = 20;
-};
-/// Hapke (2012) with both opposition surges, roughness and porosity; every refinement is off at 0.
-struct Hapke {
-    double single_scattering_albedo = 0.3; ///< w, 0..<1
-    double phase_b = 0.3, phase_c = 0.5;   ///< two-lobed Henyey-Greenstein; c = 1: all backwards
-    double shadow_hiding_b0 = 0, shadow_hiding_h = 0.05;
-    double backscatter_b0 = 0, backscatter_h = 0.1;
-    double roughness_rad = 0;  ///< mean slope angle theta-bar
-    double filling_factor = 0; ///< phi, 0..0.75; 0: no porosity correction
-};
-/// Microfacet surface: a metal, or a dielectric over a diffuse base.
-struct Ggx {
-    double roughness = 0.3;       ///< perceptual; alpha is its square
-    double reflectance_f0 = 0.04; ///< at normal incidence
-    double base_albedo = 0;       ///< 0 for metals
-};
-/// Perfect specular reflection; seen only where light may bounce.
-struct Mirror {
-    double reflectance = 0.9;
-};
-/// What the body's mesh file says: Lambert with the diffuse colours and textures of its materials.
-struct FileMaterials {};
-using Material = std::variant<Lambert, LommelSeeliger, LunarLambert, Minnaert, OrenNayar, Phong, Hapke, Ggx,
-                              Mirror, FileMaterials>;
+/// The kinds of material are listed in renderer/materials/registry.hpp, each with a struct of its parameters.
+struct MaterialFamily;
+using Material = Description<MaterialFamily>;
 
 /// Images on a body. A map covers the whole body by longitude and latitude where the shape has no texture
 /// coordinates of its own.
@@ -135,7 +59,7 @@ struct Textures {
     double left_longitude_rad = -3.141592653589793; ///< of the image's left edge
     /// A parameter of the scattering law from an image of one plane, in the parameter's SI unit.
     struct Parameter {
-        std::string name; ///< as in renderer/materials/parameters.hpp
+        std::string name; ///< of the material's key, without the unit
         std::string file;
         double at_zero = 0, at_one = 1; ///< what a texel of 0 and one of 1 (integers: full scale) stand for
     };
@@ -157,6 +81,11 @@ struct Joint {
     Vec3 axis{0, 0, 1};            ///< the body's own frame
     std::vector<Sample> samples{}; ///< increasing in time, linear between, ends held; empty: 0
 };
+constexpr auto enum_names(Joint::Kind /*type*/) {
+    using Kind = Joint::Kind;
+    return std::array{EnumName{Kind::fixed, "fixed"}, EnumName{Kind::hinge, "hinge"},
+                      EnumName{Kind::slide, "slide"}};
+}
 
 struct Body {
     std::string name;
@@ -185,11 +114,16 @@ struct Lamp {
     std::string name;
     Motion motion;
     Beam beam = Beam::point;
-    double half_angle_rad = 0.2;
-    std::vector<double> intensity_w_sr; ///< on the axis, in each band
-    std::string parent{};               ///< as of a body
+    double half_angle_rad = 0.17453292519943295; ///< 10 degrees
+    std::vector<double> intensity_w_sr;          ///< on the axis, in each band
+    std::string parent{};                        ///< as of a body
     Joint joint{};
 };
+constexpr auto enum_names(Lamp::Beam /*type*/) {
+    using Beam = Lamp::Beam;
+    return std::array{EnumName{Beam::point, "point"}, EnumName{Beam::uniform, "uniform"},
+                      EnumName{Beam::gaussian, "gaussian"}};
+}
 
 struct Sun {
     Vec3 position_m{-149597870700.0, 0, 0}; ///< inertial
@@ -214,6 +148,12 @@ enum class Projection : std::uint8_t {
     stereographic, ///< 2 tan(t/2)
     orthographic,  ///< sin t: a hemisphere seen from far outside
 };
+constexpr auto enum_names(Projection /*type*/) {
+    return std::array{
+        EnumName{Projection::pinhole, "pinhole"}, EnumName{Projection::equidistant, "equidistant"},
+        EnumName{Projection::equisolid, "equisolid"}, EnumName{Projection::stereographic, "stereographic"},
+        EnumName{Projection::orthographic, "orthographic"}};
+}
 
 /// How the real image departs from the ideal projection. All lengths are over the focal length, r is the
 /// distance from the centre, x to the right, y down.
@@ -234,6 +174,12 @@ struct Distortion {
     std::vector<double> coefficients; ///< those not given are 0
     std::vector<double> ideal_mm, real_mm;
 };
+constexpr auto enum_names(Distortion::Model /*type*/) {
+    using Model = Distortion::Model;
+    return std::array{EnumName{Model::none, "none"}, EnumName{Model::brown_conrady, "brown-conrady"},
+                      EnumName{Model::opencv, "opencv"}, EnumName{Model::radial, "radial"},
+                      EnumName{Model::table, "table"}};
+}
 
 /// How the light of a point spreads over the sensor, before pixels integrate it.
 struct PointSpread {
@@ -250,6 +196,11 @@ struct PointSpread {
     double core_px = 16;
     double wings_px = 0; ///< how far wings are followed; 0: no wings, and all light is in the core
 };
+constexpr auto enum_names(PointSpread::Model /*type*/) {
+    using Model = PointSpread::Model;
+    return std::array{EnumName{Model::gaussian, "gaussian"}, EnumName{Model::airy, "airy"},
+                      EnumName{Model::table, "table"}};
+}
 
 struct Camera {
     std::int32_t width = 1024, height = 1024; ///< the whole sensor
@@ -285,6 +236,11 @@ enum class Quantity : std::uint8_t {
     irradiance, ///< at the entrance pupil from the pixel's solid angle, W/m2: what a detector needs
     radiance,   ///< the same over the pixel's solid angle, W m-2 sr-1: for comparing with other programs
 };
+constexpr auto enum_names(Quantity /*type*/) {
+    return std::array{EnumName{Quantity::irradiance, "irradiance"}, EnumName{Quantity::radiance, "radiance"}};
+}
+
+constexpr std::size_t most_bands = 16;
 
 /// Everything that can be seen, and the camera that looks.
 struct Scene {

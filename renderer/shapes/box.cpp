@@ -4,7 +4,19 @@
 
 namespace obscura::renderer {
 
-Box::Box(const scene::Box& d) : AnalyticShape(length(d.size_m) / 2 * (1 + 1e-12)), half_(d.size_m / 2) {}
+scene::ParameterList declare(BoxParameters& p) {
+    return {config::key("size_m", &p.size_m)
+                .unit("m")
+                .range(1e-6, 1e12)
+                .required()
+                .help("Three edges of the box, along x, y and z of the body frame")};
+}
+
+std::shared_ptr<const Shape> make(const BoxParameters& p, ShapeContext& /*context*/) {
+    return std::make_shared<Box>(p);
+}
+
+Box::Box(const BoxParameters& d) : AnalyticShape(length(d.size_m) / 2 * (1 + 1e-12)), half_(d.size_m / 2) {}
 
 // Between three pairs of planes; parts 2 k and 2 k + 1 are the lower and upper side along axis k.
 AnalyticShape::Crossings Box::crossings(Vec3 o, Vec3 d) const {

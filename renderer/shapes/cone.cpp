@@ -1,16 +1,48 @@
 #include "renderer/shapes/cone.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace obscura::renderer {
+
+scene::ParameterList declare(ConeParameters& p) {
+    return {
+        config::key("bottom_radius_m", &p.bottom_radius_m)
+            .unit("m")
+            .range(0, 1e12)
+            .required()
+            .help("Radius at the lower end of the cone, at z = -height / 2"),
+        config::key("top_radius_m", &p.top_radius_m)
+            .unit("m")
+            .range(0, 1e12)
+            .required()
+            .help("Radius at the upper end of the cone, at z = height / 2; one of the radii may be 0"),
+        config::key("height_m", &p.height_m)
+            .unit("m")
+            .range(1e-6, 1e12)
+            .required()
+            .help("Length of the cone along z, its middle at the origin"),
+    };
+}
+
+std::vector<scene::Conflict> conflicts_in(const ConeParameters& p) {
+    if (p.bottom_radius_m + p.top_radius_m > 0) return {};
+    return {{"bottom_radius_m", "0 m: allowed is more than 0 where the top radius is 0"}};
+}
+
+std::shared_ptr<const Shape> make(const ConeParameters& p, ShapeContext& /*context*/) {
+    return std::make_shared<Cone>(p);
+}
+
 namespace {
 
 enum Part : std::uint32_t { side, bottom, top };
 
 } // namespace
 
-Cone::Cone(const scene::Cone& d)
+Cone::Cone(const ConeParameters& d)
     : AnalyticShape(std::hypot(std::max(d.bottom_radius_m, d.top_radius_m), d.height_m / 2) * (1 + 1e-12)),
       bottom_(d.bottom_radius_m),
       top_(d.top_radius_m),

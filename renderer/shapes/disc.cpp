@@ -1,12 +1,38 @@
 #include "renderer/shapes/disc.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace obscura::renderer {
 
-Disc::Disc(const scene::Disc& d)
+scene::ParameterList declare(DiscParameters& p) {
+    return {
+        config::key("radius_m", &p.radius_m)
+            .unit("m")
+            .range(1e-6, 1e12)
+            .required()
+            .help("Outer radius of the disc"),
+        config::key("inner_radius_m", &p.inner_radius_m)
+            .unit("m")
+            .range(0, 1e12)
+            .help("Radius of the hole in the disc, less than the outer one; 0: no hole"),
+    };
+}
+
+std::vector<scene::Conflict> conflicts_in(const DiscParameters& p) {
+    if (p.inner_radius_m < p.radius_m) return {};
+    return {{"inner_radius_m",
+             fmt::format("{} m: allowed is less than the outer radius, {} m", p.inner_radius_m, p.radius_m)}};
+}
+
+std::shared_ptr<const Shape> make(const DiscParameters& p, ShapeContext& /*context*/) {
+    return std::make_shared<Disc>(p);
+}
+
+Disc::Disc(const DiscParameters& d)
     : AnalyticShape(d.radius_m * (1 + 1e-12)),
       outer2_(d.radius_m * d.radius_m),
       inner2_(d.inner_radius_m * d.inner_radius_m),

@@ -4,6 +4,19 @@
 #include <cmath>
 
 namespace obscura::renderer {
+
+scene::ParameterList declare(EllipsoidParameters& p) {
+    return {config::key("radii_m", &p.radii_m)
+                .unit("m")
+                .range(1e-6, 1e12)
+                .required()
+                .help("Three radii of the ellipsoid, along x, y and z of the body frame")};
+}
+
+std::shared_ptr<const Shape> make(const EllipsoidParameters& p, ShapeContext& /*context*/) {
+    return std::make_shared<Ellipsoid>(p);
+}
+
 namespace {
 
 /// Distance to the nearest intersection in front of the origin, or no_hit.
@@ -37,7 +50,7 @@ void distances(const RayPacket& rays, Vec3 inverse_radii, Doubles& distance) {
 
 } // namespace
 
-Ellipsoid::Ellipsoid(const scene::Ellipsoid& d)
+Ellipsoid::Ellipsoid(const EllipsoidParameters& d)
     : inverse_radii_{1 / d.radii_m.x, 1 / d.radii_m.y, 1 / d.radii_m.z},
       bounding_radius_m_(std::max({d.radii_m.x, d.radii_m.y, d.radii_m.z})) {}
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/packets/packet.hpp"
-#include "renderer/shapes/triangle_mesh.hpp"
 
 #include <array>
 

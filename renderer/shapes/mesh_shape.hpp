@@ -1,11 +1,11 @@
 // A triangle mesh in an Embree scene of its own, in its body's frame.
 #pragma once
 
+#include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/shapes/embree_compat.hpp"
 #include "renderer/shapes/hull.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/shapes/triangle_list.hpp"
-#include "renderer/shapes/triangle_mesh.hpp"
 
 #include <atomic>
 #include <cstdint>

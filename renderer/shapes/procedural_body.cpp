@@ -1,9 +1,6 @@
 #include "renderer/shapes/procedural_body.hpp"
 
-#include "core/error.hpp"
 #include "core/philox.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -174,15 +171,32 @@ TriangleMesh make_icosphere(std::uint32_t subdivisions) {
     return mesh;
 }
 
-TriangleMesh make_procedural_body(const scene::ProceduralBody& d) {
-    if (d.subdivisions > 9)
-        throw ConfigError(fmt::format("procedural body: subdivisions {}: allowed 0 to 9", d.subdivisions));
-    if (!(d.mean_radius_m > 0 && std::isfinite(d.mean_radius_m)))
-        throw ConfigError(
-            fmt::format("procedural body: mean radius {} m: allowed are positive numbers", d.mean_radius_m));
-    if (!(is_finite(d.axis_ratios) && d.axis_ratios.x > 0 && d.axis_ratios.y > 0 && d.axis_ratios.z > 0))
-        throw ConfigError(fmt::format("procedural body: axis ratios {} {} {}: allowed are positive numbers",
-                                      d.axis_ratios.x, d.axis_ratios.y, d.axis_ratios.z));
+scene::ParameterList declare(ProceduralBodyParameters& p) {
+    return {
+        config::key("mean_radius_m", &p.mean_radius_m)
+            .unit("m")
+            .range(1e-3, 1e9)
+            .required()
+            .help("Mean radius of the procedural body"),
+        config::key("axis_ratios", &p.axis_ratios)
+            .range(0.1, 10)
+            .help("Proportions of the axes of the procedural body, x, y and z"),
+        config::key("seed", &p.seed)
+            .range(0, 9e15)
+            .help("Seed of the noise and of the craters: the same seed gives the same body"),
+        config::key("subdivisions", &p.subdivisions)
+            .range(0, 9)
+            .help("Fineness n of the procedural body: it has 20 * 4^n facets"),
+    };
+}
+
+std::shared_ptr<const Shape> make(const ProceduralBodyParameters& p, ShapeContext& context) {
+    return context.mesh_shape(make_procedural_body(p));
+}
+
+TriangleMesh make_procedural_body(const ProceduralBodyParameters& d) {
+    ProceduralBodyParameters checked = d;
+    scene::check_ranges(scene::keys_of(declare(checked)), "procedural body");
 
     TriangleMesh mesh = make_icosphere(d.subdivisions);
     const std::vector<Crater> craters = make_craters(d.seed);

@@ -1,8 +1,8 @@
 // Triangle list: intersects packets with every triangle of a small mesh, where that is faster than a BVH.
 #pragma once
 
+#include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/packets/packet.hpp"
-#include "renderer/shapes/triangle_mesh.hpp"
 
 #include <cstddef>
 #include <vector>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "renderer/materials/material.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/shape.hpp"
-#include "renderer/shapes/triangle_mesh.hpp"
 #include "renderer/textures/texture.hpp"
 
 #include <cstddef>
@@ -45,7 +45,7 @@ public:
     };
     /// One parameter of the body's law from an image of one plane: `at_zero` + texel * `gain`.
     struct Map {
-        std::size_t parameter; ///< in the order of parameters_of()
+        std::size_t parameter; ///< in the order of varying_parameters()
         std::shared_ptr<const Texture> texture;
         double at_zero, gain;
     };

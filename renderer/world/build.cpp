@@ -2,15 +2,14 @@
 
 #include "core/error.hpp"
 #include "renderer/lights/spectrum.hpp"
-#include "renderer/materials/parameters.hpp"
+#include "renderer/materials/file_materials.hpp"
+#include "renderer/materials/registry.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
-#include "renderer/shapes/box.hpp"
-#include "renderer/shapes/cone.hpp"
-#include "renderer/shapes/disc.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
-#include "renderer/shapes/procedural_body.hpp"
+#include "renderer/shapes/registry.hpp"
 #include "renderer/textures/surface_textures.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/motion.hpp"
@@ -20,114 +19,38 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <optional>
-#include <tuple>
 
 namespace obscura::renderer {
 namespace {
-
-bool positive(double x) {
-    return x > 0 && std::isfinite(x);
-}
 
 std::string name_of(const scene::Body& body) {
     return fmt::format("body '{}'", body.name);
 }
 
-TriangleMesh triangulate(const scene::Polygons& polygons, const std::string& place) {
-    TriangleMesh mesh;
-    for (std::size_t f = 0; f < polygons.faces_m.size(); ++f) {
-        const auto& corners = polygons.faces_m[f];
-        if (corners.size() < 3)
-            throw ConfigError(
-                fmt::format("{}: face {} has {} corners: at least 3", place, f + 1, corners.size()));
-        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        for (const Vec3 p : corners)
-            mesh.vertices.push_back(
-                {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-        for (std::uint32_t k = 2; k < corners.size(); ++k)
-            mesh.triangles.push_back({first, first + k - 1, first + k});
-    }
-    validate(mesh, place);
-    return mesh;
-}
-
-/// One finite number >= 0 for each band, or none at all.
+/// One number for each band, or none at all.
 void validate_bands(const std::vector<double>& values, std::size_t bands, const std::string& what) {
     if (!values.empty() && values.size() != bands)
         throw ConfigError(
             fmt::format("{}: {} numbers: one for each of the {} bands", what, values.size(), bands));
-    for (const double v : values)
-        if (!(v >= 0 && std::isfinite(v)))
-            throw ConfigError(fmt::format("{}: {}: allowed are numbers from 0 up", what, v));
 }
 
-/// Makes shapes; remembers meshes, so that bodies of the same file share one.
-class ShapeMaker {
-public:
-    std::shared_ptr<const Shape> make(const scene::Body& body) {
-        const std::string place = name_of(body);
-        if (const auto* e = std::get_if<scene::Ellipsoid>(&body.shape)) {
-            if (!positive(e->radii_m.x) || !positive(e->radii_m.y) || !positive(e->radii_m.z))
-                throw ConfigError(fmt::format("{}: radii {} {} {} m: allowed are positive numbers", place,
-                                              e->radii_m.x, e->radii_m.y, e->radii_m.z));
-            return std::make_shared<Ellipsoid>(*e);
-        }
-        if (const auto* b = std::get_if<scene::Box>(&body.shape)) {
-            if (!positive(b->size_m.x) || !positive(b->size_m.y) || !positive(b->size_m.z))
-                throw ConfigError(fmt::format("{}: size {} {} {} m: allowed are positive numbers", place,
-                                              b->size_m.x, b->size_m.y, b->size_m.z));
-            return std::make_shared<Box>(*b);
-        }
-        if (const auto* d = std::get_if<scene::Disc>(&body.shape)) {
-            if (!positive(d->radius_m) || !(d->inner_radius_m >= 0 && d->inner_radius_m < d->radius_m))
-                throw ConfigError(
-                    fmt::format("{}: radii {} and {} m: allowed are a positive outer and a smaller "
-                                "inner one",
-                                place, d->radius_m, d->inner_radius_m));
-            return std::make_shared<Disc>(*d);
-        }
-        if (const auto* c = std::get_if<scene::Cone>(&body.shape)) {
-            const bool radii = c->bottom_radius_m >= 0 && c->top_radius_m >= 0 &&
-                               positive(c->bottom_radius_m + c->top_radius_m);
-            if (!radii || !positive(c->height_m))
-                throw ConfigError(
-                    fmt::format("{}: radii {} and {} m, height {} m: allowed are radii from 0 up, "
-                                "not both 0, and a positive height",
-                                place, c->bottom_radius_m, c->top_radius_m, c->height_m));
-            return std::make_shared<Cone>(*c);
-        }
-        if (const auto* p = std::get_if<scene::ProceduralBody>(&body.shape)) {
-            try {
-                return mesh_shape(make_procedural_body(*p), !body.emission_w_m2_sr.empty());
-            } catch (const ConfigError& e) {
-                throw ConfigError(fmt::format("{}: {}", place, e.what()));
-            }
-        }
-        const bool emits = !body.emission_w_m2_sr.empty();
-        if (const auto* polygons = std::get_if<scene::Polygons>(&body.shape))
-            return mesh_shape(triangulate(*polygons, place), emits);
-        const auto& file = std::get<scene::MeshFile>(body.shape);
-        if (!positive(file.metres_per_unit))
-            throw ConfigError(fmt::format("{}: {} metres per unit: allowed are positive numbers", place,
-                                          file.metres_per_unit));
-        auto& shape = files_[{file.path, file.metres_per_unit, file.smooth_normals, emits}];
-        if (!shape) {
-            shape = mesh_shape(read_mesh_file(file), emits);
-        }
-        return shape;
-    }
+/// Any positive focal length will do for a program, which may have the camera as far away as it likes.
+void validate_camera(scene::Camera camera) {
+    config::Keys keys = scene::keys_of(camera);
+    const auto free = std::find_if(keys.begin(), keys.end(),
+                                   [](const config::Key& key) { return key.name == "focal_length_mm"; });
+    if (free != keys.end()) keys.erase(free);
+    scene::check_ranges(keys, "camera");
+    if (!(camera.focal_length_m > 0 && std::isfinite(camera.focal_length_m)))
+        throw ConfigError(
+            fmt::format("camera: focal length {} m: allowed are positive numbers", camera.focal_length_m));
+}
 
-private:
-    std::shared_ptr<const Shape> mesh_shape(TriangleMesh mesh, bool emits) {
-        if (!device_) device_ = std::make_shared<const EmbreeDevice>();
-        return std::make_shared<MeshShape>(device_, std::move(mesh), emits);
-    }
-
-    std::shared_ptr<const EmbreeDevice> device_;
-    std::map<std::tuple<std::string, double, bool, bool>, std::shared_ptr<const Shape>> files_;
-};
+/// Checks the numbers of `part`, a struct of a scene, by the ranges of its keys in scene files.
+template<typename Part>
+void validate_ranges(Part part, const std::string& place) {
+    scene::check_ranges(scene::keys_of(part), place);
+}
 
 /// Where a mesh file's word for a texture leads: from the file's own folder, whatever system wrote it, or
 /// into a folder "textures" beside.
@@ -158,8 +81,8 @@ public:
         const Texture::Edge edge = own_chart ? Texture::Edge::repeat : Texture::Edge::clamp;
         const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
         std::vector<SurfaceTextures::Part> parts;
-        if (std::holds_alternative<scene::FileMaterials>(body.material)) {
-            const auto* file = std::get_if<scene::MeshFile>(&body.shape);
+        if (body.material.get_if<FileMaterialsParameters>() != nullptr) {
+            const auto* file = body.shape.get_if<MeshFileParameters>();
             if (file == nullptr || mesh == nullptr)
                 throw ConfigError(fmt::format("{}: only a mesh file can bring its own materials", place));
             if (mesh->mesh().materials.empty())
@@ -191,16 +114,16 @@ public:
 private:
     void set_maps(const std::vector<scene::Textures::Parameter>& given, Texture::Edge edge,
                   const std::string& place, scene::Material& material, SurfaceTextures& textures) {
-        const std::vector<Parameter> parameters = parameters_of(material);
+        const std::vector<VaryingParameter> parameters = varying_parameters(material);
         std::vector<SurfaceTextures::Map> maps;
         scene::Material least = material;
         scene::Material most = material;
         for (const scene::Textures::Parameter& map : given) {
             const auto found = std::find_if(parameters.begin(), parameters.end(),
-                                            [&](const Parameter& p) { return p.name == map.name; });
+                                            [&](const VaryingParameter& p) { return p.name == map.name; });
             if (found == parameters.end()) {
                 std::vector<std::string_view> names;
-                for (const Parameter& p : parameters)
+                for (const VaryingParameter& p : parameters)
                     names.push_back(p.name);
                 throw ConfigError(
                     fmt::format("{}: no texture can give its material's {}: allowed are albedo{}{}", place,
@@ -216,16 +139,16 @@ private:
             const double b = map.at_zero + gain * texture->largest(0);
             // A limit that is met exactly must not be lost by rounding.
             const double slack = 1e-12 * std::abs(gain);
-            set_parameter(least, index, std::min(a, b) + slack);
-            set_parameter(most, index, std::max(a, b) - slack);
-            set_parameter(material, index, map.at_zero + gain * texture->mean(0));
+            set_varying_parameter(least, index, std::min(a, b) + slack);
+            set_varying_parameter(most, index, std::max(a, b) - slack);
+            set_varying_parameter(material, index, map.at_zero + gain * texture->mean(0));
             maps.push_back({index, std::move(texture), map.at_zero, gain});
         }
         // Whatever the law refuses, it refuses at its extremes.
         (void)make_material(least, place + ", least texels of its parameters");
         (void)make_material(most, place + ", largest texels of its parameters");
         std::vector<double> constants;
-        for (const Parameter& p : parameters_of(material))
+        for (const VaryingParameter& p : varying_parameters(material))
             constants.push_back(p.value);
         textures.set_maps(std::move(maps), std::move(constants));
     }
@@ -285,64 +208,50 @@ private:
 
 void validate(const scene::Scene& scene) {
     const scene::Camera& c = scene.camera;
-    constexpr std::int32_t largest = 65536;
-    if (c.width < 1 || c.width > largest || c.height < 1 || c.height > largest)
-        throw ConfigError(
-            fmt::format("camera: {} x {} pixels: allowed 1 to {} each", c.width, c.height, largest));
-    if (!positive(c.pixel_pitch_m) || !positive(c.focal_length_m))
-        throw ConfigError(fmt::format("camera: pixel pitch {} m and focal length {} m: allowed are positive "
-                                      "numbers",
-                                      c.pixel_pitch_m, c.focal_length_m));
-    if (!(c.psf_sigma_px >= 0 && c.psf_sigma_px <= 100))
-        throw ConfigError(fmt::format("camera: PSF sigma {} px: allowed 0 to 100", c.psf_sigma_px));
+    validate_ranges(scene, "scene");
+    validate_camera(c);
     validate(c.motion, "camera");
-    if (!is_finite(scene.sun.position_m) || !positive(scene.sun.radius_m))
-        throw ConfigError("sun: the position must be finite and the radius positive");
-    if (!(scene.sun.limb_darkening >= 0 && scene.sun.limb_darkening <= 1))
-        throw ConfigError(fmt::format("sun: limb darkening {}: allowed 0 to 1", scene.sun.limb_darkening));
-    if (!(scene.sun.irradiance_scale >= 0 && std::isfinite(scene.sun.irradiance_scale)))
-        throw ConfigError(fmt::format("sun: irradiance scale {}: allowed are numbers from 0 up",
-                                      scene.sun.irradiance_scale));
+    validate_ranges(scene.sun, "sun");
     if (scene.bands.empty()) throw ConfigError("bands: none: at least one spectral band is wanted");
-    for (std::size_t i = 0; i < scene.bands.size(); ++i)
-        if (!(scene.bands[i].from_m > 0 && scene.bands[i].to_m > scene.bands[i].from_m &&
-              std::isfinite(scene.bands[i].to_m)))
-            throw ConfigError(fmt::format("bands: band {} from {} to {} m: allowed 0 < from < to", i + 1,
-                                          scene.bands[i].from_m, scene.bands[i].to_m));
+    if (scene.bands.size() > scene::most_bands)
+        throw ConfigError(fmt::format("bands: {}: allowed 1 to {}", scene.bands.size(), scene::most_bands));
     for (std::size_t i = 0; i < scene.bands.size(); ++i) {
-        const auto& curve = scene.bands[i].transmission;
+        const SpectralBand& band = scene.bands[i];
+        validate_ranges(band, fmt::format("band {}", i + 1));
+        if (!(band.to_m > band.from_m))
+            throw ConfigError(fmt::format("bands: band {} from {} to {} m: allowed is from < to", i + 1,
+                                          band.from_m, band.to_m));
+        const auto& curve = band.transmission;
         for (std::size_t k = 0; k < curve.size(); ++k)
-            if (!(curve[k].value >= 0 && curve[k].value <= 1 && std::isfinite(curve[k].wavelength_m) &&
+            if (!(std::isfinite(curve[k].wavelength_m) &&
                   (k == 0 || curve[k].wavelength_m > curve[k - 1].wavelength_m)))
-                throw ConfigError(
-                    fmt::format("bands: transmission of band {}: point {}: allowed are shares from 0 "
-                                "to 1 at increasing wavelengths",
-                                i + 1, k + 1));
+                throw ConfigError(fmt::format("bands: transmission of band {}: point {}: allowed are "
+                                              "increasing wavelengths",
+                                              i + 1, k + 1));
     }
-    if (!(is_finite(c.velocity_m_s) && length(c.velocity_m_s) < 2.99e8))
-        throw ConfigError("camera: the velocity must be finite and less than that of light");
-    if (scene.bands.size() > 16)
-        throw ConfigError(fmt::format("bands: {}: allowed 1 to 16", scene.bands.size()));
+    if (!(length(c.velocity_m_s) < 2.99e8))
+        throw ConfigError("camera: the velocity must be less than that of light");
     (void)scene::parents_of(scene.bodies);
     (void)scene::parent_of(scene.bodies, c.parent, c.joint, "camera");
     for (const scene::Body& body : scene.bodies) {
         validate(body.motion, name_of(body));
+        validate_ranges(body, name_of(body));
         validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
         validate_bands(body.emission_w_m2_sr, scene.bands.size(), name_of(body) + ": emission");
     }
     for (const scene::Lamp& lamp : scene.lamps) {
         const std::string place = fmt::format("lamp '{}'", lamp.name);
         validate(lamp.motion, place);
+        validate_ranges(lamp, place);
         (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint, place);
         validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
-        if (!(lamp.half_angle_rad > 0 && lamp.half_angle_rad <= 3.1416))
-            throw ConfigError(
-                fmt::format("{}: half angle {} rad: allowed above 0 to pi", place, lamp.half_angle_rad));
     }
+    for (const scene::StrayLight& stray : scene.stray_light)
+        validate_ranges(stray, "stray light");
 }
 
 std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
-    ShapeMaker shapes;
+    ShapeContext shapes;
     SurfaceTexturesMaker texture_maker(scene.bands);
     const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
     std::vector<BuiltBody> built;
@@ -350,7 +259,9 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const scene::Body& body = scene.bodies[i];
         (void)make_material(body.material, name_of(body));
-        auto shape = shapes.make(body);
+        shapes.place = name_of(body);
+        shapes.emits = !body.emission_w_m2_sr.empty();
+        auto shape = make_shape(body.shape, shapes);
         scene::Material typical = body.material;
         auto textures = texture_maker.make(body, *shape, typical);
         auto material = make_material(typical, name_of(body));
@@ -363,7 +274,7 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     scene::Motion sun_motion;
     sun_motion.samples[0].pose.position_m = scene.sun.position_m;
     const double r = scene.sun.radius_m;
-    built.push_back({std::make_shared<Ellipsoid>(scene::Ellipsoid{{r, r, r}}),
+    built.push_back({std::make_shared<Ellipsoid>(EllipsoidParameters{{r, r, r}}),
                      nullptr,
                      sun_motion,
                      {},

@@ -5,8 +5,14 @@
 // a shadow ray, and how much faster two threads are than one (wall time: of an idle machine only).
 #include "core/philox.hpp"
 #include "core/solar_spectrum.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
 #include "renderer/materials/material.hpp"
+#include "renderer/materials/registry.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "tests/bench/asteroid_200k.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -98,7 +104,7 @@ void measure_200k(scene::Scene s, const std::string& name, bool last) {
     const test::TempFolder folder;
     const std::filesystem::path file = folder.path() / "asteroid.ply";
     bench::write_asteroid_200k(file);
-    s.bodies[0].shape = scene::MeshFile{file.string(), 1, false};
+    s.bodies[0].shape = renderer::MeshFileParameters{file.string(), 1, false};
     const renderer::Renderer one(s, {16, 1, 1});
     const renderer::Renderer two(s, {16, 2, 1});
     std::vector<float> image;
@@ -192,10 +198,10 @@ int main(int argc, char* argv[]) {
         fmt::print(stderr, "render_bench: --threads from 1, --size 16 to 8192\n");
         return 64;
     }
-    const scene::ProceduralBody small{500, {1, 0.9, 0.8}, 1, 6};
-    const scene::ProceduralBody large{500, {1, 0.9, 0.8}, 1, 7};
-    const scene::Lambert lambert{0.1};
-    const scene::Hapke hapke{0.3, 0.3, 0.5, 1, 0.05, 0.5, 0.1, 0.35, 0.2};
+    const renderer::ProceduralBodyParameters small{500, {1, 0.9, 0.8}, 1, 6};
+    const renderer::ProceduralBodyParameters large{500, {1, 0.9, 0.8}, 1, 7};
+    const renderer::LambertParameters lambert{0.1};
+    const renderer::HapkeParameters hapke{0.3, 0.3, 0.5, 1, 0.05, 0.5, 0.1, 0.35, 0.2};
     renderer::RenderSettings fixed{16, o.threads, 1};
     renderer::RenderSettings one_thread{16, 1, 1};
     renderer::RenderSettings real_time{2, o.threads, 1};
@@ -207,7 +213,8 @@ int main(int argc, char* argv[]) {
         {"asteroid 328k facets, 16 samples", scene_with(large, lambert, o.size), fixed},
         {"asteroid 328k facets, 16 samples, 1 thread", scene_with(large, lambert, o.size), one_thread},
         {"asteroid 82k facets, rough Hapke, 16 samples", scene_with(small, hapke, o.size), fixed},
-        {"ellipsoid, 16 samples", scene_with(scene::Ellipsoid{{500, 450, 400}}, lambert, o.size), fixed},
+        {"ellipsoid, 16 samples", scene_with(renderer::EllipsoidParameters{{500, 450, 400}}, lambert, o.size),
+         fixed},
         {"asteroid 82k facets, adaptive 1 %", scene_with(small, lambert, o.size), real_time},
         {"asteroid 328k facets, adaptive 1 %", scene_with(large, lambert, o.size), real_time},
     };

@@ -6,7 +6,7 @@
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/mesh_files/obj.hpp"
 #include "renderer/mesh_files/plate.hpp"
-#include "renderer/shapes/triangle_mesh.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include <cmath>
 #include <cstdlib>

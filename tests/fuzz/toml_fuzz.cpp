@@ -2,7 +2,7 @@
 // refused in one line; what was read can be printed, and the print is a configuration again.
 #include "core/error.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "sensors/sensor_file.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 
@@ -29,7 +29,7 @@ struct Folder : test::ScratchFolder {
     }
 };
 
-/// Runs `read`; a refusal must be one line without control characters.
+/// Runs `read`; a refusal has a line for each mistake, without control characters.
 template<typename Read>
 void try_to(Read read) {
     try {
@@ -38,7 +38,7 @@ void try_to(Read read) {
         const std::string_view what = error.what();
         require(!what.empty());
         for (const char c : what)
-            require(static_cast<unsigned char>(c) >= 0x20 && c != 0x7F);
+            require((static_cast<unsigned char>(c) >= 0x20 && c != 0x7F) || c == '\n');
     }
 }
 

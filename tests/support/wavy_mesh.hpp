@@ -1,7 +1,7 @@
 // A wavy ground of any number of triangles, for measuring what meshes cost.
 #pragma once
 
-#include "renderer/shapes/triangle_mesh.hpp"
+#include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include <cmath>
 #include <cstdint>

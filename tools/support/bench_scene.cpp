@@ -1,6 +1,8 @@
 #include "tools/support/bench_scene.hpp"
 
 #include "core/philox.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -29,8 +31,8 @@ emulator::DaemonConfig bench_config() {
 
     scene::Body body;
     body.name = "asteroid";
-    body.shape = scene::ProceduralBody{1000, {1.0, 0.9, 0.85}, 7, 7};
-    body.material = scene::LommelSeeliger{0.12};
+    body.shape = renderer::ProceduralBodyParameters{1000, {1.0, 0.9, 0.85}, 7, 7};
+    body.material = renderer::LommelSeeligerParameters{0.12};
     body.motion.spin_rate_rad_s = 1e-3;
     scene.bodies.push_back(body);
     for (std::uint32_t i = 0; i < 200; ++i) {

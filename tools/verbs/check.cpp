@@ -1,7 +1,7 @@
 // obscura check: is a configuration or a scene sound?
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>

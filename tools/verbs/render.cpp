@@ -3,7 +3,7 @@
 #include "images/writers/fits.hpp"
 #include "images/writers/pending_file.hpp"
 #include "renderer/renderer.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
 #include "tools/support/preview.hpp"

@@ -1,7 +1,7 @@
 // A program outside the tree, built on the installed libraries: renders the shipped scene, or that of its
 // argument.
 #include "renderer/renderer.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 
 #include <cstdio>
 #include <vector>

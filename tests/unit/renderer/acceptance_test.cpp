@@ -1,6 +1,18 @@
 // What the renderer promises to its users in numbers, each against a closed formula.
+#include "renderer/materials/ggx.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/materials/lunar_lambert.hpp"
 #include "renderer/materials/material.hpp"
+#include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/mirror.hpp"
+#include "renderer/materials/oren_nayar.hpp"
+#include "renderer/materials/phong.hpp"
+#include "renderer/materials/registry.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
+#include "renderer/shapes/polygons.hpp"
 #include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -36,7 +48,7 @@ double far_flux(const scene::Material& material, double phase, double radius_px,
 
 /// A room of walls that glow inwards with radiance 1 and reflect nothing.
 scene::Body furnace() {
-    scene::Body body{"furnace", inward_cube(), scene::Lambert{0}, {}};
+    scene::Body body{"furnace", inward_cube(), renderer::LambertParameters{0}, {}};
     body.emission_w_m2_sr = {1};
     return body;
 }
@@ -69,14 +81,15 @@ double albedo_by_quadrature(const renderer::Material& material, double cos_out) 
 } // namespace
 
 TEST_CASE("Spheres of Lambert, Lommel-Seeliger and lunar-Lambert keep to their phase curves within 0.1 %") {
-    const scene::LunarLambert moon{0.12, {1, -0.019, 2.42e-4, -1.46e-6}};
+    const renderer::LunarLambertParameters moon{0.12, {1, -0.019, 2.42e-4, -1.46e-6}};
     // Not at 0: the Sun's disc hides it from the lunar law, which is steep there.
     for (const double phase : {10.0, 25.0, 50.0, 75.0, 100.0, 125.0}) {
         INFO("phase " << phase);
         const double a = phase * deg;
         const double lambert = 2.0 / 3 * lambert_phase(a);
-        CHECK_THAT(far_flux(scene::Lambert{0.3}, a, 100, 256, 32), WithinRel(0.3 * lambert, 1e-3));
-        CHECK_THAT(far_flux(scene::LommelSeeliger{0.2}, a, 100, 256, 32),
+        CHECK_THAT(far_flux(renderer::LambertParameters{0.3}, a, 100, 256, 32),
+                   WithinRel(0.3 * lambert, 1e-3));
+        CHECK_THAT(far_flux(renderer::LommelSeeligerParameters{0.2}, a, 100, 256, 32),
                    WithinRel(0.2 / 8 * lommel_seeliger_phase(a), 1e-3));
         const double l = std::clamp(1 + phase * (-0.019 + phase * (2.42e-4 - 1.46e-6 * phase)), 0.0, 1.0);
         CHECK_THAT(far_flux(moon, a, 100, 256, 32),
@@ -88,23 +101,24 @@ TEST_CASE("The flux of a body does not change from 1e-4 px to 500 px") {
     const double expected = 0.3 * 2 / 3 * lambert_phase(50 * deg);
     for (const double radius_px : {1e-4, 1e-2, 1.0, 2.99, 3.01, 50.0, 500.0}) {
         INFO("radius " << radius_px << " px");
-        CHECK_THAT(far_flux(scene::Lambert{0.3}, 50 * deg, radius_px, radius_px > 100 ? 1040 : 160, 4),
-                   WithinRel(expected, 2e-3));
+        CHECK_THAT(
+            far_flux(renderer::LambertParameters{0.3}, 50 * deg, radius_px, radius_px > 100 ? 1040 : 160, 4),
+            WithinRel(expected, 2e-3));
     }
 }
 
 TEST_CASE("In a white furnace every law shows its albedo within 0.2 %") {
     const std::vector<std::pair<std::string, scene::Material>> laws{
-        {"lambert", scene::Lambert{0.7}},
-        {"lommel-seeliger", scene::LommelSeeliger{0.3}},
-        {"lunar-lambert", scene::LunarLambert{0.12, {1, -0.019, 2.42e-4, -1.46e-6}}},
-        {"minnaert", scene::Minnaert{0.5, 0.8}},
-        {"oren-nayar", scene::OrenNayar{0.8, 0.5}},
-        {"phong", scene::Phong{0.3, 0.5, 20}},
-        {"hapke", scene::Hapke{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * deg, 0.3}},
-        {"ggx metal", scene::Ggx{0.4, 0.9, 0}},
-        {"ggx dielectric", scene::Ggx{0.3, 0.04, 0.6}},
-        {"mirror", scene::Mirror{0.8}},
+        {"lambert", renderer::LambertParameters{0.7}},
+        {"lommel-seeliger", renderer::LommelSeeligerParameters{0.3}},
+        {"lunar-lambert", renderer::LunarLambertParameters{0.12, {1, -0.019, 2.42e-4, -1.46e-6}}},
+        {"minnaert", renderer::MinnaertParameters{0.5, 0.8}},
+        {"oren-nayar", renderer::OrenNayarParameters{0.8, 0.5}},
+        {"phong", renderer::PhongParameters{0.3, 0.5, 20}},
+        {"hapke", renderer::HapkeParameters{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * deg, 0.3}},
+        {"ggx metal", renderer::GgxParameters{0.4, 0.9, 0}},
+        {"ggx dielectric", renderer::GgxParameters{0.3, 0.04, 0.6}},
+        {"mirror", renderer::MirrorParameters{0.8}},
     };
     for (const auto& [name, law] : laws) {
         INFO(name);
@@ -112,7 +126,7 @@ TEST_CASE("In a white furnace every law shows its albedo within 0.2 %") {
         s.sun.irradiance_scale = 0;
         s.bodies.push_back(furnace());
         // A plate across the room, seen at 40 degrees to its normal.
-        scene::Polygons plate;
+        renderer::PolygonsParameters plate;
         plate.faces_m = {{{-0.9, -0.9, -0.5}, {0.9, -0.9, -0.5}, {0.9, 0.9, -0.5}, {-0.9, 0.9, -0.5}}};
         s.bodies.push_back({"plate", plate, law, {}});
         const Vec3 eye{std::sin(40 * deg), 0, std::cos(40 * deg) - 0.5};
@@ -137,7 +151,8 @@ TEST_CASE("The limb of a ball lies within 0.01 px of the cone that touches it") 
     scene::Scene s;
     s.sun.irradiance_scale = 0;
     s.quantity = scene::Quantity::radiance;
-    s.bodies.push_back({"ball", scene::Ellipsoid{{500, 500, 500}}, scene::Lambert{0}, {}});
+    s.bodies.push_back(
+        {"ball", renderer::EllipsoidParameters{{500, 500, 500}}, renderer::LambertParameters{0}, {}});
     s.bodies[0].emission_w_m2_sr = {1};
     s.camera.width = s.camera.height = 160;
     s.camera.pixel_pitch_m = 10e-6;

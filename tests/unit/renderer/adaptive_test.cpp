@@ -1,4 +1,8 @@
 // Adaptive sampling: the error it promises, at fewer samples, with the same bytes for any window.
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/shapes/box.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -11,8 +15,8 @@ using namespace obscura::test;
 namespace {
 
 scene::Scene asteroid() {
-    scene::Scene s = sphere_scene(scene::LommelSeeliger{0.2}, 1.0, 60, 160);
-    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 1, 5};
+    scene::Scene s = sphere_scene(renderer::LommelSeeligerParameters{0.2}, 1.0, 60, 160);
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.8, 0.7}, 1, 5};
     return s;
 }
 
@@ -56,8 +60,8 @@ TEST_CASE("Adaptive sampling keeps the error it was asked for, without bias") {
 }
 
 TEST_CASE("A real-time frame, one shared ray a pixel and more where it matters, agrees with 1024 samples") {
-    scene::Scene s = sphere_scene(scene::LommelSeeliger{0.2}, 1.0, 300, 672);
-    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.9, 0.8}, 3, 6};
+    scene::Scene s = sphere_scene(renderer::LommelSeeligerParameters{0.2}, 1.0, 300, 672);
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.9, 0.8}, 3, 6};
     // From the sky over the sunlit limb to the terminator and into the night.
     const Region window{10, 300, 640, 32};
     const auto picture = [&](const renderer::Renderer& r, std::uint64_t frame) {
@@ -91,7 +95,10 @@ TEST_CASE("A picture of nothing but straight edges, in two colours, stays near t
     s.sun.position_m = {0, 0, -astronomical_unit_m};
     s.bands = {{400e-9, 500e-9}, {500e-9, 700e-9}};
     for (int k = -5; k <= 5; ++k) {
-        scene::Body bar{"bar" + std::to_string(k), scene::Box{{3, 300, 1}}, scene::Lambert{0.5}, {}};
+        scene::Body bar{"bar" + std::to_string(k),
+                        renderer::BoxParameters{{3, 300, 1}},
+                        renderer::LambertParameters{0.5},
+                        {}};
         bar.motion.samples[0].pose.position_m = {7.3 * k, 0, 1000};
         bar.colour = {0.2, 1.0};
         s.bodies.push_back(bar);

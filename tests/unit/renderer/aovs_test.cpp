@@ -1,4 +1,8 @@
 // Truth maps of a known ball against plane trigonometry.
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/shapes/disc.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -28,7 +32,7 @@ std::vector<float> aovs_of(const renderer::Renderer& r, Region window) {
 TEST_CASE("Layers tell the geometry behind each pixel") {
     constexpr int size = 101;
     const double phase = 0.7;
-    scene::Scene s = sphere_scene(scene::Lambert{0.5}, phase, 40, size);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, phase, 40, size);
     const renderer::Renderer r(s, {1, 2, 1});
     const std::vector<float> aovs = aovs_of(r, {0, 0, size, size});
     const auto value = [&](Aov aov, int x, int y) {
@@ -68,9 +72,9 @@ TEST_CASE("Layers tell the geometry behind each pixel") {
 }
 
 TEST_CASE("Layers tell albedo, material and texture coordinates; samples and variance come with the light") {
-    scene::Scene s = sphere_scene(scene::Hapke{0.3, 0.3, 0.5}, 0.3, 12, 32);
+    scene::Scene s = sphere_scene(renderer::HapkeParameters{0.3, 0.3, 0.5}, 0.3, 12, 32);
     s.bodies[0].colour = {0.5};
-    s.bodies.push_back({"disc", scene::Disc{300, 100}, scene::Lambert{0.25}, {}});
+    s.bodies.push_back({"disc", renderer::DiscParameters{300, 100}, renderer::LambertParameters{0.25}, {}});
     s.bodies[1].motion.samples[0].pose = {{-600, 0, 0}, axis_angle({0, 1, 0}, std::numbers::pi / 2)};
     const renderer::Renderer r(s, {16, 2, 1});
     const std::vector<float> aovs = aovs_of(r, {0, 0, 32, 32});
@@ -142,8 +146,8 @@ TEST_CASE("Layers tell albedo, material and texture coordinates; samples and var
 }
 
 TEST_CASE("Layers of a window are the crop of the whole, and follow a body that turns") {
-    scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.5, 30, 80);
-    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 3, 4};
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.5, 30, 80);
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.8, 0.7}, 3, 4};
     s.bodies[0].motion.samples[0].pose.orientation = axis_angle({1, 2, 3}, 0.8);
     const renderer::Renderer r(s, {1, 3, 1});
     const std::vector<float> whole = aovs_of(r, {0, 0, 80, 80});

@@ -1,4 +1,8 @@
 // The same bytes whatever the threads, bands or window; cancelling; counters; ground truth.
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -11,11 +15,13 @@ using namespace obscura::test;
 namespace {
 
 scene::Scene busy_scene() {
-    scene::Scene s = sphere_scene(scene::LommelSeeliger{0.2}, 1.0, 40, 150);
-    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 3, 4};
-    s.bodies.push_back({"moon", scene::Ellipsoid{{40, 30, 50}}, scene::Lambert{0.4}, {}});
+    scene::Scene s = sphere_scene(renderer::LommelSeeligerParameters{0.2}, 1.0, 40, 150);
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.8, 0.7}, 3, 4};
+    s.bodies.push_back(
+        {"moon", renderer::EllipsoidParameters{{40, 30, 50}}, renderer::LambertParameters{0.4}, {}});
     s.bodies[1].motion.samples[0].pose.position_m = {-700, 300, 200};
-    s.bodies.push_back({"speck", scene::Ellipsoid{{4, 4, 4}}, scene::Lambert{0.4}, {}});
+    s.bodies.push_back(
+        {"speck", renderer::EllipsoidParameters{{4, 4, 4}}, renderer::LambertParameters{0.4}, {}});
     s.bodies[2].motion.samples[0].pose.position_m = {-300, 600, 500};
     s.bands.push_back({500e-9, 600e-9});
     for (int i = 0; i < 200; ++i)
@@ -83,7 +89,7 @@ TEST_CASE("Nothing is traced where nothing is") {
     whole(empty, 64);
     CHECK(empty.samples_taken() == 0);
 
-    const renderer::Renderer ball(sphere_scene(scene::Lambert{0.5}, 0, 40, 150), {4, 1, 1});
+    const renderer::Renderer ball(sphere_scene(renderer::LambertParameters{0.5}, 0, 40, 150), {4, 1, 1});
     whole(ball, 64);
     // The disc and its margin, not the frame.
     CHECK(ball.samples_taken() > 4 * 5000);

@@ -1,6 +1,9 @@
 // Bodies on bodies: poses against matrices multiplied out, joints from tables and from outside, instances.
 #include "core/error.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/scene/scene_tree.hpp"
+#include "renderer/shapes/box.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "support.hpp"
@@ -15,7 +18,7 @@ using Catch::Matchers::WithinAbs;
 namespace {
 
 scene::Body box(const std::string& name, Vec3 size, const std::string& parent = {}) {
-    scene::Body b{name, scene::Box{size}, scene::Lambert{0.5}, {}};
+    scene::Body b{name, renderer::BoxParameters{size}, renderer::LambertParameters{0.5}, {}};
     b.parent = parent;
     return b;
 }
@@ -190,8 +193,9 @@ TEST_CASE("Bodies of one file share its mesh") {
     const std::string file = folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string();
     scene::Scene s;
     for (const char* name : {"a", "b", "c"})
-        s.bodies.push_back({name, scene::MeshFile{file, 1, true}, scene::Lambert{0.5}, {}});
-    std::get<scene::MeshFile>(s.bodies[2].shape).metres_per_unit = 2;
+        s.bodies.push_back(
+            {name, renderer::MeshFileParameters{file, 1, true}, renderer::LambertParameters{0.5}, {}});
+    s.bodies[2].shape.get<renderer::MeshFileParameters>().metres_per_unit = 2;
     const std::vector<BuiltBody> built = build_bodies(s);
     CHECK(built[0].shape.get() == built[1].shape.get());
     CHECK(built[0].shape.get() != built[2].shape.get());

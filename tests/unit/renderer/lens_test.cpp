@@ -3,6 +3,8 @@
 #include "core/error.hpp"
 #include "renderer/camera/lens.hpp"
 #include "renderer/camera/pinhole.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -241,7 +243,7 @@ TEST_CASE("A strong polynomial does not fold stars from outside back into the pi
 }
 
 TEST_CASE("Pictures through a lens: bodies, targeted bodies and stars lie where it projects them") {
-    scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.5, 20, 300);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.5, 20, 300);
     s.camera.width = 400;
     s.camera.focal_length_m = 300 * s.camera.pixel_pitch_m;
     s.camera.projection = scene::Projection::stereographic;
@@ -252,7 +254,10 @@ TEST_CASE("Pictures through a lens: bodies, targeted bodies and stars lie where 
     s.sun.position_m = {0, 0, -astronomical_unit_m};
     s.bodies.clear();
     const auto ball = [&](Vec3 direction, double radius_m) {
-        scene::Body b{"ball", scene::Ellipsoid{{radius_m, radius_m, radius_m}}, scene::Lambert{0.5}, {}};
+        scene::Body b{"ball",
+                      renderer::EllipsoidParameters{{radius_m, radius_m, radius_m}},
+                      renderer::LambertParameters{0.5},
+                      {}};
         b.name += std::to_string(s.bodies.size());
         b.motion.samples[0].pose.position_m = 1e6 * normalized(direction);
         s.bodies.push_back(b);

@@ -1,5 +1,11 @@
 // Light of every kind against closed formulas and against a plain double-precision path tracer.
 #include "core/error.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/materials/mirror.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/polygons.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 
@@ -26,8 +32,8 @@ scene::Scene dark_scene() {
 }
 
 /// A square of half side `a` in the plane z = `z`, facing up or down.
-scene::Polygons square(double a, double z, bool up) {
-    scene::Polygons p;
+renderer::PolygonsParameters square(double a, double z, bool up) {
+    renderer::PolygonsParameters p;
     p.faces_m = {{{-a, -a, z}, {a, -a, z}, {a, a, z}, {-a, a, z}}};
     if (!up) std::reverse(p.faces_m[0].begin(), p.faces_m[0].end());
     return p;
@@ -61,9 +67,10 @@ renderer::RenderSettings settings(std::uint32_t samples, std::uint32_t bounces) 
 } // namespace
 
 TEST_CASE("Without bounces the path tracer is the fast path") {
-    scene::Scene s = sphere_scene(scene::LommelSeeliger{0.2}, 1.0, 40, 128);
-    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 3, 4};
-    s.bodies.push_back({"moon", scene::Ellipsoid{{40, 30, 50}}, scene::Lambert{0.4}, {}});
+    scene::Scene s = sphere_scene(renderer::LommelSeeligerParameters{0.2}, 1.0, 40, 128);
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.8, 0.7}, 3, 4};
+    s.bodies.push_back(
+        {"moon", renderer::EllipsoidParameters{{40, 30, 50}}, renderer::LambertParameters{0.4}, {}});
     s.bodies[1].motion.samples[0].pose.position_m = {-700, 300, 200};
     const Image fast = render(renderer::Renderer(s, settings(4, 0)));
     s.bodies[0].colour = {1}; // white, but said: the general tracer takes over
@@ -76,7 +83,7 @@ TEST_CASE("Without bounces the path tracer is the fast path") {
 }
 
 TEST_CASE("Colours and bands multiply") {
-    scene::Scene s = sphere_scene(scene::Lambert{0.8}, 0.5, 20, 48);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.8}, 0.5, 20, 48);
     s.bands = {{400e-9, 500e-9}, {500e-9, 700e-9}};
     const std::vector<float> white = render_window(renderer::Renderer(s, settings(4, 0)), {0, 0, 48, 48});
     s.bodies[0].colour = {0.25, 0.75};
@@ -90,7 +97,7 @@ TEST_CASE("A closed room of glowing grey walls is everywhere as bright as Le / (
     scene::Scene s = dark_scene();
     s.camera = camera_at({0.3, -0.2, 0.1}, 8, 0.02);
     s.camera.psf_sigma_px = 0;
-    s.bodies.push_back({"room", inward_cube(), scene::Lambert{0.5}, {}});
+    s.bodies.push_back({"room", inward_cube(), renderer::LambertParameters{0.5}, {}});
     s.bodies[0].emission_w_m2_sr = {3.0};
     const renderer::Renderer r(s, settings(2048, 40));
     CHECK_THAT(central_radiance(r), WithinRel(3.0 / (1 - 0.5), 2e-3));
@@ -100,8 +107,8 @@ TEST_CASE("A closed room of glowing grey walls is everywhere as bright as Le / (
     // Two thirds of the walls glow in a second material: the same, by another mixture of techniques.
     scene::Scene split = s;
     split.bodies.push_back(split.bodies[0]);
-    auto& first = std::get<scene::Polygons>(split.bodies[0].shape).faces_m;
-    auto& second = std::get<scene::Polygons>(split.bodies[1].shape).faces_m;
+    auto& first = split.bodies[0].shape.get<renderer::PolygonsParameters>().faces_m;
+    auto& second = split.bodies[1].shape.get<renderer::PolygonsParameters>().faces_m;
     second.assign(first.begin() + 2, first.end());
     first.resize(2);
     CHECK_THAT(central_radiance(renderer::Renderer(split, settings(2048, 40))), WithinRel(6.0, 2e-3));
@@ -110,7 +117,7 @@ TEST_CASE("A closed room of glowing grey walls is everywhere as bright as Le / (
 TEST_CASE("A lamp lights by the inverse square and its beam") {
     scene::Scene s = dark_scene();
     s.camera.focal_length_m *= 50; // only the origin
-    s.bodies.push_back({"floor", square(20, 0, true), scene::Lambert{0.6}, {}});
+    s.bodies.push_back({"floor", square(20, 0, true), renderer::LambertParameters{0.6}, {}});
     scene::Lamp lamp;
     lamp.name = "lamp";
     lamp.intensity_w_sr = {7};
@@ -141,7 +148,8 @@ TEST_CASE("A lamp lights by the inverse square and its beam") {
     // A body between lamp and floor.
     s.lamps[0].motion.samples[0].pose.position_m = {3, 0, 3};
     s.lamps[0].beam = scene::Lamp::Beam::point;
-    s.bodies.push_back({"ball", scene::Ellipsoid{{0.3, 0.3, 0.3}}, scene::Lambert{0.5}, {}});
+    s.bodies.push_back(
+        {"ball", renderer::EllipsoidParameters{{0.3, 0.3, 0.3}}, renderer::LambertParameters{0.5}, {}});
     s.bodies[1].motion.samples[0].pose.position_m = {1.5, 0, 1.5};
     CHECK(central_radiance(renderer::Renderer(s, settings(4, 0))) == 0);
 }
@@ -150,8 +158,8 @@ TEST_CASE("A square light over a floor: Hottel's configuration factor") {
     scene::Scene s = dark_scene();
     s.camera.focal_length_m *= 20; // only the point below the light's centre
     s.camera.motion.samples[0].pose = {{4, 0, 3}, look_along({-4, 0, -3}, {0, 0, 1})};
-    s.bodies.push_back({"floor", square(20, 0, true), scene::Lambert{0.6}, {}});
-    s.bodies.push_back({"light", square(0.5, 2, false), scene::Lambert{0}, {}});
+    s.bodies.push_back({"floor", square(20, 0, true), renderer::LambertParameters{0.6}, {}});
+    s.bodies.push_back({"light", square(0.5, 2, false), renderer::LambertParameters{0}, {}});
     s.bodies[1].emission_w_m2_sr = {10};
     // One corner of a 0.5 x 0.5 rectangle 2 above: a = b = 0.25; four of them (Howell, configuration C-11).
     const double a = 0.25;
@@ -165,9 +173,9 @@ TEST_CASE("A square light over a floor: Hottel's configuration factor") {
 TEST_CASE("A mirror shows what it reflects, where reflections are followed") {
     scene::Scene s = dark_scene();
     // The camera looks down at a mirror tilted by 45 degrees and sees a glowing wall at its side.
-    s.bodies.push_back({"mirror", square(1, 0, true), scene::Mirror{0.8}, {}});
+    s.bodies.push_back({"mirror", square(1, 0, true), renderer::MirrorParameters{0.8}, {}});
     s.bodies[0].motion.samples[0].pose.orientation = axis_angle({0, 1, 0}, pi / 4);
-    s.bodies.push_back({"wall", square(5, 0, true), scene::Lambert{0}, {}});
+    s.bodies.push_back({"wall", square(5, 0, true), renderer::LambertParameters{0}, {}});
     s.bodies[1].motion.samples[0].pose = {{10, 0, 0}, axis_angle({0, 1, 0}, -pi / 2)};
     s.bodies[1].emission_w_m2_sr = {2.5};
     CHECK_THAT(central_radiance(renderer::Renderer(s, settings(4, 1))), WithinRel(0.8 * 2.5, 1e-5));
@@ -176,7 +184,7 @@ TEST_CASE("A mirror shows what it reflects, where reflections are followed") {
 
 TEST_CASE("Only the outer side glows") {
     scene::Scene s = dark_scene();
-    s.bodies.push_back({"panel", square(1, 0, true), scene::Lambert{0.3}, {}});
+    s.bodies.push_back({"panel", square(1, 0, true), renderer::LambertParameters{0.3}, {}});
     s.bodies[0].emission_w_m2_sr = {2};
     CHECK_THAT(central_radiance(renderer::Renderer(s, settings(1, 0))), WithinRel(2.0, 1e-5));
     s.bodies[0].shape = square(1, 0, false);
@@ -193,15 +201,15 @@ TEST_CASE("Lights that cannot be are refused") {
         return "accepted";
     };
     scene::Scene s = dark_scene();
-    s.bodies.push_back({"panel", square(1, 0, true), scene::Lambert{0.3}, {}});
+    s.bodies.push_back({"panel", square(1, 0, true), renderer::LambertParameters{0.3}, {}});
     CHECK(refusal(s) == "accepted");
     s.bodies[0].emission_w_m2_sr = {1, 2};
     CHECK_THAT(refusal(s),
                ContainsSubstring("body 'panel': emission: 2 numbers: one for each of the 1 bands"));
     s.bodies[0].emission_w_m2_sr = {-1};
-    CHECK_THAT(refusal(s), ContainsSubstring("body 'panel': emission: -1"));
+    CHECK_THAT(refusal(s), ContainsSubstring("body 'panel': emission -1 W m-2 sr-1: allowed 0 to"));
     s.bodies[0].emission_w_m2_sr = {};
-    s.bodies[0].shape = scene::Polygons{{{{0, 0, 0}, {1, 0, 0}}}};
+    s.bodies[0].shape = renderer::PolygonsParameters{{{{0, 0, 0}, {1, 0, 0}}}};
     CHECK_THAT(refusal(s), ContainsSubstring("body 'panel': face 1 has 2 corners: at least 3"));
     s.bodies.clear();
     s.lamps.push_back({"spot", {}, scene::Lamp::Beam::uniform, -1, {1}});
@@ -225,7 +233,7 @@ struct PlainTracer {
 
     double uniform() { return std::uniform_real_distribution<double>(0, 1)(random); }
 
-    void add(const scene::Polygons& p, double albedo, double emission) {
+    void add(const renderer::PolygonsParameters& p, double albedo, double emission) {
         for (const auto& f : p.faces_m)
             for (std::size_t k = 2; k < f.size(); ++k) {
                 const Vec3 n = cross(f[k - 1] - f[0], f[k] - f[0]);
@@ -306,12 +314,12 @@ struct PlainTracer {
 
 /// The Cornell box in metres: floor, ceiling, back, red, green, light, short and tall block. Geometry:
 /// Cornell University Program of Computer Graphics, "Cornell Box Data" (measured 1998).
-std::vector<std::pair<scene::Polygons, double>> cornell_box() {
+std::vector<std::pair<renderer::PolygonsParameters, double>> cornell_box() {
     const auto make = [](std::vector<std::vector<Vec3>> faces) {
         for (auto& f : faces)
             for (Vec3& p : f)
                 p = p * 1e-3;
-        return scene::Polygons{std::move(faces)};
+        return renderer::PolygonsParameters{std::move(faces)};
     };
     return {
         {make({{{552.8, 0, 0}, {0, 0, 0}, {0, 0, 559.2}, {549.6, 0, 559.2}}}), 0.74},
@@ -348,7 +356,7 @@ TEST_CASE("The Cornell box agrees with a plain path tracer block by block") {
     PlainTracer plain;
     const auto walls = cornell_box();
     for (std::size_t i = 0; i < walls.size(); ++i) {
-        s.bodies.push_back({"part", walls[i].first, scene::Lambert{walls[i].second}, {}});
+        s.bodies.push_back({"part", walls[i].first, renderer::LambertParameters{walls[i].second}, {}});
         if (i == 5) s.bodies.back().emission_w_m2_sr = {8};
         plain.add(walls[i].first, walls[i].second, i == 5 ? 8 : 0);
     }

@@ -1,7 +1,10 @@
 // The same body through every mesh format; materials, axes, units; files that are no meshes.
 #include "core/error.hpp"
+#include "renderer/materials/file_materials.hpp"
+#include "renderer/materials/lambert.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/shapes/box.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -300,7 +303,10 @@ TEST_CASE("A file's materials colour the body part by part") {
         folder.write("two.obj", "mtllib two.mtl\nv -1 -1 0\nv 0 -1 0\nv 0 1 0\nv -1 1 0\nv 1 -1 0\nv 1 1 "
                                 "0\nusemtl dark\nf 1 2 3 4\nusemtl red\nf 2 5 6 3\n");
     scene::Scene s;
-    s.bodies.push_back({"plate", scene::MeshFile{file.string(), 1, false}, scene::FileMaterials{}, {}});
+    s.bodies.push_back({"plate",
+                        renderer::MeshFileParameters{file.string(), 1, false},
+                        renderer::FileMaterialsParameters{},
+                        {}});
     s.sun.position_m = {0, 0, astronomical_unit_m};
     s.quantity = scene::Quantity::radiance;
     s.camera = camera_at({0, 0, 100}, 32, 0.001);
@@ -329,13 +335,14 @@ TEST_CASE("A file's materials colour the body part by part") {
         }
         return std::string("accepted");
     };
-    s.bodies[0].shape = scene::MeshFile{folder.write("bare.obj", plain_obj()).string(), 1, false};
+    s.bodies[0].shape =
+        renderer::MeshFileParameters{folder.write("bare.obj", plain_obj()).string(), 1, false};
     CHECK_THAT(refusal(s), ContainsSubstring("body 'plate': ") && ContainsSubstring("brings no materials"));
-    s.bodies[0].shape = scene::Box{};
+    s.bodies[0].shape = renderer::BoxParameters{};
     CHECK(refusal(s) == "body 'plate': only a mesh file can bring its own materials");
     (void)folder.write("two.mtl",
                        "newmtl dark\nKd 0.1 0.1 0.1\nmap_Kd gone.png\nnewmtl red\nKd 0.8 0.4 0.2\n");
-    s.bodies[0].shape = scene::MeshFile{
+    s.bodies[0].shape = renderer::MeshFileParameters{
         folder
             .write("tex.obj",
                    "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl dark\nf 1/1 2/1 3/1\n")
@@ -368,7 +375,8 @@ TEST_CASE("Non-manifold, degenerate and zero-size meshes") {
     for (const Vec3f n : mesh.normals)
         CHECK_THAT(n.x * n.x + n.y * n.y + n.z * n.z, WithinAbs(1, 1e-5));
     scene::Scene s;
-    s.bodies.push_back({"fan", scene::MeshFile{fan.string(), 1, true}, scene::Lambert{0.5}, {}});
+    s.bodies.push_back(
+        {"fan", renderer::MeshFileParameters{fan.string(), 1, true}, renderer::LambertParameters{0.5}, {}});
     s.sun.position_m = {0, astronomical_unit_m, 0};
     s.camera = camera_at({3, 100, 0}, 32, 0.002);
     const renderer::Renderer r(s, {4, 1, 1});

@@ -1,4 +1,5 @@
 // What moves during an exposure: against the mean of many pictures without exposure.
+#include "renderer/materials/lambert.hpp"
 #include "renderer/world/exposure.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -32,7 +33,7 @@ scene::Scene turning_before_stars(double across_px) {
 
 /// A ball of 16 px radius that passes before a camera at rest, and turns.
 scene::Scene passing_ball(double across_px) {
-    scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.9, 16, size);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.9, 16, size);
     const Vec3 way = rotate(s.camera.motion.samples[0].pose.orientation, {1, 0.3, 0});
     const double metres = across_px * 500.0 / 16 / length(way);
     s.bodies[0].motion.samples = {{-0.2, {way * (-metres / 2), {}}}, {0.2, {way * (metres / 2), {}}}};

@@ -2,6 +2,8 @@
 #include "core/error.hpp"
 #include "images/writers/exr.hpp"
 #include "renderer/camera/aberration.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/world/row_state.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -87,7 +89,7 @@ TEST_CASE("Aberration is that of special relativity, to 1e-6 px and at any speed
 }
 
 TEST_CASE("Stars and bodies are moved alike in the picture of a moving camera") {
-    scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0, 4, 64);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0, 4, 64);
     const Pose camera = s.camera.motion.samples[0].pose;
     const Vec3 right = rotate(camera.orientation, {1, 0, 0});
     const double pixel_rad = s.camera.pixel_pitch_m / s.camera.focal_length_m;
@@ -126,8 +128,10 @@ TEST_CASE("Bodies are seen where they were when the light left them, to 1e-6 px"
     const Vec3 start[2] = {{1e8, 2e9, 3e7}, {-5e7, 1.5e9, 0}};
     const Vec3 velocity[2] = {{3e4, 0, -1e4}, {1e3, 5e4, 0}};
     for (int k = 0; k < 2; ++k) {
-        scene::Body body{
-            "body" + std::to_string(k), scene::Ellipsoid{{1e6, 1e6, 1e6}}, scene::Lambert{0.5}, {}};
+        scene::Body body{"body" + std::to_string(k),
+                         renderer::EllipsoidParameters{{1e6, 1e6, 1e6}},
+                         renderer::LambertParameters{0.5},
+                         {}};
         body.motion.samples = {{-1e4, {start[k] - 1e4 * velocity[k], {1, 0, 0, 0}}},
                                {1e4, {start[k] + 1e4 * velocity[k], {1, 0, 0, 0}}}};
         s.bodies.push_back(body);
@@ -177,7 +181,7 @@ TEST_CASE("A filter weighs the light of a band by its curve") {
     CHECK_THAT(renderer::star_irradiance_w_m2(1, 0.6, ramp),
                WithinRel(renderer::star_irradiance_w_m2(1, 0.6, flat) / 2, 2e-3));
     // And in a picture.
-    scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.5, 10, 32);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.5, 10, 32);
     const double before = render(renderer::Renderer(s, {})).sum();
     s.bands[0] = half;
     CHECK_THAT(render(renderer::Renderer(s, {})).sum(), WithinRel(before / 2, 1e-6));

@@ -4,8 +4,16 @@
 #include "core/philox.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/png.hpp"
+#include "renderer/materials/ggx.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lunar_lambert.hpp"
 #include "renderer/materials/material.hpp"
-#include "renderer/materials/parameters.hpp"
+#include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/oren_nayar.hpp"
+#include "renderer/materials/phong.hpp"
+#include "renderer/materials/registry.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -29,14 +37,14 @@ struct Case {
 };
 
 const std::vector<Case>& cases() {
-    const scene::Hapke hapke{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 0.4, 0.3};
+    const renderer::HapkeParameters hapke{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 0.4, 0.3};
     static const std::vector<Case> all{
-        {scene::LunarLambert{0.3, {1, -0.019, 2.42e-4, -1.46e-6}}, "weight", 0.1, 0.9},
-        {scene::Minnaert{0.3, 0.7}, "exponent", 0.6, 1.5},
-        {scene::OrenNayar{0.5, 0.3}, "slope", 0, 0.8},
-        {scene::Phong{0.3, 0.3, 20}, "diffuse", 0.1, 0.7},
-        {scene::Phong{0.3, 0.3, 20}, "specular", 0, 0.7},
-        {scene::Phong{0.3, 0.3, 20}, "exponent", 2, 60},
+        {renderer::LunarLambertParameters{0.3, {1, -0.019, 2.42e-4, -1.46e-6}}, "weight", 0.1, 0.9},
+        {renderer::MinnaertParameters{0.3, 0.7}, "exponent", 0.6, 1.5},
+        {renderer::OrenNayarParameters{0.5, 0.3}, "slope", 0, 0.8},
+        {renderer::PhongParameters{0.3, 0.3, 20}, "diffuse", 0.1, 0.7},
+        {renderer::PhongParameters{0.3, 0.3, 20}, "specular", 0, 0.7},
+        {renderer::PhongParameters{0.3, 0.3, 20}, "exponent", 2, 60},
         {hapke, "single_scattering_albedo", 0.1, 0.9},
         {hapke, "phase_b", 0.1, 0.6},
         {hapke, "phase_c", -0.8, 0.9},
@@ -46,15 +54,15 @@ const std::vector<Case>& cases() {
         {hapke, "backscatter_h", 0.01, 0.3},
         {hapke, "roughness", 0.1, 0.6},
         {hapke, "filling_factor", 0, 0.6},
-        {scene::Ggx{0.3, 0.04, 0.5}, "roughness", 0.1, 0.9},
-        {scene::Ggx{0.3, 0.04, 0.5}, "reflectance_f0", 0.02, 0.9},
-        {scene::Ggx{0.3, 0.04, 0.5}, "base_albedo", 0, 0.9},
+        {renderer::GgxParameters{0.3, 0.04, 0.5}, "roughness", 0.1, 0.9},
+        {renderer::GgxParameters{0.3, 0.04, 0.5}, "reflectance_f0", 0.02, 0.9},
+        {renderer::GgxParameters{0.3, 0.04, 0.5}, "base_albedo", 0, 0.9},
     };
     return all;
 }
 
 std::size_t index_of(const Case& c) {
-    const auto parameters = parameters_of(c.law);
+    const auto parameters = varying_parameters(c.law);
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (parameters[i].name == c.parameter) return i;
     FAIL("no parameter " << c.parameter);
@@ -64,15 +72,15 @@ std::size_t index_of(const Case& c) {
 /// A plate of 2 m in the x-y plane that faces +z, seen from aside under a Sun from the other, in radiance.
 scene::Scene plate_scene(const TempFolder& folder, scene::Material law, int size) {
     scene::Scene s;
-    s.bodies.push_back(
-        {"plate",
-         scene::MeshFile{folder
-                             .write("quad.obj", "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nv -1 -1 0\nv 1 -1 0\n"
-                                                "v 1 1 0\nv -1 1 0\nf 1/1 2/2 3/3 4/4\n")
-                             .string(),
-                         1, false},
-         std::move(law),
-         {}});
+    s.bodies.push_back({"plate",
+                        renderer::MeshFileParameters{
+                            folder
+                                .write("quad.obj", "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nv -1 -1 0\nv 1 -1 0\n"
+                                                   "v 1 1 0\nv -1 1 0\nf 1/1 2/2 3/3 4/4\n")
+                                .string(),
+                            1, false},
+                        std::move(law),
+                        {}});
     s.sun.position_m = astronomical_unit_m * normalized(Vec3{0.1, 0.7, 0.6});
     s.quantity = scene::Quantity::radiance;
     s.camera = camera_at({0, -700, 700}, size, 2.0 / 1000 / size);
@@ -114,7 +122,7 @@ TEST_CASE("Each lane scatters as the law made with its own parameters does") {
         const auto mapped = make_material(c.law, "test");
         for (int packet = 0; packet < 20; ++packet) {
             ParameterPacket varied;
-            const auto constants = parameters_of(c.law);
+            const auto constants = varying_parameters(c.law);
             for (std::size_t k = 0; k < constants.size(); ++k)
                 for (double& v : varied.value[k].v)
                     v = constants[k].value;
@@ -141,7 +149,7 @@ TEST_CASE("Each lane scatters as the law made with its own parameters does") {
             s.varied = nullptr;
             for (int i = 0; i < packet_size; ++i) {
                 scene::Material own = c.law;
-                set_parameter(own, index, value[i]);
+                set_varying_parameter(own, index, value[i]);
                 const auto law = make_material(own, "test");
                 Doubles wanted;
                 law->reflectance(s, wanted);
@@ -166,7 +174,7 @@ TEST_CASE("A picture of two halves is half of each picture with a constant") {
         const std::size_t index = index_of(c);
         const auto constant = [&](double value) {
             scene::Material law = c.law;
-            set_parameter(law, index, value);
+            set_varying_parameter(law, index, value);
             return render(renderer::Renderer(plate_scene(folder, law, size), {}));
         };
         scene::Scene s = plate_scene(folder, c.law, size);
@@ -203,11 +211,11 @@ TEST_CASE("From afar a parameter is its mean over the pixel") {
         mean += t / 65535.0 / static_cast<double>(texels.size());
     }
     images::write_png16(folder.path() / "noise.png", 256, 256, 16, texels, {});
-    scene::Scene s = plate_scene(folder, scene::OrenNayar{0.5, 0.3}, 8);
+    scene::Scene s = plate_scene(folder, renderer::OrenNayarParameters{0.5, 0.3}, 8);
     set_texture(s, "slope", (folder.path() / "noise.png").string(), 0.2, 0.7);
     const Image got = render(renderer::Renderer(s, {}));
-    const Image wanted =
-        render(renderer::Renderer(plate_scene(folder, scene::OrenNayar{0.5, 0.2 + 0.5 * mean}, 8), {}));
+    const Image wanted = render(
+        renderer::Renderer(plate_scene(folder, renderer::OrenNayarParameters{0.5, 0.2 + 0.5 * mean}, 8), {}));
     // 32 x 32 texels in a pixel: their mean scatters by 0.009 of the range.
     for (int x = 1; x < 7; ++x)
         CHECK_THAT(got.at(x, 4), WithinRel(wanted.at(x, 4), 5e-3F));
@@ -221,7 +229,7 @@ TEST_CASE("A closed room whose albedo a parameter gives is as bright as one of t
     s.quantity = scene::Quantity::radiance;
     s.camera = camera_at({0.3, -0.2, 0.1}, 8, 0.02);
     s.camera.psf_sigma_px = 0;
-    s.bodies.push_back({"room", inward_cube(), scene::Phong{0.5, 0, 20}, {}});
+    s.bodies.push_back({"room", inward_cube(), renderer::PhongParameters{0.5, 0, 20}, {}});
     s.bodies[0].emission_w_m2_sr = {3.0};
     RenderSettings settings;
     settings.samples_per_pixel = 256;
@@ -233,7 +241,7 @@ TEST_CASE("A closed room whose albedo a parameter gives is as bright as one of t
     // Two halves: as Lambert with the same texture on its albedo, draw by draw.
     set_texture(s, "diffuse", file, 0, 0.8);
     scene::Scene lambert = s;
-    lambert.bodies[0].material = scene::Lambert{0.8};
+    lambert.bodies[0].material = renderer::LambertParameters{0.8};
     lambert.bodies[0].textures = {};
     lambert.bodies[0].textures.albedo = file;
     CHECK_THAT(render(renderer::Renderer(s, settings)).sum(),
@@ -243,7 +251,7 @@ TEST_CASE("A closed room whose albedo a parameter gives is as bright as one of t
 TEST_CASE("Texels that a law does not allow, and parameters that it has not, are refused in one line") {
     const TempFolder folder;
     const std::string file = halves(folder);
-    scene::Scene s = plate_scene(folder, scene::OrenNayar{0.5, 0.3}, 8);
+    scene::Scene s = plate_scene(folder, renderer::OrenNayarParameters{0.5, 0.3}, 8);
     set_texture(s, "slope", file, 0, 1.5);
     CHECK_THAT(refusal(s),
                ContainsSubstring("body 'plate', largest texels of its parameters: slope 1.49999"));
@@ -253,11 +261,11 @@ TEST_CASE("Texels that a law does not allow, and parameters that it has not, are
     set_texture(s, "exponent", file, 0, 1);
     CHECK(refusal(s) ==
           "body 'plate': no texture can give its material's exponent: allowed are albedo, slope");
-    s = plate_scene(folder, scene::Lambert{0.5}, 8);
+    s = plate_scene(folder, renderer::LambertParameters{0.5}, 8);
     set_texture(s, "roughness", file, 0, 1);
     CHECK(refusal(s) == "body 'plate': no texture can give its material's roughness: allowed are albedo");
     // Energy: diffuse and specular together, at their largest.
-    s = plate_scene(folder, scene::Phong{0.3, 0.3, 20}, 8);
+    s = plate_scene(folder, renderer::PhongParameters{0.3, 0.3, 20}, 8);
     set_texture(s, "diffuse", file, 0, 0.8);
     CHECK_THAT(refusal(s), ContainsSubstring("largest texels of its parameters: specular 0.3: allowed 0 to"));
     const std::vector<float> cube(8 * 3, 0.5F);

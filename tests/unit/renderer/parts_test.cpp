@@ -1,6 +1,8 @@
 // The renderer's parts: mesh reading, samples, psf, ellipsoid, spectra, refusal of bad scenes.
 #include "core/error.hpp"
 #include "renderer/camera/gaussian_psf.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/mesh_files/obj.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/packets/vector_math.hpp"
@@ -76,23 +78,23 @@ TEST_CASE("Bad OBJ files are refused with file and line") {
 }
 
 TEST_CASE("Scenes that cannot be are refused in one line that says where") {
-    const scene::Scene good = test::sphere_scene(scene::Lambert{0.3}, 1, 10, 32);
+    const scene::Scene good = test::sphere_scene(renderer::LambertParameters{0.3}, 1, 10, 32);
     CHECK(refusal(good) == "accepted");
     const double nan = std::numeric_limits<double>::quiet_NaN();
     scene::Scene s = good;
-    s.bodies[0].shape = scene::MeshFile{"/nowhere/rock.obj", 1, true};
+    s.bodies[0].shape = renderer::MeshFileParameters{"/nowhere/rock.obj", 1, true};
     CHECK_THAT(refusal(s), ContainsSubstring("/nowhere/rock.obj: cannot open"));
     s = good;
-    s.bodies[0].shape = scene::Ellipsoid{{1, 0, 1}};
+    s.bodies[0].shape = renderer::EllipsoidParameters{{1, 0, 1}};
     CHECK_THAT(refusal(s), ContainsSubstring("body 'ball': radii 1 0 1 m"));
     s = good;
-    s.bodies[0].shape = scene::ProceduralBody{nan, {1, 1, 1}, 1, 3};
-    CHECK_THAT(refusal(s), ContainsSubstring("body 'ball': procedural body: mean radius"));
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{nan, {1, 1, 1}, 1, 3};
+    CHECK_THAT(refusal(s), ContainsSubstring("body 'ball': mean radius nan m: allowed"));
     s = good;
-    s.bodies[0].shape = scene::ProceduralBody{1, {1, 1, 1}, 1, 10};
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{1, {1, 1, 1}, 1, 10};
     CHECK_THAT(refusal(s), ContainsSubstring("subdivisions 10: allowed 0 to 9"));
     s = good;
-    s.bodies[0].material = scene::Lambert{1.5};
+    s.bodies[0].material = renderer::LambertParameters{1.5};
     CHECK_THAT(refusal(s), ContainsSubstring("body 'ball': albedo 1.5: allowed 0 to 1"));
     s = good;
     s.bodies[0].motion.samples[0].pose.position_m.y = nan;
@@ -105,7 +107,7 @@ TEST_CASE("Scenes that cannot be are refused in one line that says where") {
     CHECK_THAT(refusal(s), ContainsSubstring("camera: time of pose 2 is not later"));
     s = good;
     s.camera.width = 0;
-    CHECK_THAT(refusal(s), ContainsSubstring("camera: 0 x 32 pixels"));
+    CHECK_THAT(refusal(s), ContainsSubstring("camera: width 0 px: allowed 1 to 65536"));
     s = good;
     s.camera.focal_length_m = 0;
     CHECK_THAT(refusal(s), ContainsSubstring("focal length 0"));
@@ -244,7 +246,7 @@ TEST_CASE("Sine and cosine of turns") {
 
 TEST_CASE("An ellipsoid is hit on its surface, from near and from 1 au") {
     const Vec3 radii{500, 300, 200};
-    const Ellipsoid ellipsoid(scene::Ellipsoid{radii});
+    const Ellipsoid ellipsoid(renderer::EllipsoidParameters{radii});
     for (const double distance : {201.0, 1e4, 1.5e11}) {
         RayPacket rays{};
         for (int i = 0; i < packet_size; ++i) {
@@ -312,7 +314,7 @@ TEST_CASE("Stars have the colours and irradiances of the literature") {
 }
 
 TEST_CASE("The procedural body is closed, rough, cratered and the same every time") {
-    const scene::ProceduralBody d{500, {1, 0.8, 0.7}, 42, 5};
+    const renderer::ProceduralBodyParameters d{500, {1, 0.8, 0.7}, 42, 5};
     const TriangleMesh a = make_procedural_body(d);
     const TriangleMesh b = make_procedural_body(d);
     CHECK(a.triangles.size() == 20480);
@@ -333,7 +335,7 @@ TEST_CASE("The procedural body is closed, rough, cratered and the same every tim
         volume += dot(p(0), cross(p(1), p(2))) / 6;
     }
     CHECK_THAT(volume, WithinRel(4.0 / 3 * std::numbers::pi * 500 * 500 * 500, 0.35));
-    scene::ProceduralBody other = d;
+    renderer::ProceduralBodyParameters other = d;
     other.seed = 43;
     CHECK(std::memcmp(a.vertices.data(), make_procedural_body(other).vertices.data(),
                       a.vertices.size() * sizeof(Vec3f)) != 0);

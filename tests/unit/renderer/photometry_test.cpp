@@ -1,6 +1,10 @@
 // Flux and geometry of rendered frames against closed formulas.
 #include "renderer/camera/pinhole.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/procedural_body.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -51,7 +55,7 @@ double uncovered(double a, double b, double d) {
 TEST_CASE("A Lambert sphere sends what its phase law says") {
     for (const double phase_deg : {0.0, 30.0, 60.0, 90.0, 120.0, 150.0}) {
         const double a = phase_deg * deg;
-        scene::Scene s = sphere_scene(scene::Lambert{0.3}, a, 100, 256);
+        scene::Scene s = sphere_scene(renderer::LambertParameters{0.3}, a, 100, 256);
         const double expected = 0.3 * 2 / 3 * 500.0 * 500.0 / (1e5 * 1e5) * lambert_phase(a);
         INFO("phase " << phase_deg);
         // 2e-3 holds the finite distance too: the law is for a far observer (about R/d = 0.5 %, first order
@@ -65,7 +69,7 @@ TEST_CASE("A Lambert sphere sends what its phase law says") {
 TEST_CASE("A Lommel-Seeliger sphere sends what its phase law says") {
     for (const double phase_deg : {0.0, 30.0, 60.0, 90.0, 120.0, 150.0}) {
         const double a = phase_deg * deg;
-        scene::Scene s = sphere_scene(scene::LommelSeeliger{0.2}, a, 100, 256);
+        scene::Scene s = sphere_scene(renderer::LommelSeeligerParameters{0.2}, a, 100, 256);
         s.camera.motion.samples[0].pose.position_m = s.camera.motion.samples[0].pose.position_m * 1e4;
         s.camera.focal_length_m *= 1e4;
         const double expected = 0.2 / 8 * 500.0 * 500.0 / 1e18 * lommel_seeliger_phase(a);
@@ -76,7 +80,7 @@ TEST_CASE("A Lommel-Seeliger sphere sends what its phase law says") {
 
 TEST_CASE("A body keeps its flux from a thousandth of a pixel to hundreds") {
     for (const double radius_px : {0.001, 0.3, 2.9, 3.1, 5.0, 20.0, 110.0}) {
-        scene::Scene s = sphere_scene(scene::Lambert{0.3}, 50 * deg, radius_px, 256);
+        scene::Scene s = sphere_scene(renderer::LambertParameters{0.3}, 50 * deg, radius_px, 256);
         s.camera.motion.samples[0].pose.position_m = s.camera.motion.samples[0].pose.position_m * 1e4;
         s.camera.focal_length_m *= 1e4;
         const double expected = 0.3 * 2 / 3 * 500.0 * 500.0 / 1e18 * lambert_phase(50 * deg);
@@ -88,7 +92,8 @@ TEST_CASE("A body keeps its flux from a thousandth of a pixel to hundreds") {
 TEST_CASE("A flat Lambert surface has radiance albedo E cos(i) / pi") {
     // A ball so large that it is flat over the field: 1e6 m, seen from 10 m above its surface.
     scene::Scene s;
-    s.bodies.push_back({"ground", scene::Ellipsoid{{1e6, 1e6, 1e6}}, scene::Lambert{0.5}, {}});
+    s.bodies.push_back(
+        {"ground", renderer::EllipsoidParameters{{1e6, 1e6, 1e6}}, renderer::LambertParameters{0.5}, {}});
     s.sun.position_m = astronomical_unit_m * Vec3{std::cos(40 * deg), std::sin(40 * deg), 0};
     s.camera = camera_at({1e6 + 10, 0, 0}, 64, 1e-3);
     const renderer::Renderer r(s, {16, 1, 3});
@@ -149,7 +154,7 @@ TEST_CASE("A star falls where it is projected and keeps its flux") {
 }
 
 TEST_CASE("A body hides the stars behind it") {
-    scene::Scene s = sphere_scene(scene::Lambert{0}, 0.5, 30, 128);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0}, 0.5, 30, 128);
     const Vec3 forward = rotate(s.camera.motion.samples[0].pose.orientation, {0, 0, 1});
     s.stars = {{std::atan2(forward.y, forward.x), std::asin(forward.z), 1, 0}};
     CHECK(render(renderer::Renderer(s, {1, 1, 1})).sum() == 0);
@@ -162,9 +167,13 @@ TEST_CASE("The shadow of a ball has the umbra and penumbra of the Sun's disc") {
     // camera looks at the wall from the Sun's side, aside.
     scene::Scene s;
     const double wall_m = 1e9;
-    s.bodies.push_back({"wall", scene::Ellipsoid{{wall_m, wall_m, wall_m}}, scene::Lambert{0.8}, {}});
+    s.bodies.push_back({"wall",
+                        renderer::EllipsoidParameters{{wall_m, wall_m, wall_m}},
+                        renderer::LambertParameters{0.8},
+                        {}});
     s.bodies[0].motion.samples[0].pose.position_m = {wall_m, 0, 0};
-    s.bodies.push_back({"ball", scene::Ellipsoid{{3000, 3000, 3000}}, scene::Lambert{0.1}, {}});
+    s.bodies.push_back(
+        {"ball", renderer::EllipsoidParameters{{3000, 3000, 3000}}, renderer::LambertParameters{0.1}, {}});
     s.bodies[1].motion.samples[0].pose.position_m = {-5e5, 0, 0};
     s.sun.position_m = {-astronomical_unit_m, 0, 0};
     s.camera = camera_at({-3e5, 0, 3e5}, 96, 1);
@@ -234,9 +243,9 @@ TEST_CASE("A fine mesh of a ball looks like the ball") {
         for (const auto& t : ico.triangles)
             out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
     }
-    scene::Scene s = sphere_scene(scene::Lambert{0.3}, 70 * deg, 40, 96);
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.3}, 70 * deg, 40, 96);
     const Image exact = render(renderer::Renderer(s, {64, 2, 2}));
-    s.bodies[0].shape = scene::MeshFile{file, 500, true};
+    s.bodies[0].shape = renderer::MeshFileParameters{file, 500, true};
     const Image meshed = render(renderer::Renderer(s, {64, 2, 2}));
     CHECK_THAT(meshed.sum(), WithinRel(exact.sum(), 2e-3));
     double worst = 0;
@@ -250,8 +259,8 @@ TEST_CASE("A fine mesh of a ball looks like the ball") {
 }
 
 TEST_CASE("A mesh is as sharp from 1 au as from near") {
-    scene::Scene s = sphere_scene(scene::Lambert{0.3}, 40 * deg, 40, 96);
-    s.bodies[0].shape = scene::ProceduralBody{500, {1, 0.8, 0.7}, 3, 5};
+    scene::Scene s = sphere_scene(renderer::LambertParameters{0.3}, 40 * deg, 40, 96);
+    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.8, 0.7}, 3, 5};
     const Image near = render(renderer::Renderer(s, {16, 2, 2}));
     const double away = 1e6;
     s.camera.motion.samples[0].pose.position_m = s.camera.motion.samples[0].pose.position_m * away;
@@ -299,8 +308,10 @@ TEST_CASE("Itokawa, as measured, is seen where its shape model says") {
     const auto file = data_file("shapes_celestia49k/obj_km/itokawa_49k.obj");
     if (!file) return;
     scene::Scene s;
-    s.bodies.push_back(
-        {"itokawa", scene::MeshFile{file->string(), 1000, true}, scene::LommelSeeliger{0.36}, {}});
+    s.bodies.push_back({"itokawa",
+                        renderer::MeshFileParameters{file->string(), 1000, true},
+                        renderer::LommelSeeligerParameters{0.36},
+                        {}});
     s.sun.position_m = {0, -astronomical_unit_m, 0};
     // Along +z from 20 km: the long axis lies along x. Extent of the model: x from -0.2557 to 0.3060 km.
     s.camera = camera_at({0, -2e4, 0}, 256, 1.5e-4);

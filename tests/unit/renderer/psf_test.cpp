@@ -2,6 +2,8 @@
 #include "core/error.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/camera/psf_profile.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -205,9 +207,10 @@ TEST_CASE("A bright body outside the field leaves its wings, resolved or not") {
         s.camera.psf.wings_px = 300;
         const double scale = s.camera.pixel_pitch_m / s.camera.focal_length_m;
         const double distance = 1e6;
-        s.bodies.push_back({"lamp", scene::Ellipsoid{{1, 1, 1}}, scene::Lambert{0}, {}});
+        s.bodies.push_back(
+            {"lamp", renderer::EllipsoidParameters{{1, 1, 1}}, renderer::LambertParameters{0}, {}});
         const double radius_m = radius_px * scale * distance;
-        s.bodies[0].shape = scene::Ellipsoid{{radius_m, radius_m, radius_m}};
+        s.bodies[0].shape = renderer::EllipsoidParameters{{radius_m, radius_m, radius_m}};
         s.bodies[0].emission_w_m2_sr = {1};
         s.bodies[0].motion.samples[0].pose.position_m =
             rotate(s.camera.motion.samples[0].pose.orientation, {80 * scale * distance, 0, distance});
@@ -249,7 +252,7 @@ TEST_CASE("Shorter waves are seen sharper, and colours keep their light") {
     CHECK(peak[0] / peak[1] < 4);
 
     // A body is sampled with what stars are splatted with: the same flux in each band as without a PSF.
-    scene::Scene ball = sphere_scene(scene::Lambert{0.3}, 0.5, 12, 64);
+    scene::Scene ball = sphere_scene(renderer::LambertParameters{0.3}, 0.5, 12, 64);
     ball.bands = s.bands;
     ball.camera.psf_sigma_px = 0;
     const std::vector<float> sharp = render_window(renderer::Renderer(ball, {64, 2, 1}), {0, 0, 64, 64});
@@ -288,7 +291,7 @@ TEST_CASE("A table is put the right way up, for stars and for what is sampled") 
     CHECK_THAT(m.y, WithinAbs(23.5 + 0.25, 2e-3));
     for (const double radius_px : {2.5, 10.0}) { // splatted, sampled
         INFO("radius " << radius_px);
-        scene::Scene ball = sphere_scene(scene::Lambert{0}, 0.5, radius_px, 48);
+        scene::Scene ball = sphere_scene(renderer::LambertParameters{0}, 0.5, radius_px, 48);
         ball.sun.irradiance_scale = 0;
         ball.bodies[0].emission_w_m2_sr = {1};
         const Moments before = moments(render(renderer::Renderer(ball, {512, 2, 1})));

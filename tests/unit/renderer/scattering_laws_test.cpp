@@ -1,6 +1,15 @@
 // Every scattering law against formulas written another way, reciprocity, energy, and its own sampling.
 #include "core/philox.hpp"
+#include "renderer/materials/ggx.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/materials/lunar_lambert.hpp"
 #include "renderer/materials/material.hpp"
+#include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/oren_nayar.hpp"
+#include "renderer/materials/phong.hpp"
+#include "renderer/materials/registry.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
@@ -27,16 +36,16 @@ struct Law {
 
 const std::vector<Law>& laws() {
     static const std::vector<Law> all{
-        {"lambert", scene::Lambert{0.7}},
-        {"lommel-seeliger", scene::LommelSeeliger{0.3}},
-        {"lunar-lambert", scene::LunarLambert{0.12, {1, -0.019, 2.42e-4, -1.46e-6}}},
-        {"minnaert", scene::Minnaert{0.5, 0.8}},
-        {"oren-nayar", scene::OrenNayar{0.8, 0.5}},
-        {"phong", scene::Phong{0.3, 0.5, 20}},
-        {"hapke rough", scene::Hapke{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * pi / 180, 0.3}},
-        {"hapke smooth", scene::Hapke{0.9, 0.2, 0.2, 0.5, 0.1, 0, 0.1, 0, 0}},
-        {"ggx metal", scene::Ggx{0.4, 0.9, 0}},
-        {"ggx dielectric", scene::Ggx{0.3, 0.04, 0.6}},
+        {"lambert", renderer::LambertParameters{0.7}},
+        {"lommel-seeliger", renderer::LommelSeeligerParameters{0.3}},
+        {"lunar-lambert", renderer::LunarLambertParameters{0.12, {1, -0.019, 2.42e-4, -1.46e-6}}},
+        {"minnaert", renderer::MinnaertParameters{0.5, 0.8}},
+        {"oren-nayar", renderer::OrenNayarParameters{0.8, 0.5}},
+        {"phong", renderer::PhongParameters{0.3, 0.5, 20}},
+        {"hapke rough", renderer::HapkeParameters{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * pi / 180, 0.3}},
+        {"hapke smooth", renderer::HapkeParameters{0.9, 0.2, 0.2, 0.5, 0.1, 0, 0.1, 0, 0}},
+        {"ggx metal", renderer::GgxParameters{0.4, 0.9, 0}},
+        {"ggx dielectric", renderer::GgxParameters{0.3, 0.04, 0.6}},
     };
     return all;
 }
@@ -68,7 +77,7 @@ double uniform(std::uint32_t n, std::uint32_t stream) {
 
 /// Hapke's model from the angles, with the library's functions and his own case distinction (2012, chapter
 /// 12).
-double hapke_by_the_book(const scene::Hapke& d, double i, double e, double g) {
+double hapke_by_the_book(const renderer::HapkeParameters& d, double i, double e, double g) {
     const double w = d.single_scattering_albedo;
     const double filling = 1.209 * std::pow(d.filling_factor, 2.0 / 3);
     const double k = filling > 0 ? -std::log(1 - filling) / filling : 1;
@@ -136,9 +145,9 @@ double directional_albedo(const Material& material, double theta_in) {
 } // namespace
 
 TEST_CASE("Hapke's model agrees with its formulas written from the angles") {
-    const scene::Hapke base{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * pi / 180, 0.3};
+    const renderer::HapkeParameters base{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * pi / 180, 0.3};
     for (int variant = 0; variant < 4; ++variant) {
-        scene::Hapke d = base;
+        renderer::HapkeParameters d = base;
         if (variant == 1) d.roughness_rad = 0;
         if (variant == 2) d.filling_factor = 0;
         if (variant == 3) d = {0.95, 0.1, -0.4, 0, 0.1, 1, 0.02, 8 * pi / 180, 0};
@@ -157,8 +166,8 @@ TEST_CASE("Hapke's model agrees with its formulas written from the angles") {
 }
 
 TEST_CASE("Hapke's model without its refinements is Lommel-Seeliger in the limit of dark grains") {
-    const auto hapke = make(scene::Hapke{1e-6, 0, 0, 0, 1, 0, 1, 0, 0});
-    const auto ls = make(scene::LommelSeeliger{1e-6});
+    const auto hapke = make(renderer::HapkeParameters{1e-6, 0, 0, 0, 1, 0, 1, 0, 0});
+    const auto ls = make(renderer::LommelSeeligerParameters{1e-6});
     for (const double i : {0.1, 0.7, 1.3})
         for (const double e : {0.2, 0.9, 1.4})
             CHECK_THAT(reflectance(*hapke, direction(i, 0), direction(e, 1)),
@@ -166,7 +175,7 @@ TEST_CASE("Hapke's model without its refinements is Lommel-Seeliger in the limit
 }
 
 TEST_CASE("a vanishing roughness is no roughness") {
-    scene::Hapke d{0.5, 0.3, 0.5, 1, 0.05, 0, 0.1, 0, 0};
+    renderer::HapkeParameters d{0.5, 0.3, 0.5, 1, 0.05, 0, 0.1, 0, 0};
     const auto smooth = make(d);
     d.roughness_rad = 2e-4;
     const auto barely = make(d);
@@ -188,8 +197,10 @@ TEST_CASE("the simple laws are their textbook formulas") {
                WithinRel(0.12 / pi * (2 * l * mu0 / (mu0 + mu) + (1 - l) * mu0), 1e-12));
     CHECK_THAT(reflectance(*make(laws()[3].description), in, out),
                WithinRel(0.5 / pi * std::pow(mu0, 0.8) * std::pow(mu, -0.2), 1e-12));
-    CHECK_THAT(reflectance(*make(scene::Minnaert{0.5, 1}), in, out), WithinRel(0.5 / pi * mu0, 1e-12));
-    CHECK_THAT(reflectance(*make(scene::OrenNayar{0.8, 0}), in, out), WithinRel(0.8 / pi * mu0, 1e-12));
+    CHECK_THAT(reflectance(*make(renderer::MinnaertParameters{0.5, 1}), in, out),
+               WithinRel(0.5 / pi * mu0, 1e-12));
+    CHECK_THAT(reflectance(*make(renderer::OrenNayarParameters{0.8, 0}), in, out),
+               WithinRel(0.8 / pi * mu0, 1e-12));
     // Same side of the normal, so that the retroreflecting lobe of Oren and Nayar shows.
     const Vec3 back = direction(0.9, 0.3);
     const double s2 = 0.25;
@@ -206,7 +217,7 @@ TEST_CASE("the simple laws are their textbook formulas") {
 
 TEST_CASE("GGX is its formula written from the half vector") {
     const double alpha2 = std::pow(0.4, 4);
-    const auto material = make(scene::Ggx{0.4, 0.9, 0});
+    const auto material = make(renderer::GgxParameters{0.4, 0.9, 0});
     for (std::uint32_t n = 0; n < 1000; ++n) {
         const Vec3 in = direction(1.5 * uniform(n, 0), 0);
         const Vec3 out = direction(1.5 * uniform(n, 1), 6.28 * uniform(n, 2));

@@ -1,8 +1,13 @@
 // What scene files say about bodies: named materials against their published albedos, textures, joints.
 #include "core/error.hpp"
+#include "renderer/materials/file_materials.hpp"
+#include "renderer/materials/ggx.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/materials/presets.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/materials/registry.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -53,12 +58,12 @@ std::string refusal(const test::TempFolder& folder, const std::string& text) {
 } // namespace
 
 TEST_CASE("Named bodies have the geometric albedo that their sources give") {
-    CHECK_THAT(geometric_albedo(scene::Lambert{0.6}), WithinRel(0.4, 1e-3));
+    CHECK_THAT(geometric_albedo(renderer::LambertParameters{0.6}), WithinRel(0.4, 1e-3));
     // The model's surge goes on to phase 0, where the Moon itself is eclipsed: 0.136.
-    CHECK_THAT(geometric_albedo(scene::moon()), WithinRel(0.12, 0.15));
-    CHECK_THAT(geometric_albedo(scene::eros()), WithinRel(0.23, 0.08));
-    CHECK_THAT(geometric_albedo(scene::itokawa()), WithinRel(0.27, 0.08));
-    CHECK_THAT(geometric_albedo(scene::comet_67p()), WithinRel(0.065, 0.08));
+    CHECK_THAT(geometric_albedo(renderer::moon()), WithinRel(0.12, 0.15));
+    CHECK_THAT(geometric_albedo(renderer::eros()), WithinRel(0.23, 0.08));
+    CHECK_THAT(geometric_albedo(renderer::itokawa()), WithinRel(0.27, 0.08));
+    CHECK_THAT(geometric_albedo(renderer::comet_67p()), WithinRel(0.065, 0.08));
 }
 
 TEST_CASE("Scene files name materials, textures, parents and joints") {
@@ -94,16 +99,16 @@ texture_left_deg = 0
 shape = "mesh"
 file = "m.obj"
 )"));
-    CHECK(std::get<scene::Ggx>(s.bodies[0].material).roughness == 0.2);
-    CHECK(std::get<scene::Ggx>(s.bodies[0].material).reflectance_f0 == 0.6);
+    CHECK(s.bodies[0].material.get<renderer::GgxParameters>().roughness == 0.2);
+    CHECK(s.bodies[0].material.get<renderer::GgxParameters>().reflectance_f0 == 0.6);
     CHECK(s.bodies[1].parent == "bus");
     CHECK(s.bodies[1].joint.kind == scene::Joint::Kind::hinge);
     CHECK_THAT(s.bodies[1].joint.samples.at(1).value, WithinAbs(std::numbers::pi / 2, 1e-12));
-    CHECK(std::get<scene::Hapke>(s.bodies[2].material).single_scattering_albedo == 0.21);
+    CHECK(s.bodies[2].material.get<renderer::HapkeParameters>().single_scattering_albedo == 0.21);
     CHECK(s.bodies[2].textures.albedo == (folder.path() / "t.png").string());
     CHECK(s.bodies[2].textures.srgb);
     CHECK(s.bodies[2].textures.left_longitude_rad == 0);
-    CHECK(std::holds_alternative<scene::FileMaterials>(s.bodies[3].material));
+    CHECK((s.bodies[3].material.get_if<renderer::FileMaterialsParameters>() != nullptr));
 }
 
 TEST_CASE("A colour over wavelength becomes the mean of each band") {

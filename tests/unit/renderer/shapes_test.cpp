@@ -1,6 +1,7 @@
 // Boxes, discs, rings and cones against areas and formulas; the Sun's limb darkening.
 #include "core/error.hpp"
 #include "renderer/lights/sunlight.hpp"
+#include "renderer/materials/lambert.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/mesh_files/plate.hpp"
 #include "renderer/shapes/box.hpp"
@@ -103,7 +104,7 @@ TriangleMesh box_mesh(Vec3 size) {
 
 TEST_CASE("A box of twelve triangles is met like the box, and no ray gets out of it") {
     const Vec3 size{2, 3, 5};
-    const Box exact(scene::Box{size});
+    const Box exact(renderer::BoxParameters{size});
     const MeshShape mesh(std::make_shared<const EmbreeDevice>(), box_mesh(size));
     std::uint32_t state = 5;
     const auto random = [&] {
@@ -169,7 +170,7 @@ TEST_CASE("Points drawn from a mesh lie on it, each part by its area") {
 }
 
 TEST_CASE("Boxes, cylinders and cones are met on their surfaces, from near and far") {
-    check_surface(Box(scene::Box{{2, 3, 4}}), [](Vec3 p) {
+    check_surface(Box(renderer::BoxParameters{{2, 3, 4}}), [](Vec3 p) {
         return std::max({std::abs(p.x) - 1, std::abs(p.y) - 1.5, std::abs(p.z) - 2});
     });
     check_surface(Cone({1.5, 1.5, 2}),
@@ -205,7 +206,7 @@ TEST_CASE("A ring is met between its radii, from both sides") {
 TEST_CASE("Pictures of the shapes hold their areas and their cosines") {
     // Straight from the Sun's side: radiance albedo E / pi for what faces it.
     const auto flux = [](scene::Shape shape, Quat turn) {
-        scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0, 20, 128);
+        scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0, 20, 128);
         s.bodies[0].shape = std::move(shape);
         s.bodies[0].motion.samples[0].pose.orientation = turn;
         s.camera.motion.samples[0].pose.position_m = s.camera.motion.samples[0].pose.position_m * 1e3;
@@ -215,18 +216,21 @@ TEST_CASE("Pictures of the shapes hold their areas and their cosines") {
     const Quat towards = axis_angle({0, 1, 0}, -pi / 2); // z to the Sun, which is at -x
     const double tilt = pi / 5;
     const Quat tilted = axis_angle({0, 0, 1}, tilt) * towards;
-    CHECK_THAT(flux(scene::Disc{500, 300}, towards), WithinRel(pi * (25e4 - 9e4), 2e-3));
-    CHECK_THAT(flux(scene::Disc{500, 0}, axis_angle({0, 1, 0}, pi / 2)),
+    CHECK_THAT(flux(renderer::DiscParameters{500, 300}, towards), WithinRel(pi * (25e4 - 9e4), 2e-3));
+    CHECK_THAT(flux(renderer::DiscParameters{500, 0}, axis_angle({0, 1, 0}, pi / 2)),
                WithinRel(pi * 25e4, 2e-3)); // its back
-    CHECK_THAT(flux(scene::Disc{500, 0}, tilted),
+    CHECK_THAT(flux(renderer::DiscParameters{500, 0}, tilted),
                WithinRel(pi * 25e4 * std::cos(tilt) * std::cos(tilt), 2e-3));
-    CHECK_THAT(flux(scene::Cone{400, 400, 100}, towards), WithinRel(pi * 16e4, 2e-3));
+    CHECK_THAT(flux(renderer::ConeParameters{400, 400, 100}, towards), WithinRel(pi * 16e4, 2e-3));
     // A cylinder from the side: integral of cos^2 over the width, pi/2 R per length. A cone from above:
     // everything at the cosine of its slope.
-    CHECK_THAT(flux(scene::Cone{200, 200, 800}, {1, 0, 0, 0}), WithinRel(pi / 2 * 200 * 800, 2e-3));
-    CHECK_THAT(flux(scene::Cone{400, 0, 400}, towards), WithinRel(pi * 16e4 * std::sqrt(0.5), 2e-3));
+    CHECK_THAT(flux(renderer::ConeParameters{200, 200, 800}, {1, 0, 0, 0}),
+               WithinRel(pi / 2 * 200 * 800, 2e-3));
+    CHECK_THAT(flux(renderer::ConeParameters{400, 0, 400}, towards),
+               WithinRel(pi * 16e4 * std::sqrt(0.5), 2e-3));
     // A cube turned by 36 degrees shows two faces: cos^2 and sin^2 of their area.
-    CHECK_THAT(flux(scene::Box{{600, 600, 500}}, axis_angle({0, 0, 1}, tilt)), WithinRel(600.0 * 500, 2e-3));
+    CHECK_THAT(flux(renderer::BoxParameters{{600, 600, 500}}, axis_angle({0, 0, 1}, tilt)),
+               WithinRel(600.0 * 500, 2e-3));
 }
 
 TEST_CASE("Limb darkening moves light from the rim of the Sun to its middle, and keeps its sum") {
@@ -316,7 +320,7 @@ TEST_CASE("Plate models are read in both layouts, and bad ones are refused by li
 
     const auto file = test::data_file("shapes_misc/eros007790.tab");
     if (!file) return;
-    scene::MeshFile description;
+    renderer::MeshFileParameters description;
     description.path = *file;
     description.metres_per_unit = 1000;
     const TriangleMesh eros = read_mesh_file(description);

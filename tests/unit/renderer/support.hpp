@@ -4,6 +4,8 @@
 #include "core/solar_spectrum.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/polygons.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -83,7 +85,7 @@ inline scene::Scene sphere_scene(scene::Material material, double phase_rad, dou
     scene::Scene s;
     const double radius_m = 500;
     const double distance_m = 1e5;
-    s.bodies.push_back({"ball", scene::Ellipsoid{{radius_m, radius_m, radius_m}}, material, {}});
+    s.bodies.push_back({"ball", renderer::EllipsoidParameters{{radius_m, radius_m, radius_m}}, material, {}});
     s.sun.position_m = {-astronomical_unit_m, 0, 0};
     const Vec3 to_camera{-std::cos(phase_rad), std::sin(phase_rad), 0};
     s.camera = camera_at(distance_m * to_camera, size, std::asin(radius_m / distance_m) / radius_px);
@@ -91,8 +93,8 @@ inline scene::Scene sphere_scene(scene::Material material, double phase_rad, dou
 }
 
 /// A room from -1 to 1 m along each axis: a cube wound so that its outer side is the one inside.
-inline scene::Polygons inward_cube() {
-    scene::Polygons room;
+inline renderer::PolygonsParameters inward_cube() {
+    renderer::PolygonsParameters room;
     for (const double side : {-1.0, 1.0}) {
         room.faces_m.push_back({{side, -1, -1}, {side, 1, -1}, {side, 1, 1}, {side, -1, 1}});
         room.faces_m.push_back({{-1, side, -1}, {-1, side, 1}, {1, side, 1}, {1, side, -1}});

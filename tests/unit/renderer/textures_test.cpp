@@ -2,6 +2,8 @@
 #include "core/error.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/png.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/textures/texture.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -50,8 +52,8 @@ scene::Scene quad_scene(const TempFolder& folder, const std::string& texture, do
                         Vec3 sun_direction = {0, 0, 1}) {
     scene::Scene s;
     s.bodies.push_back({"plate",
-                        scene::MeshFile{folder.write("quad.obj", quad()).string(), 1, false},
-                        scene::Lambert{1},
+                        renderer::MeshFileParameters{folder.write("quad.obj", quad()).string(), 1, false},
+                        renderer::LambertParameters{1},
                         {}});
     s.bodies[0].textures.albedo = texture;
     s.sun.position_m = astronomical_unit_m * normalized(sun_direction);
@@ -147,7 +149,7 @@ TEST_CASE("Maps lie by longitude and latitude: north up, east to the right, from
             for (int x = 0; x < width; ++x)
                 map.push_back(static_cast<float>(wanted(left_deg + x + 0.5, 89.5 - y)));
         images::write_fits_float(folder.path() / "map.fits", width, height, 1, map, "", {});
-        scene::Scene s = sphere_scene(scene::Lambert{0.5}, 0.4, 40, 90);
+        scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.4, 40, 90);
         s.bodies[0].motion.samples[0].pose.orientation = axis_angle({1, 2, 3}, 0.9);
         s.camera.psf_sigma_px = 0;
         const renderer::Renderer white(s, {16, 2, 1});

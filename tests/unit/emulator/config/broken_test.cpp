@@ -1,9 +1,9 @@
 // Files that must be refused: each with its exact one-line message and exit status.
 #include "core/error.hpp"
 #include "emulator/config/daemon_config.hpp"
-#include "renderer/scene/scene_file.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene/trajectory.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -629,6 +629,7 @@ faces_m = [[[0, 0, 0], [1, 0, 0], [1, 1]]]
      "s.toml:4:35: body[0].faces_m: a corner is an array of 3 numbers [x, y, z]"},
     {R"([[lamp]]
 beam = "spot"
+intensity_w_sr = [1]
 )",
      R"(s.toml:2:8: lamp[0].beam: "spot" is not known, allowed point, uniform, gaussian)"},
     {"quantity = \"flux\"\n", R"(s.toml:1:12: quantity: "flux" is not known, allowed irradiance, radiance)"},

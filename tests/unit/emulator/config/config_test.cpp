@@ -1,6 +1,19 @@
 // Configurations that must load, and what must come out of them.
 #include "emulator/config/daemon_config.hpp"
-#include "renderer/scene/scene_file.hpp"
+#include "renderer/materials/ggx.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/materials/lunar_lambert.hpp"
+#include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/mirror.hpp"
+#include "renderer/materials/oren_nayar.hpp"
+#include "renderer/materials/phong.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/scene_files/scene_file.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/polygons.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -39,7 +52,7 @@ TEST_CASE("the smallest configuration keeps every default") {
     CHECK(config.scene.camera.pixel_pitch_m == fresh.sensor.pixel_pitch_m);
     REQUIRE(config.scene.bodies.size() == 1);
     CHECK(config.scene.bodies[0].name == "body0");
-    CHECK(std::get<scene::Ellipsoid>(config.scene.bodies[0].shape).radii_m == Vec3{3, 2, 1});
+    CHECK(config.scene.bodies[0].shape.get<renderer::EllipsoidParameters>().radii_m == Vec3{3, 2, 1});
     const CameraSettings camera = emulator::camera_settings(config);
     CHECK(camera.region == Region{0, 0, 1024, 1024});
     CHECK(camera.exposure_ns == 10'000'000);
@@ -299,11 +312,11 @@ to_nm = 700
     CHECK_THAT(ahead.z, WithinAbs(1, 1e-15));
     CHECK_THAT(up.y, WithinAbs(1, 1e-15));
     REQUIRE(scene.bodies.size() == 2);
-    const auto& mesh = std::get<scene::MeshFile>(scene.bodies[0].shape);
+    const auto& mesh = scene.bodies[0].shape.get<renderer::MeshFileParameters>();
     CHECK(mesh.path == (folder.path() / "m.obj").string());
     CHECK(mesh.metres_per_unit == 1000);
     CHECK_FALSE(mesh.smooth_normals);
-    CHECK(std::get<scene::LommelSeeliger>(scene.bodies[0].material).albedo == 0.3);
+    CHECK(scene.bodies[0].material.get<renderer::LommelSeeligerParameters>().albedo == 0.3);
     const scene::Motion& motion = scene.bodies[0].motion;
     CHECK_THAT(motion.spin_rate_rad_s, WithinRel(std::numbers::pi / 2, 1e-15));
     REQUIRE(motion.samples.size() == 2);
@@ -311,8 +324,8 @@ to_nm = 700
     CHECK(motion.samples[1].pose.position_m == Vec3{4, 5, 6});
     CHECK_THAT(norm(motion.samples[1].pose.orientation), WithinAbs(1, 1e-15));
     CHECK_THAT(motion.samples[1].pose.orientation.z, WithinAbs(-std::sqrt(0.5), 1e-8));
-    CHECK(std::get<scene::ProceduralBody>(scene.bodies[1].shape).seed == 77);
-    CHECK(std::get<scene::Lambert>(scene.bodies[1].material).albedo == 1);
+    CHECK(scene.bodies[1].shape.get<renderer::ProceduralBodyParameters>().seed == 77);
+    CHECK(scene.bodies[1].material.get<renderer::LambertParameters>().albedo == 1);
     REQUIRE(scene.bands.size() == 2);
     CHECK_THAT(scene.bands[1].to_m, WithinRel(700e-9, 1e-15));
 }
@@ -324,22 +337,25 @@ TEST_CASE("every material has its own parameters") {
             "s.toml", "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nmaterial = " + text);
         return scene::load_scene(file).bodies.at(0).material;
     };
-    CHECK(std::get<scene::Lambert>(material("\"lambert\"\nalbedo = 0.25\n")).albedo == 0.25);
-    const auto lunar = std::get<scene::LunarLambert>(
-        material("\"lunar-lambert\"\nalbedo = 0.2\nweight = [1, -0.5, 0, 2]\n"));
+    CHECK(material("\"lambert\"\nalbedo = 0.25\n").get<renderer::LambertParameters>().albedo == 0.25);
+    const auto lunar = material("\"lunar-lambert\"\nalbedo = 0.2\nweight = [1, -0.5, 0, 2]\n")
+                           .get<renderer::LunarLambertParameters>();
     CHECK(lunar.weight == std::array<double, 4>{1, -0.5, 0, 2});
-    CHECK(std::get<scene::Minnaert>(material("\"minnaert\"\nalbedo = 0.2\nexponent = 0.6\n")).exponent ==
-          0.6);
-    CHECK_THAT(
-        std::get<scene::OrenNayar>(material("\"oren-nayar\"\nalbedo = 0.2\nslope_deg = 30\n")).slope_rad,
-        WithinRel(30 * degree, 1e-15));
-    CHECK(std::get<scene::Phong>(material("\"phong\"\nspecular = 0.7\n")).specular == 0.7);
-    const auto hapke = std::get<scene::Hapke>(
-        material("\"hapke\"\nsingle_scattering_albedo = 0.4\nroughness_deg = 20\nphase_b = 0.2\n"));
+    CHECK(material("\"minnaert\"\nalbedo = 0.2\nexponent = 0.6\n")
+              .get<renderer::MinnaertParameters>()
+              .exponent == 0.6);
+    CHECK_THAT(material("\"oren-nayar\"\nalbedo = 0.2\nslope_deg = 30\n")
+                   .get<renderer::OrenNayarParameters>()
+                   .slope_rad,
+               WithinRel(30 * degree, 1e-15));
+    CHECK(material("\"phong\"\nspecular = 0.7\n").get<renderer::PhongParameters>().specular == 0.7);
+    const auto hapke =
+        material("\"hapke\"\nsingle_scattering_albedo = 0.4\nroughness_deg = 20\nphase_b = 0.2\n")
+            .get<renderer::HapkeParameters>();
     CHECK(hapke.single_scattering_albedo == 0.4);
     CHECK(hapke.phase_b == 0.2);
     CHECK_THAT(hapke.roughness_rad, WithinRel(20 * degree, 1e-15));
-    CHECK(std::get<scene::Ggx>(material("\"ggx\"\nroughness = 0.1\n")).roughness == 0.1);
+    CHECK(material("\"ggx\"\nroughness = 0.1\n").get<renderer::GgxParameters>().roughness == 0.1);
 }
 
 TEST_CASE("the shipped configuration and scene load") {
@@ -379,7 +395,7 @@ TEST_CASE("the Cornell box loads with its measured spectra") {
                                     [](const scene::Body& b) { return !b.emission_w_m2_sr.empty(); });
     REQUIRE(light != scene.bodies.end());
     CHECK(light->emission_w_m2_sr == std::vector<double>{0, 4, 8, 11.8, 15.6, 17, 18.4});
-    CHECK(std::get<scene::Polygons>(light->shape).faces_m[0].size() == 4);
+    CHECK(light->shape.get<renderer::PolygonsParameters>().faces_m[0].size() == 4);
 }
 
 TEST_CASE("a lens of a scene file") {
@@ -439,14 +455,14 @@ position_m = [1, 2, 3]
 )");
     const scene::Scene scene = scene::load_scene(file);
     REQUIRE(scene.bodies.size() == 4);
-    const auto& hapke = std::get<scene::Hapke>(scene.bodies[0].material);
+    const auto& hapke = scene.bodies[0].material.get<renderer::HapkeParameters>();
     CHECK(hapke.single_scattering_albedo == 0.2);
     CHECK_THAT(hapke.roughness_rad, WithinRel(20 * degree, 1e-12));
-    const auto& phong = std::get<scene::Phong>(scene.bodies[1].material);
+    const auto& phong = scene.bodies[1].material.get<renderer::PhongParameters>();
     CHECK(phong.specular == 0.6);
-    CHECK(phong.exponent == scene::Phong{}.exponent);
-    CHECK(std::get<scene::Minnaert>(scene.bodies[2].material).exponent == 0.6);
-    CHECK(std::get<scene::Mirror>(scene.bodies[3].material).reflectance == 0.8);
+    CHECK(phong.exponent == renderer::PhongParameters{}.exponent);
+    CHECK(scene.bodies[2].material.get<renderer::MinnaertParameters>().exponent == 0.6);
+    CHECK(scene.bodies[3].material.get<renderer::MirrorParameters>().reflectance == 0.8);
     CHECK(scene.bodies[3].emission_w_m2_sr == std::vector<double>{2.5});
     REQUIRE(scene.lamps.size() == 1);
     CHECK(scene.lamps[0].name == "lamp0");

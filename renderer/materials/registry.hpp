@@ -1,0 +1,44 @@
+// Registry of all materials: scattering laws and presets, their parameters, and how they are made.
+#pragma once
+
+#include "renderer/materials/material.hpp"
+#include "renderer/scene/kind.hpp"
+#include "renderer/scene/scene.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// One scattering law, or a preset: a law with the parameters of a real surface as its defaults.
+struct MaterialKind : scene::Kind<scene::MaterialFamily> {
+    std::unique_ptr<Material> (*make)(const scene::Material& description);
+    bool preset = false;
+};
+
+/// In the order in which messages and the reference list them. A body has the first where neither it nor its
+/// shape chooses one.
+[[nodiscard]] const std::vector<MaterialKind>& material_kinds();
+
+/// Checks the description and makes its law. Throws ConfigError that names `place`.
+[[nodiscard]] std::unique_ptr<Material> make_material(const scene::Material& description,
+                                                      const std::string& place);
+
+/// A parameter of a law that may differ from place to place.
+struct VaryingParameter {
+    std::string_view name; ///< in scene files, without the unit
+    double value;          ///< of the description that was asked, in SI units
+};
+
+/// The parameters of `material` that an image may give, in the order in which its law declares them, which
+/// is that of ParameterPacket. None where the law has none beside its albedo, which textures multiply anyway.
+[[nodiscard]] std::vector<VaryingParameter> varying_parameters(const scene::Material& material);
+
+/// Sets the parameter at `index` of varying_parameters(). Of one with several coefficients, such as the
+/// weight of the lunar-Lambert law, the first is set and the others become 0.
+void set_varying_parameter(scene::Material& material, std::size_t index, double value);
+
+} // namespace obscura::renderer

@@ -1,0 +1,314 @@
+#include "renderer/scene_files/body_section.hpp"
+
+#include "renderer/materials/registry.hpp"
+#include "renderer/scene/scene_keys.hpp"
+#include "renderer/scene_files/place_keys.hpp"
+#include "renderer/scene_files/section_rules.hpp"
+#include "renderer/shapes/registry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <string>
+#include <utility>
+
+namespace obscura::scene {
+namespace {
+
+using renderer::material_kinds;
+using renderer::MaterialKind;
+using renderer::shape_kinds;
+using renderer::ShapeKind;
+
+/// The keys that let an image give one parameter of a body's material.
+struct ParameterTexture {
+    std::string parameter;    ///< without the unit
+    std::string constant_key; ///< the key of the constant
+    std::string file_key, range_key, file_help, range_help;
+    std::string_view unit;
+    double si = 1; ///< the key's unit in SI
+    std::string file;
+    std::array<double, 2> range{0, 1};
+};
+
+std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
+    std::vector<ParameterTexture> textures;
+    for (const Parameter& parameter : parameters) {
+        if (!parameter.image) continue;
+        ParameterTexture t;
+        t.parameter = quantity_of(parameter.key);
+        t.constant_key = parameter.key.name;
+        t.unit = parameter.key.unit();
+        t.file_key = t.parameter + "_texture";
+        t.range_key = t.parameter + "_texture_range";
+        t.file_help = fmt::format("Image of one plane that gives {} place by place, instead of a constant; "
+                                  "empty: none",
+                                  t.constant_key);
+        t.range_help = fmt::format("Values of {} that a texel of 0 and one of 1 (of integers: full scale) of "
+                                   "{} stand for",
+                                   t.constant_key, t.file_key);
+        if (const auto* scaled = std::get_if<config::Scaled>(&parameter.key.target)) t.si = scaled->si;
+        textures.push_back(std::move(t));
+    }
+    return textures;
+}
+
+/// `textures` stays where it is while the keys are used.
+config::Keys keys_of(std::vector<ParameterTexture>& textures) {
+    config::Keys keys;
+    for (ParameterTexture& t : textures) {
+        keys.push_back(config::key(t.file_key, config::Path{&t.file, true, true}).help(t.file_help));
+        keys.push_back(config::key(t.range_key, config::Numbers{t.range.data(), t.range.size()})
+                           .unit(t.unit)
+                           .range(-1e6, 1e6)
+                           .help(t.range_help));
+    }
+    return keys;
+}
+
+/// What is read of a body beside the members of Body.
+struct BodyKeys {
+    std::string shape, material;
+    std::vector<SpectralPoint> colour_curve;
+    JointKeys joint;
+    PlaceKeys place;
+    std::vector<ParameterTexture> textures;
+};
+
+/// The keys that every body has.
+config::Keys common_keys(Body& body, BodyKeys& read) {
+    config::Keys keys = keys_of(body);
+    keys.push_back(config::key("shape", &read.shape)
+                       .choices(names_of(shape_kinds()))
+                       .required()
+                       .help("Kind of the body's shape, whose own keys stand beside"));
+    keys.push_back(config::key("material", &read.material)
+                       .choices(names_of(material_kinds()))
+                       .help("Scattering law of the body's surface, or a real surface by name; its own keys "
+                             "stand beside"));
+    keys.push_back(config::key("colour_curve", config::Curve{&read.colour_curve})
+                       .range(0, 100)
+                       .help("Factor on the body's reflectance over wavelength, pairs of nm and factor; each "
+                             "spectral band gets its mean; instead of colour"));
+    for (const config::Keys& more : {body_place_keys(read.place), keys_of(read.joint)})
+        keys.insert(keys.end(), more.begin(), more.end());
+    return keys;
+}
+
+/// `key` as one that need not be given.
+config::Key optional(const config::Key& key) {
+    return config::key(key.name, key.target)
+        .unit(key.unit())
+        .range(key.range())
+        .choices(key.choices())
+        .help(key.help());
+}
+
+/// The kind that the word at `key` of `table` chooses, or else `fallback`; null where the word is wrong.
+template<typename K>
+const K* chosen(const config::Value& table, std::string_view key, const std::vector<K>& kinds,
+                const K* fallback) {
+    const config::Member* member = table.find(key);
+    if (member == nullptr) return fallback;
+    return member->value.kind == config::Value::Kind::string ? find_kind(kinds, member->value.string)
+                                                             : nullptr;
+}
+
+/// The names of the kinds that have `key`.
+template<typename K>
+std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::string_view key) {
+    std::vector<std::string_view> names;
+    for (const K& kind : kinds) {
+        auto description = kind.make_default();
+        for (const Parameter& p : kind.parameters(description))
+            if (p.key.name == key) names.push_back(kind.name);
+    }
+    return names;
+}
+
+/// A key of `table` that belongs to a kind other than the chosen one, which would be ignored.
+struct Stranger {
+    const config::Member* member;
+    std::string what;
+};
+
+/// Whether `keys` has one called `name`.
+bool has(const config::Keys& keys, std::string_view name) {
+    return std::any_of(keys.begin(), keys.end(), [&](const config::Key& k) { return k.name == name; });
+}
+
+std::vector<Stranger> strangers_in(const config::Value& table, const config::Keys& known,
+                                   const ShapeKind& shape, const MaterialKind& material) {
+    std::vector<Stranger> strangers;
+    for (const config::Member& member : table.members) {
+        if (has(known, member.key)) continue;
+        const auto try_kinds = [&](const auto& kinds, std::string_view what, const auto& own) {
+            const std::vector<std::string_view> owners = kinds_with(kinds, member.key);
+            if (owners.empty()) return false;
+            strangers.push_back({&member, fmt::format("belongs to {} = \"{}\", this body's is \"{}\"", what,
+                                                      fmt::join(owners, "\" or \""), own.name)});
+            return true;
+        };
+        if (!try_kinds(shape_kinds(), "shape", shape)) try_kinds(material_kinds(), "material", material);
+    }
+    return strangers;
+}
+
+/// Adds the keys of the kinds of shape and material to those in `section`.
+void add_kinds(config::Section& section, Body& body, BodyKeys& read, const ShapeKind& shape,
+               const MaterialKind& material, const config::Value& table) {
+    body.shape = shape.make_default();
+    body.material = material.make_default();
+    for (const Parameter& p : shape.parameters(body.shape))
+        section.keys.push_back(p.key);
+    const ParameterList parameters = material.parameters(body.material);
+    read.textures = textures_of(parameters);
+    for (const Parameter& p : parameters) {
+        const bool by_image = std::any_of(read.textures.begin(), read.textures.end(), [&](const auto& t) {
+            const config::Member* file = table.find(t.file_key);
+            return t.constant_key == p.key.name && file != nullptr && !file->value.string.empty();
+        });
+        section.keys.push_back(material.preset || by_image ? optional(p.key) : p.key);
+    }
+    const config::Keys textures = keys_of(read.textures);
+    section.keys.insert(section.keys.end(), textures.begin(), textures.end());
+}
+
+/// The rules of a body that images give parameters of.
+void check_textures(std::vector<ParameterTexture>& textures, Body& body, const config::ReadTable& table) {
+    for (const ParameterTexture& t : textures) {
+        exclude(table, t.file_key, t.constant_key);
+        if (table.has(t.range_key)) require(table, t.file_key);
+        if (!t.file.empty())
+            body.textures.parameters.push_back({t.parameter, t.file, t.range[0] * t.si, t.range[1] * t.si});
+    }
+}
+
+void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::ReadTable& table) {
+    Body& body = scene.bodies[index];
+    check_textures(read.textures, body, table);
+    exclude(table, "colour_curve", "colour");
+    for (const Conflict& c : find_kind(shape_kinds(), body.shape.kind())->conflicts(body.shape))
+        table.refuse(c.key, c.what);
+    // Where images give parameters, the renderer knows their values first.
+    if (body.textures.parameters.empty())
+        for (const Conflict& c : find_kind(material_kinds(), body.material.kind())->conflicts(body.material))
+            table.refuse(c.key, c.what);
+    body.motion = motion_of(read.place, table);
+    body.parent = read.joint.parent;
+    body.joint = joint_of(read.joint, table);
+    if (body.name.empty()) body.name = fmt::format("body{}", index);
+    const auto end = scene.bodies.begin() + static_cast<std::ptrdiff_t>(index);
+    if (std::any_of(scene.bodies.begin(), end, [&](const Body& b) { return b.name == body.name; }))
+        table.mistakes().add(table.where().in("name"), table.table()->at,
+                             fmt::format("\"{}\" is the name of an earlier body", body.name));
+}
+
+/// The section of body `index`, with the keys of the kinds that `table` chooses.
+config::Section body_section(Scene& scene, std::size_t index, const std::shared_ptr<ColourCurves>& curves,
+                             const config::Value& table) {
+    Body& body = scene.bodies[index];
+    const auto read = std::make_shared<BodyKeys>();
+    config::Section section{"body", "A body."};
+    section.keys = common_keys(body, *read);
+    const ShapeKind* shape = chosen<ShapeKind>(table, "shape", shape_kinds(), nullptr);
+    // A mesh file brings its own materials; an albedo alone is Lambert's.
+    const bool own = shape != nullptr && !shape->own_material.empty() && table.find("albedo") == nullptr;
+    const MaterialKind* material =
+        chosen(table, "material", material_kinds(),
+               own ? find_kind(material_kinds(), shape->own_material) : &material_kinds().front());
+    if (shape == nullptr || material == nullptr) {
+        // Which other keys there may be is not known.
+        for (const config::Member& member : table.members)
+            if (!has(section.keys, member.key)) section.elsewhere.push_back(member.key);
+        return section;
+    }
+    read->material = material->name;
+    add_kinds(section, body, *read, *shape, *material, table);
+    std::vector<Stranger> strangers = strangers_in(table, section.keys, *shape, *material);
+    for (const Stranger& stranger : strangers)
+        section.elsewhere.push_back(stranger.member->key);
+    section.before = [strangers](const config::Value& /*table*/, const config::Where& where,
+                                 config::Mistakes& mistakes) {
+        for (const Stranger& stranger : strangers)
+            mistakes.add(where.in(stranger.member->key), stranger.member->value.at, stranger.what);
+    };
+    section.check = [&scene, index, read, curves](const config::ReadTable& t) {
+        check_body(scene, index, *read, t);
+        (*curves)[index] = read->colour_curve;
+    };
+    return section;
+}
+
+/// What the keys of a section for the reference are bound to.
+struct Example {
+    Body body;
+    BodyKeys read;
+    std::string variant;
+};
+
+/// Sections for the reference: what every body has, then each kind of shape and of material. The keys are
+/// bound to `bound`.
+std::vector<config::Section> make_examples(std::deque<Example>& bound) {
+    std::vector<config::Section> sections;
+    const auto add = [&](std::string variant, std::string_view help) -> Example& {
+        Example& example = bound.emplace_back();
+        example.variant = std::move(variant);
+        config::Section& section = sections.emplace_back(config::Section{"body", help});
+        section.variant = example.variant;
+        return example;
+    };
+    Example& common = add("", "A body.");
+    common.read.material = material_kinds().front().name;
+    sections.back().keys = common_keys(common.body, common.read);
+    for (const ShapeKind& kind : shape_kinds()) {
+        Example& example = add(fmt::format("shape = \"{}\"", kind.name), kind.help);
+        example.body.shape = kind.make_default();
+        sections.back().keys = keys_of(kind.parameters(example.body.shape));
+    }
+    for (const MaterialKind& kind : material_kinds()) {
+        Example& example = add(fmt::format("material = \"{}\"", kind.name), kind.help);
+        example.body.material = kind.make_default();
+        const ParameterList parameters = kind.parameters(example.body.material);
+        example.read.textures = textures_of(parameters);
+        for (const Parameter& p : parameters)
+            sections.back().keys.push_back(kind.preset ? optional(p.key) : p.key);
+        const config::Keys textures = keys_of(example.read.textures);
+        sections.back().keys.insert(sections.back().keys.end(), textures.begin(), textures.end());
+    }
+    return sections;
+}
+
+} // namespace
+
+config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves) {
+    config::List list;
+    list.name = "body";
+    list.help = "A body, one table for each: its shape, material, place and motion.";
+    list.clear = [&scene, curves] {
+        scene.bodies.clear();
+        curves->clear();
+    };
+    list.append = [&scene, curves](const config::Value& table) {
+        scene.bodies.emplace_back();
+        curves->emplace_back();
+        return body_section(scene, scene.bodies.size() - 1, curves, table);
+    };
+    list.size = [&scene] { return scene.bodies.size(); };
+    // Scenes are not printed: of an element only what every body has.
+    list.at = [&scene](std::size_t index) {
+        config::Section section{"body", ""};
+        section.keys = keys_of(scene.bodies.at(index));
+        return section;
+    };
+    list.examples = [] {
+        static std::deque<Example> bound;
+        static const std::vector<config::Section> sections = make_examples(bound);
+        return sections;
+    };
+    return list;
+}
+
+} // namespace obscura::scene

@@ -1,0 +1,41 @@
+#include "renderer/scene_files/camera_section.hpp"
+
+#include "renderer/scene/scene_keys.hpp"
+#include "renderer/scene_files/place_keys.hpp"
+#include "renderer/scene_files/section_rules.hpp"
+
+#include <algorithm>
+#include <memory>
+
+namespace obscura::scene {
+namespace {
+
+struct CameraPlace {
+    PlaceKeys place;
+    JointKeys joint;
+};
+
+} // namespace
+
+config::Section camera_section(Camera& camera) {
+    const auto read = std::make_shared<CameraPlace>();
+    config::Keys place_keys = camera_place_keys(read->place);
+    const config::Keys joint_keys = keys_of(read->joint);
+    place_keys.insert(place_keys.end(), joint_keys.begin(), joint_keys.end());
+    config::Section section{"camera", "The camera: its sensor, optics, place and motion."};
+    section.keys = keys_of(camera);
+    section.keys.insert(section.keys.end(), place_keys.begin(), place_keys.end());
+    section.check = [&camera, read, place_keys](const config::ReadTable& table) {
+        if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
+            table.refuse_table("the key \"psf_file\" is missing");
+        const bool placed = std::any_of(place_keys.begin(), place_keys.end(),
+                                        [&](const config::Key& key) { return table.has(key.name); });
+        if (!placed) return;
+        camera.parent = read->joint.parent;
+        camera.joint = joint_of(read->joint, table);
+        camera.motion = motion_of(read->place, table);
+    };
+    return section;
+}
+
+} // namespace obscura::scene

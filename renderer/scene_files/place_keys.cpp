@@ -1,0 +1,152 @@
+#include "renderer/scene_files/place_keys.hpp"
+
+#include "renderer/scene/scene_keys.hpp"
+#include "renderer/scene/trajectory.hpp"
+#include "renderer/scene_files/section_rules.hpp"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace obscura::scene {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+} // namespace
+
+config::Keys camera_place_keys(PlaceKeys& s) {
+    return {
+        config::key("position_m", &s.position_m)
+            .unit("m")
+            .range(anywhere)
+            .help("Position in the inertial frame, or in the parent's"),
+        config::key("orientation", &s.orientation)
+            .range(-1.001, 1.001)
+            .help("Quaternion [w, x, y, z] from camera axes (x right, y down, z boresight) to inertial"),
+        config::key("boresight", &s.boresight)
+            .range(anywhere)
+            .help("Direction of view (z axis), instead of orientation"),
+        config::key("look_at_m", &s.look_at_m)
+            .unit("m")
+            .range(anywhere)
+            .help("Point that the z axis looks at, instead of orientation"),
+        config::key("up", &s.up)
+            .range(anywhere)
+            .help("Direction that is up in the image, with boresight or look_at_m"),
+        config::key("trajectory", config::Path{&s.trajectory})
+            .help("CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation"),
+    };
+}
+
+config::Keys body_place_keys(PlaceKeys& s) {
+    return {
+        config::key("position_m", &s.position_m)
+            .unit("m")
+            .range(anywhere)
+            .help("Position of the body frame's origin, inertial or in the parent's frame"),
+        config::key("orientation", &s.orientation)
+            .range(-1.001, 1.001)
+            .help("Quaternion [w, x, y, z] from body axes to inertial, at time 0"),
+        config::key("trajectory", config::Path{&s.trajectory})
+            .help("CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation"),
+        config::key("spin_axis", &s.spin_axis)
+            .range(anywhere)
+            .help("Axis of the body's uniform spin, body frame"),
+        config::key("spin_rate_deg_per_s", config::Scaled{&s.spin_rate_rad_s, degree})
+            .unit("deg/s")
+            .range(-36000, 36000)
+            .help("Rate of the body's uniform spin; 0: none"),
+    };
+}
+
+config::Keys keys_of(JointKeys& s) {
+    return {
+        config::key("parent", &s.parent)
+            .help("Body in whose frame position, orientation or trajectory are; empty: the inertial frame"),
+        config::key("joint", &s.kind)
+            .help("How it moves on its parent: fixed, turning about joint_axis (hinge), or moving along "
+                  "joint_axis (slide)"),
+        config::key("joint_axis", &s.axis)
+            .range(anywhere)
+            .help("Axis of the joint to the parent, in its own frame"),
+        config::key("joint_angle_deg", config::Scaled{&s.angle_rad, degree})
+            .unit("deg")
+            .range(-1e6, 1e6)
+            .help("Angle of a hinge joint, constant"),
+        config::key("joint_offset_m", &s.offset_m)
+            .unit("m")
+            .range(anywhere)
+            .help("Offset of a slide joint, constant"),
+        config::key("joint_table", config::Path{&s.table, true, true})
+            .help("CSV table time_s,angle_deg (hinge) or time_s,offset_m (slide), instead of a constant; "
+                  "empty: none"),
+    };
+}
+
+Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
+    const std::size_t before = table.mistakes().count();
+    for (const char* key : {"position_m", "orientation", "boresight", "look_at_m", "up"})
+        exclude(table, key, "trajectory");
+    exclude(table, "orientation", "boresight");
+    exclude(table, "orientation", "look_at_m");
+    exclude(table, "look_at_m", "boresight");
+    exclude(table, "up", "orientation");
+    require_direction(table, place.boresight, "boresight");
+    require_direction(table, place.up, "up");
+    require_direction(table, place.spin_axis, "spin_axis");
+    Motion motion;
+    if (table.mistakes().count() != before) return motion;
+
+    motion.spin_axis = place.spin_axis;
+    motion.spin_rate_rad_s = place.spin_rate_rad_s;
+    if (table.has("trajectory")) {
+        table.mistakes().collect([&] { motion.samples = read_trajectory(place.trajectory); });
+        return motion;
+    }
+    Pose pose{place.position_m, place.orientation};
+    if (table.has("boresight") || table.has("look_at_m")) {
+        const char* key = table.has("boresight") ? "boresight" : "look_at_m";
+        const Vec3 boresight = table.has("boresight") ? place.boresight : place.look_at_m - place.position_m;
+        if (!(length(boresight) > 0))
+            table.refuse(key, "is the camera's own position");
+        else if (!(length(cross(boresight, place.up)) > 1e-9 * length(boresight) * length(place.up)))
+            table.refuse(key, "is parallel to \"up\"");
+        else
+            pose.orientation = look_along(boresight, place.up);
+    } else if (table.has("up")) {
+        table.refuse_table("\"up\" needs \"boresight\" or \"look_at_m\"");
+    }
+    motion.samples = {{0, pose}};
+    return motion;
+}
+
+Joint joint_of(const JointKeys& keys, const config::ReadTable& table) {
+    using Kind = Joint::Kind;
+    const std::size_t before = table.mistakes().count();
+    const auto only_with = [&](const char* key, bool fits, const char* kinds) {
+        if (table.has(key) && !fits) table.refuse(key, fmt::format("belongs to joint = {}", kinds));
+    };
+    only_with("joint", !keys.parent.empty() || keys.kind == Kind::fixed,
+              "\"fixed\" where there is no parent");
+    only_with("joint_axis", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");
+    only_with("joint_table", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");
+    only_with("joint_angle_deg", keys.kind == Kind::hinge, "\"hinge\"");
+    only_with("joint_offset_m", keys.kind == Kind::slide, "\"slide\"");
+    exclude(table, "joint_angle_deg", "joint_table");
+    exclude(table, "joint_offset_m", "joint_table");
+    require_direction(table, keys.axis, "joint_axis");
+    Joint joint{keys.kind, keys.axis, {}};
+    if (joint.kind == Kind::fixed || table.mistakes().count() != before) return joint;
+    const bool hinge = joint.kind == Kind::hinge;
+    if (table.has("joint_table"))
+        table.mistakes().collect([&] {
+            joint.samples =
+                read_joint_table(keys.table, hinge ? "angle_deg" : "offset_m", hinge ? degree : 1);
+        });
+    else
+        joint.samples = {{0, hinge ? keys.angle_rad : keys.offset_m}};
+    return joint;
+}
+
+} // namespace obscura::scene

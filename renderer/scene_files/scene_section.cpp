@@ -1,0 +1,222 @@
+#include "renderer/scene_files/scene_section.hpp"
+
+#include "renderer/scene/scene_keys.hpp"
+#include "renderer/scene/scene_tree.hpp"
+#include "renderer/scene/star_catalogue.hpp"
+#include "renderer/scene_files/body_section.hpp"
+#include "renderer/scene_files/camera_section.hpp"
+#include "renderer/scene_files/place_keys.hpp"
+#include "renderer/scene_files/section_rules.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+namespace obscura::scene {
+namespace {
+
+constexpr double astronomical_unit_m = 149'597'870'700.0; // IAU 2012 B2
+
+/// Where the Sun is, if not by its position.
+struct SunDirection {
+    Vec3 direction{-1, 0, 0}; ///< from the origin towards the Sun
+    double distance_au = 1;
+};
+
+config::Section sun_section(Sun& sun) {
+    const auto read = std::make_shared<SunDirection>();
+    config::Section section{"sun", "The Sun: where it is, its disc and its spectrum."};
+    section.keys = keys_of(sun);
+    section.keys.push_back(config::key("direction", &read->direction)
+                               .range(anywhere)
+                               .help("Direction from the origin to the Sun, instead of position_m"));
+    section.keys.push_back(config::key("distance_au", &read->distance_au)
+                               .unit("au")
+                               .range(0.005, 1000)
+                               .help("Distance of the Sun from the origin, with direction"));
+    section.check = [&sun, read](const config::ReadTable& table) {
+        exclude(table, "direction", "position_m");
+        exclude(table, "distance_au", "position_m");
+        require_direction(table, read->direction, "direction");
+        require_direction(table, sun.position_m, "position_m");
+        if (table.has("direction") || table.has("distance_au"))
+            sun.position_m = normalized(read->direction) * (read->distance_au * astronomical_unit_m);
+    };
+    return section;
+}
+
+struct StarKeys {
+    std::string catalogue;
+    double limiting_magnitude = 20;
+};
+
+config::Section stars_section(std::vector<Star>& stars) {
+    const auto read = std::make_shared<StarKeys>();
+    config::Section section{"stars", "Stars from a catalogue; without the table there are none."};
+    section.keys = {
+        config::key("catalogue", config::Path{&read->catalogue})
+            .required()
+            .help("Star catalogue, CSV table ra_deg,dec_deg,v_mag,b_v (J2000)"),
+        config::key("limiting_magnitude", &read->limiting_magnitude)
+            .unit("mag")
+            .range(-30, 40)
+            .help("Visual magnitude beyond which fainter stars are left out"),
+    };
+    section.optional = true;
+    section.check = [&stars, read](const config::ReadTable& table) {
+        if (table.table() != nullptr) stars = read_stars(read->catalogue, read->limiting_magnitude);
+    };
+    return section;
+}
+
+/// What is read of a lamp beside the members of Lamp.
+struct LampPlace {
+    PlaceKeys place;
+    JointKeys joint;
+};
+
+config::Section lamp_section(Lamp& lamp, std::size_t index) {
+    const auto read = std::make_shared<LampPlace>();
+    config::Section section{"lamp", "A lamp: a point or a beam that lights, but is not itself seen."};
+    section.keys = keys_of(lamp);
+    for (const config::Keys& more : {camera_place_keys(read->place), keys_of(read->joint)})
+        section.keys.insert(section.keys.end(), more.begin(), more.end());
+    section.check = [&lamp, index, read](const config::ReadTable& table) {
+        lamp.parent = read->joint.parent;
+        lamp.joint = joint_of(read->joint, table);
+        lamp.motion = motion_of(read->place, table);
+        if (lamp.name.empty()) lamp.name = fmt::format("lamp{}", index);
+    };
+    return section;
+}
+
+config::List lamp_list(std::vector<Lamp>& lamps) {
+    config::List list;
+    list.name = "lamp";
+    list.help = "A lamp, one table for each: a point or a beam that lights, but is not itself seen.";
+    list.clear = [&lamps] { lamps.clear(); };
+    list.append = [&lamps](const config::Value& /*table*/) {
+        lamps.emplace_back();
+        return lamp_section(lamps.back(), lamps.size() - 1);
+    };
+    list.size = [&lamps] { return lamps.size(); };
+    list.at = [&lamps](std::size_t index) { return lamp_section(lamps.at(index), index); };
+    list.examples = [] {
+        static Lamp fresh;
+        static config::Section section = lamp_section(fresh, 0);
+        return std::vector{section};
+    };
+    return list;
+}
+
+config::Section band_section(SpectralBand& band) {
+    config::Section section{"band", "A spectral band."};
+    section.keys = keys_of(band);
+    section.check = [&band](const config::ReadTable& table) {
+        if (!(band.to_m > band.from_m)) table.refuse("to_nm", "must be greater than from_nm");
+    };
+    return section;
+}
+
+config::Section stray_light_section(StrayLight& stray) {
+    config::Section section{"stray_light", "A map of stray light."};
+    section.keys = keys_of(stray);
+    return section;
+}
+
+/// Mean over a band of a curve that is linear between its points and held outside; exact.
+double band_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& band) {
+    const auto at = [&](double wavelength_m) {
+        const auto after =
+            std::lower_bound(curve.begin(), curve.end(), wavelength_m,
+                             [](const SpectralPoint& p, double w) { return p.wavelength_m < w; });
+        if (after == curve.begin()) return curve.front().value;
+        if (after == curve.end()) return curve.back().value;
+        const SpectralPoint& before = *(after - 1);
+        const double share =
+            (wavelength_m - before.wavelength_m) / (after->wavelength_m - before.wavelength_m);
+        return before.value + share * (after->value - before.value);
+    };
+    // Trapezoids between the ends and the points inside.
+    double sum = 0;
+    double from = band.from_m;
+    const auto add_up_to = [&](double to) {
+        sum += (at(from) + at(to)) / 2 * (to - from);
+        from = to;
+    };
+    for (const SpectralPoint& p : curve)
+        if (p.wavelength_m > band.from_m && p.wavelength_m < band.to_m) add_up_to(p.wavelength_m);
+    add_up_to(band.to_m);
+    return sum / (band.to_m - band.from_m);
+}
+
+/// Parents and joints of bodies, camera and lamps.
+void check_tree(const Scene& scene, const config::ReadTable& root) {
+    const auto collect = [&](const auto& check) {
+        try {
+            check();
+        } catch (const ConfigError& error) {
+            root.mistakes().add(root.where(), {}, error.what());
+        }
+    };
+    collect([&] { (void)parents_of(scene.bodies); });
+    collect([&] { (void)parent_of(scene.bodies, scene.camera.parent, scene.camera.joint, "camera"); });
+    for (const Lamp& lamp : scene.lamps)
+        collect([&] {
+            (void)parent_of(scene.bodies, lamp.parent, lamp.joint, fmt::format("lamp '{}'", lamp.name));
+        });
+}
+
+/// `values`, the key of an element of a list, has one number for each band, or none.
+void check_bands(const std::vector<double>& values, const char* list, std::size_t index, const char* key,
+                 std::size_t bands, const config::ReadTable& root) {
+    if (values.empty() || values.size() == bands) return;
+    const config::Value& table = root.table()->find(list)->value.items[index];
+    root.mistakes().add(
+        root.where().in(fmt::format("{}[{}].{}", list, index, key)), table.find(key)->value.at,
+        fmt::format("has {} numbers, allowed one for each of the {} bands", values.size(), bands));
+}
+
+void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTable& root) {
+    check_tree(scene, root);
+    if (const config::Member* bands = root.table()->find("band")) {
+        const config::Where where = root.where().in("band");
+        if (scene.bands.empty()) root.mistakes().add(where, bands->at, "at least one band is wanted");
+        if (scene.bands.size() > most_bands)
+            root.mistakes().add(where, bands->at, fmt::format("more than {} bands", most_bands));
+    }
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        check_bands(scene.bodies[i].colour, "body", i, "colour", scene.bands.size(), root);
+        check_bands(scene.bodies[i].emission_w_m2_sr, "body", i, "emission_w_m2_sr", scene.bands.size(),
+                    root);
+    }
+    for (std::size_t i = 0; i < scene.lamps.size(); ++i)
+        check_bands(scene.lamps[i].intensity_w_sr, "lamp", i, "intensity_w_sr", scene.bands.size(), root);
+    for (std::size_t i = 0; i < curves.size(); ++i)
+        for (std::size_t b = 0; !curves[i].empty() && b < scene.bands.size(); ++b)
+            scene.bodies[i].colour.push_back(band_mean(curves[i], scene.bands[b]));
+}
+
+} // namespace
+
+config::Section scene_section(Scene& scene) {
+    const auto curves = std::make_shared<ColourCurves>();
+    config::Section section{"", "A scene: everything that can be seen, and the camera that looks."};
+    section.keys = keys_of(scene);
+    section.tables = {sun_section(scene.sun), stars_section(scene.stars), camera_section(scene.camera)};
+    section.lists = {
+        body_list(scene, curves),
+        lamp_list(scene.lamps),
+        config::list("band", "A spectral band of the picture, one table for each; without any, one band.",
+                     scene.bands, band_section),
+        config::list("stray_light", "A map of light that the optics put where it does not belong.",
+                     scene.stray_light, stray_light_section),
+    };
+    section.printed = false;
+    section.check = [&scene, curves](const config::ReadTable& root) { check_scene(scene, *curves, root); };
+    return section;
+}
+
+} // namespace obscura::scene

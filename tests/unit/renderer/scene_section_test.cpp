@@ -1,0 +1,195 @@
+// The keys of scene files: every kind of shape and material is documented and makes what its defaults say,
+// and every mistake of a file is reported.
+#include "config/section.hpp"
+#include "core/error.hpp"
+#include "renderer/materials/hapke.hpp"
+#include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/phong.hpp"
+#include "renderer/materials/registry.hpp"
+#include "renderer/scene_files/scene_file.hpp"
+#include "renderer/scene_files/scene_section.hpp"
+#include "renderer/shapes/box.hpp"
+#include "renderer/shapes/disc.hpp"
+#include "renderer/shapes/registry.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace obscura;
+
+namespace {
+
+/// What `read` complains of, without the folder's name.
+std::string refusal(const test::TempFolder& folder, const std::function<void()>& read) {
+    try {
+        read();
+    } catch (const Error& e) {
+        std::string text = e.what();
+        const std::string prefix = folder.path().string() + "/";
+        while (text.find(prefix) != std::string::npos)
+            text.erase(text.find(prefix), prefix.size());
+        return text;
+    }
+    return "accepted";
+}
+
+std::string refusal(const test::TempFolder& folder, const std::string& scene) {
+    return refusal(folder, [&] { (void)scene::load_scene(folder.write("s.toml", scene)); });
+}
+
+bool is_number(const config::Key& key) {
+    return std::holds_alternative<double*>(key.target) ||
+           std::holds_alternative<config::Scaled>(key.target) || std::holds_alternative<Vec3*>(key.target) ||
+           std::holds_alternative<config::Numbers>(key.target) ||
+           std::holds_alternative<std::uint32_t*>(key.target) ||
+           std::holds_alternative<std::int32_t*>(key.target) ||
+           std::holds_alternative<std::vector<double>*>(key.target);
+}
+
+void check_documented(const config::Key& key) {
+    INFO(key.name);
+    // A phrase, not a word.
+    CHECK(std::count(key.help().begin(), key.help().end(), ' ') >= 2);
+    CHECK(!value_text(key).empty());
+    if (!is_number(key)) return;
+    CHECK(std::isfinite(key.range().min));
+    CHECK(std::isfinite(key.range().max));
+    const std::array<std::string_view, 6> ends{"_m", "_mm", "_um", "_nm", "_deg", "_px"};
+    for (const std::string_view end : ends)
+        if (key.name.ends_with(end)) CHECK(key.unit() == end.substr(1));
+}
+
+const config::DocumentedTable* table_of(const std::vector<config::DocumentedTable>& tables,
+                                        const std::string& variant) {
+    const auto at =
+        std::find_if(tables.begin(), tables.end(), [&](const auto& t) { return t.variant == variant; });
+    return at == tables.end() ? nullptr : &*at;
+}
+
+} // namespace
+
+TEST_CASE("every shape and material is documented with unit, range, help and default") {
+    scene::Scene scene;
+    const config::Section section = scene::scene_section(scene);
+    const std::vector<config::DocumentedTable> tables = document(section, "");
+    std::set<std::string> headings;
+    for (const config::DocumentedTable& table : tables) {
+        INFO(table.heading << " " << table.variant);
+        headings.insert(table.heading);
+        CHECK(!table.help.empty());
+        for (const config::Key& key : table.keys)
+            check_documented(key);
+    }
+    CHECK(headings == std::set<std::string>{"", "[sun]", "[stars]", "[camera]", "[[body]]", "[[lamp]]",
+                                            "[[band]]", "[[stray_light]]"});
+    const auto check_kind = [&](const std::string& variant, const scene::ParameterList& parameters) {
+        INFO(variant);
+        const config::DocumentedTable* table = table_of(tables, variant);
+        REQUIRE(table != nullptr);
+        for (const scene::Parameter& parameter : parameters) {
+            const auto key = std::find_if(table->keys.begin(), table->keys.end(),
+                                          [&](const config::Key& k) { return k.name == parameter.key.name; });
+            REQUIRE(key != table->keys.end());
+            CHECK(value_text(*key) == value_text(parameter.key));
+            const std::string image = std::string(scene::quantity_of(parameter.key)) + "_texture";
+            CHECK(parameter.image == std::any_of(table->keys.begin(), table->keys.end(),
+                                                 [&](const config::Key& k) { return k.name == image; }));
+        }
+    };
+    for (const auto& kind : renderer::shape_kinds()) {
+        scene::Shape shape = kind.make_default();
+        check_kind("shape = \"" + std::string(kind.name) + "\"", kind.parameters(shape));
+    }
+    for (const auto& kind : renderer::material_kinds()) {
+        scene::Material material = kind.make_default();
+        check_kind("material = \"" + std::string(kind.name) + "\"", kind.parameters(material));
+    }
+}
+
+TEST_CASE("the defaults of every material are within its ranges and rules") {
+    for (const auto& kind : renderer::material_kinds()) {
+        INFO(kind.name);
+        CHECK(renderer::make_material(kind.make_default(), "test") != nullptr);
+        CHECK(renderer::varying_parameters(kind.make_default()).size() <= renderer::most_parameters);
+    }
+}
+
+TEST_CASE("descriptions made by programs are held to the same ranges as files") {
+    const test::TempFolder folder;
+    const auto material = [&](const scene::Material& m) {
+        return refusal(folder, [&] { (void)renderer::make_material(m, "here"); });
+    };
+    CHECK(material(renderer::MinnaertParameters{0.1, 0.2}) == "here: exponent 0.2: allowed 0.3 to 2");
+    CHECK(material(renderer::HapkeParameters{.filling_factor = 0.75}) ==
+          "here: filling factor 0.75: allowed 0 to 0.74");
+    CHECK(material(renderer::PhongParameters{0.7, 0.4}) ==
+          "here: specular 0.4: allowed 0 to 0.30000000000000004 beside the diffuse reflectance");
+    CHECK(material({}) == "here: has no material");
+    const auto shape = [&](const scene::Shape& s) {
+        renderer::ShapeContext context;
+        context.place = "here";
+        return refusal(folder, [&] { (void)renderer::make_shape(s, context); });
+    };
+    CHECK(shape(renderer::BoxParameters{{1, -1, 2}}) == "here: size 1 -1 2 m: allowed 1e-6 to 1e12 m");
+    CHECK(shape(renderer::DiscParameters{1, 1}) ==
+          "here: inner radius 1 m: allowed is less than the outer radius, 1 m");
+    CHECK(shape({}) == "here: has no shape");
+}
+
+TEST_CASE("all mistakes of a scene are reported, a line each") {
+    const test::TempFolder folder;
+    CHECK(refusal(folder, R"([sun]
+radius = 1
+[camera]
+width = 0
+[[body]]
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 1.5
+)") == "s.toml:2:1: sun.radius: unknown key, did you mean \"radius_m\"?\n"
+       "s.toml:4:9: camera.width: 0 is out of range, allowed 1 to 65536 px\n"
+       "s.toml:8:10: body[0].albedo: 1.5 is out of range, allowed 0 to 1");
+    CHECK(refusal(folder, R"([[body]]
+shape = "disc"
+radius_m = 1
+inner_radius_m = 2
+material = "phong"
+diffuse = 0.8
+specular = 0.8
+joint_angle_deg = 3
+)") == "s.toml:4:18: body[0].inner_radius_m: 2 m: allowed is less than the outer radius, 1 m\n"
+       "s.toml:7:12: body[0].specular: 0.8: allowed 0 to 0.19999999999999996 beside the diffuse "
+       "reflectance\n"
+       "s.toml:8:19: body[0].joint_angle_deg: belongs to joint = \"hinge\"");
+    CHECK(refusal(folder, "[[lamp]]\nbeam = \"spot\"\n") ==
+          "s.toml:2:8: lamp[0].beam: \"spot\" is not known, allowed point, uniform, gaussian\n"
+          "s.toml:1:1: lamp[0]: the key \"intensity_w_sr\" is missing");
+}
+
+TEST_CASE("of a body whose kind is not known only the common keys are judged") {
+    const test::TempFolder folder;
+    CHECK(refusal(folder, "[[body]]\nshape = \"cube\"\nsize_m = [1, 1, 1]\nspin_rate_deg_per_s = 1e9\n") ==
+          "s.toml:2:9: body[0].shape: \"cube\" is not known, allowed ellipsoid, mesh, procedural, polygons, "
+          "box, disc, cone\n"
+          "s.toml:4:23: body[0].spin_rate_deg_per_s: 1000000000 is out of range, allowed -36000 to 36000 "
+          "deg/s");
+}
+
+TEST_CASE("a scene is read from text, with paths from the folder of its file") {
+    const test::TempFolder folder;
+    (void)folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const scene::Scene s =
+        scene::parse_scene("[[body]]\nshape = \"mesh\"\nfile = \"m.obj\"\nmaterial = \"mli\"\n",
+                           folder.path() / "spacecraft.toml");
+    CHECK(s.name == "spacecraft");
+    REQUIRE(s.bodies.size() == 1);
+    CHECK(s.bodies[0].shape.kind() == "mesh");
+    CHECK(s.bodies[0].material.kind() == "ggx");
+}
