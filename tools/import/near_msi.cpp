@@ -23,7 +23,7 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr Vec3 boresight_spacecraft{0.9999988429, -0.0004838414, 0.0014422523};
 constexpr double focal_length_m = 0.16685, pixel_pitch_m = 16e-6;
 // Filters by wheel position (NEAR-009): typical values, not checked against a published table. They and the
-// aperture below only scale the picture.
+// aperture below only scale the image's brightness.
 struct Filter {
     double centre_nm, width_nm;
 };
@@ -84,7 +84,7 @@ private:
     fitsfile* fits_ = nullptr;
 };
 
-/// Mid-exposure from the label beside the frame.
+/// `given` (--utc, mid-exposure) if not empty, else the START_TIME of the label beside the frame.
 std::string utc_of(const Header& header, const std::string& given) {
     if (!given.empty()) return given;
     for (const char* extension : {".lbl", ".LBL"}) {
@@ -93,8 +93,9 @@ std::string utc_of(const Header& header, const std::string& given) {
         if (!std::filesystem::exists(label)) continue;
         return images::PdsLabel(label).text("START_TIME", "");
     }
-    throw InputError(fmt::format("{}: no PDS3 label ({}.lbl) beside it that tells the time: give --utc",
-                                 header.file().string(), header.file().stem().string()));
+    throw InputError(
+        fmt::format("{}: no PDS3 label ({}.lbl) in the same folder to read the time from: give --utc",
+                    header.file().string(), header.file().stem().string()));
 }
 
 /// Body-fixed to J2000 axes (Archinal et al. 2011, figure 1).
@@ -157,15 +158,14 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
                    dec_deg - header.number("NEAR-085"));
     if (wrong_deg > 0.5)
         throw InputError(
-            fmt::format("{}: the quaternion looks {:.2f} degrees away from NEAR-084 and NEAR-085",
+            fmt::format("{}: the quaternion's boresight is {:.2f} degrees away from NEAR-084 and NEAR-085",
                         frame.string(), wrong_deg));
     const auto position = static_cast<std::size_t>(std::clamp(header.number("NEAR-009"), 0.0, 7.0));
     const Filter filter = filters[position];
 
     std::string out;
-    out +=
-        fmt::format("# {} of {}, {} UTC, as its header tells. J2000 axes, origin at the asteroid's centre.\n",
-                    header.text("NEAR-047"), frame.filename().string(), utc);
+    out += fmt::format("# {} of {}, {} UTC, from its header. J2000 axes, origin at the asteroid's centre.\n",
+                       header.text("NEAR-047"), frame.filename().string(), utc);
     out += fmt::format("\nname = \"near-msi-eros\"\n\n[sun]\nposition_m = {}\n", list(sun_m));
     out +=
         fmt::format("\n[camera]\nwidth = {}\nheight = {}\npixel_pitch_um = {}\nfocal_length_mm = {}\n"

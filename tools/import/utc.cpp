@@ -7,7 +7,7 @@
 namespace obscura::tools {
 namespace {
 
-/// First days on which TAI - UTC was one second more than before; 10 s before the first (IERS Bulletin C).
+/// First days on which TAI - UTC was one second larger; before the first it is 10 s (IERS Bulletin C).
 using std::chrono::year;
 constexpr std::array leap_days{
     year{1972} / 7 / 1, year{1973} / 1 / 1, year{1974} / 1 / 1, year{1975} / 1 / 1, year{1976} / 1 / 1,
@@ -18,7 +18,7 @@ constexpr std::array leap_days{
     year{2015} / 7 / 1, year{2017} / 1 / 1,
 };
 
-/// Takes a number off the front of `text`, then `separator` (0: none).
+/// Removes a number and then `separator` from the front of `text`. Separator 0: the end of the text or "Z".
 template<typename Number>
 bool take(std::string_view& text, Number& number, char separator) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -1,4 +1,4 @@
-// UTC as spacecraft headers give it, and the dynamical time that rotation models use.
+// Conversion of UTC text to TDB days from J2000, the time argument of IAU rotation models.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 namespace obscura::tools {
 
 /// Days from J2000 (2000-01-01T12:00:00 TDB) to `utc` ("2001-02-08T17:24:42.25", from 1972 on, leap seconds
-/// up to 2017), in TDB taken as TT: right to 2 ms. Nothing when the text is not such a time.
+/// up to 2017). TDB is approximated by TT: the error is below 2 ms. Returns nullopt for any other text.
 [[nodiscard]] std::optional<double> tdb_days_from_j2000(std::string_view utc);
 
 } // namespace obscura::tools

@@ -23,7 +23,8 @@ emulator::DaemonConfig bench_config() {
     scene.camera.focal_length_m = 0.05;
     scene.camera.aperture_m = 0.025;
     scene.camera.psf_sigma_px = 0.7;
-    // Boresight along +x of the inertial frame; the asteroid's disc of 340 px radius fills 35 % of the field.
+    // The boresight is +x of the inertial frame; the asteroid's disc of 340 px radius fills 35 % of the
+    // field.
     const Pose camera{{-26'700, 0, 0}, look_along({1, 0, 0}, {0, 0, 1})};
     scene.camera.motion.samples = {{0, camera}};
     const double au_m = 149'597'870'700.0;
@@ -38,7 +39,7 @@ emulator::DaemonConfig bench_config() {
     for (std::uint32_t i = 0; i < 200; ++i) {
         const auto r = philox4x32({i, 0, 0, 0}, {2026, 0});
         scene::Star star;
-        star.right_ascension_rad = (uniform_double(r[0]) - 0.5) * 0.112; // the field: 6.5 degrees
+        star.right_ascension_rad = (uniform_double(r[0]) - 0.5) * 0.112; // field of view: 6.5 degrees
         star.declination_rad = (uniform_double(r[1]) - 0.5) * 0.112;
         if (star.right_ascension_rad < 0) star.right_ascension_rad += 2 * std::numbers::pi;
         star.magnitude_v = 3 + 5 * uniform_double(r[2]);

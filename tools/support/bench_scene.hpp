@@ -1,12 +1,12 @@
-// The workload that `obscura bench` measures when it is given none.
+// Built-in workload of `obscura bench`.
 #pragma once
 
 #include "emulator/config/daemon_config.hpp"
 
 namespace obscura::tools {
 
-/// An asteroid over about a third of a 1024 x 1024 field and 200 stars; the same on every machine. Readout in
-/// 21 ms, so that what is measured is the computer.
+/// An asteroid over about a third of a field of 1024 x 1024 pixels and 200 stars; identical on every machine.
+/// The readout takes 21 ms, short enough for the computer to be the limit.
 [[nodiscard]] emulator::DaemonConfig bench_config();
 
 } // namespace obscura::tools

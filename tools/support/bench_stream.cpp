@@ -17,7 +17,7 @@
 namespace obscura::tools {
 namespace {
 
-/// A camera that only remembers its settings: frames come from the benchmark itself.
+/// Camera control that stores settings only: the benchmark itself submits the frames.
 class SettingsOnly final : public CameraControl {
 public:
     SettingsOnly(const CameraLimits& limits, const CameraSettings& settings)
@@ -51,7 +51,7 @@ std::vector<double> send(const emulator::DaemonConfig& config, std::uint64_t fra
     const CameraSettings settings = emulator::camera_settings(config);
     SettingsOnly control(emulator::camera_limits(config.sensor), settings);
     const std::size_t pixels = static_cast<std::size_t>(settings.region.area());
-    // The camera keeps frames for resends; the pool must outlive it.
+    // The GigE camera keeps frames for resends; the pool must outlive it.
     FramePool pool(static_cast<std::size_t>(config.gige.history_frames) + 3, pixels,
                    static_cast<std::size_t>(settings.region.height));
     transports::gige::GigeSettings gige;

@@ -1,4 +1,4 @@
-// Measures the GigE Vision stream alone, with frames that are ready when they are submitted.
+// Benchmark of the GigE Vision stream alone, with complete frames made in advance.
 #pragma once
 
 #include "emulator/config/daemon_config.hpp"
@@ -8,10 +8,10 @@
 
 namespace obscura::tools {
 
+/// Milliseconds from submission of each frame to its completion in a libaravis client.
 struct StreamFigures {
-    std::vector<double>
-        limited_ms; ///< submission to completion in a libaravis client, default throughput limit
-    std::vector<double> unlimited_ms; ///< the same without the limit
+    std::vector<double> limited_ms;   ///< with the default throughput limit
+    std::vector<double> unlimited_ms; ///< without a limit
 };
 
 /// Sends `frames` frames of the configuration's size, one at a time, on its loopback address. Throws Error.

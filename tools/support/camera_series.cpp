@@ -30,7 +30,7 @@ public:
         try {
             receiver_->set_flag("AcquisitionFrameRateEnable", false);
         } catch (const HardwareError&) {
-            // Then the camera runs at the rate it is set to.
+            // A camera without this feature runs at the frame rate it is set to.
         }
         if (!settings.pixel_format.empty()) receiver_->set("PixelFormat", settings.pixel_format);
     }
@@ -42,7 +42,7 @@ public:
     [[nodiscard]] double shortest_us() const { return receiver_->least("ExposureTime"); }
     [[nodiscard]] int bits() const { return bits_; }
 
-    /// `count` whole images of `exposure_us`, each given to `take`.
+    /// Receives `count` complete images at `exposure_us` and passes each to `take`.
     void shoot(double exposure_us, int count, const std::function<void(const Image&)>& take) {
         receiver_->set("ExposureTime", exposure_us);
         receiver_->start();
@@ -96,7 +96,7 @@ private:
     int bits_ = 16;
 };
 
-/// Doubles the exposure until the mean does not follow any more.
+/// Saturating exposure time in microseconds: doubles it until the mean no longer rises in proportion.
 double find_longest(Camera& camera, double least_us) {
     double us = std::max(2 * least_us, 10.0);
     const double floor = camera.pairs(least_us, 1).mean;
@@ -104,7 +104,7 @@ double find_longest(Camera& camera, double least_us) {
     while (us < longest_us / 2) {
         us *= 2;
         const double mean = camera.pairs(us, 1).mean;
-        // Full: what came in last was less than half of what a straight line promises.
+        // Saturated: the last increase is less than half of a linear response.
         if (mean > floor + 20 && mean - before < 0.5 * (before - floor)) return 0.75 * us;
         before = mean;
     }
@@ -120,8 +120,10 @@ CameraSeries take_camera_series(const CameraSeriesSettings& settings) {
     const double least = settings.least_us > 0 ? settings.least_us : camera.shortest_us();
     const double most = settings.most_us > 0 ? settings.most_us : find_longest(camera, least);
     if (!(most > least))
-        throw UsageError(
-            fmt::format("obscura characterise: exposures from {} to {} us are no series", least, most));
+        throw UsageError(fmt::format(
+            "obscura characterise: the longest exposure time must exceed the shortest, they are {1} us "
+            "and {0} us",
+            least, most));
     Progress progress("characterise", static_cast<std::uint64_t>(settings.levels) + 2);
     for (int i = 0; i < settings.levels; ++i) {
         const double us = least + (most - least) * i / (settings.levels - 1);

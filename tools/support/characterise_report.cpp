@@ -158,7 +158,7 @@ Plot histogram(std::string title, const std::vector<double>& values, const std::
     if (values.empty()) return plot;
     std::vector<double> sorted(values);
     std::sort(sorted.begin(), sorted.end());
-    // The outermost pixels would squeeze everything else into one bar.
+    // Leave out the outermost pixels: outliers would compress all others into one bar.
     const double low = sorted[sorted.size() / 1000], high = sorted[sorted.size() - 1 - sorted.size() / 1000];
     constexpr std::size_t bins = 100;
     std::vector<double> count(bins);

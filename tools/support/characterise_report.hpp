@@ -1,4 +1,4 @@
-// The report of a characterisation: JSON for machines, one self-contained HTML page for people.
+// Report of an EMVA 1288 characterisation as text, JSON or one self-contained HTML page.
 #pragma once
 
 #include "sensors/emva1288.hpp"
@@ -10,23 +10,25 @@
 
 namespace obscura::tools {
 
+/// One result of the characterisation.
 struct Parameter {
     std::string name;
     double measured = 0;
-    std::optional<double> truth; ///< what went in, where it is known
+    std::optional<double> truth; ///< true value of a simulated sensor, if known
     std::string unit;
     double tolerance = 0; ///< relative
 
+    /// True if the truth is unknown or the measurement is within the tolerance of it.
     [[nodiscard]] bool good() const;
 };
 
-/// A picture with two kinds of points.
+/// Plot of measured points and a model curve.
 struct Plot {
     std::string title, x_label, y_label;
     std::vector<std::pair<double, double>> points; ///< measured
     std::vector<std::pair<double, double>> line;   ///< model
     bool logarithmic = false;
-    bool bars = false; ///< histogram
+    bool bars = false; ///< draw a histogram
 };
 
 struct Characterisation {
@@ -35,7 +37,7 @@ struct Characterisation {
     std::vector<Parameter> parameters;
     std::vector<Plot> plots;
 
-    /// A parameter whose true value is not known.
+    /// Adds a parameter without a known true value.
     void add(std::string name, double measured, std::string unit) {
         parameters.push_back({std::move(name), measured, {}, std::move(unit), 0});
     }
@@ -46,10 +48,10 @@ struct Characterisation {
 [[nodiscard]] std::string to_html(const Characterisation& result);
 [[nodiscard]] std::string to_text(const Characterisation& result);
 
-/// The plots of the photon transfer, the signal-to-noise ratio and the linearity.
+/// Adds the plots of photon transfer, signal-to-noise ratio and linearity.
 void add_series_plots(const std::vector<sensors::emva1288::Level>& levels,
                       const sensors::emva1288::LinearModel& model, Characterisation& result);
-/// A histogram of values in units of `unit`.
+/// Histogram of `values`, which are in `unit`.
 [[nodiscard]] Plot histogram(std::string title, const std::vector<double>& values, const std::string& unit);
 
 } // namespace obscura::tools

@@ -1,4 +1,4 @@
-// The only translation unit that sees CLI11.
+// Command-line parsing on CLI11; the only translation unit that includes it.
 #include "tools/support/command_line.hpp"
 
 #include "core/suggestion.hpp"
@@ -69,7 +69,7 @@ std::string choice_complaint(const Option& o, const std::string& text) {
     return fmt::format("\"{}\" is not known, allowed {}", text.substr(0, 60), fmt::join(o.choices, ", "));
 }
 
-/// What to say about arguments that nothing takes.
+/// Message about arguments that match no option, with a suggestion.
 std::string surplus_complaint(const std::vector<Option>& options, const std::vector<std::string>& surplus) {
     std::vector<std::string> names{"--help"};
     for (const Option& o : options)
@@ -129,7 +129,7 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
         if (!std::holds_alternative<bool*>(o.target)) made->take_last();
     }
     try {
-        // CLI11 takes the arguments last first.
+        // CLI11 expects the arguments in reverse order.
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
     } catch (const CLI::ExtrasError&) {
         throw UsageError(fmt::format("obscura {}: {} (try: obscura {} --help)", verb,
@@ -186,15 +186,15 @@ std::string CommandLine::help(std::string_view verb) const {
             right += fmt::format(" [{}]", value);
         line(left, right);
     }
-    line("-h, --help", "This text");
+    line("-h, --help", "Print this text");
     if (!examples.empty()) {
         out += "\nExamples:\n";
         for (const std::string& example : examples)
             out += "  " + example + "\n";
     }
-    out += "\nExit status: 0 done; 1 not everything that was asked (frames lost); 64 bad command line;\n"
-           "66 bad input file; 69 device or interface not to be had; 74 output cannot be written; 78 bad\n"
-           "configuration. Errors are one line on standard error.\n";
+    out += "\nExit status: 0 success; 1 incomplete (for example frames lost); 64 bad command line; 66 bad\n"
+           "input file; 69 device or interface not available; 74 output cannot be written; 78 bad\n"
+           "configuration. Each error is one line on standard error.\n";
     return out;
 }
 

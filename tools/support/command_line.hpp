@@ -1,4 +1,4 @@
-// What a verb says about its arguments; hides the parsing library.
+// Declaration of a verb's command-line arguments: parsing, checks and --help; hides the parsing library.
 #pragma once
 
 #include "core/error.hpp"
@@ -11,13 +11,14 @@
 
 namespace obscura::tools {
 
-/// Where the value of an option goes; what is there before is the default.
+/// Variable that receives the value of an option; its value before parse() is the default.
 using OptionTarget =
     std::variant<bool*, std::int32_t*, std::uint32_t*, std::uint64_t*, double*, std::string*>;
 
 /// One option or positional argument of a verb.
 struct Option {
-    std::string names;      ///< "-o,--output", "--frames"; for positional arguments the name in capitals
+    /// "-o,--output", "--frames"; for a positional argument the name in capitals.
+    std::string names;
     OptionTarget target;    ///< bool: a flag
     std::string value_name; ///< "FILE", "HZ"; empty for flags
     std::string help;
@@ -33,29 +34,29 @@ public:
     explicit UsageError(const std::string& line) : Error(exit_usage, line) {}
 };
 
-/// The arguments of one verb: declared once, used for parsing, --help, man pages and shell completion.
+/// Arguments of one verb, declared once; parsing, --help, man pages and shell completion are made from them.
 struct CommandLine {
-    std::string program = "obscura "; ///< what stands before the verb
+    std::string program = "obscura "; ///< program name before the verb
     std::string summary;              ///< one line
     std::string description;          ///< paragraphs
     std::vector<Option> options;
     std::vector<std::string> examples; ///< "obscura render ...  # what it does"
 
-    /// Declares. The targets must live as long as parse() may be called.
+    /// Declare an argument each and return it for further settings. Targets must outlive parse().
     Option& positional(std::string name, OptionTarget target, std::string help);
     Option& option(std::string names, OptionTarget target, std::string value_name, std::string help);
     Option& number(std::string names, OptionTarget target, std::string value_name, std::string help,
                    double min, double max);
     Option& flag(std::string names, bool& target, std::string help);
 
-    /// Fills the targets from `arguments` (without program and verb). Returns false when --help was asked for
-    /// and printed. Throws UsageError.
+    /// Fills the targets from `arguments` (without program and verb). Returns false when --help was given and
+    /// has been printed. Throws UsageError.
     [[nodiscard]] bool parse(std::string_view verb, const std::vector<std::string>& arguments) const;
-    /// The text of --help.
+    /// Text of --help.
     [[nodiscard]] std::string help(std::string_view verb) const;
 };
 
-/// "WxH" as two positive numbers. Throws UsageError.
+/// Parses "WxH" as two positive numbers. Throws UsageError.
 void parse_size(std::string_view text, std::int32_t& width, std::int32_t& height);
 
 } // namespace obscura::tools

@@ -22,14 +22,14 @@ struct CloseFile {
     void operator()(std::FILE* f) const noexcept { std::fclose(f); }
 };
 
-/// What libpng needs, outside the frame that longjmp() may leave.
+/// Handles of libpng, owned outside the stack frame that longjmp() may leave.
 struct Reader {
     png_structp png = nullptr;
     png_infop info = nullptr;
     ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-/// Fills `rows` from the file; false where libpng gives up. No objects with destructors live in this frame.
+/// Fills `rows` from the file; false if libpng fails. No object with a destructor lives in this stack frame.
 bool read_rows(Reader& reader, std::FILE* file, std::uint32_t width, std::uint32_t height, Image& image,
                std::vector<std::uint8_t*>& rows) {
     if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
@@ -61,7 +61,7 @@ Image read_png(const std::filesystem::path& path, std::uint32_t width, std::uint
     for (std::uint32_t y = 0; y < height; ++y)
         rows[y] = reinterpret_cast<std::uint8_t*>(image.data() + std::size_t{y} * width);
     Reader reader;
-    // Silent: the one line about a broken file is ours.
+    // Silence libpng: the caller reports a broken file in one line.
     reader.png = png_create_read_struct(
         PNG_LIBPNG_VER_STRING, nullptr, [](png_structp png, png_const_charp) { png_longjmp(png, 1); },
         [](png_structp, png_const_charp) {});
@@ -116,13 +116,13 @@ EmvaSeries read_emva_series(const std::filesystem::path& folder) {
                             "\"i image\" is wanted",
                             index.string(), number));
     }
-    // Pairs of the levels whose images are there.
+    // Compute the pair statistics of the levels whose images exist.
     struct Bright {
         double exposure;
         sensors::emva1288::PairStatistics pair;
     };
     std::map<double, sensors::emva1288::PairStatistics> dark;
-    std::map<double, Bright> bright; // by photons
+    std::map<double, Bright> bright; // key: photons
     for (const Entry& e : entries) {
         const bool there = e.images.size() >= 2 && std::filesystem::exists(e.images[0]) &&
                            std::filesystem::exists(e.images[1]);

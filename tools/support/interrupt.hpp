@@ -1,12 +1,12 @@
-// ^C and SIGTERM end a verb tidily: what was done so far is reported.
+// Orderly end of a verb on SIGINT or SIGTERM: it stops, reports its results so far and exits.
 #pragma once
 
 namespace obscura::tools {
 
-/// Catches SIGINT and SIGTERM from now on; a second one ends the process as usual.
+/// Installs handlers of SIGINT and SIGTERM; a second signal ends the process by default action.
 void catch_interrupts();
 
-/// True after the first signal. Any thread.
+/// True after the first signal. Thread-safe.
 [[nodiscard]] bool interrupted() noexcept;
 
 } // namespace obscura::tools

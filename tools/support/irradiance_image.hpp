@@ -1,4 +1,4 @@
-// Irradiance images as channels of an EXR file.
+// EXR channels and FITS cards of an irradiance image with several spectral bands.
 #pragma once
 
 #include "images/writers/exr.hpp"
@@ -9,12 +9,12 @@
 
 namespace obscura::tools {
 
-/// One channel per band, "irradiance.400-900nm" and so on, of planes that lie one behind the other in
-/// `image`, which must outlive the channels.
+/// One channel per band, named like "irradiance.400-900nm". `image` holds the planes of the bands one after
+/// the other and must outlive the channels.
 [[nodiscard]] std::vector<images::ExrChannel> irradiance_channels(std::span<const float> image,
                                                                   const std::vector<SpectralBand>& bands);
 
-/// The limits of the bands as header cards B0_FROM, B0_TO, ...
+/// Limits of the bands as header cards B0_FROM, B0_TO, ...
 [[nodiscard]] images::Cards band_cards(const std::vector<SpectralBand>& bands);
 
 } // namespace obscura::tools

@@ -20,7 +20,7 @@ std::vector<std::uint8_t> stretched(const std::vector<float>& image) {
     // A star field has fewer bright pixels than that.
     if (!(white > black)) white = *std::max_element(image.begin(), image.end());
     if (!(white > black)) white = black + 1;
-    // Mostly a display's own gamma, which keeps the shading of a body, and some logarithm for faint stars.
+    // Mix mostly display gamma, which keeps the shading of a body, with some logarithm for faint stars.
     constexpr double faint = 1e-3;
     const double norm = std::asinh(1 / faint);
     const auto tone = [&](double x) {

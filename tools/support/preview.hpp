@@ -1,4 +1,4 @@
-// Pictures to look at, made from images to measure with.
+// 8-bit previews with stretched contrast, for viewing only.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace obscura::tools {
 
-/// Stretches an image for the eye: black is its darkest twentieth, white the brightest ten-thousandth; in
-/// between, a display's gamma and some logarithm show a bright body and faint stars at once. Not for
-/// measurements.
+/// Contrast stretch for display: the darkest 5 % of the pixels become black, the brightest 0.01 % white; a
+/// display gamma mixed with a logarithm between them shows a bright body and faint stars at once. Not for
+/// measurement.
 [[nodiscard]] std::vector<std::uint8_t> stretched(const std::vector<float>& image);
 
 /// Writes stretched(image) as an 8-bit PNG. Throws OutputError.

@@ -36,7 +36,7 @@ void Progress::done(std::uint64_t units) {
     const double part = std::min(1.0, static_cast<double>(units) / static_cast<double>(total_));
     const double passed = std::chrono::duration<double>(now - start_).count();
     std::string left;
-    // The first moments say nothing about the rest.
+    // The first moments give no usable estimate of the remaining time.
     if (part > 0.01 && passed > 0.5) left = fmt::format("  {} left", span_text(passed / part - passed));
     fmt::print(stderr, "\r{} {:3.0f} %{}\033[K", what_, 100 * part, left);
     std::fflush(stderr);

@@ -1,4 +1,4 @@
-// A progress line with the time left, on a terminal only.
+// Progress line with the remaining time, shown on a terminal only.
 #pragma once
 
 #include <chrono>
@@ -7,8 +7,8 @@
 
 namespace obscura::tools {
 
-/// Writes "what  43 %  12 s left" to standard error when that is a terminal, at most ten times a second, and
-/// wipes it at the end. One thread.
+/// Writes "what  43 %  12 s left" to standard error if that is a terminal, at most ten times a second, and
+/// erases it at the end. Thread-bound.
 class Progress {
 public:
     Progress(std::string what, std::uint64_t total);
@@ -16,6 +16,7 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
+    /// `units` of the total are done, counted from the beginning.
     void done(std::uint64_t units);
 
 private:

@@ -74,7 +74,7 @@ std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& 
         const FrameWindow& window = plan.windows[w];
         const std::string_view colour = colours[w % std::size(colours)];
         std::string resets, reads, back;
-        // At most 500 points a line are enough for a picture.
+        // Draw at most 500 points per line.
         const std::int32_t step = std::max(1, window.sensor.height / 500);
         for (std::int32_t r = 0;; r = std::min(r + step, window.sensor.height - 1)) {
             const auto i = static_cast<std::size_t>(window.image_y + r);

@@ -1,4 +1,4 @@
-// The readout of a frame as a picture: rows of the array against time.
+// Readout diagram of a frame as SVG: sensor rows against time.
 #pragma once
 
 #include "sensors/sensor.hpp"
@@ -8,8 +8,8 @@
 
 namespace obscura::tools {
 
-/// An SVG document: for each window the time its rows integrate as an area, with the line of resets (dashed)
-/// and the line of reads (solid).
+/// SVG document that shows the integration time of each window's rows as an area between the line of resets
+/// (dashed) and the line of reads (solid).
 [[nodiscard]] std::string readout_picture(std::string_view title, const sensors::ReadoutPlan& plan);
 
 } // namespace obscura::tools

@@ -1,4 +1,4 @@
-// The only translation unit that sees libaravis's client side.
+// GigE Vision client on libaravis; the only translation unit that includes its client API.
 #include "tools/support/receiver.hpp"
 
 #include "core/error.hpp"
@@ -33,7 +33,7 @@ struct Unref {
 template<typename T>
 using Object = std::unique_ptr<T, Unref>;
 
-/// A GError that is checked by hand.
+/// Owner of a GError, checked explicitly after each call.
 class ErrorSlot {
 public:
     ~ErrorSlot() { g_clear_error(&error_); }
@@ -50,7 +50,7 @@ private:
     GError* error_ = nullptr;
 };
 
-/// IPv4 address of `host`, and of our side of the way to it.
+/// IPv4 address of `host` (`remote`), and of the local interface that routes to it (`local`).
 void resolve(const std::string& host, in_addr& remote, in_addr& local) {
     addrinfo hints{};
     hints.ai_family = AF_INET;
@@ -67,7 +67,7 @@ void resolve(const std::string& host, in_addr& remote, in_addr& local) {
                         getsockname(probe, reinterpret_cast<sockaddr*>(&own), &size) == 0;
     const int why = errno;
     if (probe >= 0) close(probe);
-    if (!routed) throw HardwareError(fmt::format("{}: no way there: {}", host, std::strerror(why)));
+    if (!routed) throw HardwareError(fmt::format("{}: no route to the camera: {}", host, std::strerror(why)));
     local = own.sin_addr;
 }
 
@@ -76,7 +76,7 @@ Object<GInetAddress> inet_address(const in_addr& address) {
         g_inet_address_new_from_bytes(reinterpret_cast<const guint8*>(&address), G_SOCKET_FAMILY_IPV4));
 }
 
-// Bootstrap registers of GigE Vision: frequency and value of the time stamp, and its latch.
+// GigE Vision bootstrap registers: time stamp tick frequency, control (latch) and value.
 constexpr guint64 reg_tick_high = 0x093c, reg_tick_low = 0x0940, reg_control = 0x0944, reg_time_high = 0x0948,
                   reg_time_low = 0x094c;
 constexpr guint32 latch = 2;
@@ -88,7 +88,7 @@ struct Receiver::Impl {
     Object<ArvDevice> device;
     Object<ArvCamera> camera;
     Object<ArvStream> stream;
-    ArvBuffer* held = nullptr; ///< handed out by receive()
+    ArvBuffer* held = nullptr; ///< buffer of the frame that receive() returned last
     bool acquiring = false;
 
     /// Runs on libaravis's stream thread.
@@ -101,12 +101,13 @@ struct Receiver::Impl {
         stamp_of(held).store(0, std::memory_order_release);
         arv_stream_push_buffer(stream.get(), std::exchange(held, nullptr));
     }
-    /// When the stream thread finished the buffer; 0: not yet.
+    /// Time at which the stream thread completed the buffer, CLOCK_REALTIME; 0: not yet known.
     static std::atomic<std::int64_t>& stamp_of(ArvBuffer* buffer) {
         return *static_cast<std::atomic<std::int64_t>*>(const_cast<void*>(arv_buffer_get_user_data(buffer)));
     }
-    /// libaravis queues a buffer before it calls back: the stamp may be microseconds away. Not waiting for it
-    /// would let it come when the buffer is in use again.
+    /// Waits for the completion time of a received buffer: libaravis queues a buffer before its callback
+    /// stamps it, microseconds later. Without the wait the stamp could be written after the buffer is queued
+    /// again.
     static std::int64_t completion_of(ArvBuffer* buffer) {
         const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(1);
         std::int64_t stamp = 0;
@@ -139,7 +140,7 @@ Receiver::~Receiver() {
     try {
         stop();
     } catch (const Error&) {
-        // A camera that is gone needs no stop.
+        // Ignore a failing stop: the camera may have disappeared.
     }
 }
 
@@ -210,14 +211,14 @@ void Receiver::start() {
     d.stream.reset(arv_camera_create_stream(d.camera.get(), &Impl::on_stream, nullptr, &error));
     d.check(error, "stream");
     if (!d.stream) throw HardwareError(fmt::format("{}: the stream cannot be opened", d.settings.address));
-    // The kernel's default receive buffer is smaller than one frame; the kernel caps what it does not permit.
+    // Request a receive buffer of several frames, as the default is smaller than one; the kernel caps it.
     g_object_set(d.stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<gint>(std::min<std::uint64_t>(4ull * payload + (1u << 20), 256u << 20)),
-                 // A camera that sends rows as it reads them pauses within a frame, for as long as its
-                 // exposure or a busy host takes: only a longer silence means that the rest will not come.
+                 // A camera that sends rows as it reads them pauses within a frame, as long as an exposure or
+                 // as a busy host takes; only a longer silence means that the remaining packets are lost.
                  "frame-retention", guint{2'000'000}, "packet-timeout", guint{40'000},
-                 // The kernel's receive buffer may be far smaller than a frame: let any number of packets be
-                 // asked for again.
+                 // Permit resend requests for all packets, because the receive buffer may be far smaller than
+                 // a frame.
                  "packet-request-ratio", 1.0, nullptr);
     for (std::size_t i = 0; i < d.settings.buffers; ++i) {
         auto* done = new std::atomic<std::int64_t>(0);
@@ -294,7 +295,7 @@ std::optional<ClockReading> Receiver::read_clock(int attempts) const {
         const std::uint64_t ticks = *time_high << 32 | *time_low;
         const auto camera_ns = static_cast<std::int64_t>(ticks / ticks_per_s * 1'000'000'000u +
                                                          ticks % ticks_per_s * 1'000'000'000u / ticks_per_s);
-        // A register that does not move is no latch: some cameras acknowledge the write and do nothing.
+        // Some cameras acknowledge the latch command and do nothing: a constant value means no latch.
         if (camera_ns <= earlier_ns) return std::nullopt;
         earlier_ns = camera_ns;
         if (!best || after - before < best->round_trip_ns)
@@ -334,7 +335,7 @@ std::vector<std::uint16_t> unpack_pixels(std::uint32_t pixel_format, std::size_t
     }
     if (data.size() * 8 < pixels * static_cast<std::size_t>(packed_bits)) return {};
     std::vector<std::uint16_t> out(pixels);
-    // PFNC "p" formats are one little-endian stream of bits.
+    // PFNC "p" formats are a little-endian bit stream.
     std::uint32_t reservoir = 0;
     int held = 0;
     std::size_t at = 0;

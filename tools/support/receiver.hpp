@@ -1,4 +1,4 @@
-// A GigE Vision client on libaravis: controls a camera and receives its frames.
+// GigE Vision client on libaravis: controls a camera and receives its frames.
 #pragma once
 
 #include <cstdint>
@@ -14,35 +14,36 @@ namespace obscura::tools {
 struct ReceiverSettings {
     std::string address;               ///< host name or IPv4 address of the camera
     std::int32_t packet_size = 0;      ///< GevSCPSPacketSize; 0: negotiated
-    std::int64_t packet_delay_ns = -1; ///< gap between packets; -1: as the camera has it
-    std::size_t buffers = 16;
+    std::int64_t packet_delay_ns = -1; ///< delay between packets; -1: the camera's setting
+    std::size_t buffers = 16;          ///< frame buffers of the stream
 };
 
-/// A frame as it arrived. `data` is valid until the next call of the receiver.
+/// Received frame. `data` is valid until the next call of the receiver.
 struct ReceivedFrame {
     std::uint64_t block_id = 0;
     bool complete = false;
     std::int32_t width = 0, height = 0;
-    std::uint32_t pixel_format = 0;   ///< PFNC
-    std::uint64_t device_ns = 0;      ///< the camera's time stamp of the frame, its clock
-    std::int64_t first_packet_ns = 0; ///< CLOCK_REALTIME, microsecond steps
+    std::uint32_t pixel_format = 0;   ///< PFNC code
+    std::uint64_t device_ns = 0;      ///< time stamp of the frame by the camera's clock
+    std::int64_t first_packet_ns = 0; ///< CLOCK_REALTIME, resolution 1 us
     std::int64_t complete_ns = 0;     ///< CLOCK_REALTIME
     std::span<const std::uint8_t> data;
 };
 
-/// How the camera's clock stands to CLOCK_REALTIME.
+/// Offset between CLOCK_REALTIME of the client and the camera's clock.
 struct ClockReading {
-    std::int64_t client_ns = 0;     ///< when
+    std::int64_t client_ns = 0;     ///< client time of the reading
     std::int64_t offset_ns = 0;     ///< client minus camera
-    std::int64_t round_trip_ns = 0; ///< of the best exchange: the offset is good to half of it
+    std::int64_t round_trip_ns = 0; ///< shortest exchange; the offset's uncertainty is half of it
 };
 
 struct StreamStatistics {
     std::uint64_t resent_packets = 0, missing_packets = 0, underruns = 0;
 };
 
-/// One camera under our control, from construction to destruction. Received over an ordinary UDP socket: the
-/// packet socket that libaravis would use as root delivers with a lag of up to 5 ms. One thread.
+/// Client that controls one camera from construction to destruction. It receives over an ordinary UDP socket:
+/// the packet socket that libaravis would use as root delivers packets up to 5 ms late. Thread-bound, but for
+/// execute().
 class Receiver {
 public:
     /// Throws HardwareError when no camera answers or another client controls it.
@@ -51,25 +52,26 @@ public:
     Receiver(const Receiver&) = delete;
     Receiver& operator=(const Receiver&) = delete;
 
-    /// GenICam features. Throw HardwareError with the camera's answer.
+    /// Write and read GenICam features. Throw HardwareError with the camera's answer.
     void set(const char* feature, std::string_view value);
     void set(const char* feature, double value);
     void set(const char* feature, std::int64_t value);
     [[nodiscard]] std::string get_text(const char* feature) const;
     void set_flag(const char* feature, bool value);
-    /// The least value of a floating-point feature.
+    /// Minimum of a floating-point feature.
     [[nodiscard]] double least(const char* feature) const;
+    /// Executes a command feature. Thread-safe, because libaravis serialises register accesses.
     void execute(const char* feature);
 
     /// Opens the stream and starts the acquisition.
     void start();
     void stop();
-    /// The next frame, complete or not; nothing when none came within `timeout_s` or interrupt() was called.
+    /// Returns the next frame, complete or not; nullopt if none arrives within `timeout_s`.
     std::optional<ReceivedFrame> receive(double timeout_s);
     [[nodiscard]] StreamStatistics statistics() const;
 
-    /// Compares the clocks with the time-stamp latch, `attempts` times, and keeps the quickest exchange.
-    /// Nothing when the camera has no latch.
+    /// Compares the clocks through the time-stamp latch `attempts` times and keeps the quickest exchange.
+    /// Returns nullopt if the camera has no latch.
     [[nodiscard]] std::optional<ClockReading> read_clock(int attempts = 32) const;
 
 private:
@@ -77,8 +79,8 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// The pixels as 16-bit digital numbers; `bits` becomes the depth of the format. Empty when the format is not
-/// a monochrome one that is known here.
+/// Unpacks pixels to 16-bit digital numbers and sets `bits` to the bit depth of the format. Returns an empty
+/// vector for formats other than Mono8 to Mono16, Mono10p and Mono12p.
 [[nodiscard]] std::vector<std::uint16_t> unpack_pixels(std::uint32_t pixel_format, std::size_t pixels,
                                                        std::span<const std::uint8_t> data, int& bits);
 

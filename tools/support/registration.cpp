@@ -26,7 +26,7 @@ struct Sums {
         if (n < 2) return -1;
         const auto count = static_cast<double>(n);
         const double va = aa - a * a / count, vb = bb - b * b / count;
-        // A flat image correlates with nothing.
+        // The correlation with a flat image is undefined; return the lowest, so that it is never chosen.
         if (!(va > 1e-14 * aa) || !(vb > 1e-14 * bb)) return -1;
         return (ab - a * b / count) / std::sqrt(va * vb);
     }
@@ -59,7 +59,7 @@ double correlation_at(const Image& reference, const Image& image, Shift shift) {
     return sums.correlation();
 }
 
-/// Best integer shift within `radius` of `around`, none beyond `limit`.
+/// Integer shift of the highest correlation within `radius` of `around` and within `limit`.
 Shift search(const Image& reference, const Image& image, Shift around, std::int32_t radius,
              std::int32_t limit) {
     Shift best = around;
@@ -82,7 +82,7 @@ Shift search_pyramid(const Image& reference, const Image& image, std::int32_t ma
     return search(reference, image, {2 * coarse.x, 2 * coarse.y}, 2, max_shift);
 }
 
-/// Keys' cubic convolution kernel (a = -1/2) at the four neighbours of a point `t` past the second.
+/// Weights of Keys' cubic convolution (a = -1/2) for the four neighbours of a point `t` past the second.
 std::array<double, 4> cubic_weights(double t) {
     const double t2 = t * t, t3 = t2 * t;
     return {-0.5 * t + t2 - 0.5 * t3, 1 - 2.5 * t2 + 1.5 * t3, 0.5 * t + 2 * t2 - 1.5 * t3,
@@ -114,9 +114,9 @@ Image shifted(const Image& image, double dx, double dy) {
     return pass(pass(image, dx, true), dy, false);
 }
 
-/// The image under a Gaussian of one pixel, of what is not NaN. Interpolation between pixels smooths by an
-/// amount that depends on the shift, and what it takes off noise makes images agree better: without this,
-/// shifts are drawn towards odd numbers of half pixels by a tenth of a pixel or more.
+/// Image smoothed by a Gaussian of one pixel; NaN pixels are left out. Interpolation smooths noise by an
+/// amount that depends on the shift, and smoother images correlate better: without this filter shifts are
+/// biased towards odd multiples of half a pixel by a tenth of a pixel or more.
 Image smoothed(const Image& image) {
     constexpr std::int32_t radius = 3;
     std::array<double, 2 * radius + 1> kernel{};
@@ -145,7 +145,7 @@ Image smoothed(const Image& image) {
     return pass(pass(image, true), false);
 }
 
-/// Sums over the pixels of both images, each moved by half of the shift towards the other.
+/// Regression sums over both images, each moved by half of the shift towards the other.
 Sums sums_at(const Image& reference, const Image& image, double dx, double dy) {
     const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
     Sums sums;
@@ -154,7 +154,7 @@ Sums sums_at(const Image& reference, const Image& image, double dx, double dy) {
     return sums;
 }
 
-/// Climbs to the maximum of the correlation within `limit` with parabolas through ever closer points.
+/// Maximises the correlation within `limit` by parabolic interpolation with decreasing step.
 void refine(const Image& reference, const Image& image, double limit, double& x, double& y) {
     for (const double h : {0.5, 0.25, 0.1, 0.05}) {
         const auto f = [&](double dx, double dy) {
@@ -171,12 +171,12 @@ void refine(const Image& reference, const Image& image, double limit, double& x,
     }
 }
 
-/// How much of the correlation each block of a grid over the image gives at a shift.
+/// Contribution of each block of a grid over the image to the correlation at a shift.
 constexpr std::int32_t grid_blocks = 8;
 using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
 
-/// With both images brought to mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2: the shares
-/// are what each block takes off.
+/// For images of mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2; a contribution is the part
+/// that a block subtracts.
 BlockShares shares_at(const Image& reference, const Image& image, double dx, double dy) {
     const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
     Sums s;
@@ -197,7 +197,7 @@ BlockShares shares_at(const Image& reference, const Image& image, double dx, dou
     return out;
 }
 
-/// Standard errors of the shift (x, y) that the search within `limit` ended at.
+/// Standard errors of the shift (x, y) found within `limit`.
 void estimate_errors(const Image& reference, const Image& image, double limit, double x, double y,
                      Agreement& out) {
     constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
@@ -210,7 +210,7 @@ void estimate_errors(const Image& reference, const Image& image, double limit, d
     };
     const BlockShares left = at(-h, 0), right = at(h, 0), up = at(0, -h), down = at(0, h);
     const double centre = total(at(0, 0));
-    // Curvature of -correlation, and the scatter of the blocks' slopes.
+    // Compute the curvature of -correlation and the scatter of the blocks' slopes.
     const double hxx = -(total(left) - 2 * centre + total(right)) / (h * h);
     const double hyy = -(total(up) - 2 * centre + total(down)) / (h * h);
     const double hxy =
@@ -222,7 +222,7 @@ void estimate_errors(const Image& reference, const Image& image, double limit, d
     }
     const double determinant = hxx * hyy - hxy * hxy;
     const bool peak = hxx > 0 && hyy > 0 && determinant > 0;
-    // Inverse curvature times scatter times inverse curvature.
+    // Sandwich form: inverse curvature times scatter times inverse curvature.
     const double ixx = hyy / determinant, iyy = hxx / determinant, ixy = -hxy / determinant;
     const double vx = ixx * ixx * jxx + 2 * ixx * ixy * jxy + ixy * ixy * jyy;
     const double vy = ixy * ixy * jxx + 2 * ixy * iyy * jxy + iyy * iyy * jyy;

@@ -1,4 +1,4 @@
-// Figures for people (a table) or for machines (one JSON object).
+// Results of a verb as a table or as one JSON object.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace obscura::tools {
 
-/// An ordered list of named figures. `key` is the JSON name, `label` what people read.
+/// Ordered list of named results. `key` is the JSON name, `label` the name in the table.
 class Report {
 public:
     void add(std::string_view key, std::string_view label, std::int64_t value);
@@ -19,12 +19,12 @@ public:
     /// A missing value is null in JSON and "-" in the table.
     void add(std::string_view key, std::string_view label, std::optional<double> value, std::string_view unit,
              int decimals);
-    /// A number whose text for people is made elsewhere.
+    /// Adds a number with its own text for the table.
     void add(std::string_view key, std::string_view label, std::string text, double value);
 
     [[nodiscard]] std::string table() const;
     [[nodiscard]] std::string json() const;
-    /// Writes one of the two to standard output.
+    /// Writes the table, or the JSON object, to standard output.
     void print(bool as_json) const;
 
 private:
@@ -35,7 +35,7 @@ private:
     std::vector<Line> lines_;
 };
 
-/// The `percent` percentile of `values` (nearest rank), or nothing when there are none.
+/// The `percent` percentile of `values` (nearest rank); nullopt if there are none.
 [[nodiscard]] std::optional<double> percentile(std::vector<double> values, double percent);
 
 } // namespace obscura::tools

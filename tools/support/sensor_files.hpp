@@ -1,4 +1,4 @@
-// Where the shipped sensors lie, and how a user names one.
+// Look-up of shipped sensor files by name.
 #pragma once
 
 #include "sensors/description.hpp"
@@ -9,11 +9,11 @@
 
 namespace obscura::tools {
 
-/// The folders with sensor files: that of the source tree and that of the installation, where they exist.
+/// Folders with sensor files: those of the source tree and of the installation, as far as they exist.
 [[nodiscard]] std::vector<std::filesystem::path> sensor_folders();
-/// The sensor files there are, sorted by name.
+/// All shipped sensor files, sorted by name.
 [[nodiscard]] std::vector<std::filesystem::path> sensor_files();
-/// The file of a shipped sensor, or `name` itself where it is a path. Throws InputError.
+/// File of the shipped sensor `name`, or `name` itself if it is a path. Throws InputError.
 [[nodiscard]] std::filesystem::path find_sensor(const std::string& name);
 
 } // namespace obscura::tools

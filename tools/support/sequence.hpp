@@ -1,4 +1,4 @@
-// The frames of a rendered sequence: their numbers, times and files.
+// Frame numbers, scene times and file names of a rendered sequence.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@ struct SequenceFrame {
     std::filesystem::path file;
 };
 
-/// `pattern` with `number` put in for its one "%d", "%04d" or the like. Throws UsageError when there is none,
-/// or any other "%".
+/// `pattern` with its single "%d" or "%04d" replaced by `number`. Throws UsageError if there is none, or any
+/// other "%".
 [[nodiscard]] std::string numbered(const std::string& pattern, std::uint64_t number);
 
-/// One frame per time; a single one takes `pattern` as its file's name as it stands. Throws UsageError.
+/// One frame per time. A single frame uses `pattern` as the file name without replacement. Throws UsageError.
 [[nodiscard]] std::vector<SequenceFrame> sequence(const std::string& pattern,
                                                   const std::vector<double>& times_s);
 

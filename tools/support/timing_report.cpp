@@ -253,8 +253,8 @@ std::string reason(const TimingRow& row) {
         return fmt::format("given up with {} of {} rows late", row.late_rows, row.rows);
     const std::pair<std::int64_t, const char*> parts[] = {
         {row.seen - row.edge, "the edge was seen late"},
-        {row.pose - row.seen, "it waited for its turn"},
-        {row.render_begin - row.pose, "it waited to be rendered"},
+        {row.pose - row.seen, "wait for earlier frames"},
+        {row.render_begin - row.pose, "wait for rendering"},
         {row.render_end - row.render_begin, "rendering"},
         {row.detector_end - row.render_end, "the detector"},
         {row.last - std::max(row.detector_end, row.last_due), "the release"},
@@ -284,7 +284,7 @@ std::string timing_text(const TimingFile& file) {
                    ? fmt::format("{:<30} {:>8} {:>12.1f} {:>12.1f} {:>12.1f} {:>12.1f}\n", f.name, f.count,
                                  f.p50, f.p90, f.p99, f.max)
                    : fmt::format("{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", f.name, 0, "-", "-", "-", "-");
-    // Two buckets more than the decades: between them and beyond.
+    // One column per decade, and a last column for longer values.
     out += fmt::format("\n{:<30}", "histogram: up to");
     for (std::size_t i = 0; i < bucket_ends_us.size(); i += 3)
         out += fmt::format(" {:>8}", in_time_units(bucket_ends_us[i]));
@@ -363,7 +363,7 @@ std::string timing_svg(const TimingFile& file) {
         out += fmt::format("<polyline fill=\"none\" stroke-width=\"1.5\" stroke-dasharray=\"{}\" "
                            "stroke=\"{}\" points=\"",
                            dashes, colour);
-        // At most some hundred points, however many frames.
+        // Draw at most a few hundred points, whatever the count of frames.
         const std::size_t step = std::max<std::size_t>(1, f.count / 500);
         for (std::size_t i = 0; i < f.count; i += step)
             out += fmt::format("{:.1f},{:.1f} ", x_of(f.values[i]),

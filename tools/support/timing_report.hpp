@@ -10,7 +10,7 @@
 
 namespace obscura::tools {
 
-/// One frame of the file; times in ns of the scheduling clock, 0 where a stamp was not reached.
+/// One frame of a timing file. Times in ns of the scheduling clock; 0 if the frame did not reach that stage.
 struct TimingRow {
     std::uint64_t frame_id = 0, trigger_id = 0;
     std::int64_t edge = 0, seen = 0, pose = 0, render_begin = 0, render_end = 0, detector_end = 0;
@@ -29,11 +29,11 @@ struct TimingFile {
 /// Throws InputError with file and line; it names a column that is missing. `name` is used in messages.
 [[nodiscard]] TimingFile read_timing(std::istream& in, const std::string& name);
 
-/// Upper ends of the histograms' buckets, microseconds; what is longer goes into one more.
+/// Upper limits of the histogram buckets in microseconds; one more bucket holds longer values.
 constexpr std::array bucket_ends_us{1.,  2.,  5.,  1e1, 2e1, 5e1, 1e2, 2e2, 5e2, 1e3,
                                     2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6};
 
-/// The spread of one span over all frames (or rows) that have it, microseconds.
+/// Distribution of one latency over all frames (or rows) that have it, in microseconds.
 struct SpanFigures {
     std::string name; ///< "trigger to first row" and so on
     std::string key;  ///< "trigger_to_first_row"
@@ -44,19 +44,20 @@ struct SpanFigures {
 };
 [[nodiscard]] std::vector<SpanFigures> span_figures(const TimingFile& file);
 
-/// How far a frame's last row missed its time, ns: 0 when it was in time.
+/// Lateness of the last row of a frame in ns; 0 if it was in time.
 [[nodiscard]] std::int64_t lateness(const TimingRow& row) noexcept;
-/// What took the time, of a frame that was late; "in time" for others.
+/// Stage that took the longest in a late frame, with its duration; "in time" for other frames.
 [[nodiscard]] std::string reason(const TimingRow& row);
-/// The `count` latest frames, latest first.
+/// The `count` frames of largest lateness, in descending order.
 [[nodiscard]] std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count);
 
-/// Tables for people: quantiles, histograms, the ten worst frames and why.
+/// Text tables: quantiles, histograms, the ten worst frames and why.
 [[nodiscard]] std::string timing_text(const TimingFile& file);
-/// One line a span: key, count, quantiles and histogram; after an empty line the ten worst frames.
+/// CSV with one line per latency: key, count, quantiles and histogram; after an empty line the ten worst
+/// frames.
 [[nodiscard]] std::string timing_csv(const TimingFile& file);
-/// Cumulative distributions of all spans over a logarithmic time axis and the ten worst frames, as an SVG
-/// picture.
+/// SVG picture: cumulative distributions of all latencies over a logarithmic time axis, and the ten worst
+/// frames.
 [[nodiscard]] std::string timing_svg(const TimingFile& file);
 
 } // namespace obscura::tools
