@@ -23,7 +23,7 @@ namespace obscura::tools {
 namespace {
 
 constexpr int wake_signal = SIGUSR2;
-constexpr std::size_t piece = 128 * 1024; // of one read; a multiple of every packet size
+constexpr std::size_t piece = 128 * 1024; // bytes of one read; a multiple of every packet size
 constexpr std::size_t most_control_data = 512;
 constexpr char interface_name[] = "Optical stimulator";
 
@@ -32,7 +32,7 @@ std::uint64_t now_ns() {
 }
 
 #pragma pack(push, 1)
-// As FunctionFS wants them, one behind the other: Documentation/usb/functionfs-desc.rst.
+// Descriptors in the order FunctionFS expects: Documentation/usb/functionfs-desc.rst.
 struct Endpoints {
     usb_interface_descriptor interface {};
     usb_endpoint_descriptor_no_audio out{};
@@ -120,7 +120,7 @@ FunctionFsDisplay::FunctionFsDisplay(std::filesystem::path directory, GudDeviceS
         if (on_update) on_update(display_, update);
     };
     struct sigaction action {};
-    action.sa_handler = [](int) {}; // its purpose is to end a read()
+    action.sa_handler = [](int) {}; // the signal only ends a blocking read()
     sigaction(wake_signal, &action, nullptr);
 }
 
@@ -131,7 +131,7 @@ FunctionFsDisplay::~FunctionFsDisplay() {
         bool ended = false;
         {
             std::unique_lock lock(mutex_);
-            // A signal that comes just before the read is lost: again until the thread says goodbye.
+            // A signal that arrives just before the read is lost: repeat until the thread reports its end.
             ended = changed_.wait_for(lock, std::chrono::milliseconds(20),
                                       [this] { return reads_begun_ == ~0ull; });
         }
@@ -162,8 +162,8 @@ void FunctionFsDisplay::run(const std::function<bool()>& stop) {
         std::array<usb_functionfs_event, 4> events{};
         const ssize_t size = ::read(ep0_.get(), events.data(), sizeof(events));
         if (size < 0) {
-            // A request that unplugging cut off keeps ep0 to itself (ESHUTDOWN, EL2HLT, ...) until the next
-            // event cancels it (EIDRM); that may be the next plugging in.
+            // A request interrupted by a disconnect blocks ep0 (ESHUTDOWN, EL2HLT, ...) until the next event
+            // cancels it (EIDRM), which may be the next connect.
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
             continue;
         }
@@ -185,9 +185,9 @@ void FunctionFsDisplay::run(const std::function<bool()>& stop) {
                     display_.reset();
                     changed_.notify_all();
                 }
-                // The reader's transfer ends with ESHUTDOWN by itself. No signal now: Linux 6.1 forgets a
-                // transfer that is interrupted while its endpoint is being disabled, and falls over its
-                // completion.
+                // The reader's transfer ends with ESHUTDOWN by itself. Send no signal here: Linux 6.1 forgets
+                // a transfer that is interrupted while its endpoint is being disabled, and crashes when it
+                // completes.
                 break;
             }
             case FUNCTIONFS_SETUP:
@@ -201,7 +201,7 @@ void FunctionFsDisplay::run(const std::function<bool()>& stop) {
 }
 
 void FunctionFsDisplay::stall(bool device_to_host) const {
-    // FunctionFS's way to refuse: input or output in the direction that was not asked for.
+    // FunctionFS stalls a request on a read or write in the direction opposite to the request's.
     std::uint8_t none = 0;
     const ssize_t result = device_to_host ? ::read(ep0_.get(), &none, 0) : ::write(ep0_.get(), &none, 0);
     if (result >= 0 || errno != EL2HLT) say(fmt::format("stall failed: {}", std::strerror(errno)));
@@ -241,7 +241,7 @@ void FunctionFsDisplay::setup(const usb_ctrlrequest& request) {
     const auto what = static_cast<gud::Request>(request.bRequest);
     bool restart = what == gud::Request::set_state_commit || what == gud::Request::set_display_enable;
     if (what == gud::Request::set_buffer) {
-        // A transfer that is complete but not yet worked on ends by itself; one that has broken off does not.
+        // A complete transfer that is not yet processed ends by itself; an aborted transfer does not.
         std::unique_lock lock(mutex_);
         const std::uint64_t current = reads_begun_;
         restart =

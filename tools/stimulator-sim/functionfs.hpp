@@ -1,4 +1,4 @@
-// A GUD device on FunctionFS: the kernel's way to be a USB device from a program.
+// GUD display served through FunctionFS, the kernel's interface for USB devices in user space.
 #pragma once
 
 #include "tools/stimulator-sim/gud_device.hpp"
@@ -32,8 +32,8 @@ private:
     int fd_;
 };
 
-/// Serves `display` on a mounted FunctionFS instance: requests on ep0 in the thread that calls run(),
-/// pictures on ep1 in a thread of its own.
+/// GUD display on a mounted FunctionFS instance. The thread that calls run() serves control requests on ep0;
+/// a thread of its own reads pictures from ep1.
 class FunctionFsDisplay {
 public:
     /// Writes descriptors and strings; from then on the gadget can be bound to a controller. Throws
@@ -41,14 +41,14 @@ public:
     FunctionFsDisplay(std::filesystem::path directory, GudDeviceSettings settings);
     ~FunctionFsDisplay();
 
-    /// Until `stop` says so; asked ten times a second.
+    /// Serves requests until `stop` returns true; it is called ten times a second.
     void run(const std::function<bool()>& stop);
 
-    /// Called for each update that arrived, on the thread of ep1, with the display locked.
+    /// Called for each update received, on the thread of ep1, with the display locked.
     std::function<void(const GudDevice& display, const GudUpdate& update)> on_update;
-    /// Called for what is refused and for plugging, one line each.
+    /// Called with one line for each refused request, and when the host connects or disconnects.
     std::function<void(const std::string& line)> on_event;
-    /// The display, for the time of `use`.
+    /// Calls `use` with the display locked. Thread-safe.
     void with_display(const std::function<void(const GudDevice&)>& use);
 
 private:
@@ -61,7 +61,7 @@ private:
 
     std::filesystem::path directory_;
     OpenFile ep0_;
-    std::mutex mutex_; // of what follows
+    std::mutex mutex_; // guards the members from changed_ to reads_begun_
     std::condition_variable changed_;
     GudDevice display_;
     bool enabled_ = false;

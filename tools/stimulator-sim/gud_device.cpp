@@ -143,12 +143,12 @@ void GudDevice::control_out(std::uint8_t request, std::uint16_t value, std::span
         } else if (!display_on_ || !committed_) {
             refuse(Status::error, "buffer request while the display is off");
         } else if (buffer.compression != 0 && (!settings_.lz4 || settings_.full_update)) {
-            refuse(Status::invalid_parameter, "compressed buffer, which was not offered");
+            refuse(Status::invalid_parameter, "compressed buffer, but compression was not offered");
         } else if (settings_.max_buffer_size != 0 && buffer.length > settings_.max_buffer_size) {
             refuse(Status::invalid_parameter,
                    fmt::format("buffer of {} bytes, allowed: {}", buffer.length, settings_.max_buffer_size));
         } else if (!settings_.full_update) {
-            announced_ = buffer; // replaces one whose data never came
+            announced_ = buffer; // replaces an announcement whose data did not arrive
         }
         break;
     }

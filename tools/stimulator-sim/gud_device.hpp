@@ -1,5 +1,4 @@
-// A GUD display that exists in memory only: what the reference device and the tests' fake device have in
-// common.
+// Device side of the GUD protocol for a display in memory, shared by the reference device and the tests.
 #pragma once
 
 #include "transports/stimulator/gud.hpp"
@@ -21,38 +20,38 @@ struct GudDeviceSettings {
     std::vector<gud::Format> formats{gud::Format::r8};
     bool full_update = false;
     bool lz4 = true;
-    bool frame_status = true; ///< answers Obscura's extension
+    bool frame_status = true; ///< answer Obscura's frame status extension
     std::uint32_t max_buffer_size = 0;
 };
 
-/// One update that arrived.
+/// One update received.
 struct GudUpdate {
     gud::SetBuffer buffer;
     std::span<const std::uint8_t> pixels; ///< decompressed
 };
 
-/// Device side of GUD. The owner carries requests and data to it; nothing here waits or talks to USB.
-/// Requests are refused by a stall where USB lets a device do so, else by the status, as a FunctionFS device
-/// must. Not thread-safe.
+/// State machine of a GUD display. The owner passes USB requests and data to it; it never blocks and does no
+/// I/O. Requests are refused by a stall where USB lets a device do so, else by the status, as a FunctionFS
+/// device must. Reentrant.
 class GudDevice {
 public:
     explicit GudDevice(GudDeviceSettings settings);
 
-    /// Answer to a request for at most `length` bytes; nothing: stall.
+    /// Returns the answer to a request for at most `length` bytes; nullopt: stall.
     [[nodiscard]] std::optional<std::vector<std::uint8_t>>
     control_in(std::uint8_t request, std::uint16_t value, std::size_t length, std::uint64_t now_ns);
-    /// Whether a request with data for the device exists at all; if not it may be stalled before its data.
+    /// True if a host-to-device request of this number exists; another may be stalled before its data.
     [[nodiscard]] bool knows_control_out(std::uint8_t request) const;
     void control_out(std::uint8_t request, std::uint16_t value, std::span<const std::uint8_t> data);
 
-    /// What the next bulk transfer will carry; nothing while none is announced (or the display is off). The
-    /// announcement is used up: a further one that comes before finish_bulk() is for the transfer after.
+    /// Takes the announcement of the next bulk transfer; nullopt if none is announced (or the display is
+    /// off). An announcement that arrives before finish_bulk() is for the transfer after.
     [[nodiscard]] std::optional<gud::SetBuffer> begin_bulk();
-    /// Takes the bytes of that transfer. False when they made no sense.
+    /// Processes the bytes of that transfer. Returns false if they are invalid.
     bool finish_bulk(const gud::SetBuffer& buffer, std::span<const std::uint8_t> data, std::uint64_t now_ns);
-    /// It broke off.
+    /// Reports that the transfer was aborted.
     void bulk_failed() { ++frame_.errors; }
-    /// The cable was pulled: everything but the picture is as after power-up.
+    /// Returns to the state after power-up, as on a disconnect, except for the picture.
     void reset();
 
     [[nodiscard]] const GudDeviceSettings& settings() const { return settings_; }
@@ -61,9 +60,9 @@ public:
     /// Bytes of the screen, row by row in format().
     [[nodiscard]] std::span<const std::uint8_t> screen() const { return screen_; }
     [[nodiscard]] const gud::FrameStatus& status() const { return frame_; }
-    /// One line for what was refused last; for logs.
+    /// One line about the last refusal, for logs.
     [[nodiscard]] const std::string& complaint() const { return complaint_; }
-    /// Called with every update that arrived.
+    /// Called with every update received.
     std::function<void(const GudUpdate&)> on_update;
 
 private:

@@ -1,4 +1,5 @@
-// obscura-stimulator-sim: the reference device. A USB display on FunctionFS that keeps what it is sent.
+// Main program of obscura-stimulator-sim: reference device of the stimulator, a USB display (GUD) on
+// FunctionFS.
 #include "core/error.hpp"
 #include "emulator/version.hpp"
 #include "images/writers/png.hpp"
@@ -27,8 +28,8 @@ using namespace obscura::tools;
 constexpr const char* program = "obscura-stimulator-sim";
 constexpr std::size_t max_gadget_name = 32; // FunctionFS takes 40 with its 'ffs.'
 
-/// The screen as PNG: R8 as it is; colour formats as 16 bits, red above green, which is the exact level for
-/// grey coding high_low and the level times 257 for equal.
+/// Writes the screen as PNG: R8 as 8 bits; colour formats as 16 bits, with red as the high and green as the
+/// low byte, which is the exact level for grey coding high_low and the level times 257 for equal.
 void save(const std::filesystem::path& file, const GudDevice& display) {
     const auto screen = display.screen();
     const GudDeviceSettings& s = display.settings();
@@ -52,32 +53,33 @@ public:
     bool parse(const std::vector<std::string>& arguments) {
         CommandLine line;
         line.program = "obscura-";
-        line.summary = "A USB display that keeps what it is sent: the reference device for the stimulator";
-        line.description = "Becomes a USB device that speaks GUD (Generic USB Display), on a machine with a "
-                           "USB device controller or, "
-                           "for dry runs, the kernel's simulated one (modprobe dummy_hcd). Needs root, "
-                           "libcomposite and usb_f_fs. "
-                           "Prints a line for each update with the CRC-32 of its pixels and of the screen; "
-                           "ends on SIGINT or SIGTERM.";
+        line.summary = "emulates a USB display (GUD), the reference device for the stimulator";
+        line.description =
+            "Makes this machine a USB device that speaks GUD (Generic USB Display), with a USB device "
+            "controller or, without such hardware, the kernel's simulated one (modprobe dummy_hcd). Needs "
+            "root and the kernel modules libcomposite and usb_f_fs. Prints a line for each update with "
+            "the CRC-32 of its pixels and of the screen. Ends on SIGINT or SIGTERM.";
         line.option("--functionfs", &functionfs_, "DIR",
-                    "Use this mounted FunctionFS instance instead of making a gadget");
+                    "Mount point of a FunctionFS instance to use (default: create a gadget)");
         line.option("--serial", &gadget_.serial, "TEXT", "Serial number of the gadget");
         line.option("--name", &gadget_.name, "NAME",
-                    "Name of the gadget in configfs; two at once need two names and two controllers");
+                    "Name of the gadget in configfs; each gadget needs its own name and controller");
         line.option("--controller", &gadget_.controller, "NAME",
-                    "Device controller of /sys/class/udc (default: the first)");
-        line.option("--size", &size_, "WxH", "Pixels of the screen");
-        line.number("--refresh", &display_.refresh_hz, "HZ", "Refresh rate", 1, 1000);
-        line.option("--format", &format_, "FORMAT", "What it takes").choices = {"R8", "RGB888", "XRGB8888"};
-        line.flag("--full-update", display_.full_update, "Take whole frames only");
-        line.flag("--no-lz4", no_lz4_, "Take no compressed updates");
-        line.flag("--plain", plain_, "Do not answer the frame status extension");
-        line.number("--max-buffer", &display_.max_buffer_size, "BYTES", "Largest update (0: a frame)", 0,
-                    1 << 26);
+                    "USB device controller, a name in /sys/class/udc (default: the first)");
+        line.option("--size", &size_, "WxH", "Width and height of the screen in pixels");
+        line.number("--refresh", &display_.refresh_hz, "HZ", "Refresh rate of the screen", 1, 1000);
+        line.option("--format", &format_, "FORMAT", "Pixel format of the screen").choices = {"R8", "RGB888",
+                                                                                             "XRGB8888"};
+        line.flag("--full-update", display_.full_update, "Accept updates of the full frame only");
+        line.flag("--no-lz4", no_lz4_, "Accept no compressed updates");
+        line.flag("--plain", plain_, "Plain GUD: do not answer Obscura's frame status extension");
+        line.number("--max-buffer", &display_.max_buffer_size, "BYTES",
+                    "Largest update in bytes (0: a full frame)", 0, 1 << 26);
         line.option("--save", &save_, "DIR",
-                    "Write the screen there: screen.png and screen.raw at the end, and see --every");
-        line.number("--every", &every_, "N", "Also write update_NNNNNN.png after every N-th update", 0, 1e6);
-        line.flag("-q,--quiet", quiet_, "Print no line for each update");
+                    "Folder for the screen: screen.png and screen.raw at the end, and see --every");
+        line.number("--every", &every_, "N",
+                    "With --save: also write update_NNNNNN.png after every N-th update (0: never)", 0, 1e6);
+        line.flag("-q,--quiet", quiet_, "Do not print a line for each update");
         line.examples = {"obscura-stimulator-sim --size 1280x1024 --save shown --every 1"};
         if (!line.parse("stimulator-sim", arguments)) return false;
         if (gadget_.name.empty() || gadget_.name.size() > max_gadget_name ||
@@ -155,7 +157,7 @@ private:
 } // namespace
 
 int main(int argc, char* argv[]) {
-    std::setvbuf(stdout, nullptr, _IOLBF, 0); // whoever watches the log sees each line at once
+    std::setvbuf(stdout, nullptr, _IOLBF, 0); // line buffered, so that a log shows each line at once
     try {
         if (argc == 2 && std::string_view(argv[1]) == "--version") {
             fmt::print("{} {}\n", program, emulator::version);

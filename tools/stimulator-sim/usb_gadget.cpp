@@ -88,7 +88,7 @@ void UsbGadget::unbind() noexcept {
 }
 
 void UsbGadget::remove() noexcept {
-    // The mirror of the constructor; configfs folders go one by one, their files by themselves.
+    // Remove in reverse order of the constructor: configfs folders one by one, their files go with them.
     unbind();
     std::error_code ignored;
     if (mounted_) ::umount2(mount_.c_str(), MNT_DETACH);

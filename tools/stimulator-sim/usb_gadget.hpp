@@ -1,4 +1,4 @@
-// The configfs side of a USB gadget: who the device is, and to which controller it is plugged.
+// USB gadget in configfs: identity, FunctionFS function, and binding to a USB device controller.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ struct GadgetSettings {
     std::uint16_t vendor_id = 0x1d50, product_id = 0x614d;
     std::string serial = "SIM-0001";
     std::filesystem::path configfs = "/sys/kernel/config";
-    std::string controller; ///< of /sys/class/udc; empty: the first
+    std::string controller; ///< name in /sys/class/udc; empty: the first
 };
 
-/// Creates the gadget with one FunctionFS function and mounts that; the destructor takes everything away
-/// again. Needs root, libcomposite and usb_f_fs.
+/// Gadget with one mounted FunctionFS function, created by the constructor and removed by the destructor.
+/// Needs root, libcomposite and usb_f_fs.
 class UsbGadget {
 public:
     /// Throws HardwareError.
@@ -25,11 +25,12 @@ public:
     UsbGadget(const UsbGadget&) = delete;
     UsbGadget& operator=(const UsbGadget&) = delete;
 
-    /// Where FunctionFS is mounted.
+    /// Mount point of FunctionFS.
     [[nodiscard]] const std::filesystem::path& functionfs() const { return mount_; }
-    /// Plugs in: after the function has written its descriptors. Throws HardwareError.
+    /// Connects the gadget to the controller; the function must have written its descriptors before. Throws
+    /// HardwareError.
     void bind();
-    /// Unplugs.
+    /// Disconnects the gadget.
     void unbind() noexcept;
 
 private:
