@@ -1,4 +1,4 @@
-// obscura VERB ...: the command line beside the daemon.
+// Main program of `obscura VERB`, the command line beside the daemon.
 #include "core/suggestion.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/verbs/verb.hpp"

@@ -1,4 +1,4 @@
-// obscura bench: how fast this machine renders, exposes, sends and answers a trigger.
+// Verb `obscura bench`: benchmark of rendering, detector, GigE Vision stream and trigger latency.
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
@@ -34,15 +34,18 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "measures rendering, detector, transmission and trigger latency";
         line.description =
-            "Renders and exposes frames offline, sends ready-made frames, then runs the whole camera in this "
-            "process "
-            "on a loopback address of its own, triggered by its timer, with libaravis as the client. Without "
-            "--config "
-            "the workload is built in: a procedural asteroid over a third of a 1024 x 1024 field, 200 stars.";
-        line.option("--config", &config_, "FILE", "Daemon configuration to measure instead");
-        line.number("--frames", &frames_, "N", "Frames per measurement", 2, 100000);
-        line.number("--rate", &rate_hz_, "HZ", "Rate of the triggers", 0.1, 1000);
-        line.number("--threads", &threads_, "N", "Render threads; 0: one per core", 0, 1024);
+            "Measures three parts: rendering and detector offline; the GigE Vision stream with frames "
+            "made in advance; and the whole camera in this process, triggered by a timer, with libaravis "
+            "as the client on a loopback address that no other camera uses. Without --config a built-in "
+            "workload is measured: a procedural asteroid that covers a third of a field of 1024 x 1024 "
+            "pixels, and 200 stars. The exit status is 1 when a frame was lost.";
+        line.option("--config", &config_, "FILE",
+                    "Daemon configuration to measure (default: built-in workload)");
+        line.number("--frames", &frames_, "N", "Frames of each measurement", 2, 100000);
+        line.number("--rate", &rate_hz_, "HZ", "Trigger rate of the measurement of the whole camera", 0.1,
+                    1000);
+        line.number("--threads", &threads_, "N", "Render threads; 0: as configured, one per core by default",
+                    0, 1024);
         line.flag("--json", json_, "Print one JSON object instead of a table");
         line.examples = {"obscura bench", "obscura bench --json --frames 50 --rate 10",
                          "obscura bench --config config/demo.toml"};
@@ -60,7 +63,7 @@ public:
         config.file.enabled = false;
         config.gige.enabled = true;
         config.gige.drop_percent = 0;
-        // A loopback address of our own: other cameras on this machine keep port 3956 of theirs.
+        // A loopback address of this process: other cameras on this machine keep port 3956 of theirs.
         config.gige.interface =
             fmt::format("127.{}.{}.{}", 64 + getpid() / 62500 % 64, getpid() / 250 % 250, 1 + getpid() % 250);
 
@@ -88,7 +91,7 @@ private:
             const std::string refusal = imaging.maker->make(imaging.nominal_order(id), *frame);
             if (!refusal.empty()) throw ConfigError(fmt::format("{}: {}", config_, refusal));
         };
-        make(1); // also plans, and warms the caches
+        make(1); // makes the readout plan too, and warms the caches
 
         const sensors::ReadoutPlan plan = imaging.maker->plan();
         const std::size_t pixels =
@@ -182,7 +185,7 @@ private:
         report_.add("rate_hz", "triggers", std::optional(rate_hz_), "Hz", 1);
         report_.add("frames", "frames received", static_cast<std::int64_t>(received));
         report_.add("lost", "lost", static_cast<std::int64_t>(lost_));
-        report_.add("missed_triggers", "triggers the camera was too busy for",
+        report_.add("missed_triggers", "triggers missed while the camera was busy",
                     static_cast<std::int64_t>(counters.missed_triggers));
         report_.add("late", "frames with late rows", static_cast<std::int64_t>(counters.late));
         report_.add("trigger_to_first_packet_ms_p50", "trigger to first packet, p50",

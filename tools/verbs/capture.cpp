@@ -1,4 +1,4 @@
-// obscura capture: the frames that the daemon would send, made offline and saved.
+// Verb `obscura capture`: offline rendering and detection of the frames that the daemon would send.
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "images/writers/exr.hpp"
@@ -25,23 +25,28 @@ class Capture final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "makes the frames of a camera offline: render and detector, no network";
-        line.description = "Makes frames 1 to N of a daemon configuration as fast as it can and saves them. "
-                           "With scene_time = "
-                           "\"nominal\" they are byte for byte those that obscurad sends after an "
-                           "acquisition start with the same "
-                           "configuration: frame k shows the scene k - 1 trigger periods after its start.";
+        line.description =
+            "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, "
+            "without triggers or transports, and saves them. Frame k shows the scene k - 1 trigger "
+            "periods after its start. With scene_time = \"nominal\" the frames are byte for byte those "
+            "that obscurad sends with the same configuration after an acquisition start.";
         line.positional("CONFIG", &config_, "Daemon configuration (TOML)");
-        line.number("-n,--frames", &frames_, "N", "Frames to make", 1, 1e9);
-        line.number("--first", &first_, "K", "Number of the first frame", 1, 1e9);
-        line.option("-o,--output", &output_, "DIR", "Save the frames there; made if need be").required = true;
-        line.option("--format", &format_, "FORMAT", "Kind of file").choices = {"png", "fits", "raw"};
-        line.flag(
-            "--truth", truth_,
-            "Also save the truth about each pixel as truth_NNNNNN.fits: electrons before noise, saturated "
-            "pixels, windows, row times, particles");
-        line.flag("--exr", exr_, "Also save the ideal irradiance of each frame (W/m2) as ideal_NNNNNN.exr");
-        line.flag("--preview", preview_, "Also save each frame as a stretched 8-bit picture to look at");
-        line.flag("--json", json_, "Print one JSON object with the figures of the run");
+        line.number("-n,--frames", &frames_, "N", "Number of frames to make", 1, 1e9);
+        line.number("--first", &first_, "K", "Number of the first frame to make", 1, 1e9);
+        line.option("-o,--output", &output_, "DIR", "Folder for the frames; created when it is missing")
+            .required = true;
+        line.option("--format", &format_, "FORMAT",
+                    "File format of the frames: 16-bit PNG, FITS, or raw samples without a header")
+            .choices = {"png", "fits", "raw"};
+        line.flag("--truth", truth_,
+                  "Also save the ground truth of each frame as truth_NNNNNN.fits: electrons before noise, "
+                  "saturated pixels, windows, row times, particle hits");
+        line.flag("--exr", exr_,
+                  "Also save the irradiance without detector (W/m2) of each frame as ideal_NNNNNN.exr");
+        line.flag("--preview", preview_,
+                  "Also save each frame as preview_NNNNNN.png, an 8-bit picture with stretched contrast, "
+                  "not for measurement");
+        line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura capture config/demo.toml --frames 5 -o frames",
             "obscura capture config/demo.toml -n 100 -o frames --format fits --exr",

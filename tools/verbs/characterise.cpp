@@ -1,4 +1,4 @@
-// obscura characterise: an EMVA 1288 report of a sensor file or of a series of images.
+// Verb `obscura characterise`: EMVA 1288 characterisation of a sensor file, an image series or a camera.
 #include "core/error.hpp"
 #include "sensors/dark_current.hpp"
 #include "sensors/emva1288.hpp"
@@ -29,10 +29,10 @@ using Image = std::vector<std::uint16_t>;
 constexpr double planck_times_light_j_m = 6.62607015e-34 * 299'792'458.0;
 constexpr double aperture_m = 0.02;
 
-/// A sensor on the bench: a window in its middle, under even light or in the dark.
-class Bench {
+/// Simulated laboratory set-up: a central window of the sensor under uniform light or in the dark.
+class Laboratory {
 public:
-    Bench(SensorDescription sensor, double wavelength_m)
+    Laboratory(SensorDescription sensor, double wavelength_m)
         : sensor_(std::move(sensor)),
           wavelength_m_(wavelength_m),
           band_{wavelength_m - 0.5e-9, wavelength_m + 0.5e-9},
@@ -44,7 +44,7 @@ public:
         region_.y = (r.height - region_.height) / 2 / r.window_step * r.window_step;
     }
 
-    /// Electrons that the brightest linear pixel holds before it or the converter is full.
+    /// Saturation capacity in electrons: full well, or the charge that reaches the ADC's maximum if less.
     [[nodiscard]] double saturation_e() const {
         const DetectorSettings& d = sensor_.detector;
         const double top = (std::exp2(d.adc_bits) - 1 - d.offset_dn) / d.gain_dn_per_e;
@@ -74,7 +74,8 @@ public:
     }
     [[nodiscard]] double exposure_s() const { return to_seconds(plan_.rows[0].exposure_ns()); }
 
-    /// Light in photons per pixel and exposure.
+    /// Exposes one image. `photons` is the mean number per pixel and exposure; `mean_e`, if not null, takes
+    /// the expected electrons of each pixel before noise.
     Image shoot(double photons, double gain_db = 0, std::vector<float>* mean_e = nullptr) {
         const auto pixels = static_cast<std::size_t>(region_.area());
         const double energy_j = photons * planck_times_light_j_m / wavelength_m_;
@@ -95,7 +96,7 @@ public:
         const Image a = shoot(photons, gain_db);
         return emva::pair_statistics(a, shoot(photons, gain_db));
     }
-    /// Offsets of the window's pixels that are really there.
+    /// True offset of each pixel of the window, in electrons: the fixed pattern that the model applies.
     [[nodiscard]] std::vector<double> true_offsets() const {
         std::vector<double> offsets;
         const sensors::FixedPattern& pattern = detector_.fixed_pattern();
@@ -110,7 +111,7 @@ public:
 
 private:
     static const SensorDescription& prepared(SensorDescription& sensor) {
-        // A laboratory has no particles, and takes defective pixels out of its evaluation.
+        // Without particles and RTS noise, and without defective pixels, which a laboratory masks.
         DetectorSettings& d = sensor.detector;
         d.hit_flux_per_cm2_s = 0;
         d.rts_fraction = 0;
@@ -148,13 +149,13 @@ double average(const Values& values) {
 }
 
 Characterisation characterise(const SensorDescription& description, double wavelength_m) {
-    Bench bench(description, wavelength_m);
+    Laboratory bench(description, wavelength_m);
     const DetectorSettings& d = bench.sensor().detector;
     Characterisation result;
     result.subject = fmt::format("{}, {:.0f} nm, {:.1f} degC, simulated series", description.name,
                                  wavelength_m * 1e9, d.temperature_c);
 
-    // Photon transfer: levels of light at one exposure time.
+    // Measure photon transfer: levels of light at one exposure time.
     bench.set_exposure(0.01);
     const double full_photons = bench.saturation_e() / bench.true_quantum_efficiency();
     std::vector<emva::Level> levels;
@@ -171,7 +172,7 @@ Characterisation characterise(const SensorDescription& description, double wavel
     result.notes.push_back(
         fmt::format("K and R were fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
 
-    // Noise in the dark: at a gain at which the converter's steps do not hide it.
+    // Measure temporal dark noise, at a gain at which it exceeds the quantisation noise of the ADC.
     double gain_db = 0;
     bench.set_exposure(1e-9);
     emva::PairStatistics noise = bench.pair(0);
@@ -191,7 +192,7 @@ Characterisation characterise(const SensorDescription& description, double wavel
         std::sqrt(samples * (d.read_noise_e * d.read_noise_e + reset_e * reset_e) +
                   d.row_noise_e * d.row_noise_e + d.dark_current_e_per_s * ratio * bench.exposure_s());
 
-    // Patterns: stacks of images.
+    // Measure DSNU and PRNU from stacks of images.
     constexpr int stack = 16;
     bench.set_exposure(0.01);
     const auto pixels = bench.shoot(0).size();
@@ -213,7 +214,7 @@ Characterisation characterise(const SensorDescription& description, double wavel
         std::sqrt(std::max(0.0, bright_stack.spatial_variance() - dark_stack_0.spatial_variance())) /
         (bright_stack.mean() - dark_stack_0.mean());
 
-    // Dark current: mean against exposure time.
+    // Measure dark current: slope of the mean against exposure time.
     const double current = std::max(d.dark_current_e_per_s * ratio, 1e-3);
     const double longest = std::clamp(2000 / current, 0.05, 100.0);
     std::vector<double> times, means, electrons;
@@ -228,7 +229,7 @@ Characterisation characterise(const SensorDescription& description, double wavel
 
     const auto add = [&](std::string name, double measured, std::optional<double> truth, std::string unit,
                          double tolerance) {
-        // Where nothing went in there is nothing to recover.
+        // A parameter that the model sets to zero cannot be compared relatively.
         if (truth && !(*truth > 0)) truth.reset();
         result.parameters.push_back({std::move(name), measured, truth, std::move(unit), tolerance});
     };
@@ -285,12 +286,12 @@ Characterisation characterise_series(const std::filesystem::path& folder) {
 
 struct CameraOptions {
     CameraSeriesSettings series;
-    double photons_per_s = 0; ///< per pixel; 0: not known
-    bool dark = false;
-    double gain_dn_per_e = 0; ///< dark: K of an earlier measurement
+    double photons_per_s = 0; ///< photons per pixel and second; 0: unknown
+    bool dark = false;        ///< the series is taken without light
+    double gain_dn_per_e = 0; ///< system gain K of an earlier lit series, used with `dark`; 0: unknown
 };
 
-/// In the dark: nothing but exposure times. What the digital numbers mean in electrons is K's matter.
+/// Dark noise, DSNU and dark current of a series without light. In electrons if K is given, else in DN.
 Characterisation characterise_dark_camera(const CameraSeries& series, const CameraOptions& options) {
     Characterisation result;
     const double k = options.gain_dn_per_e > 0 ? options.gain_dn_per_e : 1;
@@ -312,8 +313,8 @@ Characterisation characterise_dark_camera(const CameraSeries& series, const Came
     return result;
 }
 
-/// Under constant light: the exposure time is what changes. The shortest exposure stands for the dark, so
-/// that the dark current counts as light, with the same statistics.
+/// Photon transfer under constant light with varying exposure time. The shortest exposure replaces the dark
+/// image, so dark current counts as light; its statistics are the same (Poisson).
 Characterisation characterise_lit_camera(const CameraSeries& series, const CameraOptions& options) {
     Characterisation result;
     result.subject =
@@ -332,14 +333,14 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
         throw UsageError(fmt::format("obscura characterise: {}", error.what()));
     }
     if (!(levels.back().bright.mean > levels.back().dark.mean + 10) || !(m.gain_dn_per_e > 0))
-        throw HardwareError(fmt::format("{}: the image does not grow brighter with ExposureTime; an even, "
+        throw HardwareError(fmt::format("{}: the image does not grow brighter with ExposureTime; a uniform, "
                                         "constant light is wanted, or --dark",
                                         options.series.receiver.address));
     add_series_plots(levels, m, result);
     result.notes.push_back(fmt::format("K was fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
     result.notes.push_back(
-        "The shortest exposure stands for the dark; dark noise, DSNU and dark current need "
-        "a run with --dark, the light off, and this K as --gain.");
+        "The shortest exposure replaces the dark image; to measure dark noise, DSNU and dark current, switch "
+        "the light off and run with --dark and with this K as --gain.");
     result.add("gain", m.gain_dn_per_e, "DN/e-");
     if (options.photons_per_s > 0) {
         result.add("quantum_efficiency", m.quantum_efficiency, "");
@@ -367,37 +368,46 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "measures a sensor after EMVA 1288: gain, noise, saturation, patterns";
         line.description =
-            "Takes simulated bright and dark series with a sensor of the list (or a sensor "
-            "file) and recovers its "
-            "figures from the digital numbers alone, or evaluates a folder with a series in "
-            "the layout of the EMVA "
-            "1288 reference sets, or takes the series from a running GigE Vision camera: an even "
-            "light that stays as it is, and exposure times that rise until the image is full. "
-            "The exit status is 1 when a figure misses what went in by "
-            "more than its tolerance.";
-        line.option("--preset", &preset_, "NAME", "A sensor: a name of obscura sensor list, or a .toml file");
-        line.option("--series", &series_, "DIR", "A folder with EMVA1288_Data.txt and its images");
+            "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from "
+            "digital numbers alone. The images come from one of three sources: --preset simulates bright "
+            "and dark series of a sensor and compares each result with the value in the sensor file; "
+            "--series reads a folder in the layout of the EMVA 1288 reference sets; --camera takes a "
+            "series from a running GigE Vision camera in front of a uniform, constant light, with "
+            "exposure times that rise until the image saturates. The exit status is 1 when a result "
+            "deviates from the value in the sensor file by more than its tolerance.";
+        line.option("--preset", &preset_, "NAME",
+                    "Sensor to simulate: a name that `obscura sensor list` prints, or a .toml file");
+        line.option("--series", &series_, "DIR", "Folder with EMVA1288_Data.txt and the images it names");
         line.option("--camera", &camera_.series.receiver.address, "HOST",
-                    "A GigE Vision camera before a constant, even light: IPv4 address or host name");
-        line.flag("--dark", camera_.dark, "With --camera: the light is off; dark noise, DSNU, dark current");
+                    "GigE Vision camera in front of a uniform, constant light: IPv4 address or host name");
+        line.flag("--dark", camera_.dark,
+                  "With --camera: take a dark series, with the light off, and measure dark noise, DSNU and "
+                  "dark current");
         line.number("--gain", &camera_.gain_dn_per_e, "K",
-                    "With --dark: DN/e- of the lit series (0: results in DN)", 0, 1e6);
+                    "With --dark: system gain K in DN/e-, as measured without --dark (0: results in DN)", 0,
+                    1e6);
         line.number("--photons-per-s", &camera_.photons_per_s, "P",
-                    "With --camera: photons per pixel and second of the light, for the quantum efficiency "
-                    "(0: not known)",
+                    "With --camera: photons per pixel and second that the light delivers, needed for the "
+                    "quantum efficiency (0: unknown)",
                     0, 1e15);
         line.number("--least-us", &camera_.series.least_us, "US",
-                    "With --camera: shortest exposure (0: the camera's)", 0, 1e7);
+                    "With --camera: shortest exposure time in microseconds (0: the camera's minimum)", 0,
+                    1e7);
         line.number("--most-us", &camera_.series.most_us, "US",
-                    "With --camera: longest exposure (0: until the image is full)", 0, 1e7);
-        line.number("--levels", &camera_.series.levels, "N", "With --camera: exposure times", 5, 1000);
+                    "With --camera: longest exposure time in microseconds (0: found by raising it until the "
+                    "image saturates)",
+                    0, 1e7);
+        line.number("--levels", &camera_.series.levels, "N",
+                    "With --camera: number of exposure times, evenly spaced", 5, 1000);
         line.option("--pixel-format", &camera_.series.pixel_format, "FORMAT",
-                    "With --camera: Mono8 to Mono16, Mono10p, Mono12p (not given: as set)");
+                    "With --camera: PixelFormat, one of Mono8 to Mono16, Mono10p and Mono12p (default: the "
+                    "camera's setting)");
         line.number("--packet-size", &camera_.series.receiver.packet_size, "BYTES",
                     "With --camera: GevSCPSPacketSize (0: negotiated)", 0, 65532);
-        line.number("--wavelength-nm", &wavelength_nm_, "NM", "Wavelength of the simulated light", 200, 2000);
-        line.option("-o,--output", &output_, "FILE", "Write the report with its plots as one HTML page");
-        line.flag("--json", json_, "Print JSON");
+        line.number("--wavelength-nm", &wavelength_nm_, "NM",
+                    "With --preset: wavelength of the simulated light in nanometres", 200, 2000);
+        line.option("-o,--output", &output_, "FILE", "Also write the report with its plots as one HTML page");
+        line.flag("--json", json_, "Print the results as JSON instead of a table");
         line.examples = {"obscura characterise --preset has2 -o has2.html",
                          "obscura characterise --series EMVA1288_ReferenceSet_001_CCD_12Bit --json",
                          "obscura characterise --camera 127.0.0.1 -o lit.html",
@@ -407,7 +417,8 @@ public:
     int run() override {
         const std::string& address = camera_.series.receiver.address;
         if (int{preset_.empty()} + int{series_.empty()} + int{address.empty()} != 2)
-            throw UsageError("obscura characterise: one of --preset, --series and --camera is wanted");
+            throw UsageError(
+                "obscura characterise: exactly one of --preset, --series and --camera is wanted");
         if (camera_.dark && !(camera_.series.most_us > 0))
             throw UsageError("obscura characterise: --dark needs --most-us, the longest exposure");
         Characterisation result;
@@ -421,7 +432,10 @@ public:
             if (!(sensors::quantum_efficiency(sensor.detector.quantum_efficiency, wavelength_nm_ * 1e-9) >
                   0) ||
                 !(sensor.detector.transmission > 0) || !(sensor.detector.fill_factor > 0))
-                throw ConfigError(fmt::format("{}: blind at {} nm", file.string(), wavelength_nm_));
+                throw ConfigError(
+                    fmt::format("{}: the sensor has no sensitivity at {} nm: quantum efficiency, "
+                                "transmission or fill factor is 0",
+                                file.string(), wavelength_nm_));
             result = characterise(sensor, wavelength_nm_ * 1e-9);
         } else {
             result = characterise_series(series_);

@@ -1,4 +1,4 @@
-// obscura check: is a configuration or a scene sound?
+// Verb `obscura check`: validation of a configuration or scene file.
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -17,11 +17,12 @@ public:
         line.summary = "checks a configuration or a scene without starting anything";
         line.description =
             "Reads a daemon configuration with its sensor and scene files, or with --scene a scene file "
-            "alone, and says in one line what is wrong: FILE:LINE:COLUMN: KEY: what, what is allowed.";
-        line.positional("FILE", &file_, "Configuration, or with --scene a scene file");
-        line.flag("--scene", scene_, "FILE is a scene file");
+            "alone, and reports each mistake in one line: FILE:LINE:COLUMN: KEY: what is wrong, what is "
+            "allowed. Opens no device and no socket.";
+        line.positional("FILE", &file_, "Daemon configuration (TOML), or a scene file with --scene");
+        line.flag("--scene", scene_, "Treat FILE as a scene file");
         line.flag("--print", print_,
-                  "Print the effective configuration with every key, its unit, range and meaning");
+                  "Print the effective configuration: every key with its value, unit, range and meaning");
         line.examples = {"obscura check config/demo.toml", "obscura check --scene config/scenes/demo.toml",
                          "obscura check --print config/demo.toml > full.toml"};
     }

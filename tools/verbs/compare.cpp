@@ -1,4 +1,4 @@
-// obscura compare: how well two images agree.
+// Verb `obscura compare`: sub-pixel registration, correlation and residual of two images.
 #include "images/image.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/png.hpp"
@@ -20,28 +20,37 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "compares two images: shift, scale, correlation, residual";
         line.description =
-            "Finds the sub-pixel shift between two images of the same size, their common "
-            "brightness scale and offset "
-            "(IMAGE = scale * REFERENCE + offset), the correlation and what is left. Reads "
-            "FITS, PNG, OpenEXR and "
-            "PDS3 (attached label, or the detached label as the file); pixels that are NaN in "
-            "either are left out. A shift comes with its standard error, from how far parts of "
-            "the images pull apart; there is none where the correlation has no maximum within "
-            "--max-shift: the images do not tell the shift.";
-        line.positional("REFERENCE", &reference_, "Image that is taken for the truth");
-        line.positional("IMAGE", &image_, "Image to compare with it");
-        line.option("--reference-plane", &reference_plane_, "N|NAME",
-                    "Plane (from 0) or OpenEXR channel (default: first)");
-        line.option("--image-plane", &image_plane_, "N|NAME", "The same for IMAGE");
+            "Registers two images of the same size: finds the sub-pixel shift of the highest correlation "
+            "and fits IMAGE = scale * REFERENCE + offset at that shift by least squares; prints shift, "
+            "scale, offset, Pearson correlation and residual. Reads FITS, PNG, OpenEXR and PDS3 (attached "
+            "label, or the detached label as the file). Pixels that are NaN in either image are left out. "
+            "The standard error of the shift is estimated from the scatter between blocks of the image; "
+            "none is given where the correlation has no maximum within --max-shift, because the shift is "
+            "then undetermined.";
+        line.positional("REFERENCE", &reference_, "Reference image");
+        line.positional("IMAGE", &image_, "Image to compare with the reference");
+        line.option(
+            "--reference-plane", &reference_plane_, "N|NAME",
+            "Plane number (from 0) or OpenEXR channel name to read from REFERENCE (default: the first)");
+        line.option("--image-plane", &image_plane_, "N|NAME",
+                    "Plane number (from 0) or OpenEXR channel name to read from IMAGE (default: the first)");
         line.number("--max-shift", &settings_.max_shift_px, "PX",
-                    "Shift to search in each direction; 0: none", 0, 1024);
-        line.flag("--no-offset", no_offset_, "Fit a scale only");
-        line.number("--blocks", &block_, "PX", "Also compare the means of blocks of this size (0: no)", 0,
-                    4096);
-        line.number("--min-correlation", &min_correlation_, "R", "Exit with 1 below this correlation", -1, 1);
-        line.number("--max-offset", &max_offset_, "PX", "Exit with 1 above this shift (0: any)", 0, 1024);
-        line.option("--residual", &residual_, "FILE.fits", "Write IMAGE - scale * REFERENCE - offset");
-        line.option("--picture", &picture_, "FILE.png", "Write reference, image and residual side by side");
+                    "Largest shift to search for in each direction, in pixels; 0: compare unshifted", 0,
+                    1024);
+        line.flag("--no-offset", no_offset_, "Fit a scale without an offset: IMAGE = scale * REFERENCE");
+        line.number(
+            "--blocks", &block_, "PX",
+            "Also compare the mean brightness of square blocks with sides of PX pixels (0: no blocks)", 0,
+            4096);
+        line.number("--min-correlation", &min_correlation_, "R",
+                    "Exit with status 1 when the correlation is lower than this", -1, 1);
+        line.number("--max-offset", &max_offset_, "PX",
+                    "Exit with status 1 when the shift is longer than this many pixels (0: no limit)", 0,
+                    1024);
+        line.option("--residual", &residual_, "FILE.fits",
+                    "Write the residual IMAGE - scale * REFERENCE - offset as FITS");
+        line.option("--picture", &picture_, "FILE.png",
+                    "Write reference, image and residual side by side as an 8-bit PNG");
         line.flag("--json", json_, "Print one JSON object instead of a table");
         line.examples = {
             "obscura compare flight.fit render.fits --min-correlation 0.8",
@@ -98,8 +107,8 @@ private:
                                   {"OFFSET", a.offset, ""}});
     }
 
-    /// Reference and image in the same stretch; the residual around mid grey, its own rms to a quarter of the
-    /// way.
+    /// Reference and image share one contrast stretch; the residual is centred on mid grey, one rms being a
+    /// quarter of the range to black or white.
     void write_picture(const Image& reference, const Image& image, const Agreement& a) const {
         const Image residual = residual_image(reference, image, a);
         constexpr std::int32_t gap = 4;

@@ -1,4 +1,4 @@
-// obscura grab: receives frames from a GigE Vision camera and saves them.
+// Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
 #include "images/writers/frame_writer.hpp"
 #include "images/writers/pending_file.hpp"
 #include "tools/support/interrupt.hpp"
@@ -19,7 +19,8 @@
 namespace obscura::tools {
 namespace {
 
-/// Fires TriggerSoftware at a steady rate while it lives. libaravis serialises register accesses.
+/// Thread that executes TriggerSoftware at a constant rate for its lifetime. libaravis serialises register
+/// accesses.
 class SoftwareTrigger {
 public:
     SoftwareTrigger(Receiver& receiver, double rate_hz)
@@ -49,12 +50,13 @@ private:
     std::thread thread_;
 };
 
-/// When a frame was asked for and when it came.
+/// Time stamp by the camera's clock, and arrival times in CLOCK_REALTIME, of one frame.
 struct Stamps {
     std::int64_t device_ns = 0, first_packet_ns = 0, complete_ns = 0;
 };
 
-/// Numbers of frames between two block ids that never came; ids count from 1 and wrap at 65535 or not at all.
+/// Count of frames lost between two received block ids. Ids count from 1 and wrap at 65535 (16-bit ids) or
+/// not at all (64-bit ids).
 std::uint64_t skipped(std::uint64_t previous, std::uint64_t next) {
     if (next > previous) return next - previous - 1;
     if (previous <= 0xffff && next >= 1) return 0xffff - previous + next - 1;
@@ -65,32 +67,41 @@ class Grab final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "receives frames from a GigE Vision camera and saves them";
-        line.description = "Takes control of the camera, starts the acquisition, receives frames with "
-                           "libaravis (packets that are "
-                           "lost are asked for again) and prints what arrived and how fast. The delays count "
-                           "from the camera's own "
-                           "time stamp of the frame (with Obscura: the trigger's edge); its clock is "
-                           "compared with ours through "
-                           "the time-stamp latch, so they hold for a camera on another machine too. Works "
-                           "with any GigE Vision "
-                           "camera.";
-        line.option("-a,--address", &address_, "HOST", "Camera: IPv4 address or host name");
-        line.number("-n,--frames", &frames_, "N", "Frames to receive", 1, 1e9);
-        line.option("-o,--output", &output_, "DIR", "Save the frames there; made if need be");
-        line.option("--format", &format_, "FORMAT", "Kind of file").choices = {"png", "fits", "raw"};
-        line.flag("--preview", preview_, "Also save each frame as a stretched 8-bit picture to look at");
-        line.number("--timeout", &timeout_s_, "S", "Give up when no frame comes for so long", 0.01, 3600);
+        line.description =
+            "Takes control of the camera, starts the acquisition, receives frames with libaravis (which "
+            "requests lost packets again), and prints the counts of frames and packets, the frame rate "
+            "and the latencies. Latencies count from the camera's time stamp of the frame (with Obscura: "
+            "the trigger edge). The camera's clock is compared with the client's through the time-stamp "
+            "latch, so latencies are valid for a camera on another machine too. Works with any GigE "
+            "Vision camera. The exit status is 1 when a frame is missing or incomplete.";
+        line.option("-a,--address", &address_, "HOST", "IPv4 address or host name of the camera");
+        line.number("-n,--frames", &frames_, "N", "Number of frames to receive", 1, 1e9);
+        line.option("-o,--output", &output_, "DIR",
+                    "Folder for the frames; created when it is missing (default: frames are not saved)");
+        line.option("--format", &format_, "FORMAT",
+                    "File format of the frames: 16-bit PNG, FITS, or raw samples without a header")
+            .choices = {"png", "fits", "raw"};
+        line.flag(
+            "--preview", preview_,
+            "With --output: also save each frame as preview_NNNNNN.png, an 8-bit picture with stretched "
+            "contrast, not for measurement");
+        line.number("--timeout", &timeout_s_, "S", "Give up when no frame arrives for this many seconds",
+                    0.01, 3600);
         line.number("--rate", &rate_hz_, "HZ",
-                    "Run freely at this rate instead of waiting for triggers (0: as set)", 0, 10000);
+                    "Set TriggerMode Off and AcquisitionFrameRate to this rate (0: leave as set)", 0, 10000);
         line.number("--software-trigger-rate", &software_rate_hz_, "HZ",
-                    "Trigger from here, through TriggerSoftware (0: no)", 0, 10000);
-        line.number("--exposure-us", &exposure_us_, "US", "ExposureTime (0: as set)", 0, 1e8);
-        line.number("--gain-db", &gain_db_, "DB", "Gain (-1: as set)", -1, 100);
+                    "Set TriggerSource Software and execute TriggerSoftware at this rate (0: leave as set)",
+                    0, 10000);
+        line.number("--exposure-us", &exposure_us_, "US",
+                    "Set ExposureTime to this many microseconds (0: leave as set)", 0, 1e8);
+        line.number("--gain-db", &gain_db_, "DB", "Set Gain to this many decibels (-1: leave as set)", -1,
+                    100);
         line.option("--pixel-format", &pixel_format_, "FORMAT",
-                    "PixelFormat, for example Mono8 (empty: as set)");
-        line.number("--packet-size", &packet_size_, "BYTES", "GevSCPSPacketSize (0: negotiated)", 0, 65532);
-        line.number("--packet-delay-ns", &packet_delay_ns_, "NS", "Gap between packets (-1: as set)", -1,
-                    1e9);
+                    "Set PixelFormat, for example Mono8 (default: leave as set)");
+        line.number("--packet-size", &packet_size_, "BYTES",
+                    "Set GevSCPSPacketSize (0: negotiate the largest that arrives)", 0, 65532);
+        line.number("--packet-delay-ns", &packet_delay_ns_, "NS",
+                    "Set the delay between packets, GevSCPD, in nanoseconds (-1: leave as set)", -1, 1e9);
         line.flag("--json", json_, "Print one JSON object instead of a table");
         line.examples = {
             "obscura grab --address 127.0.0.1 --frames 25 -o frames",
@@ -154,7 +165,8 @@ private:
             }
             ++received_;
             if (received_ == 1)
-                // The acquisition began with block 1, as far as the camera follows the standard.
+                // The standard numbers blocks from 1 at acquisition start; a larger first id that exceeds
+                // the count of frames is taken for a camera that does not restart its ids.
                 missing_ += frame->block_id > 1 && frame->block_id <= frames_ ? frame->block_id - 1 : 0;
             else
                 missing_ += skipped(previous, frame->block_id);
@@ -170,7 +182,7 @@ private:
         }
     }
 
-    /// Waits in short steps, so that ^C is heard.
+    /// Waits in short steps, so that an interrupt ends the wait.
     std::optional<ReceivedFrame> receive_one(Receiver& receiver) const {
         const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s_);
         while (std::chrono::steady_clock::now() < give_up && !interrupted())
@@ -205,7 +217,7 @@ private:
         std::vector<double> to_first, to_complete;
         for (const Stamps& s : stamps_) {
             if (!before || !after) break;
-            // Between the two readings the camera's clock may drift against ours: linear.
+            // Interpolate the clock offset linearly between the two readings, because the clocks drift.
             const double span = static_cast<double>(after->client_ns - before->client_ns);
             const double part = span > 0 ? static_cast<double>(s.complete_ns - before->client_ns) / span : 0;
             const auto offset =
@@ -220,7 +232,7 @@ private:
                    static_cast<double>(stamps_.back().complete_ns - stamps_.front().complete_ns);
         Report report;
         report.add("address", "camera", address_);
-        report.add("requested", "frames asked for", static_cast<std::int64_t>(frames_));
+        report.add("requested", "frames requested", static_cast<std::int64_t>(frames_));
         report.add("frames", "frames", static_cast<std::int64_t>(received_ - incomplete_));
         report.add("incomplete", "incomplete", static_cast<std::int64_t>(incomplete_));
         report.add("missing", "missing", static_cast<std::int64_t>(missing_));

@@ -1,4 +1,4 @@
-// obscura import: a scene from the header of a picture that a spacecraft took.
+// Verb `obscura import`: scene file from the header of a flight image.
 #include "core/error.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/raw.hpp"
@@ -16,16 +16,18 @@ class Import final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "makes a scene file from the header of a flight image";
-        line.description = "Reads pose, Sun, time and camera from the header of a spacecraft's picture and "
-                           "writes the scene that shows "
-                           "the same: render it and compare. So far: NEAR MSI frames (FITS with their PDS3 "
-                           "label beside) of 433 Eros.";
-        line.positional("FILE", &file_, "Picture with its header");
-        line.option("--shape", &shape_, "MESH", "Wavefront OBJ of the target, body-fixed axes").required =
-            true;
-        line.number("--metres-per-unit", &metres_per_unit_, "M", "Length of the mesh's unit", 1e-9, 1e12);
+        line.description =
+            "Reads camera pose, Sun position, time and filter from the header of a flight image and "
+            "writes a scene file that reproduces the image: render it and compare the two. Supported are "
+            "NEAR MSI frames of 433 Eros: FITS files, each with its detached PDS3 label (.lbl) in the "
+            "same folder.";
+        line.positional("FILE", &file_, "Flight image (FITS)");
+        line.option("--shape", &shape_, "MESH", "Shape model of the target: Wavefront OBJ in body-fixed axes")
+            .required = true;
+        line.number("--metres-per-unit", &metres_per_unit_, "M", "Length of one unit of the mesh in metres",
+                    1e-9, 1e12);
         line.option("--utc", &utc_, "TIME",
-                    "Mid-exposure, for example 2001-02-08T17:24:42.25 (default: the label's)");
+                    "UTC of mid-exposure, for example 2001-02-08T17:24:42.25 (default: from the label)");
         line.option("-o,--output", &output_, "FILE", "Scene file to write").required = true;
         line.examples = {
             "obscura import m0157063318f4_2p_iof_gbl.fit --shape eros.obj -o eros.toml",
@@ -37,7 +39,7 @@ public:
     int run() override {
         const std::filesystem::path mesh = std::filesystem::absolute(shape_).lexically_normal();
         if (!std::filesystem::is_regular_file(mesh))
-            throw InputError(fmt::format("{}: no such mesh", shape_));
+            throw InputError(fmt::format("{}: no such file, a mesh in Wavefront OBJ is wanted", shape_));
         const std::string scene = near_msi_scene(file_, {mesh.string(), metres_per_unit_, utc_});
         images::write_text(output_, scene);
         fmt::print("{}: written; next: obscura render {} -o render.fits && obscura compare {} render.fits\n",

@@ -1,4 +1,4 @@
-// obscura render: a scene as the camera would see it, in physical units.
+// Verb `obscura render`: irradiance images of a scene, single or as a sequence.
 #include "images/writers/exr.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/pending_file.hpp"
@@ -29,53 +29,63 @@ class Render final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "renders a scene to irradiance per pixel";
-        line.description = "Renders the scene file's camera at one instant, or a sequence. EXR and FITS "
-                           "files hold the irradiance of "
-                           "every pixel at the entrance pupil in W/m2, one channel or plane per spectral "
-                           "band, exactly 0 where "
-                           "nothing is. A PNG is a stretched 8-bit picture of the first band, to look at. "
-                           "The same scene, settings "
-                           "and seed give the same bytes on any number of threads (with --time-budget only "
-                           "as far as the number of "
-                           "passes is the same). A sequence needs a number in the file's name, such as %04d; "
-                           "what is already there "
-                           "can be left alone with --resume.";
+        line.description =
+            "Renders the camera of a scene file at one instant, or a sequence of frames. EXR and FITS "
+            "files hold the irradiance of every pixel at the entrance pupil in W/m2, one channel or plane "
+            "per spectral band, exactly 0 where no light arrives. A PNG is an 8-bit picture of the first "
+            "band with stretched contrast, not for measurement. The same scene, settings and seed give "
+            "the same bytes on any number of threads (with --time-budget only if the number of passes is "
+            "the same too). The file name of a sequence needs a frame number such as %04d; --resume "
+            "continues an interrupted sequence.";
         line.positional("SCENE", &scene_, "Scene file (TOML)");
-        line.option("-o,--output", &output_, "FILE", "Picture to write: .exr, .fits or .png").required = true;
+        line.option("-o,--output", &output_, "FILE",
+                    "Image to write; the name's ending selects the format: .exr, .fits or .png")
+            .required = true;
         line.option("--size", &size_, "WxH",
-                    "Pixels, with the same field of view across (default: the scene's)");
-        line.number("--samples", &settings_.samples_per_pixel, "N", "Rays per pixel that a body may cover", 1,
-                    65536);
+                    "Width and height in pixels, with the same horizontal field of view (default: from the "
+                    "scene)");
+        line.number("--samples", &settings_.samples_per_pixel, "N",
+                    "Samples per pixel, taken where a body may cover the pixel", 1, 65536);
         line.option(
             "--window", &window_text_, "X,Y,WxH",
-            "Only these pixels, from the upper left corner (X, Y): the same as those of the whole picture");
-        line.number("--error", &settings_.target_error, "SHARE",
-                    "Take more samples until a pixel's relative standard error is about this (0: --samples "
-                    "everywhere)",
-                    0, 1);
-        line.number("--max-samples", &settings_.max_samples_per_pixel, "N", "Limit that goes with --error", 1,
-                    65536);
+            "Render only the window of W x H pixels whose upper left corner is (X, Y); its pixels equal "
+            "those of the full image");
+        line.number(
+            "--error", &settings_.target_error, "SHARE",
+            "Adaptive sampling: add samples until the relative standard error of a pixel is about this "
+            "(0: --samples everywhere)",
+            0, 1);
+        line.number("--max-samples", &settings_.max_samples_per_pixel, "N",
+                    "With --error: largest number of samples per pixel", 1, 65536);
         line.number(
             "--bounces", &settings_.max_bounces, "N",
-            "Reflections after the first that light is followed over (at least the scene's own number)", 0,
+            "Maximum path depth: reflections after the first (the scene's own number if that is larger)", 0,
             1000);
-        line.number("--threads", &settings_.threads, "N", "Threads; 0: one per core", 0, 1024);
-        line.number("--seed", &settings_.seed, "N", "Seed of the sampling", 0, 9e15);
-        line.number("--time", &time_s_, "S", "Scene time of the first frame", -1e9, 1e9);
-        line.number("--exposure", &exposure_s_, "S",
-                    "Time over which light is gathered, half of it before the frame's; what moves is blurred",
-                    0, 1e6);
-        line.number("--frames", &frames_, "N", "Frames of a sequence", 1, 1e6);
-        line.number("--step", &step_s_, "S", "Scene time from frame to frame", -1e9, 1e9);
-        line.flag("--trajectory", trajectory_, "One frame at each time of the camera's trajectory instead");
-        line.flag("--resume", resume_, "Leave frames alone whose file is there already");
+        line.number("--threads", &settings_.threads, "N", "Render threads; 0: one per core", 0, 1024);
+        line.number("--seed", &settings_.seed, "N", "Seed of the random numbers", 0, 9e15);
+        line.number("--time", &time_s_, "S", "Scene time of the first frame in seconds", -1e9, 1e9);
+        line.number(
+            "--exposure", &exposure_s_, "S",
+            "Exposure time in seconds, centred on the frame's scene time; moving bodies and the moving "
+            "camera blur",
+            0, 1e6);
+        line.number("--frames", &frames_, "N", "Number of frames of a sequence", 1, 1e6);
+        line.number("--step", &step_s_, "S", "Scene time between consecutive frames in seconds", -1e9, 1e9);
+        line.flag(
+            "--trajectory", trajectory_,
+            "Render one frame at each time stamp of the camera's trajectory; replaces --frames, --time and "
+            "--step");
+        line.flag("--resume", resume_, "Skip frames whose file exists already");
         line.number("--time-budget", &budget_s_, "S",
-                    "Repeat and average each frame for about so long, at least once (0: once)", 0, 1e6);
-        line.flag("--layers", layers_,
-                  "EXR and FITS: body, range, depth, normals, latitude, longitude, slope, angles, texture "
-                  "coordinates, "
-                  "albedo, material, samples and variance as further layers or image units");
-        line.flag("--json", json_, "Print one JSON object with the figures of the run");
+                    "Render each frame repeatedly for about this many seconds and average the passes (0: one "
+                    "pass)",
+                    0, 1e6);
+        line.flag(
+            "--layers", layers_,
+            "With EXR and FITS: also write the AOVs (body, range, depth, normals, latitude, longitude, "
+            "slope, angles, texture coordinates, albedo, material) and the samples and variance of each "
+            "pixel, as layers or image extensions");
+        line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
             "obscura render config/scenes/demo.toml -o demo.png --size 1280x1024 --samples 16",
@@ -141,10 +151,9 @@ public:
         report.add("height", "height", static_cast<std::int64_t>(height));
         report.add("bands", "bands", static_cast<std::int64_t>(bands.size()));
         if (budget_s_ > 0) report.add("passes", "passes", static_cast<std::int64_t>(passes_));
-        report.add("build_s", "scene made ready in", std::chrono::duration<double>(built - start).count(),
-                   "s", 3);
+        report.add("build_s", "scene built in", std::chrono::duration<double>(built - start).count(), "s", 3);
         report.add("render_s", "rendered in", render_s, "s", 3);
-        report.add("render_cpu_s", "processor time of it", render_cpu_s, "s", 3);
+        report.add("render_cpu_s", "CPU time of rendering", render_cpu_s, "s", 3);
         report.add("rays", "rays", static_cast<std::int64_t>(renderer.rays_traced()));
         report.add("samples", "samples", static_cast<std::int64_t>(renderer.samples_taken()));
         if (written > 0) {
@@ -164,7 +173,7 @@ private:
         return std::chrono::duration<double>(Clock::now() - start).count();
     }
 
-    /// From the sensor's size to the window's.
+    /// Parses --window and replaces `width` and `height` of the sensor by those of the window.
     void parse_window(std::int32_t& width, std::int32_t& height) {
         const std::size_t comma = window_text_.rfind(',');
         const auto number = [](std::string_view digits, std::int32_t& value) {
@@ -201,11 +210,11 @@ private:
         return out;
     }
 
-    /// Renders passes of a frame until the time budget is spent, and averages them. False when interrupted.
+    /// Averages passes of one frame until the time budget is spent. Returns false when interrupted.
     bool average(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
                  const SequenceFrame& frame, Progress& progress, std::vector<float>& image) {
         const auto start = Clock::now();
-        // Passes must not repeat each other's random numbers, nor those of other frames.
+        // Passes use distinct frame ids, so that no two passes or frames share random numbers.
         constexpr std::uint64_t pass_stride = std::uint64_t{1} << 24;
         passes_ = 0;
         if (layers_) {
@@ -218,7 +227,7 @@ private:
         passes_ = 1;
         if (budget_s_ <= 0) return true;
         std::vector<double> sum(image.begin(), image.end());
-        // A pass that would end after the budget is not begun.
+        // Start a pass only if, at the mean duration of a pass, it ends within the budget.
         while (!interrupted() &&
                seconds_since(start) * (1 + 1.0 / static_cast<double>(passes_)) < budget_s_) {
             if (!fill(renderer, width, height, frame.number + passes_ * pass_stride, frame.time_s,
@@ -228,7 +237,7 @@ private:
                            [](double a, float b) { return a + static_cast<double>(b); });
             ++passes_;
         }
-        // Of the mean of the passes.
+        // Variance of the mean: the sum of the variances over the number of passes squared.
         for (float& v : variance_)
             v /= static_cast<float>(passes_ * passes_);
         std::transform(sum.begin(), sum.end(), image.begin(),
@@ -289,7 +298,8 @@ private:
         return true;
     }
 
-    /// The geometry behind every pixel at the frame's time, into aov_values_.
+    /// Renders the AOVs of every pixel at the frame's scene time into aov_values_. Returns false when
+    /// interrupted.
     bool trace_aovs(const renderer::Renderer& renderer, std::int32_t width, std::int32_t height,
                     const SequenceFrame& frame) {
         const Time when{std::llround(frame.time_s * 1e9)};
@@ -322,7 +332,7 @@ private:
         return out;
     }
 
-    /// The layers that were asked for, with their units.
+    /// AOVs, samples and variance with their units; empty without --layers.
     [[nodiscard]] std::vector<images::FitsPlane> layers(std::int32_t width, std::int32_t height) const {
         std::vector<images::FitsPlane> out;
         if (!layers_) return out;

@@ -1,4 +1,4 @@
-// obscura sensor: which sensors there are, what is known of them, and when their rows are reset and read.
+// Verb `obscura sensor`: list of sensors, sensor parameters with provenance, readout plans, fixed patterns.
 #include "sensors/sensor.hpp"
 
 #include "config/document.hpp"
@@ -60,7 +60,7 @@ std::vector<std::string_view> split(std::string_view text, char by) {
 }
 
 std::int64_t nanoseconds(double us) {
-    // Far beyond any exposure, but within an integer: the readout refuses it by name.
+    // Clamp to an integer far beyond any exposure: the readout plan refuses it with a proper message.
     return std::llround(std::clamp(us * 1e3, -1e18, 1e18));
 }
 
@@ -72,7 +72,7 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
         if (fields.size() != 5 && fields.size() != 7)
             throw UsageError(
                 fmt::format("obscura sensor: --windows: \"{}\": X,Y,WIDTH,HEIGHT,EXPOSURE_US and "
-                            "perhaps SAMPLING,READS are wanted",
+                            "optionally SAMPLING,READS are wanted",
                             part));
         const auto pixels = [&](std::size_t i) {
             return static_cast<std::int32_t>(std::clamp(number(fields[i], part), -1e9, 1e9));
@@ -104,24 +104,29 @@ std::vector<WindowRequest> parse_windows(const std::string& text) {
 class Sensor final : public Verb {
 public:
     void declare(CommandLine& line) override {
-        line.summary = "shows the shipped sensors and when their rows are reset and read";
+        line.summary = "shows sensor parameters and readout timing: row reset and read times";
         line.description =
-            "list prints the sensors, show every figure of one with its provenance and source, plan the "
-            "readout of a frame: reset, read and obtained exposure of each window, as text, as JSON or as a "
-            "picture (rows against time). maps writes the fixed patterns of the sensor's serial as FITS. "
-            "NAME is "
-            "a shipped sensor or the path of a sensor file.";
-        Option& action = line.positional("ACTION", &action_, "list, show, plan or maps");
+            "The action list prints the shipped sensors. show prints every parameter of a sensor with its "
+            "provenance and source. plan prints the readout of a frame: for each window the reset and "
+            "read times of its first and last row and the exposure obtained; as text, as JSON, or as a "
+            "picture of rows against time. maps writes the sensor's fixed-pattern maps (response, dark "
+            "current, offset), which depend on its serial number, as FITS files. NAME is a shipped sensor "
+            "or the path of a sensor file.";
+        Option& action = line.positional("ACTION", &action_, "What to print or write");
         action.choices = {"list", "show", "plan", "maps"};
-        Option& name = line.positional("NAME", &name_, "Sensor: a name of the list, or a .toml file");
+        Option& name = line.positional("NAME", &name_,
+                                       "Sensor (show, plan, maps): a name that list prints, or a .toml file");
         name.required = false;
-        line.option("--exposure-us", &exposure_us_, "US", "plan: exposure of the whole array");
-        line.option("--windows", &windows_, "LIST",
-                    "plan: X,Y,WIDTH,HEIGHT,EXPOSURE_US[,SAMPLING,READS] for each window, separated by ';'; "
-                    "SAMPLING is destructive, non-destructive, cds or ramp");
-        line.option("--svg", &svg_, "FILE", "plan: write the picture");
-        line.option("-o,--output", &output_, "DIR", "maps: folder for the FITS files; must exist");
-        line.flag("--json", json_, "Print JSON");
+        line.option("--exposure-us", &exposure_us_, "US",
+                    "With plan: exposure time of the full array in microseconds");
+        line.option(
+            "--windows", &windows_, "LIST",
+            "With plan: read windows instead of the full array, each "
+            "X,Y,WIDTH,HEIGHT,EXPOSURE_US[,SAMPLING,READS], separated by ';'; SAMPLING is destructive, "
+            "non-destructive, cds or ramp");
+        line.option("--svg", &svg_, "FILE", "With plan: also write the picture of rows against time as SVG");
+        line.option("-o,--output", &output_, "DIR", "With maps: folder for the FITS files, which must exist");
+        line.flag("--json", json_, "With list, show and plan: print JSON");
         line.examples = {
             "obscura sensor list", "obscura sensor show has2",
             "obscura sensor plan has2 --exposure-us 66000 --svg has2.svg",

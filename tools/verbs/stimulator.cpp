@@ -1,4 +1,4 @@
-// obscura stimulator: finds USB displays, shows test patterns on them, and calibrates screen and camera.
+// Verb `obscura stimulator`: USB displays (GUD), test patterns, calibration of screen and camera.
 #include "images/image.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/png.hpp"
@@ -32,28 +32,33 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "finds USB displays, shows test patterns, calibrates screen and camera";
         line.description =
-            "ACTION list names the displays (GUD) that are plugged in. patterns writes the pictures of a "
-            "calibration as PNG; "
-            "show puts them on a display one after the other, or one with --pattern. calibrate reads what "
-            "the camera "
-            "saw of each, NAME.png or NAME.fits with the names of the pictures, and writes the table for "
-            "stimulator.calibration. A further capture named dark, taken with the screen off, makes the "
-            "screen's black "
-            "known. Captures must be linear in light, all with one exposure that does not saturate.";
+            "The action list prints the connected USB displays that speak GUD (Generic USB Display). "
+            "patterns writes the test patterns of a calibration as PNG. show displays them one after the "
+            "other, or a single one with --pattern. calibrate reads the camera's image of each pattern, "
+            "NAME.png or NAME.fits with the pattern's name, and writes the table for the key "
+            "stimulator.calibration. An additional image named dark, taken with the screen off, separates "
+            "the black level of the screen from that of the camera. All images must be linear in light "
+            "and taken with the same exposure, without saturation.";
         line.positional("ACTION", &action_, "What to do").choices = {"list", "patterns", "show", "calibrate"};
-        line.option("--size", &size_, "WxH", "Pixels of the screen (patterns, calibrate)");
-        line.option("--grey", &grey_, "CODING", "Grey coding of the display; says how many levels there are")
+        line.option("--size", &size_, "WxH",
+                    "With patterns and calibrate: width and height of the screen in pixels");
+        line.option("--grey", &grey_, "CODING",
+                    "Grey coding of the display: equal has 256 levels, sum 766, high_low 65536")
             .choices = {"equal", "sum", "high_low"};
-        line.number("--ramp", &ramp_, "N", "Steps of the grey ramp", 2, 4096);
-        line.number("--dot-step", &dot_step_, "PX", "Screen pixels from dot to dot", 8, 1024);
-        line.option("--captures", &captures_, "DIR", "Folder of the captures (calibrate)");
-        line.number("--saturation", &saturation_, "DN", "Digital number at which the camera saturates", 1,
-                    65535);
-        line.option("-o,--output", &output_, "PATH", "Folder for the patterns, file for the calibration");
-        line.option("--pattern", &pattern_, "NAME", "Show only this one");
-        line.number("--seconds", &seconds_, "S", "How long each picture is shown", 0, 86400);
-        line.option("--serial", &serial_, "TEXT", "Serial number of the display (show; default: the first)");
-        line.flag("--json", json_, "Print the calibration's figures as one JSON object");
+        line.number("--ramp", &ramp_, "N", "Number of steps of the grey ramp", 2, 4096);
+        line.number("--dot-step", &dot_step_, "PX", "Pitch of the dot grid in screen pixels", 8, 1024);
+        line.option("--captures", &captures_, "DIR", "With calibrate: folder with the camera's images");
+        line.number("--saturation", &saturation_, "DN",
+                    "With calibrate: digital number at which the camera saturates", 1, 65535);
+        line.option(
+            "-o,--output", &output_, "PATH",
+            "With patterns: folder for the PNG files; with calibrate: calibration file to write (FITS)");
+        line.option("--pattern", &pattern_, "NAME", "With show: display only the pattern of this name");
+        line.number("--seconds", &seconds_, "S", "With show: seconds for which each pattern is displayed", 0,
+                    86400);
+        line.option("--serial", &serial_, "TEXT",
+                    "With show: serial number of the display (default: the first display found)");
+        line.flag("--json", json_, "With calibrate: print the results as one JSON object");
         line.examples = {"obscura stimulator list",
                          "obscura stimulator patterns --size 1280x1024 -o patterns",
                          "obscura stimulator show --seconds 2",
@@ -84,7 +89,7 @@ private:
             fmt::print("{:04x}:{:04x} bus {} address {} serial {}{}{}\n", d.vendor_id, d.product_id, d.bus,
                        d.address, d.serial.empty() ? "-" : d.serial, d.problem.empty() ? "" : ": ",
                        d.problem);
-        if (found.empty()) fmt::print(stderr, "no display with this protocol is plugged in\n");
+        if (found.empty()) fmt::print(stderr, "obscura stimulator: no GUD display is connected\n");
         return found.empty() ? exit_hardware : exit_ok;
     }
 
@@ -114,7 +119,7 @@ private:
             if (!chosen && (serial_.empty() || d.serial == serial_)) chosen = d;
         if (!chosen)
             throw HardwareError(
-                "obscura stimulator: no such display is plugged in (try: obscura stimulator list)");
+                "obscura stimulator: no such display is connected (try: obscura stimulator list)");
         const auto device = bus->open(*chosen);
         transports::DisplayWish wish;
         if (grey_ != "equal") wish.format = transports::gud::Format::xrgb8888;
@@ -141,7 +146,7 @@ private:
         return exit_ok;
     }
 
-    /// The whole picture, in as many parts as the display wants.
+    /// Sends a full picture in updates no larger than the display accepts. Throws HardwareError.
     static void send(transports::UsbDevice& device, transports::DisplayLink& link,
                      transports::GreyCoding grey, const std::vector<std::uint16_t>& levels) {
         std::vector<std::uint8_t> bytes(link.frame_bytes());
@@ -193,12 +198,12 @@ private:
         report.add("finest_row_stripe", "finest rows resolved (px)", std::int64_t{found.finest_row_stripe});
         report.add("dots_used", "dots used", std::int64_t{found.dots_used});
         report.add("dots_rejected", "dots rejected", std::int64_t{found.dots_rejected});
-        report.add("homography_rms_px", "dots about the homography", found.homography_rms_px, "px", 3);
-        report.add("residual_rms_px", "dots about the distortion map", found.residual_rms_px, "px", 3);
-        report.add("uniformity_min", "weakest place", found.uniformity_min, "", 3);
-        report.add("black_to_white", "black to white", found.black_to_white, "", 5);
+        report.add("homography_rms_px", "dot residual, homography, rms", found.homography_rms_px, "px", 3);
+        report.add("residual_rms_px", "dot residual, distortion map, rms", found.residual_rms_px, "px", 3);
+        report.add("uniformity_min", "lowest uniformity", found.uniformity_min, "", 3);
+        report.add("black_to_white", "black over white", found.black_to_white, "", 5);
         report.add("dead_pixels_resolved", "single screen pixels resolved", found.dead_pixels_resolved);
-        report.add("dead_pixels", "pixels that do not follow", static_cast<std::int64_t>(table.dead.size()));
+        report.add("dead_pixels", "dead screen pixels", static_cast<std::int64_t>(table.dead.size()));
         report.print(json_);
         return exit_ok;
     }

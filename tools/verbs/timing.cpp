@@ -1,4 +1,4 @@
-// obscura timing: what the stamps of a run say, and what this machine can promise.
+// Verb `obscura timing`: latency statistics of a run, and self-test of the machine's release jitter.
 #include "core/clock.hpp"
 #include "core/frame.hpp"
 #include "core/realtime.hpp"
@@ -17,6 +17,7 @@ namespace {
 
 constexpr int release_priority = 75; // as in the daemon
 
+/// One measurement of the self-test. `spin_ns`: how long before the due time polling begins; 0: sleep only.
 struct Wakeups {
     const char* name;
     double rate_hz;
@@ -24,8 +25,8 @@ struct Wakeups {
     int priority;
 };
 
-/// Lets one-row frames out through the daemon's own releasing thread, at `rate_hz` for `seconds`; returns how
-/// late 99 of 100 were at most, in microseconds.
+/// Releases one-row frames through the daemon's own row release thread at `rate_hz` for `seconds`. Returns
+/// the 99th percentile of the lateness in microseconds and appends a table line to `out`.
 double measure(const Wakeups& w, double seconds, std::string& out) {
     emulator::Releaser releaser({.max_rows = 1, .thread = {w.priority, {}}, .spin_ns = w.spin_ns},
                                 std::make_unique<MonotonicClock>());
@@ -52,27 +53,28 @@ double measure(const Wakeups& w, double seconds, std::string& out) {
 class Timing final : public Verb {
 public:
     void declare(CommandLine& line) override {
-        line.summary = "tells how punctual a run was, and what this machine can promise";
-        line.description = "Reads the stamps that `obscurad --timing FILE` wrote and prints how long "
-                           "everything took, from the edge to the "
-                           "last byte of every way out and row by row, with histograms and the ten "
-                           "worst frames and why; as text, as CSV, or as a picture of the distributions "
-                           "(SVG). With --self-test no file "
-                           "is read: the daemon's own releasing thread lets rows out at 10 and 100 Hz, with "
-                           "and without polling, and how "
-                           "late they were is printed.";
-        line.positional("FILE", &file_, "Timing file of a run").required = false;
-        line.option("--format", &format_, "FORMAT", "What to print").choices = {"text", "csv", "svg"};
+        line.summary = "evaluates the latencies of a run, or the release jitter of this machine";
+        line.description =
+            "Reads the time stamps that `obscurad --timing FILE` wrote and prints the latency of each "
+            "stage, from the trigger edge to the last byte of every transport, and the lateness of each "
+            "row: quantiles, histograms, and the ten worst frames with the stage that delayed them; as "
+            "text, as CSV, or as a picture of the distributions (SVG). With --self-test no file is read: "
+            "the daemon's row release thread releases rows at 10 and 100 Hz, with and without polling, "
+            "and their lateness is printed.";
+        line.positional("FILE", &file_, "Timing file that obscurad --timing wrote").required = false;
+        line.option("--format", &format_, "FORMAT", "Output format").choices = {"text", "csv", "svg"};
         line.option("-o,--output", &output_, "FILE", "Write to FILE instead of standard output");
-        line.flag("--self-test", self_test_, "Measure this machine");
-        line.number("--seconds", &seconds_, "S", "Of each measurement of the self-test", 0.1, 3600);
+        line.flag("--self-test", self_test_,
+                  "Measure the release jitter of this machine instead of reading FILE");
+        line.number("--seconds", &seconds_, "S", "With --self-test: duration of each measurement in seconds",
+                    0.1, 3600);
         line.examples = {"obscura timing run.csv    # after: obscurad --config FILE --timing run.csv",
                          "obscura timing run.csv --format svg -o run.svg", "obscura timing --self-test"};
     }
 
     int run() override {
         if (self_test_ != file_.empty())
-            throw UsageError("obscura timing: either FILE or --self-test is wanted");
+            throw UsageError("obscura timing: either FILE or --self-test is wanted, not both");
         write(self_test_ ? test_machine() : report());
         return exit_ok;
     }
@@ -104,15 +106,16 @@ private:
             all.push_back({"release: sleep, then poll", 10, 100 * ns_per_us, release_priority});
             all.push_back({"release: sleep, then poll", 100, 100 * ns_per_us, release_priority});
         }
-        double promise_us = 0; // of the two ways of the daemon, which come last
+        // 99th percentile over the last two rows of the table, which wait as the daemon does.
+        double promise_us = 0;
         for (std::size_t i = 0; i < all.size(); ++i) {
             const double p99_us = measure(all[i], seconds_, out);
             if (i + 2 >= all.size()) promise_us = std::max(promise_us, p99_us);
         }
-        out += fmt::format(
-            "\nAs loaded as it is now, this machine can promise that 99 of 100 rows leave at most {:.1f} us "
-            "after their time; max shows what it took itself.\n",
-            promise_us);
+        out += fmt::format("\nAt its present load this machine releases 99 of 100 rows at most {:.1f} us "
+                           "after their due time; "
+                           "the column max shows the worst row.\n",
+                           promise_us);
         return out;
     }
 

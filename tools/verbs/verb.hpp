@@ -1,4 +1,5 @@
-// Read this first: a verb of the `obscura` command line; one file pair per verb and one line in verbs.cpp.
+// Interface and list of the verbs of the `obscura` command line. Read this first: a verb is one source file
+// in this folder, a maker declared below and a row in verbs.cpp.
 #pragma once
 
 #include "tools/support/command_line.hpp"
@@ -9,13 +10,14 @@
 
 namespace obscura::tools {
 
-/// One verb. Made anew for each use; declare() is called once, then run() unless --help was asked for.
+/// One verb, created for a single use: the main program calls declare() once, then run() unless --help was
+/// given. Thread-bound.
 class Verb {
 public:
     virtual ~Verb() = default;
-    /// Says what arguments there are; the targets are members of the verb.
+    /// Declares the arguments, whose targets are members of the verb.
     virtual void declare(CommandLine& line) = 0;
-    /// Does the work; the result is the exit status. Throws Error with one line.
+    /// Executes the verb and returns the exit status. Throws Error with a one-line message.
     virtual int run() = 0;
 };
 
@@ -24,7 +26,7 @@ struct VerbEntry {
     std::unique_ptr<Verb> (*make)();
 };
 
-/// All verbs, in the order of the help.
+/// All verbs, in the order in which --help lists them.
 [[nodiscard]] std::span<const VerbEntry> verbs();
 
 [[nodiscard]] std::unique_ptr<Verb> make_render();
