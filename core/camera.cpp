@@ -77,12 +77,13 @@ std::string explain_activation(const char* selector, const TriggerChoice& trigge
     if (is_level(activation) && !for_level)
         return fmt::format("TriggerActivation[{}]: levels are for FrameStart and AcquisitionStart", selector);
     const std::size_t line = line_of(trigger.source);
-    const LineEdges told = line < line_count ? limits.lines[line] : LineEdges{};
-    if (line == line_count || (!told.rising && !told.falling)) return {}; // nothing there to be activated by
+    const LineEdges reported = line < line_count ? limits.lines[line] : LineEdges{};
+    // A line without a source reports no edges: any activation is allowed.
+    if (line == line_count || (!reported.rising && !reported.falling)) return {};
     const bool needs_both = activation == TriggerActivation::any_edge || is_level(activation);
-    if (told.both() || (!needs_both && told.falling == activates(activation, true))) return {};
-    return fmt::format("TriggerActivation[{}]: Line{} tells of {} edges only", selector, line,
-                       told.rising ? "rising" : "falling");
+    if (reported.both() || (!needs_both && reported.falling == activates(activation, true))) return {};
+    return fmt::format("TriggerActivation[{}]: Line{} reports {} edges only", selector, line,
+                       reported.rising ? "rising" : "falling");
 }
 
 } // namespace
@@ -120,7 +121,7 @@ std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits)
     if (s.exposure_mode == ExposureMode::trigger_width) {
         if (std::none_of(limits.lines.begin(), limits.lines.end(),
                          [](const LineEdges& line) { return line.both(); }))
-            return "ExposureMode TriggerWidth: no line's source tells of both its edges";
+            return "ExposureMode TriggerWidth: no line's source reports both edges";
         if (s.exposure_auto != ExposureAuto::off)
             return "ExposureMode TriggerWidth: allowed with ExposureAuto Off";
     }
@@ -157,7 +158,7 @@ std::string explain_invalid(const Sequence& sequence, const CameraSettings& sett
     if (!sequence.enabled) return {};
     if (sequence.start >= Sequence::max_steps)
         return fmt::format("SequencerSetStart {}: allowed 0 to {}", sequence.start, Sequence::max_steps - 1);
-    // Only the sets that can be reached count.
+    // Check only the sets that are reachable from `start`.
     std::array<bool, Sequence::max_steps> seen{};
     for (std::uint32_t step = sequence.start; !seen[step]; step = sequence.steps[step].next) {
         seen[step] = true;

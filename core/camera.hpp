@@ -1,4 +1,4 @@
-// What a client can set on the emulated camera, and the seam through which a transport does so.
+// Camera settings by their SFNC names, their limits, and the interface through which transports apply them.
 #pragma once
 
 #include "core/frame.hpp"
@@ -17,65 +17,69 @@ namespace obscura {
 /// SFNC AcquisitionMode.
 enum class AcquisitionMode : std::uint8_t { continuous, single_frame, multi_frame };
 
-/// SFNC ExposureAuto: the camera chooses ExposureTime by what it sees.
+/// SFNC ExposureAuto: the camera adjusts ExposureTime to the brightness of its frames.
 enum class ExposureAuto : std::uint8_t { off, once, continuous };
 
-/// SFNC ExposureMode. `trigger_width`: exposed for as long as the pulse of the trigger lasts, where that
-/// comes from a line whose source tells of both its edges and RisingEdge or FallingEdge begins it;
-/// ExposureTime counts otherwise.
+/// SFNC ExposureMode. `trigger_width`: the exposure lasts as long as the trigger pulse, provided that the
+/// pulse comes from a line whose source reports both edges and that TriggerActivation is RisingEdge or
+/// FallingEdge; otherwise ExposureTime applies.
 enum class ExposureMode : std::uint8_t { timed, trigger_width };
 
-/// One window of the sensor, with an integration of its own. SFNC calls it a region.
+/// One window of the sensor (an SFNC region) with its own integration time.
 struct CameraWindow {
-    Region region;                             ///< in sensor pixels
-    std::int64_t exposure_ns = 10 * ns_per_ms; ///< reset to read; first to last read where there are several
+    Region region; ///< in sensor pixels
+    /// From reset to read; with several reads, from the first to the last.
+    std::int64_t exposure_ns = 10 * ns_per_ms;
     Sampling sampling = Sampling::destructive;
-    std::int32_t reads = 1; ///< 1 destructive, at least 1 non_destructive, 2 or more for cds and ramp
+    /// 1 for destructive, at least 1 for non_destructive, at least 2 for cds and ramp.
+    std::int32_t reads = 1;
 
     constexpr bool operator==(const CameraWindow&) const = default;
 };
 
-/// The settings a client may change while the camera runs. Plain data; a change applies from the next frame
-/// on: they are the shadow registers of the chip.
+/// Settings that a client may change while the camera runs: the shadow registers of the chip. Plain data; a
+/// change applies from the next frame on.
 struct CameraSettings {
-    // The first window, and for a camera that has but one the only one.
+    // The first window; the only one of a single-window camera.
     Region region; ///< SFNC Width, Height, OffsetX, OffsetY, in sensor pixels
     PixelFormat pixel_format = PixelFormat::mono16;
     std::int64_t exposure_ns = 10 * ns_per_ms; ///< SFNC ExposureTime (there in us)
     Sampling sampling = Sampling::destructive;
     std::int32_t reads = 1;
-    // The windows read after it; entries from `more_count` on are as they were constructed.
+    // The windows read after the first; entries from `more_count` on keep their default values.
     std::uint32_t more_count = 0;
     std::array<CameraWindow, max_windows - 1> more_windows{};
 
-    /// Of the first window.
+    /// Applies to the first window.
     ExposureMode exposure_mode = ExposureMode::timed;
-    /// What the camera makes of it shows in exposure_ns; `once` turns to `off` by itself.
+    /// The camera writes the exposure it chooses to exposure_ns; `once` returns to `off` when done.
     ExposureAuto exposure_auto = ExposureAuto::off;
-    /// The goal: that percentile of the first window's digital numbers, between black level and full scale.
+    /// Control target: percentile `auto_percentile` of the first window's digital numbers reaches
+    /// `auto_target_percent` of the range from black level to full scale.
     double auto_target_percent = 50, auto_percentile = 99;
     double gain_db = 0; ///< SFNC Gain
     AcquisitionMode acquisition_mode = AcquisitionMode::continuous;
     std::uint32_t acquisition_frame_count = 1; ///< MultiFrame only
-    /// SFNC TriggerSelector FrameStart; not enabled: free run at frame_rate_hz.
+    /// SFNC TriggerSelector FrameStart; disabled: free run at frame_rate_hz.
     TriggerChoice frame_trigger{.enabled = true};
     std::int64_t trigger_delay_ns = 0;
     TriggerOverlap trigger_overlap = TriggerOverlap::off;
-    std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: one of so many edges counts
+    std::uint32_t trigger_divider = 1; ///< SFNC TriggerDivider: every n-th edge is a trigger
     // SFNC TriggerSelector AcquisitionStart: after AcquisitionStart no frame is taken before this trigger.
-    // The edge itself makes none.
+    // The trigger itself starts no frame.
     TriggerChoice start_trigger{};
-    // SFNC TriggerSelector FrameBurstStart: lets the next burst_frame_count frames through. Without a trigger
-    // for FrameStart the first of them begins at its edge, the others follow at the free run's rate.
+    // SFNC TriggerSelector FrameBurstStart: enables the next burst_frame_count frames. Without a FrameStart
+    // trigger the first of them begins at the burst trigger's edge and the others follow at the free-run
+    // rate.
     TriggerChoice burst_trigger{};
     std::uint32_t burst_frame_count = 1; ///< SFNC AcquisitionBurstFrameCount
-    // SFNC TriggerSelector ExposureStart: the edge that a frame is exposed at. A trigger for FrameStart then
-    // only readies the camera for one such edge; without one it is always ready.
+    // SFNC TriggerSelector ExposureStart: its edge starts the exposure. A FrameStart trigger then only arms
+    // the camera for one such edge; without a FrameStart trigger the camera is always armed.
     TriggerChoice exposure_trigger{};
-    bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; off: as fast as the chip can
+    bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; false: the chip's maximum rate
     double black_level_dn = 0;      ///< SFNC BlackLevel
     ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern
-    double frame_rate_hz = 10; ///< SFNC AcquisitionFrameRate: free run, and as long as a level holds
+    double frame_rate_hz = 10; ///< SFNC AcquisitionFrameRate: in free run and while a level trigger holds
     std::array<EventCounter, counter_count> counters{};
     std::array<PulseTimer, timer_count> timers{};
 
@@ -86,7 +90,7 @@ struct CameraSettings {
     [[nodiscard]] constexpr CameraWindow window(std::size_t i) const {
         return i == 0 ? CameraWindow{region, exposure_ns, sampling, reads} : more_windows[i - 1];
     }
-    /// Replaces all windows, by 1 to max_windows others.
+    /// Replaces all windows by `windows`, 1 to max_windows of them.
     void set_windows(std::span<const CameraWindow> windows);
 };
 
@@ -95,17 +99,17 @@ struct ImageSize {
     std::int32_t width = 0, height = 0;
     constexpr bool operator==(const ImageSize&) const = default;
 };
-/// Of the image composed of all windows, one below the other: as wide as the widest of them. Non-destructive
-/// reads are delivered one by one.
+/// Size of the composed image: all windows one below the other, as wide as the widest. Each non-destructive
+/// read adds rows of its own.
 [[nodiscard]] ImageSize composed_size(const CameraSettings& settings);
 
-/// The limits within which CameraSettings must stay; constant for the life of the camera.
+/// Limits of CameraSettings; constant for the life of the camera.
 struct CameraLimits {
     std::int32_t sensor_width = 0, sensor_height = 0;
     std::int32_t width_step = 1, height_step = 1; ///< increments of Width, Height and the offsets
     std::int32_t width_min = 1, height_min = 1;
     std::uint32_t windows_max = 1;
-    std::int32_t rows_max = 0; ///< of the composed image; 0: as many as the sensor has
+    std::int32_t rows_max = 0; ///< of the composed image; 0: the sensor's height
     bool strict = true;        ///< windows must lie on the sensor; otherwise the chip crops them
     std::array<LineEdges, line_count> lines{LineEdges{.rising = true}};
     int adc_bits = 12;
@@ -114,24 +118,25 @@ struct CameraLimits {
     double frame_rate_min_hz = 0.01, frame_rate_max_hz = 1000;
     double black_level_min_dn = 0, black_level_max_dn = 0; ///< equal: fixed
     double temperature_c = 20;                             ///< of the sensor
-    bool overlapped = false; ///< a frame may be exposed while the one before is read out
+    bool overlapped = false; ///< a frame may be exposed while its predecessor is read out
     bool global_shutter = false;
     std::string sensor_name = "generic";
 };
 
-/// Why `settings` cannot be had within `limits`: the SFNC feature and what is allowed; empty when they can.
+/// Checks `settings` against `limits`. Returns the SFNC feature at fault and what is allowed; empty when
+/// valid.
 [[nodiscard]] std::string explain_invalid(const CameraSettings& settings, const CameraLimits& limits);
 
-/// What the chip makes of CameraSettings.
+/// Readout that the chip performs for given CameraSettings.
 struct ReadoutAnswer {
-    std::string refusal; ///< why it cannot be done; then the rest is empty
+    std::string refusal; ///< why the chip cannot read such windows; the other members are empty then
     std::uint32_t window_count = 0;
     std::array<FrameWindow, max_windows> windows{}; ///< with the exposures obtained and the readout's flags
     std::int64_t frame_period_ns = 0;               ///< shortest time between triggers
     std::int64_t readout_ns = 0;                    ///< first to last row slot
 };
 
-/// Settings that the sequencer may change from frame to frame.
+/// Bits of the settings that the sequencer may change from frame to frame.
 enum SequencedFeature : std::uint32_t {
     sequenced_exposure = 1u << 0,
     sequenced_gain = 1u << 1,
@@ -139,7 +144,7 @@ enum SequencedFeature : std::uint32_t {
     sequenced_offset_x = 1u << 3,
     sequenced_offset_y = 1u << 4,
 };
-/// One set of the sequencer: what a frame is taken with, and which set is for the frame after it.
+/// One sequencer set: settings of a frame, and the set of the frame after it (`next`).
 struct SequenceStep {
     std::int64_t exposure_ns = 10 * ns_per_ms;
     double gain_db = 0;
@@ -148,7 +153,7 @@ struct SequenceStep {
     std::uint32_t next = 0;
     constexpr bool operator==(const SequenceStep&) const = default;
 };
-/// SFNC SequencerControl: from frame to frame along `next`, anew from `start` at each acquisition start.
+/// SFNC SequencerControl: each frame advances to the set `next`; each acquisition start returns to `start`.
 struct Sequence {
     static constexpr std::size_t max_steps = 8;
     bool enabled = false;
@@ -157,32 +162,32 @@ struct Sequence {
     std::array<SequenceStep, max_steps> steps{};
     constexpr bool operator==(const Sequence&) const = default;
 };
-/// `settings` with what step `step` of `sequence` puts in their place.
+/// `settings` with those replaced that set `step` of `sequence` changes.
 [[nodiscard]] CameraSettings with_step(CameraSettings settings, const Sequence& sequence,
                                        std::uint32_t step) noexcept;
 
-/// Why `sequence` cannot run on top of `settings`; empty when it can.
+/// Why `sequence` is invalid with `settings`; empty when it is valid.
 [[nodiscard]] std::string explain_invalid(const Sequence& sequence, const CameraSettings& settings,
                                           const CameraLimits& limits);
 
-/// One input line.
+/// Edges of one input line.
 struct LineActivity {
-    std::uint64_t edges = 0; ///< listened to or not
+    std::uint64_t edges = 0; ///< all edges, whether or not a trigger uses the line
     Time edge;               ///< the last one
-    bool high = false;       ///< after it; low before the first
+    bool high = false;       ///< level after the last edge; low before the first
 };
 
-/// What has happened and how often since the camera was made; scheduling clock. Instants of the frame in work
-/// may lie ahead.
+/// Events of the camera and their counts since its construction; scheduling clock. Instants of the frame in
+/// progress may lie in the future.
 struct CameraActivity {
-    std::uint64_t frame_triggers = 0;  ///< edges that became work
-    std::uint64_t missed_triggers = 0; ///< edges that came too soon
+    std::uint64_t frame_triggers = 0;  ///< edges that started a frame
+    std::uint64_t missed_triggers = 0; ///< edges that came too early
     std::uint64_t frames = 0;          ///< frames begun
     Time frame_start, frame_end;       ///< of the last frame: trigger edge, last row out of the chip
     Time exposure_start, exposure_end; ///< of the last frame: first reset, last read
-    bool trigger_ready = false;        ///< an edge would be taken now
+    bool trigger_ready = false;        ///< an edge would be accepted now
     bool start_awaited = false;        ///< acquiring, but the start trigger has not come
-    std::uint32_t sequence_step = 0;   ///< that the last frame was taken with
+    std::uint32_t sequence_step = 0;   ///< sequencer set of the last frame
     std::uint64_t acquisitions = 0;    ///< acquisition starts
     Time acquisition_start;            ///< the last one
     std::array<LineActivity, line_count> lines{};
@@ -190,40 +195,41 @@ struct CameraActivity {
     std::array<Time, timer_count> timer_resets{};
 };
 
-/// The camera as its control port sees it. Implemented by the emulator; called on a transport's control
-/// thread (one at a time). None of the calls blocks for longer than it takes to finish the band of rows in
-/// work.
+/// Control interface of the camera. Implemented by the emulator; called on a transport's control thread (one
+/// at a time). No call blocks for longer than it takes to finish the current block of rows.
 class CameraControl {
 public:
     virtual ~CameraControl() = default;
 
     [[nodiscard]] virtual CameraLimits limits() const = 0;
     [[nodiscard]] virtual CameraSettings settings() const = 0;
-    /// Why apply() would refuse `settings`: outside the limits, or the chip cannot read such windows. Empty
-    /// when it would not.
+    /// Why apply() would refuse `settings`: outside the limits, or windows that the chip cannot read. Empty
+    /// when it would accept them.
     [[nodiscard]] virtual std::string explain(const CameraSettings& settings) const {
         return explain_invalid(settings, limits());
     }
-    /// Applies all of `settings` from the next frame on, or nothing: false when explain() has a reason.
+    /// Applies all of `settings` from the next frame on. Returns false and applies none of them when
+    /// explain() gives a reason.
     virtual bool apply(const CameraSettings& settings) = 0;
 
-    /// Frame ids restart at 1. False when already running.
+    /// Starts the acquisition; frame ids restart at 1. Returns false when it is already running.
     virtual bool acquisition_start() = 0;
-    /// After the return no new frame is submitted; the one in work is abandoned if `abort`, else finished.
+    /// Stops the acquisition. After the return no new frame is submitted; the frame in progress is abandoned
+    /// if `abort`, else finished.
     virtual void acquisition_stop(bool abort) = 0;
     [[nodiscard]] virtual bool acquiring() const = 0;
 
-    /// SFNC TriggerSoftware at `edge`. False when it was not accepted (not armed, other source,
+    /// SFNC TriggerSoftware at `edge`. Returns false when it was not accepted (not armed, other source,
     /// over-trigger); the camera counts that as a missed trigger.
     virtual bool software_trigger(Time edge) = 0;
-    /// SFNC Action1 at `edge`; the same rules. A camera without it never accepts.
+    /// SFNC Action1 at `edge`, under the rules of software_trigger(). A camera without it never accepts.
     virtual bool action_trigger(Time /*edge*/) { return false; }
 
-    /// SFNC TriggerSoftware of the acquisition start trigger at `edge`. False when none is awaited from
-    /// there.
+    /// SFNC TriggerSoftware of the acquisition start trigger at `edge`. Returns false when the camera does
+    /// not await that trigger from software.
     virtual bool software_start_trigger(Time /*edge*/) { return false; }
 
-    /// SFNC TriggerSoftware of the burst trigger and of the exposure trigger, the same way.
+    /// SFNC TriggerSoftware of the burst trigger and of the exposure trigger, under the same rule.
     virtual bool software_burst_trigger(Time /*edge*/) { return false; }
     virtual bool software_exposure_trigger(Time /*edge*/) { return false; }
 
@@ -231,10 +237,11 @@ public:
     virtual void reset_counter(std::size_t /*i*/) {}
     virtual void reset_timer(std::size_t /*i*/) {}
 
-    /// What the chip would make of `settings`; by default exactly what they ask for, in no time.
+    /// Readout that the chip would perform for `settings`; by default exactly the requested one, with zero
+    /// readout time.
     [[nodiscard]] virtual ReadoutAnswer readout(const CameraSettings& settings) const;
-    /// Takes effect at the next acquisition start. False when a step is outside the limits, while acquiring,
-    /// and for a camera without a sequencer.
+    /// Sets the sequence, which takes effect at the next acquisition start. Returns false when a set is
+    /// outside the limits, while acquiring, and for a camera without a sequencer.
     virtual bool set_sequence(const Sequence& sequence) { return !sequence.enabled; }
     [[nodiscard]] virtual CameraActivity activity() const { return {}; }
 };

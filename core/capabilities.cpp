@@ -31,10 +31,11 @@ struct CapabilitySets {
     bool set() noexcept { return syscall(SYS_capset, &header, halves) == 0; }
 };
 
-/// Of the calling thread. Only system calls: runs in a signal handler.
+/// Drops the capabilities of the calling thread. Makes system calls only: it runs in a signal handler.
 bool drop_here() noexcept {
     const std::uint64_t keep = keep_bits.load();
-    // The bounding set first: that takes a capability. Who does not have it cannot gain any either.
+    // Drop the bounding set first: that needs CAP_SETPCAP. Failure is harmless: a thread without CAP_SETPCAP
+    // cannot gain capabilities either.
     for (int capability = 0; capability < 64; ++capability)
         if ((keep >> capability & 1) == 0) prctl(PR_CAPBSET_DROP, capability, 0L, 0L, 0L);
     prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0L, 0L, 0L);
@@ -56,7 +57,7 @@ extern "C" void on_drop_signal(int) {
     errno = before;
 }
 
-/// Whether thread `tid` let go, or ended, within a second.
+/// Signals thread `tid` to drop its capabilities. Returns true if it answered, or had ended, within a second.
 bool ask_thread(int tid, int signal) {
     const int before = answers.load();
     if (syscall(SYS_tgkill, getpid(), tid, signal) != 0) return errno == ESRCH;
@@ -65,12 +66,12 @@ bool ask_thread(int tid, int signal) {
     return answers.load() != before;
 }
 
-/// Raises a limit to `wanted` if need be; whether it is there now.
+/// Raises a limit to `wanted` if it is lower. Returns whether the limit is at least `wanted` now.
 template<typename Resource>
 bool ensure_limit(Resource resource, rlim_t wanted) noexcept {
     rlimit limit{};
     if (getrlimit(resource, &limit) != 0) return false;
-    // RLIM_INFINITY is the largest number there is.
+    // RLIM_INFINITY is the largest rlim_t, so the comparison holds for it as well.
     if (limit.rlim_cur >= wanted) return true;
     limit.rlim_cur = wanted;
     limit.rlim_max = std::max(limit.rlim_max, wanted);
@@ -90,7 +91,7 @@ std::uint64_t replace_by_limits(int priority) noexcept {
 CapabilityReport drop_capabilities(std::uint64_t keep) {
     CapabilityReport report;
     CapabilitySets sets;
-    // A filter of system calls may refuse even the question; who lives behind one has been cared for.
+    // A system call filter may refuse even capget. Such a process is already confined: nothing to do.
     if (!sets.get()) return report;
     std::uint64_t permitted = 0;
     for (int half = 0; half < 2; ++half)
@@ -98,7 +99,7 @@ CapabilityReport drop_capabilities(std::uint64_t keep) {
     report.had_any = permitted != 0;
     if (!report.had_any) return report;
 #ifdef __SANITIZE_THREAD__
-    report.why = "ThreadSanitizer holds signals back";
+    report.why = "ThreadSanitizer delays signals";
     return report;
 #endif
     report.kept = keep & permitted;
@@ -117,7 +118,8 @@ CapabilityReport drop_capabilities(std::uint64_t keep) {
         return report;
     }
     std::set<int> done{static_cast<int>(syscall(SYS_gettid))};
-    // Until a look at all threads finds no new one: a thread that was just being made has what its maker had.
+    // Scan the threads until a scan finds no new one: a thread created during a scan inherited the
+    // capabilities of its creator.
     std::error_code error;
     for (bool found = true; found && !error;) {
         found = false;
@@ -126,7 +128,7 @@ CapabilityReport drop_capabilities(std::uint64_t keep) {
             const int tid = std::atoi(entry->path().filename().c_str());
             if (!done.insert(tid).second) continue;
             found = true;
-            if (!ask_thread(tid, signal)) report.why = fmt::format("thread {} does not listen", tid);
+            if (!ask_thread(tid, signal)) report.why = fmt::format("thread {} does not answer", tid);
         }
     }
     if (error) report.why = fmt::format("/proc/self/task: {}", error.message());

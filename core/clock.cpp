@@ -28,8 +28,8 @@ bool MonotonicClock::sleep_until(Time deadline) noexcept {
     ts.tv_nsec = deadline.ns % ns_per_s;
     while (interrupted_.load(std::memory_order_acquire) == 0) {
         if (now() >= deadline) return true;
-        // FUTEX_WAIT_BITSET takes an absolute CLOCK_MONOTONIC time-out; an interrupt changes the word and
-        // wakes us.
+        // FUTEX_WAIT_BITSET takes an absolute CLOCK_MONOTONIC time-out; interrupt() changes the word and
+        // wakes the waiters.
         const long rc = syscall(SYS_futex, &interrupted_, FUTEX_WAIT_BITSET_PRIVATE, 0, &ts, nullptr,
                                 FUTEX_BITSET_MATCH_ANY);
         if (rc == -1 && errno == ETIMEDOUT) return true;
@@ -47,8 +47,8 @@ void MonotonicClock::rearm() noexcept {
 }
 
 std::int64_t MonotonicClock::tai_offset_ns() const noexcept {
-    // Read between two monotonic readings, so that a preemption between the clocks cannot shift the offset
-    // unseen.
+    // Read TAI between two monotonic readings and keep the attempt with the smallest gap, so that preemption
+    // between the readings does not shift the offset.
     std::int64_t best_gap = ns_per_s;
     std::int64_t offset = 0;
     for (int attempt = 0; attempt < 4; ++attempt) {

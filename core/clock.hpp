@@ -1,4 +1,4 @@
-// The scheduling clock behind an interface, so that hours of triggering can be simulated in seconds.
+// Scheduling clock interface, CLOCK_MONOTONIC, and a simulated clock that runs hours of triggers in seconds.
 #pragma once
 
 #include "core/time.hpp"
@@ -10,23 +10,22 @@
 
 namespace obscura {
 
-/// A clock that can tell the time and be slept on. All members may be called from any thread.
+/// A clock that can be read and slept on. Thread-safe.
 class Clock {
 public:
     virtual ~Clock() = default;
 
     [[nodiscard]] virtual Time now() const noexcept = 0;
 
-    /// Blocks until `deadline` or until interrupt() is called after the start of the wait. Returns true when
-    /// the deadline was reached. Does not allocate.
+    /// Blocks until `deadline` or until interrupt() is called. Returns true when the deadline was reached.
+    /// Does not allocate.
     virtual bool sleep_until(Time deadline) noexcept = 0;
 
-    /// Wakes every sleeper now and makes later sleeps return false at once, until rearm().
+    /// Wakes all sleepers and makes later sleeps return false at once, until rearm().
     virtual void interrupt() noexcept = 0;
     virtual void rearm() noexcept = 0;
 
-    /// TAI minus this clock, in ns. Where the kernel's TAI offset is not set, TAI equals UTC
-    /// (CLOCK_REALTIME).
+    /// TAI minus this clock, in ns. If the kernel's TAI offset is not set, TAI equals UTC (CLOCK_REALTIME).
     [[nodiscard]] virtual std::int64_t tai_offset_ns() const noexcept = 0;
 };
 
@@ -38,7 +37,8 @@ public:
     void interrupt() noexcept override;
     void rearm() noexcept override;
     [[nodiscard]] std::int64_t tai_offset_ns() const noexcept override;
-    /// Added to tai_offset_ns() from now on: what the kernel does not know of TAI. Any thread.
+    /// Correction added to tai_offset_ns() from now on, for a kernel whose TAI offset is unset or wrong.
+    /// Thread-safe.
     void set_tai_correction_ns(std::int64_t ns) noexcept { tai_correction_ns_.store(ns); }
 
 private:
@@ -46,8 +46,9 @@ private:
     std::atomic<std::int64_t> tai_correction_ns_{0};
 };
 
-/// A clock that moves only when told to. In `auto_advance` mode a sleep jumps the clock to its deadline at
-/// once, for single-threaded simulation; otherwise sleepers wait until advance_to() passes their deadline.
+/// Simulated clock that moves only by advance_to(). In `auto_advance` mode a sleep sets the clock to its
+/// deadline at once, for single-threaded simulation; otherwise sleepers wait until advance_to() reaches their
+/// deadline.
 class FakeClock final : public Clock {
 public:
     explicit FakeClock(Time start = {}, bool auto_advance = false)

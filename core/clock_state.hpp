@@ -1,4 +1,4 @@
-// How far the clock that triggers frames can be trusted.
+// Synchronisation state of the clock that triggers frames: free, locked, holdover.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 namespace obscura {
 
 enum class ClockState : std::uint8_t {
-    free,     ///< nothing to hold on to (yet, or for too long)
-    locked,   ///< the last sign of the reference came when it should
-    holdover, ///< the reference is missing; its last signs are continued
+    free,     ///< no reference: none seen yet, or missing for too long
+    locked,   ///< the last event of the reference came when expected
+    holdover, ///< the reference is missing; its last period is extrapolated
 };
 
 [[nodiscard]] constexpr const char* name_of(ClockState state) noexcept {

@@ -1,5 +1,4 @@
-// Names of an enumeration's values as they are written in files, on command lines and in GenICam
-// descriptions.
+// Enumeration name tables, as written in files, on command lines and in GenICam descriptions.
 #pragma once
 
 #include <array>
@@ -35,7 +34,7 @@ template<NamedEnum Enum>
     return {};
 }
 
-/// The value of that name, if there is one.
+/// The value named `name`, if there is one.
 template<NamedEnum Enum>
 [[nodiscard]] constexpr std::optional<Enum> enum_named(std::string_view name) {
     for (const EnumName<Enum>& row : enum_names(Enum{}))

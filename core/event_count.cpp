@@ -11,7 +11,7 @@ namespace obscura {
 static_assert(sizeof(std::atomic<std::uint32_t>) == 4, "the futex word is the atomic itself");
 
 void EventCount::notify() noexcept {
-    // Sequentially consistent against wait(): either the waiter sees the new value or we see the waiter.
+    // Sequentially consistent with wait(): either the waiter sees the new count, or notify() sees the waiter.
     count_.fetch_add(1, std::memory_order_seq_cst);
     if (waiting_.load(std::memory_order_seq_cst) != 0)
         syscall(SYS_futex, &count_, FUTEX_WAKE_PRIVATE, 0x7fffffff, nullptr, nullptr, 0);

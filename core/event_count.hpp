@@ -8,8 +8,8 @@
 
 namespace obscura {
 
-/// Usage of the waiting thread: `seen = events.value()`, check everything that could be work, and only if
-/// there is none `events.wait(seen, deadline)`; a notification in between makes the wait return at once.
+/// Usage on the waiting thread: read `seen = events.value()`, check for work, and only if there is none call
+/// `events.wait(seen, deadline)`; a notification in between makes the wait return at once.
 /// Thread-safe and real-time safe; notify() makes a system call only while a thread waits.
 class EventCount {
 public:

@@ -57,7 +57,7 @@ FramePool::FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max
     : count_(frames),
       max_pixels_(max_pixels),
       max_rows_(max_rows),
-      // Value-initialised on purpose: the pages are touched now, not by the first frame.
+      // Value-initialise, so that the pages are faulted in now and not by the first frame.
       pixel_store_(std::make_unique<std::uint16_t[]>(frames * max_pixels)),
       row_store_(std::make_unique<RowTime[]>(frames * max_rows)),
       truth_store_(pixel_truth ? frames : 0),

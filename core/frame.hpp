@@ -1,4 +1,4 @@
-// The frame that travels from the detector to the transports, and the fixed pool it comes from.
+// Frame with its metadata, fixed frame pool, and pixel formats.
 #pragma once
 
 #include "core/clock_state.hpp"
@@ -20,8 +20,7 @@
 namespace obscura {
 
 /// GenICam PFNC values. In a Frame the digital numbers are always 16-bit words, least significant bit
-/// aligned, as they came out of the ADC; a transport packs them into the format that was asked for (see
-/// pack_rows()).
+/// aligned, as they came out of the ADC; a transport packs them into the requested format by pack_pixels().
 enum class PixelFormat : std::uint32_t {
     mono8 = 0x01080001,
     mono10 = 0x01100003,
@@ -45,13 +44,14 @@ struct RowTime {
     [[nodiscard]] constexpr Time mid() const { return midpoint(reset, read); }
 };
 
-/// How the rows of a window are sampled. `destructive` takes the signal, resets and takes the reset level
-/// (double sampling); the others leave the charge where it is: every read on its own, the last read less the
-/// first (correlated double sampling), or a straight line fitted through all reads.
+/// How the rows of a window are sampled. `destructive` samples the signal, resets the row and samples the
+/// reset level (double sampling). The others leave the charge in the pixel: `non_destructive` delivers every
+/// read, `cds` the last read minus the first (correlated double sampling), `ramp` the slope of a straight
+/// line fitted to all reads.
 enum class Sampling : std::uint8_t { destructive, non_destructive, cds, ramp };
 
-/// Flag of a window: a pixel reached full well, and what came later is lost (a non-destructive read does not
-/// reset it). Known only when the rows are there, so it stands in Frame::saturated_windows.
+/// Window flag: a pixel reached full well and later charge is lost (a non-destructive read does not reset the
+/// pixel). Known only when the rows are ready, so Frame::saturated_windows holds it.
 constexpr std::uint32_t window_saturated = 1u << 7;
 
 /// One sensor window inside the composed image. Windows are composed one below the other in readout order,
@@ -60,11 +60,11 @@ struct FrameWindow {
     Region sensor;            ///< where the window lies on the sensor
     std::int32_t image_y = 0; ///< its first row in the composed image
     std::int64_t exposure_requested_ns = 0;
-    std::uint32_t flags = 0; ///< sticky readout flags of the window (sensors/readout), see window_flags()
+    std::uint32_t flags = 0; ///< sticky readout flags (sensors::ReadoutFlag), see window_flags()
     std::int64_t exposure_min_ns = 0, exposure_max_ns = 0; ///< obtained, over the window's rows
-    std::uint32_t request = 0;                             ///< which of the requested windows this is
+    std::uint32_t request = 0;                             ///< index of the requested window
     Sampling sampling = Sampling::destructive;
-    std::int32_t reads = 1, read_index = 0; ///< non-destructive: this is read `read_index` of `reads`
+    std::int32_t reads = 1, read_index = 0; ///< non-destructive: read `read_index` of `reads`
     std::int64_t read_spacing_ns = 0;       ///< between successive non-destructive reads
 };
 
@@ -72,9 +72,9 @@ enum FrameFlag : std::uint32_t {
     frame_late = 1u << 0,     ///< at least one row was ready after its release time
     frame_repeated = 1u << 1, ///< pixels are those of an earlier frame
     frame_partial = 1u << 2,  ///< rows past `rows_ready` hold no image
-    frame_dropped = 1u << 3,  ///< carried no pixels at all
-    frame_readout_clamped =
-        1u << 4, ///< exposure or window settings were not met exactly, see the windows' flags
+    frame_dropped = 1u << 3,  ///< holds no pixels at all
+    /// Exposure or window settings were not met exactly, see the windows' flags.
+    frame_readout_clamped = 1u << 4,
 };
 
 /// Name and pose of a body at mid-exposure of the frame, in the scene's inertial frame.
@@ -83,7 +83,7 @@ struct BodyTruth {
     Pose pose;
 };
 
-/// What was really in front of the camera: the record that a test compares the flight software against.
+/// Ground truth of the scene: the reference that flight software is compared with.
 struct GroundTruth {
     Time mid_exposure;   ///< of the frame: half way between the first reset and the last read
     Pose camera;         ///< at mid_exposure, inertial
@@ -96,37 +96,35 @@ struct GroundTruth {
 /// The camera's lines, as bits of a status word: the inputs from Line0 on, then the output.
 enum LineStatusBit : std::uint32_t { line_status_line0 = 1u << 0, line_status_output = 1u << 4 };
 
-/// One particle through the sensitive layer. Pixels are counted from the outer corner of pixel (0, 0) of the
-/// array.
+/// Track of one particle through the sensitive layer. Pixels are counted from the outer corner of pixel
+/// (0, 0) of the array.
 struct ParticleHit {
     Time time;
-    double x_px = 0, y_px = 0;   ///< where it enters
-    double dx_px = 0, dy_px = 0; ///< across the array on its way through the layer
+    double x_px = 0, y_px = 0;   ///< point of entry
+    double dx_px = 0, dy_px = 0; ///< projection of the track on the array
     double charge_e = 0;         ///< along the whole track
 };
 
-/// What was really in each pixel, of frames from a pool that keeps it: as large as the largest frame, of
-/// which the first `info.width` x `info.height` entries count, row-major. Rows are as final as those of the
-/// pixels.
+/// Ground truth per pixel, for frames of a pool that keeps it. Sized for the largest frame; the first
+/// `info.width` x `info.height` entries are valid, row-major. A row is final when the same row of pixels is.
 struct PixelTruth {
     std::vector<float> mean_e;           ///< expected electrons before any noise
     std::vector<std::uint8_t> saturated; ///< 1 where the charge reached full well
     std::vector<ParticleHit> hits;       ///< particles while any row integrated; times as in row_times()
-    std::uint64_t hits_left_out = 0;     ///< of those: did not find room in `hits`
+    std::uint64_t hits_left_out = 0;     ///< further particles, for which `hits` had no room
     static constexpr std::size_t hits_kept = 16384;
 };
 
-/// Everything about a frame but its pixels. Written by the producer before the frame is submitted, except
-/// `flags`.
+/// Metadata of a frame. Written by the producer before the frame is submitted.
 struct FrameInfo {
     std::uint64_t frame_id = 0; ///< counts from 1 at each acquisition start; drives the random numbers
     std::uint64_t trigger_id = 0;
-    Time trigger_edge;                         ///< the edge's own stamp, never "now"
+    Time trigger_edge;                         ///< the edge's own time stamp, not the time of processing
     std::int64_t tai_offset_ns = 0;            ///< TAI minus the scheduling clock when the trigger was seen
     ClockState clock_state = ClockState::free; ///< of the trigger's source at that edge
     std::int32_t width = 0, height = 0;        ///< of the composed image
     int bits_per_pixel = 16;                   ///< ADC depth: digital numbers are < 2^bits
-    PixelFormat pixel_format = PixelFormat::mono16; ///< what the client asked for
+    PixelFormat pixel_format = PixelFormat::mono16; ///< requested by the client
     double gain_db = 0;
     std::int64_t exposure_ns = 0;    ///< requested, first window
     std::uint32_t line_status = 0;   ///< LineStatusBit of every line at the trigger's edge
@@ -135,8 +133,8 @@ struct FrameInfo {
     std::array<FrameWindow, max_windows> windows{};
     GroundTruth truth;
 
-    // Stamps of the frame's way, scheduling clock; 0 where not reached. `pose`: the scene's poses at
-    // mid-exposure have been taken.
+    // Time stamps of the processing steps, scheduling clock; 0 for a step not reached. `pose`: the scene's
+    // poses at mid-exposure have been sampled.
     Time seen, pose, render_begin, render_end, detector_end;
     /// Transmit timestamps; null when timing is not recorded; outlives the frame.
     TransmitTimestamps* transmit = nullptr;
@@ -149,9 +147,10 @@ struct FrameInfo {
 
 class FramePool;
 
-/// A frame of the pool. Life: a producer acquires it, fills `info` and row times, submits it to the
-/// transports while it is still being filled, publishes rows from the top down; from then on those rows are
-/// read-only for everybody. The last FrameRef to go puts it back. No member allocates or throws.
+/// A frame of the pool. Life cycle: the producer acquires it, fills `info` and the row times, submits it to
+/// the transports while pixels are still being filled, and publishes rows from the top down; published rows
+/// are read-only for all threads. Destruction of the last FrameRef returns it to the pool. No member
+/// allocates or throws.
 class Frame {
 public:
     FrameInfo info;
@@ -163,7 +162,7 @@ public:
         const bool full = (saturated_windows.load(std::memory_order_relaxed) >> w & 1) != 0;
         return info.windows[w].flags | (full ? window_saturated : 0);
     }
-    /// Whether the frame has room for an image of that size.
+    /// Whether the frame has room for an image of this size.
     [[nodiscard]] bool fits(std::int32_t width, std::int32_t height) const noexcept {
         return width >= 0 && height >= 0 && static_cast<std::size_t>(height) <= max_rows_ &&
                static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= max_pixels_;
@@ -192,14 +191,14 @@ public:
         return {row_times_, static_cast<std::size_t>(info.height)};
     }
 
-    /// Null unless the pool keeps it.
+    /// Ground truth per pixel; null unless the pool keeps it.
     [[nodiscard]] PixelTruth* pixel_truth() noexcept { return pixel_truth_; }
     [[nodiscard]] const PixelTruth* pixel_truth() const noexcept { return pixel_truth_; }
 
-    /// Producer: rows [0, rows) are final. Monotonic; wakes the waiting transports.
+    /// Producer: declares rows [0, rows) final; `rows` never decreases. Wakes the waiting transports.
     void publish_rows(std::int32_t rows) noexcept;
-    /// Producer gives up: no further row will come. Waiters return with what there is, `frame_partial` is set
-    /// unless the frame was complete.
+    /// Producer: declares that no further row will come. Waiters return with the rows that are final;
+    /// `frame_partial` is set unless the frame was complete.
     void abandon() noexcept;
     [[nodiscard]] std::int32_t rows_ready() const noexcept {
         return static_cast<std::int32_t>(progress_.load(std::memory_order_acquire) & ~abandoned_bit);
@@ -208,12 +207,12 @@ public:
         return (progress_.load(std::memory_order_acquire) & abandoned_bit) != 0;
     }
     [[nodiscard]] bool complete() const noexcept { return rows_ready() >= info.height; }
-    /// Consumer: blocks until at least `rows` rows are final or the producer gave up; returns the number of
+    /// Consumer: blocks until at least `rows` rows are final or the frame is abandoned; returns the number of
     /// final rows. Beats `heartbeat`, if any, while waiting.
     std::int32_t wait_rows(std::int32_t rows, Heartbeat* heartbeat = nullptr) const noexcept;
-    /// Consumer that also waits for other events: publish_rows() and abandon() notify `waiter`, until the
-    /// frame returns to its pool. Call it inside Transport::submit(); `waiter` must outlive that. Returns
-    /// false if max_waiters are registered.
+    /// Consumer that also waits for other events: registers `waiter`, which publish_rows() and abandon()
+    /// notify until the frame returns to its pool; `waiter` must exist until then. Call it inside
+    /// Transport::submit(). Returns false if max_waiters are registered.
     bool add_waiter(EventCount& waiter) noexcept;
     static constexpr std::uint32_t max_waiters = 4;
 
@@ -261,15 +260,15 @@ private:
     Frame* frame_ = nullptr;
 };
 
-/// A fixed number of frames, allocated and touched once.
+/// A fixed number of frames, allocated and paged in once.
 class FramePool {
 public:
-    /// Frames of at most `max_pixels` pixels and `max_rows` rows, `pixel_truth`: with the truth about each
-    /// pixel. Throws std::bad_alloc.
+    /// Allocates `frames` frames of at most `max_pixels` pixels and `max_rows` rows; `pixel_truth`: with
+    /// ground truth per pixel. Throws std::bad_alloc.
     FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, bool pixel_truth = false);
 
-    /// A frame that nobody holds, with `info` reset and no rows ready; empty when all are in use. Does not
-    /// allocate or block. Any thread.
+    /// A free frame with `info` reset and no rows ready; empty when all are in use. Thread-safe, real-time
+    /// safe.
     [[nodiscard]] FrameRef acquire() noexcept;
     [[nodiscard]] std::size_t size() const noexcept { return count_; }
     [[nodiscard]] std::size_t in_use() const noexcept;
@@ -292,7 +291,7 @@ private:
 /// Significant bits of a pixel: 8 to 16.
 [[nodiscard]] int significant_bits(PixelFormat format) noexcept;
 
-/// Bytes of a whole image; Mono10p and Mono12p run on across row ends as PFNC prescribes.
+/// Bytes of a whole image; Mono10p and Mono12p continue across row ends without padding as PFNC prescribes.
 [[nodiscard]] std::size_t packed_bytes(PixelFormat format, std::int64_t pixels) noexcept;
 /// Packs `pixels` digital numbers of `bits` depth into `format`, little endian. Formats deeper than the data
 /// keep the digital number as it is (LSB aligned, as the chip delivered it); shallower ones drop the low

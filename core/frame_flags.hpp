@@ -1,11 +1,11 @@
-// A frame's flags as they are told to others: FrameFlag, with the state of the trigger's clock above.
+// Frame flags as reported to clients: FrameFlag bits and the state of the trigger's clock.
 #pragma once
 
 #include "core/frame.hpp"
 
 namespace obscura {
 
-/// Bits 8 and 9 of the flags that are reported hold the ClockState: 0 free, 1 locked, 2 holdover.
+/// Bits 8 and 9 of the reported flags hold the ClockState: 0 free, 1 locked, 2 holdover.
 constexpr unsigned reported_clock_shift = 8;
 
 [[nodiscard]] inline std::uint32_t reported_flags(const Frame& frame) noexcept {

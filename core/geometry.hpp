@@ -77,8 +77,8 @@ constexpr Mat3 transposed(const Mat3& a) {
     return t;
 }
 
-/// Unit quaternion, scalar first, active: `rotate(q, v)` turns v. Everywhere in Obscura the orientation of a
-/// thing is the rotation that takes vectors from the thing's own frame to its parent (inertial) frame.
+/// Unit quaternion, scalar first, active: `rotate(q, v)` rotates v. The orientation of a body or camera is
+/// the rotation that takes vectors from its own frame to its parent (inertial) frame, everywhere in Obscura.
 struct Quat {
     double w = 1, x = 0, y = 0, z = 0;
 
@@ -117,7 +117,7 @@ Quat slerp(Quat a, Quat b, double s);
 /// std::invalid_argument when the two are parallel or zero.
 Quat look_along(Vec3 boresight, Vec3 up);
 
-/// Place and attitude of a thing in its parent frame, metres.
+/// Position (metres) and attitude of a body or camera in its parent frame.
 struct Pose {
     Vec3 position_m;
     Quat orientation;
@@ -125,14 +125,14 @@ struct Pose {
     constexpr bool operator==(const Pose&) const = default;
 };
 
-/// A point of the thing's own frame, in the parent frame; and back.
+/// Transforms a point from the body's own frame to the parent frame, and back.
 inline Vec3 to_parent(const Pose& p, Vec3 local_m) {
     return p.position_m + rotate(p.orientation, local_m);
 }
 inline Vec3 to_local(const Pose& p, Vec3 parent_m) {
     return rotate(conjugate(p.orientation), parent_m - p.position_m);
 }
-/// Linear in position, slerp in attitude.
+/// Interpolates linearly in position and by slerp in attitude.
 Pose interpolate(const Pose& a, const Pose& b, double s);
 
 } // namespace obscura

@@ -22,7 +22,7 @@ public:
     explicit Heartbeat(std::string name) : name_(std::move(name)) {}
     [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-    /// Supervised thread: alive; the next beat follows within longest_wait_ns.
+    /// Supervised thread: reports progress; the next beat follows within longest_wait_ns.
     void beat() noexcept {
         silent_until_ns_.store(0, std::memory_order_relaxed);
         beats_.fetch_add(1, std::memory_order_relaxed);
@@ -32,8 +32,7 @@ public:
         beats_.fetch_add(1, std::memory_order_relaxed);
         silent_until_ns_.store(t.ns, std::memory_order_relaxed);
     }
-    /// Owner: no beats are expected, because the thread has ended or not begun. Supervision resumes with the
-    /// next beat().
+    /// Owner: suspends supervision, because the thread has ended or not begun. The next beat() resumes it.
     void rest() noexcept { silent_until_ns_.store(INT64_MAX, std::memory_order_relaxed); }
 
     [[nodiscard]] std::uint64_t beats() const noexcept { return beats_.load(std::memory_order_relaxed); }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t line_pulse_ns = ns_per_ms;
 
-/// Frames whose instant `t` (of the last one) has come.
+/// Number of frames whose event has occurred; `t` is the instant of that event in the last frame.
 std::uint64_t frames_past(const IoInputs& in, Time t) noexcept {
     const std::uint64_t frames = in.activity.frames;
     return frames > 0 && t > in.now ? frames - 1 : frames;
@@ -24,7 +24,7 @@ std::size_t line_of(IoEvent event) noexcept {
 }
 
 std::uint64_t counted(const EventCounter& counter, std::size_t i, const IoInputs& in) noexcept {
-    // The camera may be writing down the next frame: then its last one seems not to have ended yet.
+    // While the camera records the next frame, its last one may briefly count as not ended: clamp at 0.
     const std::uint64_t count = count_of(counter.source, in), base = in.activity.counters[i].base;
     return count > base ? count - base : 0;
 }
@@ -33,7 +33,7 @@ std::uint64_t counted(const EventCounter& counter, std::size_t i, const IoInputs
 
 IoInputs io_inputs(const CameraControl& camera, const Clock& clock) {
     IoInputs in;
-    in.activity = camera.activity(); // before the time: what it tells of has happened by then
+    in.activity = camera.activity(); // read before the time, so that no recorded event lies after `now`
     in.now = clock.now();
     return in;
 }

@@ -1,4 +1,4 @@
-// Lines, counters and timers of the camera: what they show follows from what the camera has done so far.
+// State of the camera's lines, counters and timers, derived from its recorded activity.
 #pragma once
 
 #include "core/camera.hpp"
@@ -10,7 +10,7 @@
 
 namespace obscura {
 
-/// The camera at one instant.
+/// Activity of the camera at one instant.
 struct IoInputs {
     Time now;
     CameraActivity activity;
@@ -18,44 +18,45 @@ struct IoInputs {
 
 [[nodiscard]] IoInputs io_inputs(const CameraControl& camera, const Clock& clock);
 
-/// How often the event has happened up to `in.now`. Of frames that overlap, all but the last count as ended.
+/// Number of occurrences of the event up to `in.now`. All overlapping frames but the last count as ended.
 [[nodiscard]] std::uint64_t count_of(IoEvent event, const IoInputs& in) noexcept;
-/// When it happened last; false when it has not yet.
+/// Time of the last occurrence, in `t`; returns false when there was none.
 [[nodiscard]] bool last_of(IoEvent event, const IoInputs& in, Time& t) noexcept;
-/// Whether the frame in work is exposed, is on its way.
+/// SFNC ExposureActive and FrameActive of the current frame.
 [[nodiscard]] bool exposure_active(const IoInputs& in) noexcept;
 [[nodiscard]] bool frame_active(const IoInputs& in) noexcept;
-/// Of an input. One whose source tells of one kind of edge only shows its last edge as a pulse of 1 ms.
+/// Level of an input line. A line whose source reports one kind of edge only shows its last edge as a pulse
+/// of 1 ms.
 [[nodiscard]] bool line_level(std::size_t line, const LineEdges& edges, const IoInputs& in) noexcept;
 
 /// SFNC CounterStatus and TimerStatus.
 enum class IoStatus : std::uint32_t { idle, trigger_wait, active, completed };
 
-/// Counter `i` of in.activity, set up as `counter`.
+/// Value of counter `i` of in.activity, configured as `counter`.
 [[nodiscard]] std::uint32_t counter_value(const EventCounter& counter, std::size_t i,
                                           const IoInputs& in) noexcept;
 [[nodiscard]] IoStatus counter_status(const EventCounter& counter, std::size_t i,
                                       const IoInputs& in) noexcept;
-/// How often it has ended since its last reset from elsewhere.
+/// Number of counter ends since the last reset that was not caused by the counter's own end.
 [[nodiscard]] std::uint64_t counter_ends(const EventCounter& counter, std::size_t i,
                                          const IoInputs& in) noexcept;
 
-/// When timer `i`, set up as `timer`, was started last; false when it has not been since its reset.
+/// Last start of timer `i`, configured as `timer`; returns false when it was not started since its reset.
 [[nodiscard]] bool timer_start(const PulseTimer& timer, std::size_t i, const IoInputs& in,
                                Time& start) noexcept;
-/// Time it has been active since then.
+/// Time that the timer has been active since its last start.
 [[nodiscard]] std::int64_t timer_value_ns(const PulseTimer& timer, std::size_t i,
                                           const IoInputs& in) noexcept;
 [[nodiscard]] IoStatus timer_status(const PulseTimer& timer, std::size_t i, const IoInputs& in) noexcept;
-/// Whether its signal is high: past the delay, not past the duration.
+/// Whether the timer's signal is high: after the delay, before the end of the duration.
 [[nodiscard]] bool timer_level(const PulseTimer& timer, std::size_t i, const IoInputs& in) noexcept;
 
-/// Since when counters count and timers may start. One thread resets, any may read.
+/// Last resets of counters and timers. One thread resets, any number of threads read.
 class IoMarks {
 public:
-    /// `in`: before this reset.
+    /// Resets counter `i`; `in` is the state before this reset.
     void reset_counter(const EventCounter& counter, std::size_t i, const IoInputs& in) noexcept;
-    /// Counts from `count` events on.
+    /// Makes counter `i` count from `count` events on.
     void rebase_counter(std::size_t i, std::uint64_t count) noexcept;
     void reset_timer(std::size_t i, Time now) noexcept;
     void fill(CameraActivity& activity) const noexcept;

@@ -1,4 +1,4 @@
-// Shared libraries that are loaded when they are first called.
+// Shared libraries loaded by dlopen at the first call.
 #pragma once
 
 #include "core/error.hpp"
@@ -8,19 +8,19 @@
 
 namespace obscura {
 
-/// For functions of a library under their own names that hand on to it (images/late_cfitsio.cpp): a program
-/// linked with those does not need the library to start, nor what that brings with it. Never unloaded. Any
-/// thread, but no real-time one the first time.
+/// Loader behind stub functions, which have the names of the library's functions and forward to them
+/// (images/late_cfitsio.cpp): a program linked with the stubs starts without the library and its
+/// dependencies. Never unloaded. Thread-safe; the first call of a stub is not real-time safe.
 class LateLibrary {
 public:
-    /// `file`: SONAME; `purpose`: what cannot be had without it. Throws HardwareError.
+    /// Loads the library with SONAME `file`; `purpose` names in messages what needs it. Throws HardwareError.
     LateLibrary(const char* file, const char* purpose)
-        // Not at global scope: its own calls of these functions must not come to ours.
+        // RTLD_LOCAL: calls inside the library must resolve to its own functions, not to the stubs.
         : purpose_(purpose), handle_(::dlopen(file, RTLD_NOW | RTLD_LOCAL)) {
         if (handle_ == nullptr) fail();
     }
 
-    /// The library's function of this name; the first argument gives its type.
+    /// The library's function `name`; the first argument gives its type.
     template<typename Function>
     [[nodiscard]] Function* find(Function* /*like*/, const char* name) const {
         void* const found = ::dlsym(handle_, name);
@@ -30,7 +30,7 @@ public:
 
 private:
     [[noreturn]] void fail() const {
-        throw HardwareError(fmt::format("{} cannot be had: {}", purpose_, ::dlerror()));
+        throw HardwareError(fmt::format("{}: library not available: {}", purpose_, ::dlerror()));
     }
 
     const char* purpose_;

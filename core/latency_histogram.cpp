@@ -9,7 +9,7 @@ namespace obscura {
 std::size_t LatencyHistogram::bucket_of(std::int64_t span_ns) noexcept {
     const auto v = static_cast<std::uint64_t>(std::max<std::int64_t>(span_ns, 0));
     if (v < 16) return static_cast<std::size_t>(v);
-    // The leading bit chooses the octave, the four bits behind it the bucket inside.
+    // The leading bit selects the octave, the next four bits the bucket inside it.
     const int octave = std::bit_width(v) - 5;
     return std::min(static_cast<std::size_t>(16 * octave) + static_cast<std::size_t>(v >> octave),
                     bucket_count - 1);

@@ -10,8 +10,8 @@
 
 namespace obscura {
 
-/// Counts spans in buckets of 1/16 of an octave and at least 1 ns, so quantiles are right within 6.25 %. One
-/// adding thread at a time, any number of readers; no member allocates, locks or throws.
+/// Counts spans in buckets of 1/16 of an octave and at least 1 ns, so quantiles are exact within 6.25 %. One
+/// adding thread at a time, any number of readers; real-time safe.
 class LatencyHistogram {
 public:
     void add(std::int64_t span_ns) noexcept;

@@ -32,8 +32,8 @@ constexpr std::string_view name_of(LogLevel level) {
     return "";
 }
 
-/// The journal's own socket, when standard error leads there: systemd tells in JOURNAL_STREAM which file that
-/// is.
+/// The journal's native socket, used when standard error is the journal: systemd sets JOURNAL_STREAM to the
+/// device and inode of that stream.
 class Journal {
 public:
     Journal() {
@@ -61,7 +61,7 @@ private:
     int fd_ = -1; // open until the process ends
 };
 
-/// What comes from devices, files and networks must not make lines or colours of its own.
+/// Replaces control characters: text from devices, files and networks must not forge lines or set colours.
 std::string printable(std::string_view text) {
     std::string clean(text);
     for (char& c : clean)

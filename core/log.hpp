@@ -1,4 +1,4 @@
-// Logging: lines for people from ordinary threads, fixed-size records from real-time ones.
+// Logging: text lines from ordinary threads, fixed-size records from real-time threads.
 #pragma once
 
 #include "core/time.hpp"
@@ -17,25 +17,26 @@ namespace obscura {
 /// syslog(3) priorities.
 enum class LogLevel : int { error = 3, warning = 4, notice = 5, info = 6, debug = 7 };
 
-/// Lines below this importance are not written. Default: info.
+/// Lines less severe than this level are not written. Default: info.
 void set_log_level(LogLevel level) noexcept;
 [[nodiscard]] LogLevel log_level() noexcept;
 
 /// Writes one line to standard error, "level: text", or an entry with fields to the journal when standard
-/// error is the journal ("<N>text" where that cannot be reached). Characters that are no text become blanks.
-/// Any ordinary thread; never a real-time one.
+/// error is the journal ("<N>text" if its socket cannot be reached). Control characters become blanks.
+/// Thread-safe, not real-time safe.
 void log_line(LogLevel level, std::string_view text);
 
-/// An entry in the journal's native form: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER and OBSCURA_PART, the first
-/// word (https://systemd.io/JOURNAL_NATIVE_PROTOCOL).
+/// An entry in the journal's native format: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER and OBSCURA_PART, which is
+/// the first word of `text` (https://systemd.io/JOURNAL_NATIVE_PROTOCOL).
 [[nodiscard]] std::string journal_entry(LogLevel level, std::string_view text);
 
-/// Lets so many lines through in a window of time and counts the others.
+/// Rate limit: admits a number of lines per time window and counts the others.
 class LogLimit {
 public:
     static constexpr std::uint32_t lines = 1000;
     static constexpr std::int64_t window_ns = 10 * ns_per_s;
-    /// Whether a line may be written at `now`; `suppressed` is what was not since the last window, once.
+    /// Whether a line may be written at `now`. `suppressed`: number of lines suppressed in the window before,
+    /// given once with the first line of a window, else 0.
     [[nodiscard]] bool admit(Time now, std::uint64_t& suppressed) noexcept;
 
 private:
@@ -66,7 +67,7 @@ void log_debug(fmt::format_string<Args...> f, Args&&... args) {
         log_line(LogLevel::debug, fmt::format(f, std::forward<Args>(args)...));
 }
 
-/// What a real-time thread has to say: a message with static storage and up to three numbers.
+/// Log record of a real-time thread: a message with static storage and up to three numbers.
 struct LogRecord {
     Time time;
     LogLevel level = LogLevel::info;
@@ -74,14 +75,14 @@ struct LogRecord {
     std::array<std::int64_t, 3> arguments{};
 };
 
-/// Bounded many-producer, one-consumer ring of records. push() neither allocates, locks nor waits; when the
-/// ring is full the record is counted as lost. An ordinary thread calls drain() now and then. Vyukov's
-/// bounded queue: every cell carries the turn on which it may be written or read.
+/// Bounded multi-producer, single-consumer ring of records. push() is thread-safe and real-time safe; when
+/// the ring is full the record is counted as lost. An ordinary thread calls drain() periodically. Vyukov's
+/// bounded queue: every cell holds the turn on which it may be written or read.
 class LogRing {
 public:
     LogRing() noexcept;
     bool push(const LogRecord& record) noexcept;
-    /// Writes what has gathered through log_line(); returns the number of records. One thread at a time.
+    /// Writes the queued records through log_line(); returns their number. One thread at a time.
     std::size_t drain();
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 

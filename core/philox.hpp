@@ -23,7 +23,7 @@ constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> c
     return counter;
 }
 
-/// The key of a 64-bit seed.
+/// Philox key made from a 64-bit seed.
 constexpr std::array<std::uint32_t, 2> philox_key(std::uint64_t seed) noexcept {
     return {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
 }

@@ -1,4 +1,4 @@
-// What this machine's PTP daemon says of its clock; made by sync, shown by transports.
+// PTP status of this machine's clock as reported by its PTP daemon; polled by sync, published by transports.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,10 @@ enum class PtpState : std::uint8_t {
     slave,
 };
 
-/// A snapshot of the data sets. Identities are EUI-64, 0 where unknown.
+/// A snapshot of the PTP data sets. Identities are EUI-64; 0: unknown.
 struct PtpStatus {
     PtpState state = PtpState::unknown;
-    bool locked = false;            ///< the clock is, or follows, the network's
+    bool locked = false;            ///< the clock is the network's grandmaster or follows it
     std::int64_t offset_ns = 0;     ///< from the master
     std::int64_t path_delay_ns = 0; ///< mean
     std::uint64_t clock_id = 0, parent_id = 0, grandmaster_id = 0;

@@ -1,4 +1,4 @@
-// Names, priorities, cores and memory of threads that have deadlines.
+// Real-time threads: name, SCHED_FIFO priority, CPU affinity, memory locking.
 #pragma once
 
 #include <bitset>
@@ -8,23 +8,23 @@
 
 namespace obscura {
 
-/// Processor cores by their numbers; none: any core will do.
+/// Set of CPU cores by number; the empty set: any core.
 using CoreSet = std::bitset<1024>;
 
-/// "2-3,5" as cores; nothing for the empty text. No value when it is not of that form.
+/// Parses a list such as "2-3,5"; the empty text gives the empty set. No value for any other syntax.
 [[nodiscard]] std::optional<CoreSet> parse_cores(std::string_view text);
-/// The other way round; "any" when there are none.
+/// Formats a set as parse_cores() reads it; "any" for the empty set.
 [[nodiscard]] std::string cores_text(const CoreSet& cores);
-/// Cores that this process may use.
+/// Cores that this process may run on.
 [[nodiscard]] CoreSet permitted_cores() noexcept;
 
 /// How a thread is scheduled.
 struct ThreadSettings {
-    int priority = 0; ///< SCHED_FIFO, 1..99; 0: ordinary scheduling
-    CoreSet cores{};  ///< where it may run; none: anywhere
+    int priority = 0; ///< SCHED_FIFO, 1..99; 0: SCHED_OTHER
+    CoreSet cores{};  ///< CPU affinity; empty: any core
 };
 
-/// What the operating system granted of a wish for real time; `why` says what it refused, in one line.
+/// Answer of the operating system to a request for real time; `why` states a refusal in one line.
 struct RealtimeGrant {
     bool granted = false;
     std::string why;
@@ -33,19 +33,19 @@ struct RealtimeGrant {
 /// Names the calling thread (15 characters at most are kept).
 void name_this_thread(const char* name) noexcept;
 
-/// Says that the calling thread has a deadline from here on, whatever the scheduler grants it: it must not
-/// allocate, lock, log or throw. Tests hold it to that.
+/// Declares the calling thread real-time from now on, whether or not the scheduler grants SCHED_FIFO: it must
+/// not allocate, lock, log or throw. Tests check that.
 void declare_this_thread_realtime() noexcept;
 [[nodiscard]] bool this_thread_is_realtime() noexcept;
 
-/// Puts the calling thread under SCHED_FIFO at `priority` (1..99). Refusal is no error: benches and laptops
-/// run the same program without the right to it.
+/// Puts the calling thread under SCHED_FIFO at `priority` (1..99). A refusal is no error: on test benches and
+/// laptops the same program runs without that permission.
 RealtimeGrant make_this_thread_realtime(int priority) noexcept;
 
-/// Keeps the calling thread, and threads it makes later, on `cores`; none of them: nothing changes.
+/// Pins the calling thread, and threads that it creates later, to `cores`; the empty set changes nothing.
 RealtimeGrant pin_this_thread(const CoreSet& cores) noexcept;
 
-/// What every worker does first: takes its name, its cores and its priority, as far as they are granted.
+/// First call of every worker thread: sets its name, and its affinity and priority as far as granted.
 void enter_thread(const char* name, const ThreadSettings& settings) noexcept;
 
 /// Whether this process may use SCHED_FIFO at `priority`; changes nothing.

@@ -1,9 +1,9 @@
-// The Sun's spectrum at 1 au, shared by those who light the scene and those who count its photons.
+// Solar spectral irradiance at 1 au (ASTM E490), shared by renderer and sensors.
 #pragma once
 
 namespace obscura {
 
-/// The interval over which the table below is defined, metres.
+/// Wavelength range of the table, metres.
 constexpr double solar_spectrum_from_m = 200e-9;
 constexpr double solar_spectrum_to_m = 4000e-9;
 
@@ -15,7 +15,8 @@ constexpr double astronomical_unit_m = 149'597'870'700.0;
 /// function). 0 outside 200 nm .. 4 um; the table holds 1354.2 of the standard's 1366.1 W/m2.
 [[nodiscard]] double solar_spectral_irradiance_w_m3(double wavelength_m) noexcept;
 
-/// Its integral from `from_m` to `to_m`, W/m2 at 1 au; exact at multiples of 10 nm. 0 if to_m <= from_m.
+/// Integral of the spectral irradiance from `from_m` to `to_m`, W/m2 at 1 au; exact at multiples of 10 nm. 0
+/// if to_m <= from_m.
 [[nodiscard]] double solar_band_irradiance_w_m2(double from_m, double to_m) noexcept;
 
 } // namespace obscura

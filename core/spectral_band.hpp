@@ -1,4 +1,4 @@
-// Spectral bands: curves over wavelength, and the wavelengths that one plane of a frame holds.
+// Spectral bands and tabulated curves over wavelength.
 #pragma once
 
 #include <vector>
@@ -13,11 +13,12 @@ struct SpectralPoint {
     [[nodiscard]] bool operator==(const SpectralPoint&) const = default;
 };
 
-/// A spectral band: what a filter lets through between two wavelengths.
+/// A spectral band: the passband of a filter between two wavelengths.
 struct SpectralBand {
     double from_m = 400e-9, to_m = 900e-9;
-    /// Of filter and optics, increasing in wavelength, linear between, held beyond; empty: 1. With the
-    /// sensor's quantum efficiency as a factor, pixels hold what the detector makes use of.
+    /// Transmission of filter and optics: points of increasing wavelength, linear between them, constant
+    /// beyond; empty: 1. If it includes the sensor's quantum efficiency, pixels hold the light that the
+    /// detector converts.
     std::vector<SpectralPoint> transmission{};
 
     [[nodiscard]] bool operator==(const SpectralBand&) const = default;

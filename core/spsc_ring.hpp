@@ -1,4 +1,4 @@
-// A fixed queue between exactly one pushing and one popping thread.
+// Lock-free single-producer, single-consumer ring of fixed capacity.
 #pragma once
 
 #include <array>
@@ -8,7 +8,8 @@
 
 namespace obscura {
 
-/// Lock-free, does not allocate. Elements stay default-constructed while unused.
+/// Queue between one pushing and one popping thread; real-time safe for elements that move without
+/// allocation. Unused elements are default-constructed.
 template<typename T, std::size_t capacity>
 class SpscRing {
 public:

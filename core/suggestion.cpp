@@ -8,7 +8,7 @@
 namespace obscura {
 namespace {
 
-/// Edits (insert, delete, replace, swap of neighbours) that make `a` of `b`.
+/// Edit distance of `a` and `b`: insertions, deletions, replacements, swaps of neighbours.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
     for (std::size_t i = 0; i <= a.size(); ++i)
@@ -32,7 +32,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string_view
     std::size_t best_score = 1000;
     for (const std::string_view candidate : known) {
         std::size_t score = edit_distance(word, candidate);
-        // "rate" for "rate_hz": the unit was forgotten.
+        // "rate" for "rate_hz": the unit is missing.
         if (word.size() >= 3 && candidate.substr(0, word.size() + 1) == std::string(word) + "_") score = 1;
         if (score < best_score) best = candidate, best_score = score;
     }

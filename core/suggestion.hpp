@@ -1,4 +1,4 @@
-// "Did you mean": the likeliest of some known words for one that is not known.
+// "Did you mean" suggestions for misspelt names, by edit distance.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace obscura {
 
-/// `did you mean "rate_hz"?`, or `allowed a, b, c` when nothing is near.
+/// `did you mean "rate_hz"?`, or `allowed a, b, c` when no known word is close.
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string_view>& known);
 
 } // namespace obscura

@@ -1,4 +1,4 @@
-// What can begin a frame, and what counters and timers listen to: the camera's inputs by their SFNC names.
+// Trigger sources, activations, counters and timers of the camera by their SFNC names.
 #pragma once
 
 #include "core/time.hpp"
@@ -12,8 +12,8 @@ namespace obscura {
 constexpr std::size_t line_count = 4;
 constexpr std::size_t counter_count = 2, timer_count = 2;
 
-/// SFNC TriggerSource. `line0` is the bench's clock, whatever source the configuration wires to it (timer,
-/// GPIO edge, PPS, simulator); line1 to line3 are further ones.
+/// SFNC TriggerSource. `line0` is the main trigger input, driven by the source that the configuration assigns
+/// to it (timer, GPIO edge, PPS, simulator); line1 to line3 are further inputs.
 enum class TriggerSource : std::uint8_t {
     software,
     line0,
@@ -28,7 +28,7 @@ enum class TriggerSource : std::uint8_t {
 };
 constexpr std::size_t trigger_source_count = 10;
 
-/// Number of the line that `source` is; line_count when it is none.
+/// Number of the input line `source`; line_count when it is not a line.
 [[nodiscard]] constexpr std::size_t line_of(TriggerSource source) noexcept {
     if (source == TriggerSource::line0) return 0;
     const bool other = source >= TriggerSource::line1 && source <= TriggerSource::line3;
@@ -40,49 +40,49 @@ constexpr std::size_t trigger_source_count = 10;
                      : static_cast<TriggerSource>(static_cast<std::size_t>(TriggerSource::line1) + line - 1);
 }
 
-/// SFNC TriggerActivation: which edges of a line count, or the level for as long as which they do.
+/// SFNC TriggerActivation: which edges of a line trigger, or the level during which the trigger is active.
 enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edge, level_high, level_low };
 constexpr std::uint32_t trigger_activation_count = 5;
 
 [[nodiscard]] constexpr bool is_level(TriggerActivation activation) noexcept {
     return activation == TriggerActivation::level_high || activation == TriggerActivation::level_low;
 }
-/// Whether an edge counts under `activation`; of a level, whether it begins with that edge.
+/// Whether an edge triggers under `activation`; for a level, whether it begins with that edge.
 [[nodiscard]] constexpr bool activates(TriggerActivation activation, bool falling) noexcept {
     const bool wants_falling =
         activation == TriggerActivation::falling_edge || activation == TriggerActivation::level_low;
     return activation == TriggerActivation::any_edge || wants_falling == falling;
 }
 
-/// SFNC TriggerOverlap: from when on an edge is taken. `off`: when the frame before has been read out;
-/// `readout`: as soon as the chip can begin another exposure; `previous_frame`: an edge that comes sooner is
-/// remembered, and takes effect then.
+/// SFNC TriggerOverlap: when the next edge is accepted. `off`: after the readout of the previous frame;
+/// `readout`: as soon as the chip can begin another exposure; `previous_frame`: an earlier edge is latched
+/// and takes effect at that instant.
 enum class TriggerOverlap : std::uint8_t { off, readout, previous_frame };
 
-/// One of TriggerSelector.
+/// Settings of one trigger of TriggerSelector.
 struct TriggerChoice {
     bool enabled = false;
     TriggerSource source = TriggerSource::line0;
-    TriggerActivation activation = TriggerActivation::rising_edge; ///< of lines only
+    TriggerActivation activation = TriggerActivation::rising_edge; ///< applies to lines only
     constexpr bool operator==(const TriggerChoice&) const = default;
-    /// Whether an edge from there counts for it.
+    /// Whether an edge of source `from` is this trigger.
     [[nodiscard]] constexpr bool wants(TriggerSource from, bool falling) const noexcept {
         return enabled && source == from && (line_of(from) == line_count || activates(activation, falling));
     }
 };
 
-/// Edges that a line's source tells of. Sources that know one kind of edge only call it rising; a line that
-/// nothing is wired to tells of none.
+/// Edge types that the source of a line can report. Single-edge sources report rising edges; unconnected
+/// lines report none.
 struct LineEdges {
     bool rising = false, falling = false;
     [[nodiscard]] constexpr bool both() const { return rising && falling; }
 };
 
-/// What counters count and timers start from; the values of CounterEventSource and TimerTriggerSource.
+/// Events that counters count and that start timers: CounterEventSource and TimerTriggerSource.
 enum class IoEvent : std::uint8_t {
     off,
-    line0,                ///< an edge of that line, listened to or not
-    frame_trigger,        ///< an edge that became a frame
+    line0,                ///< an edge of that line, whether or not a trigger uses it
+    frame_trigger,        ///< an edge that started a frame
     frame_trigger_missed, ///< counters only
     frame_start,
     frame_end, ///< the last row has left the chip
@@ -95,24 +95,24 @@ enum class IoEvent : std::uint8_t {
 };
 constexpr std::uint32_t io_event_count = 12;
 
-/// SFNC CounterResetSource. Reset by its own end, a counter ends every `duration` events.
+/// SFNC CounterResetSource. With `counter_end` the counter ends every `duration` events.
 enum class CounterReset : std::uint8_t { off, acquisition_start, counter_end };
 
-/// SFNC CounterControl: counts events from its last reset on.
+/// SFNC CounterControl: counts the events since its last reset.
 struct EventCounter {
     IoEvent source = IoEvent::off;
     CounterReset reset = CounterReset::off;
-    std::uint32_t duration = 0; ///< events until its end; 0: there is none
+    std::uint32_t duration = 0; ///< events until the counter's end; 0: no end
     constexpr bool operator==(const EventCounter&) const = default;
 };
-/// The last reset of a counter.
+/// State of a counter at its last reset.
 struct CounterMark {
-    std::uint64_t base = 0; ///< events until then
+    std::uint64_t base = 0; ///< events before the reset
     std::uint32_t value_at_reset = 0;
 };
 
-/// SFNC TimerControl: `delay_ns` after its trigger it is active for `duration_ns`, and that is its end. Each
-/// trigger starts it anew.
+/// SFNC TimerControl: `delay_ns` after its trigger the timer is active for `duration_ns`, then ends. Each
+/// trigger restarts it.
 struct PulseTimer {
     IoEvent source = IoEvent::off;
     std::int64_t delay_ns = 0, duration_ns = 0;

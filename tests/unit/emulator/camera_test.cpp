@@ -487,7 +487,7 @@ TEST_CASE("edges of the activation count, and those of the other kind are not mi
     CHECK(explain_invalid(s, rising_only).empty());
     s.frame_trigger.activation = TriggerActivation::any_edge;
     CHECK(explain_invalid(s, rising_only) ==
-          "TriggerActivation[FrameStart]: Line0 tells of rising edges only");
+          "TriggerActivation[FrameStart]: Line0 reports rising edges only");
     s.frame_trigger.activation = TriggerActivation::falling_edge;
     CHECK_FALSE(explain_invalid(s, rising_only).empty());
 }

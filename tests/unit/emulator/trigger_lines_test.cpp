@@ -120,7 +120,7 @@ TEST_CASE("levels are for lines that tell of both edges, and not for every trigg
     s.frame_trigger.activation = TriggerActivation::level_high;
     CHECK(bench.camera.apply(s));
     s.frame_trigger.source = TriggerSource::line1;
-    CHECK(bench.camera.explain(s) == "TriggerActivation[FrameStart]: Line1 tells of rising edges only");
+    CHECK(bench.camera.explain(s) == "TriggerActivation[FrameStart]: Line1 reports rising edges only");
     CHECK_FALSE(bench.camera.apply(s));
     s = plain;
     s.burst_trigger.activation = TriggerActivation::level_low;
@@ -138,7 +138,7 @@ TEST_CASE("levels are for lines that tell of both edges, and not for every trigg
     rising.lines = {LineEdges{.rising = true}};
     s.exposure_auto = ExposureAuto::off;
     CHECK(explain_invalid(s, rising) ==
-          "ExposureMode TriggerWidth: no line's source tells of both its edges");
+          "ExposureMode TriggerWidth: no line's source reports both edges");
 }
 
 TEST_CASE("the width of the trigger's pulse is the exposure") {
