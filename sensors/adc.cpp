@@ -19,8 +19,8 @@ AdcCurve::AdcCurve(const SensorDescription& description) {
     kernels::normal_row(codes, stream, z0.data(), z1.data());
     const auto phase = words_of(stream, static_cast<std::uint32_t>(codes) + 1);
 
-    // The upper threshold of each code. A width is the difference of two thresholds: each gets 1 / sqrt(2) of
-    // the scatter. The sinusoids vanish at both ends of the range.
+    // Compute the upper threshold of each code. A code width is the difference of two thresholds, so each
+    // threshold gets 1 / sqrt(2) of the rms. The sinusoids vanish at both ends of the range.
     std::vector<double> threshold(codes);
     const double sign = (phase[0] & 1) != 0 ? 1 : -1;
     for (std::size_t c = 0; c < codes; ++c) {

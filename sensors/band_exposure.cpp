@@ -1,7 +1,7 @@
 #include "sensors/band_exposure.hpp"
 
+#include "sensors/rts_noise.hpp"
 #include "sensors/streams.hpp"
-#include "sensors/telegraph.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::int32_t no_row = std::numeric_limits<std::int32_t>::min();
 
-/// From this variance on, e-^2, one draw stands for shot noise and Gaussian noise (kernels::merged_row()).
+/// Variance in e-^2 from which one draw combines shot noise and Gaussian noise (kernels::merged_row()).
 constexpr float merged_variance_e2 = 400;
 
-/// Place of a row, which may be a halo row above the image, in a ring of rows.
+/// Ring slot of a row, which may be a halo row above the image (negative).
 std::size_t slot_of(std::int32_t row) {
     return static_cast<std::uint32_t>(row) % Scratch::ring;
 }
@@ -27,8 +27,8 @@ bool intersect(const Region& a, const Region& b) {
     return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
 
-/// Weight of a read in the charge collected from the first to the last of `reads` equally spaced ones:
-/// least-squares slope times the time between first and last.
+/// Weight of read `read` in the charge collected between the first and the last of `reads` equally spaced
+/// reads: least-squares slope times the time between first and last.
 double ramp_weight(std::int32_t read, std::int32_t reads) {
     const double n = reads;
     return 12 * (read - (n - 1) / 2) * (n - 1) / (n * (n * n - 1));
@@ -52,7 +52,7 @@ BandExposure::BandExposure(DetectorState& detector, const ReadoutPlan& plan, con
         chain_.adc_steps = static_cast<float>(d_.adc.steps());
     }
 
-    if (d_.rain.none()) return;
+    if (d_.particles.none()) return;
     frame_begin_ = plan.rows.front().reset;
     frame_end_ = plan.rows.front().read;
     for (const RowTime& t : plan.rows) {
@@ -66,12 +66,12 @@ BandExposure::BandExposure(DetectorState& detector, const ReadoutPlan& plan, con
     }
     scratch_.hits.clear();
     hits_listed_ = true;
-    // Charge that blooms may come from the row beyond.
-    d_.rain.each(frame_, frame_begin_, frame_end_, low - 2, high - low + 5, [&](const ParticleHit& hit) {
+    // Include two rows on either side: blooming brings charge in from neighbouring rows.
+    d_.particles.each(frame_, frame_begin_, frame_end_, low - 2, high - low + 5, [&](const ParticleHit& hit) {
         if (scratch_.hits.size() < Scratch::hits_kept)
             scratch_.hits.push_back(hit);
         else
-            hits_listed_ = false; // too many: every row looks for its own
+            hits_listed_ = false; // too many: each row searches its own hits
     });
 }
 
@@ -92,7 +92,7 @@ void BandExposure::enter_window(std::int32_t row) noexcept {
     wide_x_ = w.sensor.x - band_.halo_left;
     assert(wide_ <= static_cast<std::size_t>(band_.width) && wide_x_ >= 0 &&
            wide_x_ + static_cast<std::int32_t>(wide_) <= d_.sensor_width);
-    // A pixel that several windows read gets numbers of its own from each of them.
+    // A pixel that several windows read gets independent random numbers in each of them.
     layer_ = 0;
     for (const FrameWindow& other : plan_.windows)
         if (other.request < w.request && other.read_index + 1 == other.reads &&
@@ -105,21 +105,21 @@ void BandExposure::enter_window(std::int32_t row) noexcept {
     noise_row_ = -1;
 }
 
-/// Index in the plan of a row of the window, or of the window's row next to a halo row.
+/// Plan index of a row of the window; for a halo row, that of the nearest row of the window.
 std::size_t BandExposure::planned(std::int32_t row) const noexcept {
     return static_cast<std::size_t>(std::clamp(row, first_row_, last_row_));
 }
 
-/// Row on the array of a row of the window or of its halo.
+/// Array row of a row of the window or of its halo.
 std::int32_t BandExposure::row_on_array(std::int32_t row) const noexcept {
     const std::size_t i = planned(row);
     return plan_.sensor_row[i] + (row - static_cast<std::int32_t>(i));
 }
 
-// Rows of light and of expected charge begin at the first halo column; all that comes after the random draw
-// begins at the window's own first column.
+// Rows of light and of expected charge begin at the first halo column; rows after the random draw begin at
+// the window's own first column.
 
-/// Electrons per second from light before crosstalk, with one copy of the edge pixels on either side.
+/// Electrons per second from light before crosstalk, padded by one copy of the edge pixel on either side.
 const float* BandExposure::raw_light(std::int32_t row) noexcept {
     row = std::clamp(row, lowest_, highest_);
     const std::size_t slot = slot_of(row);
@@ -134,7 +134,8 @@ const float* BandExposure::raw_light(std::int32_t row) noexcept {
     for (std::size_t b = 0; b < d_.electrons_per_s.size(); ++b) {
         const std::size_t at = (b * stored_rows + line) * stride;
         const float* values = band_.values.data() + at;
-        // Kernels read a little beyond the end of a row; the caller's memory may end there.
+        // Kernels read up to kernels::padding elements past the end of a row; the caller's memory may end
+        // before that.
         if (at + wide_ + kernels::padding > band_.values.size()) {
             std::memcpy(scratch_.signal(), values, wide_ * sizeof(float));
             values = scratch_.signal();
@@ -158,19 +159,20 @@ const float* BandExposure::light(std::int32_t row) noexcept {
     return scratch_.mixed();
 }
 
-void BandExposure::add_telegraph(std::int32_t array_row, double seconds, float* out) const noexcept {
-    // Time goes on by the frame period per frame, whatever the triggers did: same frames, same bytes.
+void BandExposure::add_dark_rts(std::int32_t array_row, double seconds, float* out) const noexcept {
+    // RTS time advances by the frame period per frame, independent of the trigger times: same frames, same
+    // bytes.
     const double now_s = static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns);
-    for (const TelegraphPixel& p : d_.pattern.telegraph.row(array_row)) {
+    for (const DarkRtsPixel& p : d_.pattern.dark_rts.row(array_row)) {
         const std::int32_t x = p.x - wide_x_;
         if (x < 0 || x >= static_cast<std::int32_t>(wide_)) continue;
-        if (telegraph_up(d_.seed, p.pixel, static_cast<double>(p.time_constant_s), now_s))
+        if (rts_is_high(d_.seed, p.pixel, static_cast<double>(p.time_constant_s), now_s))
             out[x] += static_cast<float>(static_cast<double>(p.current_e_per_s) * d_.dark_ratio * seconds);
     }
 }
 
 void BandExposure::add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept {
-    if (d_.rain.none()) return;
+    if (d_.particles.none()) return;
     const auto add = [&](const ParticleHit& hit) {
         if (hit.time >= begin && hit.time < end)
             deposit(hit, array_row, wide_x_, static_cast<std::int32_t>(wide_), out);
@@ -179,10 +181,10 @@ void BandExposure::add_hits(std::int32_t array_row, Time begin, Time end, float*
         for (const ParticleHit& hit : scratch_.hits)
             add(hit);
     else
-        d_.rain.each(frame_, frame_begin_, frame_end_, array_row - 1, 3, add);
+        d_.particles.each(frame_, frame_begin_, frame_end_, array_row - 1, 3, add);
 }
 
-/// Expected electrons of a row between two instants; blooming and smear are not included.
+/// Expected electrons of a row between two instants, without blooming and smear.
 void BandExposure::mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept {
     const DetectorSettings& s = d_.settings;
     const std::size_t i = planned(row);
@@ -199,7 +201,7 @@ void BandExposure::mean_between(std::int32_t row, Time begin, Time end, float* o
     const double uniform = dark == nullptr ? s.dark_current_e_per_s : 1;
     kernels::mean_row(light(row), static_cast<float>(lit_s), dark,
                       static_cast<float>(uniform * d_.dark_ratio * seconds), wide_, out);
-    add_telegraph(y, seconds, out);
+    add_dark_rts(y, seconds, out);
     add_hits(y, begin, end, out);
 }
 
@@ -213,7 +215,7 @@ float* BandExposure::mean_of_exposure(std::int32_t row) noexcept {
     return out;
 }
 
-/// Whether a pixel of the row, which may lie in the halo, is expected to go beyond full well.
+/// Whether the expected charge of a pixel of the row, which may lie in the halo, exceeds full well.
 bool BandExposure::has_full(std::int32_t row) noexcept {
     if (row < lowest_ || row > highest_) return false;
     const std::size_t slot = slot_of(row);
@@ -224,8 +226,8 @@ bool BandExposure::has_full(std::int32_t row) noexcept {
     return full_[slot];
 }
 
-/// Adds to `mean` of the row a share of what the four neighbours hold above full well, in `out`. Returns
-/// `mean` where there is nothing to add, which is the rule.
+/// Blooming: writes to `out` `mean` plus a fraction of the charge that the four neighbours hold above full
+/// well. Returns `mean` itself in the common case that there is no such charge.
 float* BandExposure::bloom(std::int32_t row, float* mean, float* out) noexcept {
     const float full = chain_.full_well_e;
     const auto share = static_cast<float>(d_.settings.blooming / 4);
@@ -249,7 +251,7 @@ float* BandExposure::bloom(std::int32_t row, float* mean, float* out) noexcept {
     return out;
 }
 
-/// Frame transfer: on its way under the shield every row passes below the light of the whole column.
+/// Frame-transfer smear: on the way to the storage area each row is exposed to the light of the whole column.
 void BandExposure::add_smear(float* out) noexcept {
     if (!smear_known_) {
         smear_known_ = true;
@@ -264,18 +266,18 @@ void BandExposure::add_smear(float* out) noexcept {
                             out);
 }
 
-/// Adds what the amplifiers' jumps do to a sample at `sample`, which counts `weight` times.
-void BandExposure::add_follower(std::int32_t array_row, Time sample, double weight,
-                                float* charge) const noexcept {
-    constexpr std::uint64_t follower_key = 0x666f6c6c6f776572; // apart from the jumps of dark current
-    // As for those, time goes on by the frame period per frame.
+/// Adds the source followers' RTS noise to a sample at time `sample` with weight `weight`.
+void BandExposure::add_follower_rts(std::int32_t array_row, Time sample, double weight,
+                                    float* charge) const noexcept {
+    constexpr std::uint64_t follower_key = 0x666f6c6c6f776572; // "follower": independent of dark-current RTS
+    // RTS time advances by the frame period per frame, as for dark current.
     const double now_s =
         static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns) + to_seconds(sample - plan_.trigger);
     const std::int32_t x0 = plan_.windows[window_].sensor.x;
-    for (const FollowerPixel& p : d_.pattern.follower.row(array_row)) {
+    for (const FollowerRtsPixel& p : d_.pattern.follower_rts.row(array_row)) {
         const std::int32_t x = p.x - x0;
         if (x < 0 || x >= static_cast<std::int32_t>(n_)) continue;
-        if (telegraph_up(d_.seed ^ follower_key, p.pixel, static_cast<double>(p.time_constant_s), now_s))
+        if (rts_is_high(d_.seed ^ follower_key, p.pixel, static_cast<double>(p.time_constant_s), now_s))
             charge[x] += static_cast<float>(weight) * p.step_e;
     }
 }
@@ -290,7 +292,7 @@ void BandExposure::add_lag(std::int32_t array_row, float* charge) noexcept {
     std::memcpy(before, copy, n_ * sizeof(float));
 }
 
-/// Poisson counts (electrons) and normals of one read of the row in work.
+/// Draws Poisson counts (electrons) and normals of one read of the current row.
 void BandExposure::draw(const float* mean, std::int32_t array_row, std::uint32_t read,
                         float* counts) noexcept {
     const auto pixel = static_cast<std::uint32_t>(array_row) * static_cast<std::uint32_t>(d_.sensor_width) +
@@ -299,8 +301,8 @@ void BandExposure::draw(const float* mean, std::int32_t array_row, std::uint32_t
                          counts, scratch_.z0(), scratch_.z1(), scratch_.sampler());
 }
 
-/// Shot noise together with that of amplifier and reset, where nothing between the two tells them apart: not
-/// near full well. `chain` is left with the noise that is still to be added.
+/// Draws shot noise and the noise of amplifier and reset together. Valid only away from full well, where no
+/// non-linear step lies between the two. `chain` keeps the noise that is still to be added.
 void BandExposure::draw_merged(const float* mean, std::int32_t array_row, kernels::Chain& chain,
                                float* charge) noexcept {
     const float variance = chain.sigma0_e * chain.sigma0_e + chain.sigma1_e * chain.sigma1_e;
@@ -360,7 +362,7 @@ void BandExposure::note(const float* mean, const float* charge, const ExposureTr
             truth.saturated[x] = charge[x] >= full ? 1 : 0;
 }
 
-/// Destructive, or the difference of two non-destructive reads: one draw for the charge of the whole
+/// Destructive read, or difference of two non-destructive reads: one draw for the charge of the whole
 /// interval.
 void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t* dn,
                                const ExposureTruth& truth) noexcept {
@@ -374,8 +376,8 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
         add_smear(mean);
     }
     mean += left_;
-    // A double sample subtracts a second amplifier sample and, where it is destructive, another reset; the
-    // difference of two reads after one reset has neither reset noise nor offset.
+    // Double sampling subtracts a second amplifier sample and, for a destructive read, another reset level;
+    // the difference of two reads after one reset has neither reset noise nor offset.
     const bool two = difference || s.double_sampling;
     const double doubled = two ? std::numbers::sqrt2 : 1;
     kernels::Chain chain = chain_;
@@ -391,10 +393,10 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     if (s.lag > 0 && !difference) add_lag(array_row, charge);
     note(mean, charge, truth);
     kernels::collect_row(chain_, n_, charge);
-    if (!d_.pattern.follower.first.empty()) {
+    if (!d_.pattern.follower_rts.first.empty()) {
         const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
-        add_follower(array_row, t.read, 1, charge);
-        if (two) add_follower(array_row, difference ? t.reset : t.read + d_.reset_sample_ns, -1, charge);
+        add_follower_rts(array_row, t.read, 1, charge);
+        if (two) add_follower_rts(array_row, difference ? t.reset : t.read + d_.reset_sample_ns, -1, charge);
     }
     const float* const offset =
         difference ? nullptr
@@ -403,7 +405,8 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
                          chain.sigma1_e > 0 ? scratch_.z1() : nullptr, n_, dn);
 }
 
-/// One of several non-destructive reads: charge adds up from read to read, the reset noise stays what it was.
+/// One of several non-destructive reads: charge accumulates from read to read, the reset noise is the same in
+/// all of them.
 void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept {
     const DetectorSettings& s = d_.settings;
     const auto i = static_cast<std::size_t>(row);
@@ -416,7 +419,7 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
     Time from = plan_.rows[i].reset;
     for (std::int32_t k = 0; k <= window.read_index; ++k) {
         const Time to = plan_.rows[i].read - (window.read_index - k) * window.read_spacing_ns;
-        // A reset by another window in between: this read has collected nothing before it.
+        // Another window reset the row in between: this read contains no charge from before that reset.
         if (to <= from) continue;
         float* const mean = scratch_.mean(0);
         mean_row_.fill(no_row);
@@ -429,7 +432,7 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
     }
     note(total_mean, charge, truth);
     kernels::collect_row(chain_, n_, charge);
-    if (!d_.pattern.follower.first.empty()) add_follower(array_row, plan_.rows[i].read, 1, charge);
+    if (!d_.pattern.follower_rts.first.empty()) add_follower_rts(array_row, plan_.rows[i].read, 1, charge);
     kernels::Chain chain = chain_;
     chain.sigma0_e = static_cast<float>(s.read_noise_e);
     chain.sigma1_e = static_cast<float>(d_.reset_e);
@@ -439,7 +442,7 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
                          scratch_.z0(), scratch_.frozen(), n_, dn);
 }
 
-/// Least-squares line through equally spaced reads.
+/// Least-squares slope of equally spaced reads, sampling up the ramp.
 void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept {
     const auto i = static_cast<std::size_t>(row);
     const FrameWindow& window = plan_.windows[window_];
@@ -451,8 +454,8 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         std::fill_n(row_buffer, n_ + kernels::padding, 0.0F);
     const std::int64_t span = plan_.rows[i].exposure_ns();
     double squares = ramp_weight(0, window.reads) * ramp_weight(0, window.reads);
-    if (!d_.pattern.follower.first.empty())
-        add_follower(array_row, plan_.rows[i].reset, ramp_weight(0, window.reads), fitted);
+    if (!d_.pattern.follower_rts.first.empty())
+        add_follower_rts(array_row, plan_.rows[i].reset, ramp_weight(0, window.reads), fitted);
     for (std::int32_t k = 1; k < window.reads; ++k) {
         const Time from = plan_.rows[i].reset + span * (k - 1) / (window.reads - 1);
         const Time to = plan_.rows[i].reset + span * k / (window.reads - 1);
@@ -466,7 +469,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         kernels::collect_row(chain_, n_, scratch_.signal());
         const double weight = ramp_weight(k, window.reads);
         squares += weight * weight;
-        if (!d_.pattern.follower.first.empty()) add_follower(array_row, to, weight, fitted);
+        if (!d_.pattern.follower_rts.first.empty()) add_follower_rts(array_row, to, weight, fitted);
         kernels::accumulate_row(scratch_.signal(), static_cast<float>(weight), n_, fitted);
     }
     note(total_mean, charge, truth);

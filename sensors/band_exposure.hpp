@@ -1,4 +1,4 @@
-// One band of rows on its way from light to digital numbers.
+// Exposure of one block of rows: from irradiance through charge to digital numbers.
 #pragma once
 
 #include "sensors/detector_state.hpp"
@@ -11,18 +11,18 @@
 
 namespace obscura::sensors {
 
-/// Lives for one call of Detector::expose(). Rows must be exposed from the top down, so that rows which
-/// spread charge into each other are computed once. The order of what happens to the charge: photons,
-/// response, crosstalk, dark current and its jumps, particles, blooming and smear, Poisson draw, lag, full
-/// well and non-linearity, reset, row and amplifier noise, offsets, sampling, gain, black level, converter,
-/// defects.
+/// Lives for one call of Detector::expose(); thread-bound, neither allocates nor throws. Rows must be exposed
+/// from the top down, so that rows which spread charge into each other are computed once. Order of the
+/// effects: photons, response, crosstalk, dark current and its RTS noise, particles, blooming and smear,
+/// Poisson draw, lag, full well and non-linearity, reset, row and amplifier noise, offsets, sampling, gain,
+/// black level, ADC, defects.
 class BandExposure {
 public:
     BandExposure(DetectorState& detector, const ReadoutPlan& plan, const IrradianceBand& light,
                  std::uint64_t frame, const AnalogSettings& analog, Scratch& scratch) noexcept;
 
-    /// Row `row` of the composed image; `dn` has room for a whole row, `truth` points to the row (or is
-    /// empty).
+    /// Exposes row `row` of the composed image. `dn` has room for a whole row; `truth` covers the row or is
+    /// empty.
     void expose_row(std::int32_t row, std::uint16_t* dn, const ExposureTruth& truth) noexcept;
 
     /// Bit w: a pixel of window w has reached full well.
@@ -36,11 +36,11 @@ private:
     [[nodiscard]] const float* light(std::int32_t row) noexcept;
     void mean_between(std::int32_t row, Time begin, Time end, float* out) noexcept;
     [[nodiscard]] float* mean_of_exposure(std::int32_t row) noexcept;
-    void add_telegraph(std::int32_t array_row, double seconds, float* out) const noexcept;
+    void add_dark_rts(std::int32_t array_row, double seconds, float* out) const noexcept;
     void add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept;
     [[nodiscard]] float* bloom(std::int32_t row, float* mean, float* out) noexcept;
     void add_smear(float* out) noexcept;
-    void add_follower(std::int32_t array_row, Time sample, double weight, float* charge) const noexcept;
+    void add_follower_rts(std::int32_t array_row, Time sample, double weight, float* charge) const noexcept;
     void add_lag(std::int32_t array_row, float* charge) noexcept;
     void draw(const float* mean, std::int32_t array_row, std::uint32_t read, float* counts) noexcept;
     void draw_merged(const float* mean, std::int32_t array_row, kernels::Chain& chain,
@@ -64,21 +64,21 @@ private:
     Time frame_begin_, frame_end_;
     bool hits_listed_ = false;
     std::uint32_t saturated_windows_ = 0;
-    // The window of the row in work.
+    // The window of the current row.
     std::size_t window_ = SIZE_MAX;
     std::int32_t first_row_ = 0, last_row_ = 0; ///< of the composed image
-    std::int32_t lowest_ = 0, highest_ = 0;     ///< rows there is light for, halo included
-    std::size_t n_ = 0;                         ///< its columns
+    std::int32_t lowest_ = 0, highest_ = 0;     ///< rows with light, halo included
+    std::size_t n_ = 0;                         ///< columns of the window
     std::size_t left_ = 0, wide_ = 0;           ///< halo columns on the left; columns with the halo
-    std::int32_t wide_x_ = 0;                   ///< array column of the first of them
+    std::int32_t wide_x_ = 0;                   ///< array column of the first halo column
     std::uint32_t layer_ = 0;
     bool smear_known_ = false;
     static constexpr std::size_t noise_rows = 64;
     std::int32_t noise_row_ = -1; ///< first array row of row_noise_, for reads numbered 0
     std::array<float, noise_rows + kernels::padding> row_noise_{};
-    std::array<std::int32_t, Scratch::ring> full_row_{}; ///< rows looked at for full pixels
+    std::array<std::int32_t, Scratch::ring> full_row_{}; ///< rows already tested for pixels above full well
     std::array<bool, Scratch::ring> full_{};
-    std::array<std::int32_t, Scratch::ring> raw_row_{}, mean_row_{}; ///< what the rings hold
+    std::array<std::int32_t, Scratch::ring> raw_row_{}, mean_row_{}; ///< row held by each ring slot
 };
 
 } // namespace obscura::sensors

@@ -1,4 +1,4 @@
-// The sensor as plain data: what a sensor file says; readout and detector are built from it.
+// Sensor description: readout timing and detector parameters as plain data, as read from a sensor file.
 #pragma once
 
 #include "core/spectral_band.hpp"
@@ -11,11 +11,12 @@
 namespace obscura {
 
 /// `rolling`: a reset pointer runs ahead of the read pointer. `global`: all rows are exposed together, then
-/// read. `push_broom`: one row is read over and over, at the line rate; a window's height counts lines.
+/// read. `push_broom`: one row is read repeatedly at the line rate; a window's height counts lines.
 enum class Shutter : std::uint8_t { rolling, global, push_broom };
 
-/// How a rolling shutter serves several windows: one after the other, each with its own reset scan, or all of
-/// them in every cycle of an on-chip sequencer, each with resets of its own.
+/// Readout of several windows under a rolling shutter. `sequential`: one window after the other, each with
+/// its own reset scan. `interleaved`: all windows in every cycle of an on-chip sequencer, each with its own
+/// resets.
 enum class WindowMode : std::uint8_t { sequential, interleaved };
 
 /// Readout timing of a chip. T_row = row_overhead + ceil(width / outputs) / pixel_clock.
@@ -40,38 +41,39 @@ struct ReadoutSettings {
     bool strict = true;                  ///< refuse impossible windows; otherwise crop and align them
 };
 
-/// How dark current rises with temperature: doubling every so many kelvin, or after the band gap of silicon.
+/// Temperature law of dark current: doubling every dark_doubling_k kelvin, or the band gap of silicon.
 enum class DarkLaw : std::uint8_t { doubling, band_gap };
-/// A hard reset leaves kTC noise; a soft one half of its variance, and image lag.
+/// A hard reset leaves kTC noise; a soft reset leaves half of its variance, and image lag.
 enum class ResetMode : std::uint8_t { hard, soft };
 enum class TestPattern : std::uint8_t { off, ramp };
 
-/// What happens to the charge. EMVA 1288 names and symbols. An effect whose figure is 0 is off.
+/// Detector parameters, by EMVA 1288 names and symbols. An effect whose parameter is 0 is off.
 struct DetectorSettings {
     // Light
     double transmission = 1;                                      ///< of the optics, 0..1
     std::vector<SpectralPoint> quantum_efficiency{{550e-9, 0.5}}; ///< eta; linear between, ends held
     double fill_factor = 1;                                       ///< where the curve does not include it
     double prnu_local = 0;                                        ///< relative rms of the response, white
-    double prnu_global = 0;        ///< relative rms of the response, slow over the array
-    double crosstalk_edge = 0;     ///< share of a pixel's charge that each of 4 neighbours gets
-    double crosstalk_corner = 0;   ///< the same for the diagonal ones
-    double parasitic_light = 0;    ///< global shutter: sensitivity of the storage node, relative to the pixel
-    std::int64_t smear_row_ns = 0; ///< frame transfer: time per row under the open sky
-    std::int32_t optical_black_rows = 0;    ///< after the electrical ones: no light
+    double prnu_global = 0;      ///< relative rms of the response, low spatial frequency
+    double crosstalk_edge = 0;   ///< fraction of a pixel's charge that each of 4 edge neighbours gets
+    double crosstalk_corner = 0; ///< fraction that each of 4 diagonal neighbours gets
+    /// Global shutter: sensitivity of the storage node to light, relative to the pixel.
+    double parasitic_light = 0;
+    std::int64_t smear_row_ns = 0;          ///< frame transfer: time per row shift while the array is exposed
+    std::int32_t optical_black_rows = 0;    ///< shielded rows after the electrical black rows: no light
     std::int32_t electrical_black_rows = 0; ///< first rows of the array: no charge at all
 
-    // Dark current; figures hold at the reference temperature
+    // Dark current; values at the reference temperature
     double temperature_c = 20;
     double dark_reference_c = 20;
     DarkLaw dark_law = DarkLaw::doubling;
     double dark_doubling_k = 8;
     double dark_current_e_per_s = 5;       ///< mean over the array
     double dark_nonuniformity_e_per_s = 0; ///< rms over the array, log-normal
-    double hot_fraction = 0;               ///< share of pixels with additional current ...
-    double hot_current_e_per_s = 0;        ///< ... exponentially distributed with this mean
-    double rts_fraction = 0;        ///< share of pixels whose dark current jumps between two levels ...
-    double rts_current_e_per_s = 0; ///< ... exponentially distributed with this mean apart
+    double hot_fraction = 0;               ///< fraction of hot pixels
+    double hot_current_e_per_s = 0;        ///< mean of their additional current, exponentially distributed
+    double rts_fraction = 0;        ///< fraction of pixels with two-level RTS noise of the dark current
+    double rts_current_e_per_s = 0; ///< mean distance of the two levels, exponentially distributed
 
     // Particles
     double hit_flux_per_cm2_s = 0;
@@ -80,22 +82,22 @@ struct DetectorSettings {
 
     // Charge
     double full_well_e = 50'000;
-    double blooming = 0; ///< share of the charge above full well that goes to the 4 neighbours
+    double blooming = 0; ///< fraction of the charge above full well that goes to the 4 neighbours
     std::array<double, 4> nonlinearity{}; ///< S = N (1 - c1 x - ... - c4 x^4), x = N / full well
-    double lag = 0;                       ///< share of a frame's charge that shows in the next one
+    double lag = 0;                       ///< fraction of a frame's charge that appears in the next frame
 
     // Noise and offsets
     double read_noise_e = 8;            ///< amplifier, per sample
     bool double_sampling = false;       ///< a destructive read subtracts the reset level that follows
-    double conversion_gain_v_per_e = 0; ///< of the sense node, C = q / this; 0: no reset noise
+    double conversion_gain_v_per_e = 0; ///< of the sense node, C = q / conversion gain; 0: no reset noise
     ResetMode reset_mode = ResetMode::hard;
     double offset_fpn_e = 0; ///< rms of the pixels' offsets
     double column_fpn_e = 0; ///< rms of the columns' offsets
     double row_noise_e = 0;  ///< temporal, common to a row
-    /// Share of pixels whose amplifier transistor jumps between two levels (a trap in its channel): one of
+    /// Fraction of pixels with RTS noise of the source follower (a trap in the transistor's channel): one of
     /// two values in a single sample, one of three in the difference of two.
     double follower_rts_fraction = 0;
-    double follower_rts_e = 0; ///< distance of the levels, exponentially distributed with this mean
+    double follower_rts_e = 0; ///< mean distance of the two levels, exponentially distributed
 
     // Conversion
     double gain_dn_per_e = 0.08; ///< K at 0 dB
@@ -106,7 +108,7 @@ struct DetectorSettings {
 
     // Defects
     double dead_fraction = 0;  ///< pixels without response
-    double stuck_fraction = 0; ///< pixels that always give the same number
+    double stuck_fraction = 0; ///< pixels with a constant digital number
     std::int32_t dead_rows = 0, dead_columns = 0;
 
     TestPattern test_pattern = TestPattern::off; ///< ramp: (x + y) mod 2^bits instead of the image

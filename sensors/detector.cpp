@@ -107,7 +107,7 @@ DetectorState::DetectorState(const SensorDescription& d, std::span<const Spectra
       global_shutter(d.readout.shutter == Shutter::global),
       seed(noise_seed ^ temporal_key),
       pattern(d),
-      rain(d, seed),
+      particles(d, seed),
       adc(d),
       scratch(static_cast<std::size_t>(d.readout.width)),
       reset_sample_ns(d.readout.reset_instant_ns - d.readout.sample_instant_ns),
@@ -173,13 +173,13 @@ namespace {
 
 template<class Visit>
 void each_hit(const DetectorState& state, const ReadoutPlan& plan, std::uint64_t frame_id, Visit visit) {
-    if (state.rain.none() || plan.rows.empty()) return;
+    if (state.particles.none() || plan.rows.empty()) return;
     Time begin = plan.rows.front().reset, end = plan.rows.front().read;
     for (const RowTime& t : plan.rows) {
         begin = std::min(begin, t.reset);
         end = std::max(end, t.read);
     }
-    state.rain.each(frame_id, begin, end, 0, state.sensor_height, visit);
+    state.particles.each(frame_id, begin, end, 0, state.sensor_height, visit);
 }
 
 } // namespace

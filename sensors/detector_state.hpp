@@ -1,4 +1,4 @@
-// What a detector is made of, computed once from its description.
+// Detector state computed once from its description: patterns, particle flux, ADC curve, buffers.
 #pragma once
 
 #include "sensors/adc.hpp"
@@ -22,14 +22,14 @@ struct DetectorState {
     bool global_shutter;
     std::uint64_t seed;
     FixedPattern pattern;
-    ParticleRain rain;
+    ParticleFlux particles;
     AdcCurve adc;
     ScratchPool scratch;
-    std::vector<double> electrons_per_s; ///< per W/m2 at the entrance pupil, one per band
-    std::int64_t reset_sample_ns;        ///< double sampling: from the sample to that of the reset level
-    double dark_ratio;                   ///< to the dark current at the reference temperature
-    double reset_e;                      ///< kTC noise
-    std::vector<float> memory;           ///< charge of the frame before, over the array; empty without lag
+    std::vector<double> electrons_per_s; ///< per W/m2 at the entrance pupil, one per spectral band
+    std::int64_t reset_sample_ns;        ///< double sampling: from the signal sample to the reset sample
+    double dark_ratio;                   ///< dark current relative to that at the reference temperature
+    double reset_e;                      ///< rms kTC noise
+    std::vector<float> memory;           ///< charge of the previous frame over the array; empty without lag
 };
 
 } // namespace obscura::sensors

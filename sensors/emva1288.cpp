@@ -14,7 +14,7 @@ double signal(const Level& l) {
     return l.bright.mean - l.dark.mean;
 }
 
-/// Photons at which the response, carried on from below, reaches the plateau.
+/// Photons at which the response, extrapolated from below, reaches the plateau.
 double saturation(std::span<const Level> levels, double& top_signal) {
     const auto noisiest = std::max_element(levels.begin(), levels.end(), [](const Level& a, const Level& b) {
         return a.bright.variance < b.bright.variance;
@@ -28,7 +28,8 @@ double saturation(std::span<const Level> levels, double& top_signal) {
     while (i + 1 < levels.size() && signal(levels[i + 1]) < 0.95 * plateau)
         ++i;
     if (i < 2) return noisiest->photons;
-    // A parabola through three levels below the knee, solved for the plateau: responses bend.
+    // Fit a parabola through three levels below the knee, because responses are not linear, and solve it for
+    // the plateau.
     const Level &a = levels[i - 2], &b = levels[i - 1], &c = levels[i];
     const double ab = (signal(b) - signal(a)) / (b.photons - a.photons);
     const double bc = (signal(c) - signal(b)) / (c.photons - b.photons);
@@ -82,7 +83,7 @@ LinearModel evaluate(std::span<const Level> levels) {
         m.gain_dn_per_e = xy / xx;
         m.responsivity_dn_per_photon = ps / pp;
     };
-    // Relative deviations from the line that makes them least, 5 to 95 % of saturation.
+    // Linearity error: relative deviations from the line that minimises them, 5 to 95 % of saturation.
     double w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0;
     const auto in_range = [&](const Level& l) { return signal(l) > 0.05 * top && signal(l) < 0.95 * top; };
     for (const Level& l : levels)

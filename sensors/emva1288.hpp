@@ -1,4 +1,4 @@
-// Estimators of EMVA standard 1288, release 4 (2021), linear camera model. They see digital numbers only.
+// Estimators of EMVA standard 1288, release 4 (2021), linear camera model, from digital numbers only.
 #pragma once
 
 #include <cstddef>
@@ -8,40 +8,40 @@
 
 namespace obscura::sensors::emva1288 {
 
-/// Mean and temporal variance of two images of the same light (eqs. 22 and 23), DN and DN^2.
+/// Mean and temporal variance of two images under the same illumination (eqs. 22 and 23), DN and DN^2.
 struct PairStatistics {
     double mean = 0, variance = 0;
 };
 [[nodiscard]] PairStatistics pair_statistics(std::span<const std::uint16_t> a,
                                              std::span<const std::uint16_t> b);
 
-/// One exposure of the series.
+/// One exposure level of the series.
 struct Level {
-    double photons = 0; ///< mean number per pixel; where it is unknown, anything proportional to it
+    double photons = 0; ///< mean number per pixel; if unknown, any quantity proportional to it
     PairStatistics bright, dark;
 };
 
-/// What the photon transfer of a series tells.
+/// Parameters estimated from the photon transfer of a series.
 struct LinearModel {
     double gain_dn_per_e = 0;              ///< K, section 6.5: slope of variance against mean
     double responsivity_dn_per_photon = 0; ///< R, section 6.4
     double quantum_efficiency = 0;         ///< eta = R / K
-    double dark_noise_e = 0; ///< sigma_d, eq. 42, quantisation taken out; 0 where that is all there is
+    double dark_noise_e = 0; ///< sigma_d, eq. 42, without quantisation noise; 0 if there is no other
     double saturation_photons = 0, saturation_e = 0; ///< section 6.6
     double linearity_error_percent = 0;              ///< section 6.7, over 5 to 95 % of saturation
-    double fit_range = 0.7;       ///< share of the saturation over which K and R were fitted
+    double fit_range = 0.7;       ///< fraction of the saturation over which K and R were fitted
     double threshold_photons = 0; ///< absolute sensitivity threshold, eq. 27
     double dynamic_range_db = 0, snr_max_db = 0;
 };
 
 /// Evaluates a series of at least 4 levels with rising photons; throws std::invalid_argument otherwise.
 ///
-/// Saturation is where the extrapolated response meets the plateau of the levels beyond it; a series without
-/// such levels ends, as the standard has it, at its largest variance. Where the response is bent by more than
-/// 1 %, K and R are fitted over 20 % of the saturation instead of 70 %.
+/// Saturation is the exposure at which the extrapolated response meets the plateau of the levels beyond it;
+/// in a series without such levels it is, as in the standard, the level of the largest variance. If the
+/// linearity error exceeds 1 %, K and R are fitted over 20 % of the saturation instead of 70 %.
 [[nodiscard]] LinearModel evaluate(std::span<const Level> levels);
 
-/// The mean of a stack of images and what its spatial variance is made of (section 8.1).
+/// Mean, temporal variance and spatial variance of a stack of images (section 8.1).
 class ImageStack {
 public:
     explicit ImageStack(std::size_t pixels) : sum_(pixels), squares_(pixels) {}
@@ -50,7 +50,8 @@ public:
     [[nodiscard]] double mean() const;
     /// Temporal variance, averaged over the pixels.
     [[nodiscard]] double temporal_variance() const;
-    /// Variance over the pixels of their means, the rest of the temporal noise taken out. At least 2 images.
+    /// Variance over the pixels of their means, corrected for residual temporal noise. Needs at least 2
+    /// images.
     [[nodiscard]] double spatial_variance() const;
     /// Mean of pixel i.
     [[nodiscard]] double pixel(std::size_t i) const { return sum_[i] / static_cast<double>(count_); }

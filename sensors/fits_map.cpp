@@ -37,7 +37,7 @@ std::vector<float> read_fits_map(const std::filesystem::path& file, std::int32_t
     };
     int status = 0;
     fitsfile* raw = nullptr;
-    // The disk-file call: the plain one would take brackets in the name for a filter expression.
+    // Use the disk-file call: fits_open_image would parse brackets in the name as a filter expression.
     if (fits_open_diskfile(&raw, file.c_str(), READONLY, &status) != 0) throw fail(explain(status));
     const FitsHandle handle(raw);
     int axes = 0;

@@ -40,7 +40,7 @@ std::array<double, 4> spline(double t) {
             t * t * t / 6};
 }
 
-/// Slow variation over the array: a cubic spline through an 8 x 8 grid of normals, mean 0 and rms 1.
+/// Low spatial frequency variation over the array: a cubic spline on an 8 x 8 grid of normals, mean 0, rms 1.
 Map slow_map(std::int32_t width, std::int32_t height, std::uint64_t seed) {
     constexpr int cells = 8, knots = cells + 3;
     const Normals grid = normals(Effect::response, ~seed, std::size_t{knots} * knots);
@@ -87,7 +87,8 @@ Map response_map(const SensorDescription& d, std::uint64_t seed) {
     return map;
 }
 
-/// Log-normal with the given rms, and an exponential tail on some pixels; scaled to the given mean.
+/// Dark current map: log-normal with the given rms, with an exponential tail on hot pixels, scaled to the
+/// given mean.
 Map dark_map(const DetectorSettings& s, std::size_t n, std::uint64_t seed) {
     const bool tail = s.hot_fraction > 0 && s.hot_current_e_per_s > 0;
     if (s.dark_current_e_per_s == 0 || (s.dark_nonuniformity_e_per_s == 0 && !tail)) return {};
@@ -133,7 +134,7 @@ Map offset_map(const SensorDescription& d, std::uint64_t seed) {
     return map;
 }
 
-/// `count` distinct lines out of `size`.
+/// Draws `count` distinct rows or columns out of `size`.
 std::vector<bool> dead_lines(std::int32_t count, std::int32_t size, std::uint64_t seed, std::uint32_t which) {
     if (count == 0) return {};
     std::vector<bool> dead(static_cast<std::size_t>(size));
@@ -167,12 +168,12 @@ FixedPattern::FixedPattern(const SensorDescription& d) : width(d.readout.width),
     const bool special = s.dead_fraction > 0 || s.stuck_fraction > 0 || s.rts_fraction > 0;
     if (special) {
         const kernels::Stream chosen = stream_of(Effect::defects, seed, 0, 0);
-        const kernels::Stream drawn = stream_of(Effect::telegraph_pixels, seed, 0, 0);
-        const Normals white = normals(Effect::telegraph_pixels, seed, n);
+        const kernels::Stream drawn = stream_of(Effect::rts_pixels, seed, 0, 0);
+        const Normals white = normals(Effect::rts_pixels, seed, n);
         const double codes = std::exp2(s.adc_bits);
         for (std::size_t i = 0; i < n; ++i) {
             if (i % w == 0) {
-                telegraph.first.push_back(static_cast<std::uint32_t>(telegraph.items.size()));
+                dark_rts.first.push_back(static_cast<std::uint32_t>(dark_rts.items.size()));
                 stuck.first.push_back(static_cast<std::uint32_t>(stuck.items.size()));
             }
             const auto index = static_cast<std::uint32_t>(i);
@@ -182,7 +183,7 @@ FixedPattern::FixedPattern(const SensorDescription& d) : width(d.readout.width),
                 const auto more = words_of(drawn, index);
                 const double z0 = static_cast<double>(white.z0[i]), z1 = static_cast<double>(white.z1[i]);
                 // Time constants from 1 s to 1 h, uniform in the logarithm.
-                telegraph.items.push_back(
+                dark_rts.items.push_back(
                     {x, static_cast<float>(s.rts_current_e_per_s * 0.5 * (z0 * z0 + z1 * z1)),
                      static_cast<float>(std::pow(3600.0, uniform_double(more[0]))), index});
             }
@@ -191,23 +192,24 @@ FixedPattern::FixedPattern(const SensorDescription& d) : width(d.readout.width),
                 stuck.items.push_back(
                     {x, static_cast<std::uint16_t>(uniform_double(words_of(drawn, index)[1]) * codes)});
         }
-        telegraph.first.push_back(static_cast<std::uint32_t>(telegraph.items.size()));
+        dark_rts.first.push_back(static_cast<std::uint32_t>(dark_rts.items.size()));
         stuck.first.push_back(static_cast<std::uint32_t>(stuck.items.size()));
     }
     if (s.follower_rts_fraction > 0 && s.follower_rts_e > 0) {
-        const kernels::Stream drawn = stream_of(Effect::follower_pixels, seed, 0, 0);
+        const kernels::Stream drawn = stream_of(Effect::follower_rts_pixels, seed, 0, 0);
         for (std::size_t i = 0; i < n; ++i) {
-            if (i % w == 0) follower.first.push_back(static_cast<std::uint32_t>(follower.items.size()));
+            if (i % w == 0)
+                follower_rts.first.push_back(static_cast<std::uint32_t>(follower_rts.items.size()));
             const auto index = static_cast<std::uint32_t>(i);
             const auto words = words_of(drawn, index);
             if (!(uniform_double(words[0]) < s.follower_rts_fraction)) continue;
             // Time constants from 1 us to 10 ms, uniform in the logarithm.
-            follower.items.push_back(
+            follower_rts.items.push_back(
                 {static_cast<std::int32_t>(i % w),
                  static_cast<float>(-s.follower_rts_e * std::log(uniform_double(words[1]))),
                  static_cast<float>(1e-6 * std::pow(1e4, uniform_double(words[2]))), index});
         }
-        follower.first.push_back(static_cast<std::uint32_t>(follower.items.size()));
+        follower_rts.first.push_back(static_cast<std::uint32_t>(follower_rts.items.size()));
     }
     for (Map* map : {&response, &dark_e_per_s, &offset_e})
         if (!map->empty()) map->resize(n + kernels::padding);

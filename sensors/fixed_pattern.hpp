@@ -1,4 +1,4 @@
-// What is fixed in one specimen of a sensor: response, dark current, offsets, defects.
+// Fixed-pattern noise of one sensor specimen: response, dark current, offsets, RTS pixels, defects.
 #pragma once
 
 #include "sensors/description.hpp"
@@ -10,29 +10,29 @@
 
 namespace obscura::sensors {
 
-/// A pixel whose dark current jumps between two levels.
-struct TelegraphPixel {
+/// A pixel with two-level RTS noise of its dark current.
+struct DarkRtsPixel {
     std::int32_t x = 0;
-    float current_e_per_s = 0; ///< between the levels, at the reference temperature
+    float current_e_per_s = 0; ///< distance of the levels, at the reference temperature
     float time_constant_s = 1;
     std::uint32_t pixel = 0; ///< number on the array
 };
 
-/// A pixel whose amplifier jumps between two levels.
-struct FollowerPixel {
+/// A pixel with two-level RTS noise of its source follower.
+struct FollowerRtsPixel {
     std::int32_t x = 0;
-    float step_e = 0; ///< between the levels
+    float step_e = 0; ///< distance of the levels
     float time_constant_s = 1;
     std::uint32_t pixel = 0; ///< number on the array
 };
 
-/// A pixel that always gives the same number.
+/// A pixel with a constant digital number.
 struct StuckPixel {
     std::int32_t x = 0;
     std::uint16_t dn = 0;
 };
 
-/// Lists of special pixels, row by row: those of row y are items[first[y]] to items[first[y + 1]].
+/// Pixels grouped by row: those of row y are items[first[y]] to items[first[y + 1] - 1].
 template<class T>
 struct PerRow {
     std::vector<T> items;
@@ -45,19 +45,19 @@ struct PerRow {
     }
 };
 
-/// Drawn once from `serial`, or measured; never redrawn. Maps are row-major over the array and go on for
-/// kernels::padding elements behind it; an empty one is uniform.
+/// Fixed pattern drawn once from `serial`, or read from measured maps. Maps are row-major over the array and
+/// followed by kernels::padding elements; an empty map is uniform.
 struct FixedPattern {
     std::int32_t width = 0, height = 0;
     std::vector<float> response;     ///< relative, mean 1
     std::vector<float> dark_e_per_s; ///< at the reference temperature
     std::vector<float> offset_e;
-    PerRow<TelegraphPixel> telegraph;
-    PerRow<FollowerPixel> follower;
+    PerRow<DarkRtsPixel> dark_rts;
+    PerRow<FollowerRtsPixel> follower_rts;
     PerRow<StuckPixel> stuck;
     std::vector<bool> dead_row, dead_column; ///< empty: none
 
-    /// Draws or reads the pattern. Throws ConfigError (impossible settings) or InputError (maps).
+    /// Draws or reads the pattern. Throws ConfigError (invalid settings) or InputError (maps).
     explicit FixedPattern(const SensorDescription& description);
 
     [[nodiscard]] const float* row_of(const std::vector<float>& map, std::int32_t y, std::int32_t x) const {
@@ -66,8 +66,8 @@ struct FixedPattern {
                                  static_cast<std::size_t>(x);
     }
 
-    /// Writes response.fits, dark_e_per_s.fits and offset_e.fits to `folder`, for a device under test that is
-    /// to be given perfect or stale calibration. Throws OutputError.
+    /// Writes response.fits, dark_e_per_s.fits and offset_e.fits to `folder`: calibration data, perfect or
+    /// stale, for the device under test. Throws OutputError.
     void write_fits(const std::filesystem::path& folder, const SensorDescription& description) const;
 };
 

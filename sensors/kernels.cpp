@@ -63,8 +63,8 @@ void mean_row(const float* light, float light_scale, const float* dark, float da
     }
 }
 
-/// Smallest k whose cumulated probability reaches u; mean < 1. A lane whose u lies beyond what single
-/// precision can cumulate stops where the probability has become negligible.
+/// Inversion: smallest k whose cumulative probability reaches u; mean < 1. A lane whose u exceeds the largest
+/// sum that single precision reaches stops when the probability is negligible.
 HWY_INLINE VF invert(VF mean, VF u) {
     const F f;
     VF p = exp_of(hn::Neg(mean));
@@ -81,8 +81,8 @@ HWY_INLINE VF invert(VF mean, VF u) {
     return k;
 }
 
-/// Draws for means below table_below: a whole mean by table, the rest of it, below 1, by inversion. The sum
-/// of two Poisson numbers is one.
+/// Poisson draw for means below table_below: the integer part of the mean by table, the fractional part by
+/// inversion. The sum of two Poisson variates is a Poisson variate.
 HWY_INLINE VF tabled(const PoissonTable& table, VF mean, VU word0, VU word1) {
     const I i32;
     const VF whole = hn::Floor(mean);
@@ -96,8 +96,8 @@ HWY_INLINE VF tabled(const PoissonTable& table, VF mean, VU word0, VU word1) {
                    hn::Set(i32, 0xFF));
     const VI row = hn::ShiftLeft<7>(q);
     for (;;) {
-        // The last threshold of a row is the largest number; a word equal to it stays below the row's end by
-        // the bound on k.
+        // The last threshold of a row is the largest value; for a word equal to it the bound on k keeps the
+        // index inside the row.
         const VI threshold = hn::GatherIndex(i32, table.threshold.data(), hn::Add(row, k));
         const auto go =
             hn::AndNot(hn::Gt(threshold, word), hn::Lt(k, hn::Set(i32, PoissonTable::counts - 1)));
@@ -107,7 +107,7 @@ HWY_INLINE VF tabled(const PoissonTable& table, VF mean, VU word0, VU word1) {
     return hn::Add(rest, hn::ConvertTo(F(), k));
 }
 
-/// The quantities of PTRS that depend on the mean alone.
+/// Parameters of the PTRS hat function, which depend on the mean alone.
 struct Hat {
     VF a, b;
 };
@@ -146,7 +146,7 @@ HWY_INLINE VF log_probability(VF k, VF mean) {
     return hn::IfThenElse(hn::Lt(k, constant(1)), hn::Neg(mean), value);
 }
 
-/// The whole acceptance test of PTRS.
+/// Full acceptance test of PTRS.
 HWY_INLINE MF accept(VF mean, VF u, VF v, VF& k) {
     const Hat hat = hat_of(mean);
     const VF half_u = hn::Sub(u, constant(0.5F));
@@ -216,9 +216,8 @@ void poisson_row(const float* mean, std::size_t n, const Stream& s, float* count
     const Philox philox(s.frame_low, s.effect, s.frame_high << 16, s.key[0], s.key[1]);
     const PoissonTable& table = PoissonTable::get();
 
-    // First pass: whatever the table or the squeeze decides, which is most. In blocks and short loops, so
-    // that the CPU can work on several vectors at once: each of these loops is one long chain of dependent
-    // operations.
+    // First pass: decide most lanes by table or squeeze. Work in blocks and short loops, so that the CPU
+    // overlaps several vectors: the body of each loop is one long chain of dependent operations.
     alignas(128) std::uint32_t words[4][block];
     for (std::size_t start = 0; start < n; start += block) {
         const std::size_t end = std::min(n, start + block);
@@ -250,11 +249,11 @@ void poisson_row(const float* mean, std::size_t n, const Stream& s, float* count
             hn::StoreU(k, f, counts + i);
         }
     }
-    // The last vector may have queued lanes beyond the row's end; indices rise, so they are the last ones.
+    // Drop lanes beyond the row's end, which the last vector may have queued; indices rise, so they are last.
     while (waiting > 0 && waiting_for[waiting - 1] >= n)
         --waiting;
 
-    // The others: full test, and new numbers for those that fail it, until none is left.
+    // Second pass: apply the full test to the remaining lanes and redraw those that fail, until none is left.
     alignas(128) float first[hn::MaxLanes(f)], second[hn::MaxLanes(f)];
     for (std::uint32_t attempt = 1; waiting > 0; ++attempt) {
         // Lanes beyond the end of the list must point into the row.
@@ -272,7 +271,7 @@ void poisson_row(const float* mean, std::size_t n, const Stream& s, float* count
             const std::uint32_t* const queued = waiting_for + j;
             const MF valid = hn::FirstN(f, waiting - j);
             each_lane(hn::And(valid, good), [&](std::uint32_t lane) { counts[queued[lane]] = first[lane]; });
-            // Never overtakes the lanes that are still to be read: `failed` <= j.
+            // Compact in place: `failed` <= j, so no unread lane is overwritten.
             each_lane(hn::AndNot(good, valid),
                       [&](std::uint32_t lane) { waiting_for[failed++] = queued[lane]; });
         }
@@ -302,7 +301,7 @@ void normal_row(std::size_t n, const Stream& s, float* z0, float* z1) {
     }
 }
 
-/// One standard normal per pixel: four pixels, whose numbers differ in the last two bits, share a counter.
+/// One standard normal per pixel: four pixels, whose indices differ in the last two bits, share a counter.
 void quartet_normals(std::size_t n, const Stream& s, float* z) {
     const F f;
     const U u32;
@@ -328,7 +327,8 @@ void merged_row(const float* mean, float variance, std::size_t n, const Stream& 
     for (std::size_t i = 0; i < n; i += hn::Lanes(f)) {
         const VF mu = hn::LoadU(f, mean + i), normal = hn::LoadU(f, z + i);
         const VF total = hn::Add(mu, gauss);
-        // Third central moment 6 a var = mu; the term's own variance 2 a^2 is taken from the other one.
+        // Choose a so that the third central moment 6 a var = mu; subtract the term's own variance 2 a^2 from
+        // the linear term.
         const VF a = hn::Div(hn::Mul(mu, constant(1.0F / 6)), total);
         const VF sigma = hn::Sqrt(hn::Sub(total, hn::Mul(hn::Mul(constant(2), a), a)));
         const VF skew = hn::Mul(a, hn::Sub(hn::Mul(normal, normal), constant(1)));
@@ -404,7 +404,8 @@ void convert_row(const Chain& chain, const float* signal, const float* offset, c
         v = hn::Min(hn::Max(v, hn::Zero(f)), top);
         VI code;
         if (chain.adc != nullptr) {
-            // Byte offsets into 16-bit entries; the upper half of what is gathered belongs to the next entry.
+            // Gather at byte offsets of 16-bit entries; the upper half of each gathered word is the next
+            // entry.
             const VI entry = hn::ConvertTo(i32, hn::Mul(v, steps));
             const VI gathered = hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(chain.adc),
                                                  hn::ShiftLeft<1>(entry));

@@ -1,4 +1,4 @@
-// The detector's inner loops over one row of pixels, in SIMD, with the instruction set chosen at run time.
+// SIMD kernels of the detector over one row of pixels, dispatched by instruction set at run time.
 #pragma once
 
 #include <array>
@@ -11,18 +11,18 @@ namespace obscura::sensors::kernels {
 /// beyond its end, and aligned as operator new aligns.
 constexpr std::size_t padding = 64;
 
-/// Which random numbers: the counter's words beside the pixel number, which is `first_pixel` plus the index
-/// in the row, and the key. The last word of the counter counts attempts of the rejection sampler in its low
-/// half.
+/// Philox counter and key of a row of random numbers. The pixel word of the counter is `first_pixel` plus the
+/// index in the row; the low half of the last word counts attempts of the rejection sampler.
 struct Stream {
     std::uint32_t first_pixel = 0;
     std::uint32_t frame_low = 0;
     std::uint32_t effect = 0;
-    std::uint32_t frame_high = 0; ///< 16 bits are used
+    std::uint32_t frame_high = 0; ///< low 16 bits are used
     std::array<std::uint32_t, 2> key{};
 };
 
-/// out[i] = scale * values[i] * response[i] (response null: 1), or added to it; what is not above 0 counts 0.
+/// out[i] = scale * values[i] * response[i] (response null: 1), or adds it if `add`; negative values and NaN
+/// count as 0.
 void light_row(const float* values, const float* response, float scale, bool add, std::size_t n, float* out);
 
 /// out = 3x3 kernel (centre 1 - 4 edge - 4 corner) over the rows above, here and below. The three rows need
@@ -44,17 +44,17 @@ void poisson_row(const float* mean, std::size_t n, const Stream& stream, float* 
 /// Two standard normals per pixel.
 void normal_row(std::size_t n, const Stream& stream, float* z0, float* z1);
 
-/// Shot noise and Gaussian noise of `variance` in one draw, for variances from 400 (20 e- rms): a
-/// Cornish-Fisher form with the mean, variance and third moment of Poisson(mean[i]) plus the Gaussian. Its
-/// largest distance from their distribution function is below 2e-5 at 20 e- and 1e-6 at 55 e-. Costs a
-/// quarter of poisson_row(). `z` is scratch and, as `out`, writable padding elements before its beginning as
-/// well.
+/// Draws shot noise and Gaussian noise of `variance` together, for variances from 400 (20 e- rms): a
+/// Cornish-Fisher expansion with the mean, variance and third moment of Poisson(mean[i]) plus the Gaussian.
+/// Its largest distance from their distribution function is below 2e-5 at 20 e- and 1e-6 at 55 e-. Costs a
+/// quarter of poisson_row(). `z` is scratch; `z` and `out` must also be writable `padding` elements before
+/// their beginning.
 void merged_row(const float* mean, float variance, std::size_t n, const Stream& stream, float* out, float* z);
 
 /// out[i] = exp(x[i]) for |x| <= 80.
 void exp_row(const float* x, std::size_t n, float* out);
 
-/// How charge becomes a number.
+/// Signal chain from charge to digital number.
 struct Chain {
     float full_well_e = 0;
     float inverse_full_well = 0;
@@ -65,11 +65,11 @@ struct Chain {
     float gain_dn_per_e = 0;
     float black_dn = 0;
     float top_dn = 0;
-    const std::uint16_t* adc = nullptr; ///< codes of a step of 1/adc_steps DN; null: a perfect converter
+    const std::uint16_t* adc = nullptr; ///< codes in steps of 1/adc_steps DN; null: ideal converter
     float adc_steps = 0;
 };
 
-/// charge[i] = min(charge[i], full well), bent by the non-linearity.
+/// charge[i] = min(charge[i], full well), then the non-linearity is applied.
 void collect_row(const Chain& chain, std::size_t n, float* charge);
 
 /// Whether any of values[i] is above `limit`.
@@ -81,7 +81,7 @@ void lag_row(float lag, float full_well_e, std::size_t n, float* charge, float* 
 /// Adds weight * signal[i] to sum[i].
 void accumulate_row(const float* signal, float weight, std::size_t n, float* sum);
 
-/// Signal, noise, offset, gain and converter. `offset`, `z0` and `z1` may be null.
+/// Adds noise and offset to the signal, applies the gain and converts. `offset`, `z0` and `z1` may be null.
 void convert_row(const Chain& chain, const float* signal, const float* offset, const float* z0,
                  const float* z1, std::size_t n, std::uint16_t* dn);
 

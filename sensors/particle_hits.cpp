@@ -12,8 +12,9 @@ namespace {
 // Mean of the standard Moyal distribution: Euler's constant plus ln 2.
 constexpr double moyal_mean = 1.2703628454614782;
 
-/// Shares of a point charge that diffuse to the pixel it fell in and to its two neighbours, along one axis:
-/// quadratic B-spline of the offset from the pixel's centre, -0.5 to 0.5.
+/// Fractions of a point charge that diffuse to the pixel of its origin and to the two neighbours, along one
+/// axis: quadratic B-spline of the offset from the pixel's centre, -0.5 to 0.5. Order: lower neighbour,
+/// pixel, upper neighbour.
 std::array<double, 3> diffusion(double offset) {
     const double low = 0.5 - offset, high = 0.5 + offset;
     return {0.5 * low * low, 0.75 - offset * offset, 0.5 * high * high};
@@ -21,7 +22,7 @@ std::array<double, 3> diffusion(double offset) {
 
 } // namespace
 
-ParticleRain::ParticleRain(const SensorDescription& d, std::uint64_t key) noexcept
+ParticleFlux::ParticleFlux(const SensorDescription& d, std::uint64_t key) noexcept
     : key_(key),
       width_(d.readout.width),
       height_(d.readout.height),
@@ -29,7 +30,7 @@ ParticleRain::ParticleRain(const SensorDescription& d, std::uint64_t key) noexce
       depth_px_(d.detector.hit_depth_m / d.pixel_pitch_m),
       charge_e_(d.detector.hit_charge_e_per_m * d.detector.hit_depth_m) {}
 
-void ParticleRain::count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
+void ParticleFlux::count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
                             std::array<float, counted_strips + kernels::padding>& counts) const noexcept {
     std::array<float, counted_strips + kernels::padding> mean{}, z0, z1;
     std::array<float, 4 * (counted_strips + kernels::padding)> scratch;
@@ -43,7 +44,7 @@ void ParticleRain::count_in(std::uint64_t frame, std::int64_t span_ns, std::int3
                          counts.data(), z0.data(), z1.data(), scratch.data());
 }
 
-ParticleHit ParticleRain::hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,
+ParticleHit ParticleFlux::hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,
                               std::uint32_t index) const noexcept {
     // Two counters: uniforms from the first, normals and two more uniforms from the second.
     kernels::Stream stream = stream_of(Effect::hit, key_, frame, 2 * index);
@@ -66,8 +67,8 @@ ParticleHit ParticleRain::hit(std::uint64_t frame, Time begin, std::int64_t span
     const double norm = std::max(std::sqrt(nx * nx + ny * ny), 1e-9);
     out.dx_px = cut * across * nx / norm;
     out.dy_px = cut * across * ny / norm;
-    // Minus the logarithm of a squared normal is a Moyal variate; the normal comes from two uniforms of
-    // `more` that normal_row() has not used.
+    // Draw the Moyal variate as minus the logarithm of a squared normal; the normal is made from two uniforms
+    // of `more` that normal_row() has not used.
     const double radius = std::sqrt(-2 * std::log(uniform_double(more[0])));
     const double normal = radius * std::cos(6.283185307179586 * uniform_double(more[1]));
     const double moyal = -std::log(std::max(normal * normal, 1e-300));

@@ -1,4 +1,4 @@
-// Cosmic rays and protons: where and when they cross the array and what charge they leave along their tracks.
+// Particle hits (cosmic rays, protons): position, time and charge of their tracks.
 #pragma once
 
 #include "core/frame.hpp"
@@ -11,14 +11,15 @@
 
 namespace obscura::sensors {
 
-/// Hits of one frame, drawn strip by strip so that any band of rows finds its own without the others.
+/// Particle hits of a frame, drawn per strip of rows, so that a block of rows draws its own hits
+/// independently of the others. Reentrant; does not allocate.
 ///
 /// Count: Poisson(flux area time). Directions: isotropic flux through a plane, p(cos) = 2 cos. Charge: the
 /// path through the layer times the mean per length, with Moyal's approximation of the Landau straggling
 /// (width 0.2 of the mean) - J. Moyal, Phil. Mag. 46 (1955).
-class ParticleRain {
+class ParticleFlux {
 public:
-    ParticleRain(const SensorDescription& description, std::uint64_t key) noexcept;
+    ParticleFlux(const SensorDescription& description, std::uint64_t key) noexcept;
 
     [[nodiscard]] bool none() const noexcept { return flux_per_px_s_ <= 0; }
 
@@ -45,10 +46,10 @@ public:
     }
 
     static constexpr std::int32_t strip_rows = 16;
-    static constexpr std::int32_t reach_px = 48; ///< longest track across the array; longer ones are cut
+    static constexpr std::int32_t reach_px = 48; ///< longest track across the array; longer tracks are cut
 
 private:
-    static constexpr std::int32_t counted_strips = 16; ///< at once
+    static constexpr std::int32_t counted_strips = 16; ///< strips whose counts are drawn together
     void count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
                   std::array<float, counted_strips + kernels::padding>& counts) const noexcept;
     [[nodiscard]] ParticleHit hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,
@@ -58,11 +59,10 @@ private:
     std::int32_t width_, height_;
     double flux_per_px_s_;
     double depth_px_;
-    double charge_e_; ///< mean, for a track straight through the layer
+    double charge_e_; ///< mean, for a track normal to the layer
 };
 
-/// Adds to `charge`, a row of `n` pixels that starts at column `x0` of array row `y`, what the hit leaves
-/// there.
+/// Adds the charge that the hit leaves in `charge`, a row of `n` pixels from column `x0` of array row `y` on.
 void deposit(const ParticleHit& hit, std::int32_t y, std::int32_t x0, std::int32_t n, float* charge) noexcept;
 
 } // namespace obscura::sensors

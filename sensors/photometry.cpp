@@ -25,8 +25,8 @@ double quantum_efficiency(std::span<const SpectralPoint> table, double wavelengt
 }
 
 double electrons_per_joule(std::span<const SpectralPoint> table, SpectralBand band) {
-    constexpr int steps =
-        4000; // midpoint rule: the efficiency is piecewise linear, the spectrum in steps of 10 nm
+    // Midpoint rule: the efficiency is piecewise linear, the spectrum a step function of 10 nm.
+    constexpr int steps = 4000;
     double electrons = 0, energy = 0;
     const bool lit = solar_band_irradiance_w_m2(band.from_m, band.to_m) > 0;
     for (int i = 0; i < steps; ++i) {

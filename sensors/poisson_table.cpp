@@ -7,7 +7,7 @@ namespace obscura::sensors {
 PoissonTable::PoissonTable() noexcept : guide{} {
     constexpr double inverse_e = 0.36787944117144233;
     for (std::int32_t q = 0; q < means; ++q) {
-        // Products instead of exp(): the same table everywhere.
+        // Multiply instead of calling exp(): the same table on every platform.
         double p = 1;
         for (std::int32_t i = 0; i < q; ++i)
             p *= inverse_e;

@@ -1,4 +1,4 @@
-// Cumulated Poisson probabilities for whole means, for inversion by table.
+// Cumulative Poisson probabilities for integer means, for sampling by table inversion.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@ struct PoissonTable {
     static constexpr std::int32_t counts = 128; ///< P(N > 126) < 2^-32 for all means
 
     alignas(64) std::array<std::int32_t, means * counts> threshold;
-    /// Bytes, and some more, for kernels that read 32 bits at a time.
+    /// One byte per value of the top byte, and padding for kernels that read 32 bits at a time.
     alignas(64) std::array<std::uint8_t, means * 256 + 4> guide;
 
     PoissonTable() noexcept;
-    /// The one table there is.
+    /// The shared table, computed at the first call.
     static const PoissonTable& get() noexcept;
 };
 

@@ -1,5 +1,6 @@
-// When each row is reset and read. Two row pointers, as on the STAR250 (data sheet, section on the shift
-// registers): the reset pointer runs ahead of the read pointer, and both act at fixed instants of a row slot.
+// Readout planning: reset and read time of each row. Two row pointers, as on the STAR250 (data sheet, section
+// on the shift registers): the reset pointer runs ahead of the read pointer, and both act at fixed instants
+// of a row slot.
 #include "sensors/row_slots.hpp"
 #include "sensors/sensor.hpp"
 
@@ -48,7 +49,8 @@ std::string refuse(const ReadoutSettings& s) {
     return {};
 }
 
-/// The window as the chip takes it, or the reason why it does not.
+/// Adjusts `request` to the window that the chip reads. Returns the reason if the chip refuses it, else an
+/// empty string.
 std::string normalise(const ReadoutSettings& s, std::size_t index, WindowRequest& request,
                       std::uint32_t& flags) {
     Region& r = request.region;
@@ -99,11 +101,11 @@ constexpr bool destructive(const WindowRequest& w) {
     return w.sampling == Sampling::destructive;
 }
 
-/// A resetting event that repeats: at `first_ns` + k `period_ns`, for all whole k or for 0 <= k < `count`.
+/// Periodic reset event at `first_ns` + k `period_ns`, for all integers k or for 0 <= k < `count`.
 struct ResetTrain {
-    std::int64_t first_ns, period_ns, count; // count 0: for ever, in both directions
+    std::int64_t first_ns, period_ns, count; // count 0: unbounded in both directions
 
-    /// The latest of the train before `t_ns`.
+    /// Latest reset of the train before `t_ns`.
     [[nodiscard]] std::optional<std::int64_t> latest_before(std::int64_t t_ns) const {
         std::int64_t k = floor_div(t_ns - 1 - first_ns, period_ns);
         if (count > 0) {
@@ -114,14 +116,14 @@ struct ResetTrain {
     }
 };
 
-/// The cycles of one frame, with the cycle of the first read starting at 0.
+/// Cycles of row slots of one frame; the cycle of the first read starts at 0.
 class CyclePlan {
 public:
     CyclePlan(const ReadoutSettings& s, std::span<const WindowRequest> windows, bool steady)
         : settings_(s), windows_(windows), steady_(steady) {
         for (const WindowRequest& w : windows)
             cycles_ = std::max<std::int64_t>(cycles_, w.reads);
-        // Idle slots go on at the pace of the last window.
+        // Idle slots have the length of the last window's slots.
         const std::int64_t idle_ns = row_slot_ns(s, windows.back().region.width);
         std::int64_t reads_ns = 0;
         for (const WindowRequest& w : windows)
@@ -145,14 +147,14 @@ public:
         return cycle * slots_.cycle_ns() + slots_.start(w, row) + settings_.sample_instant_ns;
     }
 
-    /// The longest integration that window w can have.
+    /// Longest integration time of window w.
     [[nodiscard]] std::int64_t longest_ns(const WindowRequest& w) const {
         if (w.reads > 1) return (w.reads - 1) * slots_.cycle_ns();
         if (!repeats(w)) return std::numeric_limits<std::int64_t>::max();
         return (destructive(w) ? 1 : cycles_) * slots_.cycle_ns() - reset_to_sample_ns();
     }
 
-    /// The latest reset event on array row `row` before `t_ns`; `by` becomes the window that issued it.
+    /// Latest reset event on array row `row` before `t_ns`; sets `by` to the window that issued it.
     [[nodiscard]] std::int64_t latest_reset(std::int32_t row, std::int64_t t_ns, std::size_t& by) const {
         std::int64_t latest = std::numeric_limits<std::int64_t>::min();
         for (std::size_t v = 0; v < windows_.size(); ++v) {
@@ -186,19 +188,19 @@ private:
         return ceil_div(w.exposure_ns + reset_to_sample_ns(), destructive(w) ? 1 : cycles_);
     }
 
-    /// The resets that the reset pointer issues for a row of window v.
+    /// Resets that the reset pointer issues for a row of window v.
     [[nodiscard]] std::optional<ResetTrain> shutter_resets(std::size_t v, std::int64_t row) const {
         const WindowRequest& w = windows_[v];
         const std::int64_t cycle = slots_.cycle_ns();
         const std::int64_t read = sample_ns(v, row, first_cycle(w));
-        // Several reads start from a fresh reset, one slot before the first of them.
+        // Several reads start from a reset one slot before the first of them.
         const std::int64_t wanted = w.reads > 1 ? 1 : std::min(w.exposure_ns, longest_ns(w));
         const auto before = [&](std::int64_t t) {
             return slots_.latest_at_or_before(t - wanted - settings_.reset_instant_ns) +
                    settings_.reset_instant_ns;
         };
         if (!destructive(w)) return ResetTrain{before(read), cycles_ * cycle, steady_ ? 0 : 1};
-        // An integration of a whole cycle needs no reset of its own: the double sampling of the read before
+        // An integration of a whole cycle needs no separate reset: the double sampling of the previous read
         // started it.
         const bool needed_every_cycle = wanted < cycle - reset_to_sample_ns();
         const std::int64_t first = before(sample_ns(v, row, 0));
@@ -215,7 +217,7 @@ private:
     std::int64_t reads_ns_ = 0;
 };
 
-/// Appends window w, as sampled in `cycle`, to the plan; times count from the cycle of the first read.
+/// Appends window w, as sampled in `cycle`, to the plan; times are relative to the cycle of the first read.
 void append_window(const ReadoutSettings& s, std::span<const WindowRequest> windows, std::size_t w,
                    std::int64_t cycle, const CyclePlan& cycles, std::uint32_t flags, ReadoutPlan& plan) {
     const WindowRequest& request = windows[w];
@@ -223,7 +225,7 @@ void append_window(const ReadoutSettings& s, std::span<const WindowRequest> wind
     const std::int64_t reset_to_sample = s.reset_instant_ns - s.sample_instant_ns;
     const std::int64_t first_cycle = cycles.first_cycle(request);
     const bool difference = request.sampling == Sampling::cds || request.sampling == Sampling::ramp;
-    // What the request asks of this very read.
+    // Requested exposure of this read.
     const std::int64_t wanted = request.exposure_ns;
     const bool exact_read = request.reads == 1 || difference;
 
@@ -269,7 +271,8 @@ void append_window(const ReadoutSettings& s, std::span<const WindowRequest> wind
     plan.height += region.height;
 }
 
-/// A frame of the sequencer: all windows in every cycle. Its first integration starts at `start`.
+/// Plans a frame of the on-chip sequencer: all windows in every cycle. The first integration starts at
+/// `start`.
 void plan_cycles(const ReadoutSettings& s, std::span<const WindowRequest> windows,
                  std::span<const std::uint32_t> flags, bool steady, Time start, ReadoutPlan& plan) {
     const CyclePlan cycles(s, windows, steady);
@@ -292,14 +295,14 @@ void plan_cycles(const ReadoutSettings& s, std::span<const WindowRequest> window
     plan.cycle_start = Time{shift};
     plan.cycle_ns = cycles.slots().cycle_ns();
     plan.readout_ns += cycles.reads_ns();
-    // The slot of the first reset has to lie behind the last slot of the frame before.
+    // The slot of the first reset must lie after the last slot of the previous frame.
     const std::int64_t end_ns = (cycles.cycles() - 1) * plan.cycle_ns + cycles.reads_ns();
     plan.frame_period_ns = steady ? cycles.cycles() * plan.cycle_ns : end_ns - earliest + s.reset_instant_ns;
 }
 
 void plan_sequential(const ReadoutSettings& s, std::span<const WindowRequest> windows,
                      std::span<const std::uint32_t> flags, Time trigger, ReadoutPlan& plan) {
-    // Each window has a line loop to itself, without gaps.
+    // Each window has its own line loop, without gaps.
     ReadoutSettings alone = s;
     alone.window_overhead_ns = 0;
     alone.blanking_rows = 0;
@@ -315,8 +318,8 @@ void plan_sequential(const ReadoutSettings& s, std::span<const WindowRequest> wi
     plan.cycle_ns = plan.frame_period_ns;
 }
 
-/// All rows integrate together and are read one after the other (`global`), or one row is read at the line
-/// rate (`push_broom`).
+/// Plans a frame whose rows integrate together and are read one after the other (`global`), or of one row
+/// that is read at the line rate (`push_broom`).
 void plan_common_exposure(const ReadoutSettings& s, std::span<const WindowRequest> windows,
                           std::span<const std::uint32_t> flags, Time trigger, ReadoutPlan& plan) {
     const bool lines = s.shutter == Shutter::push_broom;
@@ -326,7 +329,7 @@ void plan_common_exposure(const ReadoutSettings& s, std::span<const WindowReques
         for (const WindowRequest& w : windows)
             line_ns = std::max(line_ns, row_slot_ns(s, w.region.width));
     }
-    // One exposure for all: that of the first window.
+    // All windows have the exposure of the first one.
     const std::int64_t step = s.exposure_step_ns;
     const std::int64_t longest =
         lines ? line_ns - (s.reset_instant_ns - s.sample_instant_ns) : longest_exposure_ns + step;

@@ -21,7 +21,7 @@ void RowSlots::append(std::int64_t count, std::int64_t row_ns, std::int64_t gap_
 std::int64_t RowSlots::latest_at_or_before(std::int64_t t_ns) const noexcept {
     const std::int64_t cycle_start = floor_div(t_ns, cycle_ns_) * cycle_ns_;
     const std::int64_t phase = t_ns - cycle_start;
-    // The first run starts at 0, so there always is one.
+    // The loop ends, because the first run starts at 0.
     std::size_t run = run_count_ - 1;
     while (runs_[run].start_ns > phase)
         --run;

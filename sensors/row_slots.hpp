@@ -1,4 +1,4 @@
-// The line loop of a rolling shutter: one cycle of row slots that repeats for ever in both directions.
+// Line loop of a rolling shutter: a cycle of row slots that repeats without end in both directions.
 #pragma once
 
 #include "core/frame.hpp"
@@ -9,7 +9,7 @@
 
 namespace obscura::sensors {
 
-/// Length of a row slot that reads `width` pixels. The pixel period is rounded once, over the whole row.
+/// Length of a row slot that reads `width` pixels. The sum of the pixel periods is rounded once per row.
 [[nodiscard]] std::int64_t row_slot_ns(const ReadoutSettings& settings, std::int32_t width) noexcept;
 
 /// n / d rounded towards minus infinity; d > 0.
@@ -21,7 +21,8 @@ constexpr std::int64_t ceil_div(std::int64_t n, std::int64_t d) noexcept {
     return -floor_div(-n, d);
 }
 
-/// Runs of equal row slots, one run per window and one for the blanking; times are ns from the cycle's start.
+/// Cycle of row slots: runs of equal slots, one run per window and one for the blanking; times are ns from
+/// the cycle's start.
 class RowSlots {
 public:
     /// Appends `count` slots of `row_ns` and then `gap_ns` without slots.

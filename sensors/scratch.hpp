@@ -1,4 +1,4 @@
-// Row buffers for exposing bands, allocated once and handed out without locks.
+// Row buffers for Detector::expose(), allocated once and lent without locks.
 #pragma once
 
 #include "sensors/kernels.hpp"
@@ -14,11 +14,11 @@
 
 namespace obscura::sensors {
 
-/// The buffers of one call of expose(). Every row has kernels::padding elements before its first pixel and
-/// behind its last.
+/// Row buffers of one call of expose(). Every row has kernels::padding elements before its first pixel and
+/// after its last.
 class Scratch {
 public:
-    static constexpr std::size_t ring = 4; ///< rows of a kind that are kept
+    static constexpr std::size_t ring = 4; ///< rows kept of each kind
     static constexpr std::size_t hits_kept = 4096;
 
     explicit Scratch(std::size_t width)
@@ -37,7 +37,7 @@ public:
     [[nodiscard]] float* z1() { return row(2 * ring + 6); }
     [[nodiscard]] float* frozen() { return row(2 * ring + 7); }
     [[nodiscard]] float* signal() { return row(2 * ring + 8); }
-    /// Four rows in one piece, for kernels::poisson_row().
+    /// Four contiguous rows, for kernels::poisson_row().
     [[nodiscard]] float* sampler() { return row(2 * ring + 9); }
     [[nodiscard]] std::uint16_t* dn() { return dn_.data(); }
     std::vector<ParticleHit> hits; ///< never more than hits_kept
@@ -51,8 +51,8 @@ private:
     std::vector<std::uint16_t> dn_;
 };
 
-/// As many Scratch as threads may want to expose bands at once; one more waits for the next that is given
-/// back.
+/// Pool of Scratch, sized for the threads that may expose at the same time. A further thread spins until one
+/// is returned.
 class ScratchPool {
     struct Slot {
         explicit Slot(std::size_t width) : scratch(width) {}
@@ -67,7 +67,7 @@ public:
             slots_.push_back(std::make_unique<Slot>(width));
     }
 
-    /// Holds one Scratch for as long as it lives.
+    /// Owner of one Scratch of the pool; returns it on destruction.
     class Lease {
     public:
         explicit Lease(const ScratchPool& pool) noexcept : slot_(pool.take()) {}

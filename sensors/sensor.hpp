@@ -1,5 +1,5 @@
-// Read this first: a sensor says WHEN each row is reset and read (readout) and turns light into numbers
-// (detector).
+// Sensor: readout planning (when each row is reset and read) and detector (irradiance to digital numbers).
+// Read this header first.
 #pragma once
 
 #include "core/frame.hpp"
@@ -15,33 +15,36 @@
 #include <vector>
 
 namespace obscura::sensors {
-/// One window of the sensor as asked for; the ReadoutPlan says what the chip makes of it.
+/// Requested window of the sensor; the ReadoutPlan states what the chip reads for it.
 struct WindowRequest {
-    Region region;                ///< in sensor pixels; under push-broom `height` counts lines
-    std::int64_t exposure_ns = 0; ///< reset to read; first to last read where there are several reads
+    Region region; ///< in sensor pixels; under push-broom `height` counts lines
+    /// From reset to read; with several reads, from the first to the last.
+    std::int64_t exposure_ns = 0;
     Sampling sampling = Sampling::destructive;
-    std::int32_t reads = 1; ///< 1 destructive, at least 1 non_destructive, 2 or more for cds and ramp
+    /// 1 for destructive, at least 1 for non_destructive, at least 2 for cds and ramp.
+    std::int32_t reads = 1;
 };
 
 /// Readout flags of a window, sticky for the frame.
 enum ReadoutFlag : std::uint32_t {
-    exposure_clamped_up = 1u << 0,   ///< T_CLAMPED: below what the settings allow
-    exposure_clamped_down = 1u << 1, ///< T_CLAMPED: above what the settings allow
-    row_shared = 1u << 2,         ///< ROW_SHARED: another window's reads or resets cut this one's integration
-    exposure_quantised = 1u << 3, ///< obtained exposure differs from the request by the grid of row slots
-    window_cropped = 1u << 4,     ///< not strict: the window was cut or aligned to fit the array
-    trigger_deferred = 1u << 5,   ///< the trigger landed in a readout and waited for its row grid
-    settings_changed = 1u << 6,   ///< dirty first frame: rows had been reset under the old settings
-    charge_saturated = window_saturated, ///< SATURATED: told by the detector, not by the plan
+    exposure_clamped_up = 1u << 0,   ///< T_CLAMPED: request below the shortest possible exposure
+    exposure_clamped_down = 1u << 1, ///< T_CLAMPED: request above the longest possible exposure
+    /// ROW_SHARED: another window's reads or resets shorten this window's integration.
+    row_shared = 1u << 2,
+    exposure_quantised = 1u << 3,        ///< obtained exposure differs from the request by the row slot grid
+    window_cropped = 1u << 4,            ///< not strict: the window was cropped or aligned to fit the array
+    trigger_deferred = 1u << 5,          ///< the trigger came during a readout and waited for its row grid
+    settings_changed = 1u << 6,          ///< dirty first frame: rows had been reset under the old settings
+    charge_saturated = window_saturated, ///< SATURATED: reported by the detector, not by the plan
 };
 /// Names of the flags that are set, in the order of their bits, separated by '|'.
 [[nodiscard]] std::string flag_names(std::uint32_t flags);
 
-/// What the chip will do after a trigger. Rows appear in the order of the composed image (= readout order). A
-/// row's light is collected from rows[i].reset to rows[i].read (cds and ramp: between the first and the last
+/// Readout of one frame after a trigger. Rows appear in the order of the composed image (= readout order). A
+/// row integrates light from rows[i].reset to rows[i].read (cds and ramp: between the first and the last
 /// read); under a global shutter that is the exposure common to all rows, and the row leaves the chip later:
-/// `release` says when a row may be shown to the world. Each of several non-destructive reads that are
-/// delivered one by one has a window of its own.
+/// `release` is the earliest time at which a row may be transmitted. Non-destructive reads that are delivered
+/// one by one have a window each.
 struct ReadoutPlan {
     Time trigger;                       ///< integration of the first row starts here
     std::int32_t width = 0, height = 0; ///< composed image
@@ -56,25 +59,25 @@ struct ReadoutPlan {
     std::int64_t frame_period_ns = 0;     ///< shortest time to the next trigger
 };
 
-/// Plans a frame of a camera that has been running with these settings. A pure function of its arguments;
-/// re-uses the vectors of `plan`, so that with enough capacity nothing is allocated. Returns an empty string,
-/// or the reason why these settings are refused, which names the key.
+/// Plans a frame of a camera that has been running with these settings. Reentrant, a pure function of its
+/// arguments; re-uses the vectors of `plan`, so that with enough capacity nothing is allocated. Returns an
+/// empty string, or the reason why the settings are refused, which names the key.
 ///
-/// A row's integration time is its read less the last reset event on that row, whoever issued it: reset and
-/// select lines are row-wide, and a destructive read resets the row o_R - o_S after its sample. A reset can
-/// only be fired inside a row slot, so T_w <= T_int < T_w + max(T_row) unless flagged.
+/// A row's integration time is its read time minus that of the last reset event on the row, from any window:
+/// reset and select lines are row-wide, and a destructive read resets the row o_R - o_S after its sample. A
+/// reset can only take place inside a row slot, so T_w <= T_int < T_w + max(T_row) unless flagged.
 [[nodiscard]] std::string plan_readout(const ReadoutSettings& settings,
                                        std::span<const WindowRequest> windows, Time trigger,
                                        ReadoutPlan& plan);
 
-/// A band of a composed image in physical units: irradiance at the entrance pupil, W/m2 per pixel (radiance
-/// times the pixel's solid angle), one plane per spectral band, row-major, `width` floats a row.
+/// A block of rows of a composed image in physical units: irradiance at the entrance pupil, W/m2 per pixel
+/// (radiance times the pixel's solid angle), one plane per spectral band, row-major, `width` floats a row.
 ///
-/// Charge spreads between pixels, so a band is only complete with Detector::halo_rows() rows and columns of
-/// the array around it. Halo rows above and below belong to the window of the band's first and last row:
-/// those that lie in the window as they look at their own time, those beyond it at the time of the window's
-/// nearest row. Halo columns need a band within one window. What is not given counts as a copy of the
-/// outermost row or column, as beyond the edge of the array.
+/// Charge spreads between pixels, so a block needs a halo of Detector::halo_rows() rows and columns of the
+/// array around it. Halo rows above and below belong to the window of the block's first and last row: those
+/// inside the window are rendered at their own time, those outside at the time of the window's nearest row.
+/// Halo columns require a block within one window. Missing halo counts as a copy of the outermost row or
+/// column, as beyond the edge of the array.
 struct IrradianceBand {
     std::int32_t first_row = 0, rows = 0; ///< rows of the composed image to expose
     std::int32_t width = 0;               ///< at least halo_left + the windows' width + halo_right
@@ -85,30 +88,30 @@ struct IrradianceBand {
 
 struct FixedPattern;
 
-/// What a client can change on the way from charge to number.
+/// Gain and black level that a client can change.
 struct AnalogSettings {
     double gain_db = 0;
-    double black_shift_dn = 0; ///< on top of the description's offset_dn
-    // The gain alone is what most callers have.
+    double black_shift_dn = 0; ///< added to the description's offset_dn
+    // Implicit, because most callers have the gain alone.
     constexpr AnalogSettings(double gain = 0, double black_shift = 0) // NOLINT(google-explicit-constructor)
         : gain_db(gain), black_shift_dn(black_shift) {}
 };
 
-/// What really happened in the rows of a band, for tests of the software behind the camera: rows of the
-/// composed image, of which columns beyond a narrow window are left alone, as are empty spans.
+/// Ground truth of a block of rows, for tests of the software that receives the frames: rows of the composed
+/// image. Columns right of a narrow window are not written; an empty span is not written at all.
 struct ExposureTruth {
     std::span<float> mean_e;           ///< expected electrons before any noise, rows x width
     std::span<std::uint8_t> saturated; ///< 1 where the charge reached full well, rows x width
 };
 
-/// Turns irradiance into digital numbers. Immutable after construction but for image lag; expose() may run on
-/// several threads at once, neither allocates nor throws, and gives the same bytes for a row whatever band it
-/// comes in, on any instruction set. A sensor with lag remembers the charge of every pixel: its frames must
-/// be exposed one after the other, and repeat only after forget().
+/// Detector model: converts irradiance to digital numbers. Immutable after construction except for image lag.
+/// expose() is reentrant, neither allocates nor throws, and gives the same bytes for a row in any block of
+/// rows and on any instruction set. A sensor with lag stores the charge of every pixel: its frames must be
+/// exposed one after the other, and are reproducible only after forget().
 class Detector {
 public:
-    /// `seed` drives the temporal noise, `description.serial` the fixed patterns. Throws ConfigError, and
-    /// InputError for maps that cannot be used.
+    /// `seed` seeds the temporal noise, `description.serial` the fixed patterns. Throws ConfigError, and
+    /// InputError for invalid maps.
     Detector(const SensorDescription& description, std::span<const SpectralBand> bands, double aperture_m,
              std::uint64_t seed);
     ~Detector();
@@ -121,23 +124,24 @@ public:
                          AnalogSettings analog, std::span<std::uint16_t> dn,
                          const ExposureTruth& truth = {}) const noexcept;
 
-    /// Rows and columns of light wanted around a band, 0 to max_halo.
+    /// Rows and columns of light required around a block of rows, 0 to max_halo.
     [[nodiscard]] std::int32_t halo_rows() const noexcept;
     static constexpr std::int32_t max_halo = 2;
-    /// Whether a band must hold a whole window, with all rows of the array above and below it as its halo
+    /// Whether a block must hold a whole window, with all rows of the array above and below it as its halo
     /// (frame-transfer smear needs the light of whole columns).
     [[nodiscard]] bool needs_whole_columns() const noexcept;
-    /// Ends the memory of earlier frames.
+    /// Clears the charge stored from earlier frames (image lag).
     void forget() noexcept;
 
-    /// The particles of a frame, in no order.
+    /// Particle hits of a frame, in no particular order.
     [[nodiscard]] std::vector<ParticleHit> hits(const ReadoutPlan& plan, std::uint64_t frame_id) const;
-    /// The same into `list`, no more than it has room for: does not allocate. Returns how many there are.
+    /// Writes the particle hits of a frame to `list`, up to its capacity; does not allocate. Returns the
+    /// number of hits, including those without room.
     std::uint64_t list_hits(const ReadoutPlan& plan, std::uint64_t frame_id,
                             std::vector<ParticleHit>& list) const noexcept;
     [[nodiscard]] const FixedPattern& fixed_pattern() const noexcept;
-    /// Electrons per second and W/m2 at the entrance pupil, of a pixel of mean response; one per spectral
-    /// band.
+    /// Electrons per second and W/m2 at the entrance pupil for a pixel of mean response, one value per
+    /// spectral band.
     [[nodiscard]] std::span<const double> electrons_per_s_per_w_m2() const noexcept;
 
 private:
@@ -145,7 +149,7 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// What keeps a detector from being built: the key, its value and what is allowed; empty when nothing does.
+/// Checks detector settings. Returns the key at fault, its value and what is allowed; empty when valid.
 [[nodiscard]] std::string explain_invalid(const DetectorSettings& settings);
 
 } // namespace obscura::sensors

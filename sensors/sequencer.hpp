@@ -1,4 +1,4 @@
-// Successive triggers of one sensor: which are taken, when their exposure starts, which come too early.
+// Readout sequencing of successive triggers: accepted, deferred and over-triggers.
 #pragma once
 
 #include "sensors/sensor.hpp"
@@ -12,22 +12,22 @@ namespace obscura::sensors {
 
 enum class TriggerVerdict : std::uint8_t {
     accepted,
-    over_trigger, ///< the chip is still busy with the frame before: no frame, to be counted
-    refused,      ///< the settings are impossible, see reason()
+    over_trigger, ///< the chip is still busy with the previous frame: no frame, counted
+    refused,      ///< the settings are invalid, see reason()
 };
 
-/// Plans frame after frame. A trigger that lands while the frame before is still being read out waits for the
-/// next instant of its row grid (one window, or global shutter) or of its cycle (several interleaved
-/// windows); one that comes before the chip can start again is an over-trigger. Settings are shadow
-/// registers: they apply to the frame of the next trigger. Where that frame's integration was started by the
-/// reads of the frame before, its rows keep the start they got under the old settings, and the windows say
-/// `settings_changed`.
+/// Plans successive frames of one sensor. A trigger that comes while the previous frame is still being read
+/// out waits for the next instant of its row grid (one window, or global shutter) or of its cycle (several
+/// interleaved windows); a trigger that comes before the chip can start again is an over-trigger. Settings
+/// are shadow registers: they apply to the frame of the next trigger. If that frame's integration was started
+/// by the reads of the previous frame, its rows keep the start that they got under the old settings, and the
+/// windows are flagged `settings_changed`.
 ///
-/// One thread; does not allocate once `plan` and the sequencer have seen a frame of that size.
+/// Thread-bound; does not allocate once `plan` and the sequencer have seen a frame of that size.
 class ReadoutSequencer {
 public:
-    /// Sets memory aside for any frame of such a sensor: from then on next() does not allocate, but for what
-    /// `plan` has no capacity for and for reasons.
+    /// Reserves memory for any frame of such a sensor. Afterwards next() allocates only if `plan` lacks
+    /// capacity, and for the text of reason().
     void reserve(const ReadoutSettings& settings);
 
     TriggerVerdict next(const ReadoutSettings& settings, std::span<const WindowRequest> windows, Time trigger,
@@ -37,7 +37,7 @@ public:
     [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
     [[nodiscard]] std::uint64_t accepted() const noexcept { return accepted_; }
     [[nodiscard]] std::uint64_t over_triggers() const noexcept { return over_triggers_; }
-    /// Forgets the frames so far, as a stop and start of the acquisition does.
+    /// Discards the state of earlier frames, as at an acquisition start.
     void restart() noexcept { running_ = false; }
 
 private:
@@ -45,7 +45,7 @@ private:
     void keep_old_starts(const ReadoutSettings& settings, ReadoutPlan& plan) const noexcept;
 
     bool running_ = false;
-    Time earliest_next_; ///< before this the chip cannot start again
+    Time earliest_next_; ///< earliest trigger that is not an over-trigger
     Time reading_until_; ///< end of the frame's last row slot
     Time grid_origin_;   ///< an instant at which an exposure may start while rows are being read
     std::int64_t grid_ns_ = 1;

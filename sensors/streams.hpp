@@ -1,4 +1,4 @@
-// Which random number is meant: the parts of the counters and keys of all random numbers of a sensor.
+// Philox counters and keys of the sensor's random number streams.
 #pragma once
 
 #include "core/philox.hpp"
@@ -8,28 +8,28 @@
 
 namespace obscura::sensors {
 
-/// Lowest byte of the third word of the counter. The next byte is the number of the read, the upper half that
-/// of the layer: a pixel that two windows of a frame read is read twice, independently.
+/// Lowest byte of the third counter word. The next byte is the read number, the upper half the layer number:
+/// a pixel in two windows of a frame is read twice, with independent noise.
 enum class Effect : std::uint32_t {
     shot_and_read = 0, ///< Poisson draw, amplifier and reset noise
     row_noise,
     hit_count,
     hit,
-    telegraph,
+    rts,
     // Fixed patterns, keyed by the serial.
     response,
     dark,
     offset,
     column_offset,
     defects,
-    telegraph_pixels,
+    rts_pixels,
     adc,
     hot,
     shot_and_gauss, ///< shot, amplifier and reset noise in one draw
-    follower_pixels,
+    follower_rts_pixels,
 };
 
-/// Keep the sensor's numbers apart from those of other users of the same seed.
+/// Keys that separate the sensor's random numbers from those of other users of the same seed.
 constexpr std::uint64_t temporal_key = 0x6465746563746f72; // "detector"
 constexpr std::uint64_t pattern_key = 0x7061747465726e00;  // "pattern"
 
@@ -40,7 +40,7 @@ constexpr kernels::Stream stream_of(Effect effect, std::uint64_t seed, std::uint
             static_cast<std::uint32_t>(frame >> 32) & 0xFFFF, philox_key(seed)};
 }
 
-/// Four words of the same counter that the kernels use at attempt 0.
+/// The four words of the counter that the kernels use at attempt 0.
 constexpr std::array<std::uint32_t, 4> words_of(const kernels::Stream& s, std::uint32_t index = 0) {
     return philox4x32({s.first_pixel + index, s.frame_low, s.effect, s.frame_high << 16}, s.key);
 }

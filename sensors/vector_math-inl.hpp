@@ -1,4 +1,4 @@
-// Logarithm, exponential, sine, cosine and Philox on SIMD lanes, for inclusion once per Highway target.
+// SIMD logarithm, exponential, sine, cosine and Philox; included once per Highway target.
 //
 // The same operations in the same order on every target: no fused multiply-add (absent before AVX2), no libm,
 // no reciprocal estimates. Additions, products, quotients and square roots are correctly rounded everywhere,
@@ -114,9 +114,9 @@ HWY_INLINE void box_muller(VU first, VU second, VF& z0, VF& z1) {
 
 /// Philox 4x32-10 of (pixel, c1, c2, c3) under one key, as philox4x32() of core gives it, for many pixels.
 ///
-/// Even and odd lanes are kept apart in the low halves of 64-bit lanes, where the multiplication that the
-/// round needs is one instruction and the upper halves may hold anything. Half of the first two rounds does
-/// not depend on the pixel and is done beforehand.
+/// Even and odd lanes are kept apart in the low halves of 64-bit lanes, where the round's multiplication is
+/// one instruction and the upper halves are ignored. Half of the first two rounds does not depend on the
+/// pixel and is precomputed.
 class Philox {
 public:
     HWY_INLINE Philox(std::uint32_t c1, std::uint32_t c2, std::uint32_t c3, std::uint32_t k0,

@@ -5,8 +5,8 @@
 #include "sensors/fits_map.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/particle_hits.hpp"
+#include "sensors/rts_noise.hpp"
 #include "sensors/sensor.hpp"
-#include "sensors/telegraph.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
@@ -362,13 +362,13 @@ TEST_CASE("particles arrive at their rate and leave their charge where the list 
     CHECK(banded == whole);
 }
 
-TEST_CASE("a telegraph process is in either level half of the time and forgets exponentially") {
+TEST_CASE("an RTS process is in either level half of the time and forgets exponentially") {
     constexpr int pixels = 4000, steps = 40;
     double up = 0, product = 0;
     for (std::uint32_t p = 0; p < pixels; ++p)
         for (int s = 0; s < steps; ++s) {
-            const double a = telegraph_up(9, p, 2.0, 10.0 * s) ? 1 : -1;
-            const double b = telegraph_up(9, p, 2.0, 10.0 * s + 1) ? 1 : -1;
+            const double a = rts_is_high(9, p, 2.0, 10.0 * s) ? 1 : -1;
+            const double b = rts_is_high(9, p, 2.0, 10.0 * s + 1) ? 1 : -1;
             up += a > 0 ? 1 : 0;
             product += a * b;
         }
@@ -407,16 +407,16 @@ TEST_CASE("an amplifier's jumps have two levels in a sample and three in the dif
         return levels;
     };
     Camera one(d), difference(d, 10'000'000, Sampling::cds, 2);
-    const auto& pixels = one.detector.fixed_pattern().follower.items;
+    const auto& pixels = one.detector.fixed_pattern().follower_rts.items;
     CHECK_THAT(static_cast<double>(pixels.size()),
                WithinAbs(0.2 * size * size, 4 * std::sqrt(0.2 * size * size)));
     double sum = 0;
-    for (const FollowerPixel& p : pixels)
+    for (const FollowerRtsPixel& p : pixels)
         sum += double{p.step_e};
     CHECK_THAT(sum / static_cast<double>(pixels.size()), WithinRel(60.0, 0.04));
     const auto two = levels_of(one), three = levels_of(difference);
     int others = 0, symmetric = 0;
-    for (const FollowerPixel& p : pixels) {
+    for (const FollowerRtsPixel& p : pixels) {
         const int step = static_cast<int>(std::lround(p.step_e));
         const std::set<int> allowed{-step, 0, step};
         // Half a number may be rounded either way.
