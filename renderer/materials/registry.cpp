@@ -30,10 +30,20 @@ MaterialKind law() {
 }
 
 const std::vector<MaterialKind>& laws() {
+    // clang-format off
     static const std::vector<MaterialKind> kinds{
-        law<Lambert>(), law<LommelSeeliger>(), law<LunarLambert>(), law<Minnaert>(), law<OrenNayar>(),
-        law<Phong>(),   law<Hapke>(),          law<Ggx>(),          law<Mirror>(),   law<FileMaterials>(),
+        law<Lambert>(),
+        law<LommelSeeliger>(),
+        law<LunarLambert>(),
+        law<Minnaert>(),
+        law<OrenNayar>(),
+        law<Phong>(),
+        law<Hapke>(),
+        law<Ggx>(),
+        law<Mirror>(),
+        law<FileMaterials>(),
     };
+    // clang-format on
     return kinds;
 }
 

@@ -26,11 +26,17 @@ ShapeKind shape() {
 } // namespace
 
 const std::vector<ShapeKind>& shape_kinds() {
+    // clang-format off
     static const std::vector<ShapeKind> kinds{
-        shape<EllipsoidParameters>(), shape<MeshFileParameters>(), shape<ProceduralBodyParameters>(),
-        shape<PolygonsParameters>(),  shape<BoxParameters>(),      shape<DiscParameters>(),
+        shape<EllipsoidParameters>(),
+        shape<MeshFileParameters>(),
+        shape<ProceduralBodyParameters>(),
+        shape<PolygonsParameters>(),
+        shape<BoxParameters>(),
+        shape<DiscParameters>(),
         shape<ConeParameters>(),
     };
+    // clang-format on
     return kinds;
 }
 
