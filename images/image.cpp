@@ -36,7 +36,7 @@ Kind kind_of(const std::filesystem::path& file) {
     if (start.starts_with("v/1\x01")) return Kind::exr;
     if (start.find("PDS_VERSION_ID") != std::string_view::npos) return Kind::pds3;
     throw InputError(fmt::format(
-        "{}: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
+        "{}: not an image of a supported format, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
         "(an image with a detached label: give the label)",
         file.string()));
 }
@@ -113,7 +113,7 @@ std::int32_t plane_number(const std::filesystem::path& file, const std::string& 
 
 void check_image_size(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
     if (width < 1 || height < 1 || width > max_image_pixels || height > max_image_pixels / width)
-        throw InputError(fmt::format("{}: an image of {} x {} pixels, allowed 1 to {} altogether",
+        throw InputError(fmt::format("{}: an image of {} x {} pixels, allowed 1 to {} in total",
                                      file.string(), width, height, max_image_pixels));
 }
 

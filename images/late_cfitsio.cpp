@@ -1,8 +1,8 @@
-// The functions of cfitsio that the project calls, under their own names: each hands on to the library, which
-// is loaded when the first of them is called. cfitsio brings 27 libraries with it (it can read over the
-// network); a program that is linked to it spends half of its start-up on them. Linked into `obscurad` only,
-// before cfitsio, which is then not needed; a function that is missing here makes it needed again, and the
-// test `late_libraries` fail.
+// Lazily loaded stub of cfitsio: functions with cfitsio's names that forward to the library, which is loaded
+// by the first call. cfitsio depends on 27 libraries (it can read over the network), and a program linked to
+// it spends half of its start-up on loading them. Linked into `obscurad` only, before cfitsio, so that
+// cfitsio itself is not needed; a function missing here makes it needed again, and the test `late_libraries`
+// fails.
 #include "core/late_library.hpp"
 
 #include <fitsio.h>

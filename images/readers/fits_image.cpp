@@ -24,8 +24,8 @@ public:
     Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
 
-    /// Goes to the first unit of the file that holds an image, and returns its three sizes; the primary unit
-    /// may be empty.
+    /// Moves to the first HDU that holds an image and returns its three axis lengths; the primary HDU may be
+    /// empty.
     std::array<long, 3> find_image() {
         int units = 0, dimensions = 0;
         std::array<long, 3> size{1, 1, 1};
@@ -53,13 +53,13 @@ public:
         Image image;
         image.width = static_cast<std::int32_t>(size[0]);
         image.height = static_cast<std::int32_t>(size[1]);
-        // What was scaled to physical values, or is real, means what it says; bare integers are codes.
+        // Full scale applies to unscaled integers only; scaled or real values are physical values.
         int type = 0;
         fits_get_img_equivtype(fits_, &type, &status_);
         check();
         image.full_scale = type == BYTE_IMG ? 255 : type == USHORT_IMG ? 65535 : 1;
         const LONGLONG count = static_cast<LONGLONG>(size[0]) * size[1];
-        // What a truncated file lacks must not be allocated on the header's word alone.
+        // Check the file size before allocation: the header alone is not trusted.
         LONGLONG data_start = 0, data_end = 0, header = 0;
         fits_get_hduaddrll(fits_, &header, &data_start, &data_end, &status_);
         check();

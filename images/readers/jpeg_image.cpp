@@ -9,7 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
-// libjpeg's header needs FILE, and declares C functions by itself.
+// jpeglib.h needs FILE to be declared; it is a C header with its own extern "C".
 #include <jpeglib.h>
 
 namespace obscura::images {
@@ -20,7 +20,7 @@ namespace {
     decoder->err->format_message(decoder, text);
     throw std::runtime_error(text);
 }
-/// Warnings are about damaged data: a texture with a grey half is worse than none.
+/// Treats warnings as errors: they report damaged data, and a half grey texture is worse than none.
 void on_message(j_common_ptr decoder, int level) {
     if (level < 0) on_error(decoder);
 }

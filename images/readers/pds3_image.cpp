@@ -15,7 +15,7 @@
 namespace obscura::images {
 namespace {
 
-/// How a sample lies in the file.
+/// Encoding of a sample in the file.
 struct SampleType {
     enum class Kind : std::uint8_t { unsigned_integer, signed_integer, real };
     Kind kind = Kind::unsigned_integer;
@@ -58,20 +58,20 @@ double decode(const SampleType& type, const std::uint8_t* at) {
     return static_cast<double>(word);
 }
 
-/// File and first byte that ^IMAGE points to.
+/// Finds the data file and the byte offset that ^IMAGE points to.
 void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& offset) {
     const std::vector<std::string> pointer = label.list("^IMAGE");
     data = label.file();
     std::string place = pointer.front();
     if (place.find_first_not_of("0123456789") != std::string::npos) {
-        // Names on the archive's discs are upper case, their copies often not.
+        // Try other cases: names on the archive's discs are upper case, names of their copies often not.
         std::string lower = place, upper = place;
         std::transform(lower.begin(), lower.end(), lower.begin(),
                        [](unsigned char c) { return std::tolower(c); });
         std::transform(upper.begin(), upper.end(), upper.begin(),
                        [](unsigned char c) { return std::toupper(c); });
         for (const std::string& name : {place, lower, upper}) {
-            // A name from a label stays in the label's folder.
+            // Use the file name only, so that a label cannot refer to files outside its folder.
             data = label.file().parent_path() / std::filesystem::path(name).filename();
             if (std::filesystem::exists(data)) break;
         }
@@ -84,7 +84,7 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
     try {
         offset = std::stoll(digits);
     } catch (const std::exception&) {
-        throw InputError(fmt::format("{}: ^IMAGE cannot be understood", label.file().string()));
+        throw InputError(fmt::format("{}: ^IMAGE is not a valid pointer", label.file().string()));
     }
     if (offset < 1) throw InputError(fmt::format("{}: ^IMAGE points before the file", label.file().string()));
     offset -= 1;
@@ -92,7 +92,7 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
         const std::int64_t record = label.integer("RECORD_BYTES");
         if (record < 1 || offset > (std::int64_t{1} << 40) / record)
             throw InputError(
-                fmt::format("{}: RECORD_BYTES {} makes no sense", label.file().string(), record));
+                fmt::format("{}: RECORD_BYTES {} is out of range", label.file().string(), record));
         offset *= record;
     }
 }
@@ -115,7 +115,7 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
     const std::int64_t prefix = label.integer("IMAGE.LINE_PREFIX_BYTES", 0);
     const std::int64_t suffix = label.integer("IMAGE.LINE_SUFFIX_BYTES", 0);
     if (prefix < 0 || suffix < 0 || prefix > 1 << 20 || suffix > 1 << 20 || bands < 1 || bands > 65536)
-        throw InputError(fmt::format("{}: the label's image layout makes no sense", file.string()));
+        throw InputError(fmt::format("{}: the label's image layout is invalid", file.string()));
     std::filesystem::path data;
     std::int64_t offset = 0;
     locate(label, data, offset);
@@ -128,8 +128,8 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
     std::error_code error;
     const auto size = static_cast<std::int64_t>(std::filesystem::file_size(data, error));
     if (error || offset + height * line_bytes > size + suffix)
-        throw InputError(fmt::format("{}: {} bytes, its label promises an image up to byte {}", data.string(),
-                                     error ? 0 : size, offset + height * line_bytes));
+        throw InputError(fmt::format("{}: {} bytes, its label describes an image up to byte {}",
+                                     data.string(), error ? 0 : size, offset + height * line_bytes));
     std::fseek(in.get(), static_cast<long>(offset), SEEK_SET);
     std::vector<std::uint8_t> line(static_cast<std::size_t>(line_bytes));
     const double scale = label.number("IMAGE.SCALING_FACTOR", 1), shift = label.number("IMAGE.OFFSET", 0);

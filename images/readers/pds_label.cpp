@@ -28,7 +28,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
-/// Without quotes and without a unit in angle brackets.
+/// The value without quotes and without a unit in angle brackets.
 std::string bare(std::string_view raw) {
     std::string_view text = trimmed(raw);
     if (text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front())
@@ -39,12 +39,12 @@ std::string bare(std::string_view raw) {
     return std::string(text);
 }
 
-/// Cuts a label into statements.
+/// Splits a label into statements.
 class Scanner {
 public:
     Scanner(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}
 
-    /// The next KEY = VALUE; nothing at END or at the end of the text.
+    /// Reads the next KEY = VALUE. Returns false at END or at the end of the text.
     bool next(std::string& key, std::string& value) {
         skip_blank();
         const std::size_t start = at_;
@@ -78,7 +78,7 @@ private:
                 return;
         }
     }
-    /// From after "=" to the end of the line, of a quoted text or of a list.
+    /// Reads a value: from after "=" to the end of the line, of a quoted text or of a list.
     void read_value(std::string& value) {
         ++at_;
         skip_blank();
@@ -96,7 +96,7 @@ private:
             } else if (c == ')' || c == '}') {
                 --depth;
             } else if (c == '\n' && depth <= 0) {
-                // A unit may follow on a line of its own.
+                // A unit may follow on a separate line.
                 const std::size_t after = text_.find_first_not_of(" \t\r\n", at_);
                 if (after == std::string_view::npos || text_[after] != '<') break;
             } else if (text_.substr(at_, 2) == "/*" && depth <= 0) {
@@ -119,7 +119,7 @@ PdsLabel::PdsLabel(const std::filesystem::path& file) : file_(file) {
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
-    // An attached label stands before its data: a megabyte is far more than any.
+    // Read at most 1 MiB, more than any label has: an attached label is followed by its data.
     std::string text(std::size_t{1} << 20, '\0');
     text.resize(std::fread(text.data(), 1, text.size(), in.get()));
     Scanner scanner(file_, text);
@@ -133,7 +133,8 @@ PdsLabel::PdsLabel(const std::filesystem::path& file) : file_(file) {
             if (objects.empty()) scanner.fail(key + " without a beginning");
             objects.pop_back();
         } else {
-            // What stands in a file's object is about the file, as it is at the root of other labels.
+            // Keywords of a FILE object describe the file and get no prefix, like those at the root of other
+            // labels.
             const bool about_file =
                 objects.empty() || objects.back() == "FILE" || objects.back() == "UNCOMPRESSED_FILE";
             values_.emplace(about_file ? key : objects.back() + "." + key, value);

@@ -37,7 +37,8 @@ struct Reader {
     Reader& operator=(const Reader&) = delete;
 };
 
-/// The result of `use` for a reader that has read the header. What libpng says becomes an InputError.
+/// Calls `use` with a reader that has read the header and returns its result. Errors of libpng are thrown as
+/// InputError.
 template<typename Use>
 auto with_header_read(const std::filesystem::path& file, const Use& use) {
     const auto close = [](std::FILE* f) { std::fclose(f); };
@@ -77,7 +78,7 @@ Image read_png_image(const std::filesystem::path& file, const std::string& plane
         png_read_update_info(r.png, r.info);
         const std::size_t channels = png_get_channels(r.png, r.info);
         const std::size_t stride = png_get_rowbytes(r.png, r.info);
-        // Deflate packs 1032 to 1 at best: what cannot be there must not be allocated on the header's word.
+        // Check the file size before allocation: deflate compresses by 1032 to 1 at most.
         if (stride * height / 1032 > std::filesystem::file_size(file))
             throw std::runtime_error("the file ends before its image");
         std::vector<std::uint8_t> bytes(stride * height);

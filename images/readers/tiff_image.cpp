@@ -11,7 +11,7 @@
 namespace obscura::images {
 namespace {
 
-/// The layouts that are read: one plane of grey or chunky RGB, integers of 8 and 16 bits and 32-bit reals.
+/// Supported layout: one plane of grey or chunky RGB, integers of 8 and 16 bits and 32-bit reals.
 struct Layout {
     std::uint32_t width = 0, height = 0;
     std::uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT;
@@ -20,7 +20,7 @@ struct Layout {
 class Reader {
 public:
     explicit Reader(const std::filesystem::path& file) : file_(file) {
-        // libtiff would print to standard error.
+        // Suppress libtiff's own messages on standard error.
         TIFFSetErrorHandler(nullptr);
         TIFFSetWarningHandler(nullptr);
         // No memory mapping: a file that shrinks meanwhile must not raise SIGBUS.
@@ -65,9 +65,9 @@ public:
         const tmsize_t bytes = tiled ? TIFFTileSize(tiff) : TIFFScanlineSize(tiff);
         const std::size_t pixel = std::size_t{layout_.samples} * layout_.bits / 8;
         const std::size_t wanted = std::size_t{block_width} * block_height * pixel;
-        // A tile may be larger than the image, but not by much in any honest file.
+        // A tile may be larger than the image, but a valid file has no tiles above 1 GiB.
         if (bytes <= 0 || static_cast<std::size_t>(bytes) < wanted || bytes > tmsize_t{1} << 30)
-            refuse("its blocks make no sense");
+            refuse("invalid tile or strip size");
         std::vector<std::uint8_t> block(static_cast<std::size_t>(bytes));
         std::vector<double> values(std::size_t{layout_.width} * layout_.height);
         for (std::uint32_t y = 0; y < layout_.height; y += block_height)

@@ -29,7 +29,7 @@ void write_exr(const std::filesystem::path& file, std::int32_t width, std::int32
                                                    sizeof(float) * static_cast<std::size_t>(width)));
         }
         for (const Card& card : cards) {
-            // Integers may need more than the 32 bits of EXR's int attribute: they go as text.
+            // Write integers as text: they may need more than the 32 bits of EXR's int attribute.
             if (const auto* real = std::get_if<double>(&card.value))
                 header.insert(card.key, Imf::DoubleAttribute(*real));
             else

@@ -14,12 +14,12 @@ namespace obscura::images {
 /// One channel. `name` may hold dots: "layer.channel".
 struct ExrChannel {
     std::string name;
-    std::string unit;              ///< goes into the header as "<name>:unit"
+    std::string unit;              ///< header attribute "<name>:unit"
     std::span<const float> values; ///< row-major, width * height
 };
 
-/// Writes the channels, losslessly compressed; the cards become header attributes. Same input, same bytes.
-/// Throws OutputError; the file appears complete or not at all.
+/// Writes the channels, losslessly compressed, with the cards as header attributes. The same input gives the
+/// same bytes. The file appears complete or not at all. Throws OutputError.
 void write_exr(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
                const std::vector<ExrChannel>& channels, const Cards& cards);
 

@@ -1,4 +1,4 @@
-// A FITS file in the making: complete or not at all. Only for the writers in this folder.
+// FITS file writer on cfitsio for the writers in this folder; the file appears complete or not at all.
 #pragma once
 
 #include "images/writers/card.hpp"
@@ -15,12 +15,12 @@
 
 namespace obscura::images {
 
-/// Throws OutputError.
+/// Writes to a temporary file that commit() renames. All members throw OutputError.
 class FitsWriter {
 public:
     explicit FitsWriter(const std::filesystem::path& file) : pending_(file) {
-        // "!" overwrites the empty file that PendingFile made; create_diskfile takes no filters from the
-        // name.
+        // Remove the empty file that PendingFile made: fits_create_diskfile, which parses no filters in the
+        // name, refuses an existing file.
         std::filesystem::remove(pending_.path());
         fits_create_diskfile(&fits_, pending_.path().c_str(), &status_);
         check();
@@ -50,7 +50,7 @@ public:
             fits_write_key(fits_, TLONGLONG, card.key.c_str(), &value, comment, &status_);
         } else {
             double value = std::get<double>(card.value);
-            // FITS has no NaN among its header values.
+            // FITS headers cannot represent NaN or infinity.
             if (std::isfinite(value))
                 fits_write_key_dbl(fits_, card.key.c_str(), value, -15, comment, &status_);
         }
@@ -61,7 +61,7 @@ public:
         fits_write_img(fits_, type, 1, static_cast<LONGLONG>(count), const_cast<void*>(values), &status_);
         check();
     }
-    /// A column of a binary table: TFORM as in the FITS standard, "1J", "1K", "1D".
+    /// Column of a binary table; `form` is TFORM of the FITS standard, such as "1J", "1K", "1D".
     struct Column {
         const char* name;
         const char* form;

@@ -1,4 +1,4 @@
-// Writes one frame in the format of choice; shared by the file transport and the command line.
+// Frame writer with selectable file format, for the file transport and the command line.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -12,7 +12,7 @@
 
 namespace obscura::images {
 
-/// A picture of digital numbers on its way to a file.
+/// Digital numbers of an image to be written.
 struct Picture {
     std::int32_t width = 0, height = 0;
     int bits = 16;
@@ -20,17 +20,17 @@ struct Picture {
 };
 
 enum class FrameFormat : std::uint8_t { png, fits, raw };
-/// Names in configurations and on command lines; also the extensions of the files.
+/// Names in configurations and on command lines; also the file name extensions.
 constexpr auto enum_names(FrameFormat /*type*/) {
     return std::array{EnumName{FrameFormat::png, "png"}, EnumName{FrameFormat::fits, "fits"},
                       EnumName{FrameFormat::raw, "raw"}};
 }
 
-/// "frame_000042.png" and so on.
+/// File name of frame `number`, such as "frame_000042.png".
 [[nodiscard]] std::string frame_file_name(std::uint64_t number, FrameFormat format);
 
-/// Loads the library that writes FITS files, which may else be loaded with the first of them only
-/// (core/late_library.hpp): at set-up, before memory is locked. Throws HardwareError.
+/// Loads the library that writes FITS files, which the first write would load otherwise
+/// (core/late_library.hpp). Call it at set-up, before memory is locked. Throws HardwareError.
 void load_fits_writer();
 
 /// Writes `picture` to `file`. Throws OutputError.

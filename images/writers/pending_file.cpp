@@ -22,7 +22,7 @@ std::filesystem::path temporary_beside(const std::filesystem::path& target) {
 
 PendingFile::PendingFile(std::filesystem::path target)
     : target_(std::move(target)), temporary_(temporary_beside(target_)) {
-    // Made here once, so that a folder that cannot be written is reported by errno and not by some library.
+    // Create the file here, so that an unwritable folder is reported by errno and not by an image library.
     const int file = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0) fail(std::strerror(errno));
     close(file);
@@ -60,7 +60,7 @@ void make_writable(const std::filesystem::path& directory) {
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error && !std::filesystem::exists(directory))
-        throw OutputError(fmt::format("{}: cannot be made: {}", directory.string(), error.message()));
+        throw OutputError(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
     require_writable(directory);
 }
 

@@ -1,4 +1,4 @@
-// A file that appears under its name only when it is complete.
+// Atomic file creation: a file appears under its name only when it is complete.
 #pragma once
 
 #include "core/error.hpp"
@@ -9,8 +9,9 @@
 
 namespace obscura::images {
 
-/// Hands out a temporary name in the folder of `target`; commit() renames it. Without commit() the temporary
-/// file is removed. Not thread-safe; two PendingFiles of one process never share a temporary name.
+/// Temporary file in the folder of `target`, which commit() renames to `target`. Without commit() the
+/// temporary file is removed. Reentrant, not thread-safe: two PendingFiles of one process never share a
+/// temporary name.
 class PendingFile {
 public:
     explicit PendingFile(std::filesystem::path target);
@@ -21,7 +22,7 @@ public:
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return temporary_; }
     /// Throws OutputError.
     void commit();
-    /// `target: cannot be written: why`, as an exception.
+    /// Throws OutputError `target: cannot be written: why`.
     [[noreturn]] void fail(std::string_view why) const;
 
 private:
@@ -29,10 +30,10 @@ private:
     std::filesystem::path temporary_;
 };
 
-/// Throws OutputError unless `directory` exists and a file can be made in it.
+/// Throws OutputError unless `directory` exists and a file can be created in it.
 void require_writable(const std::filesystem::path& directory);
 
-/// Makes `directory` and what leads to it if need be, then as require_writable().
+/// Creates `directory` and its parents if they do not exist, then checks it by require_writable().
 void make_writable(const std::filesystem::path& directory);
 
 } // namespace obscura::images

@@ -17,7 +17,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "png_set_swap turns little into big endian");
 
 [[noreturn]] void on_error(png_structp, png_const_charp message) {
-    // libpng asks that this does not return; its C frames hold nothing that needs unwinding.
+    // libpng requires that the error handler does not return; its C frames hold nothing to unwind.
     throw std::runtime_error(message);
 }
 void on_warning(png_structp, png_const_charp) {}
@@ -46,7 +46,8 @@ void write_grey(const std::filesystem::path& file, std::int32_t width, std::int3
     try {
         Writer w;
         png_init_io(w.png, out.get());
-        // Noise does not compress: level 1 costs a fraction of the time of 6 for a few per cent of the size.
+        // Noise does not compress: level 1 takes a fraction of the time of level 6 for a few per cent more
+        // size.
         png_set_compression_level(w.png, 1);
         png_set_filter(w.png, 0, PNG_FILTER_SUB);
         png_set_IHDR(w.png, w.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), depth,

@@ -1,4 +1,4 @@
-// 16-bit grey PNG files: digital numbers as they are, not stretched.
+// Grey PNG writer: 16-bit digital numbers without stretching, and 8-bit previews.
 #pragma once
 
 #include "images/writers/card.hpp"
@@ -9,12 +9,12 @@
 
 namespace obscura::images {
 
-/// Writes `pixels` (row-major, width * height) as 16-bit grey; an sBIT chunk tells the `bits` that are in
-/// use, tEXt chunks hold the cards. Throws OutputError; the file appears complete or not at all.
+/// Writes `pixels` (row-major, width * height) as 16-bit grey. An sBIT chunk states the significant bits
+/// `bits`, tEXt chunks hold the cards. The file appears complete or not at all. Throws OutputError.
 void write_png16(const std::filesystem::path& file, std::int32_t width, std::int32_t height, int bits,
                  std::span<const std::uint16_t> pixels, const Cards& cards);
 
-/// The same for 8-bit grey pictures (previews).
+/// Writes an 8-bit grey image (preview) in the same way.
 void write_png8(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
                 std::span<const std::uint8_t> pixels, const Cards& cards);
 

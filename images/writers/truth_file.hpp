@@ -1,4 +1,4 @@
-// What was really in a frame, pixel by pixel and row by row, as a FITS file beside the frame.
+// Ground truth of a frame per pixel and row, as a FITS file beside the frame.
 #pragma once
 
 #include "core/frame.hpp"
@@ -9,13 +9,13 @@
 
 namespace obscura::images {
 
-/// "truth_000042.fits".
+/// File name of the ground truth of frame `number`, such as "truth_000042.fits".
 [[nodiscard]] std::string truth_file_name(std::uint64_t number);
 
-/// Writes, for a frame with pixel truth: the image of expected electrons before any noise with frame_cards();
-/// the image SATURATED, 1 where the charge reached full well; and the tables WINDOWS, ROWS (when each row of
-/// the composed image was reset and read) and HITS (particles; array pixels). Times are ns of the scheduling
-/// clock, as in the cards. Throws OutputError.
+/// Writes the ground truth of a frame with pixel truth: the image of expected electrons before any noise,
+/// with frame_cards(); the image SATURATED, 1 where the charge reached full well; and the tables WINDOWS,
+/// ROWS (reset and read time of each row of the composed image) and HITS (particles; array pixels). Times are
+/// ns of the scheduling clock, as in the cards. Throws OutputError.
 void write_truth(const std::filesystem::path& file, const Frame& frame);
 
 } // namespace obscura::images

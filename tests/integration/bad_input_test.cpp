@@ -126,7 +126,7 @@ TEST_CASE("impossible bodies: NaN poses, zero size, circles of parents, textures
     Outcome outcome = run(folder, {"render", folder.write("s.toml", ball + "albedo_texture = \"t.png\"\n"),
                                    "-o", (folder.path() / "x.exr").string()});
     CHECK(outcome.line ==
-          "t.png: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
+          "t.png: not an image of a supported format, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
           "(an image with a detached label: give the label)");
     CHECK(outcome.status == 66);
     outcome = run(folder, {"render", folder.write("s.toml", "[[body]]\nshape = \"mesh\"\nfile = \"m.obj\"\n"),
@@ -211,7 +211,7 @@ TEST_CASE("outputs that cannot be written: exit 74, before anything is computed"
     CHECK(outcome.line == "file: not a directory");
     CHECK(outcome.status == 74);
     outcome = run(folder, {"grab", "-o", "/proc/self/frames"});
-    CHECK(outcome.line == "/proc/self/frames: cannot be made: No such file or directory");
+    CHECK(outcome.line == "/proc/self/frames: cannot be created: No such file or directory");
     CHECK(outcome.status == 74);
 }
 

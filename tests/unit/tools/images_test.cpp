@@ -316,9 +316,10 @@ TEST_CASE("broken and hostile image files are refused with one line") {
     const auto refusal = [&](const std::string& name, const std::string& bytes) {
         return complaint(folder, [&] { (void)read_image(folder.write(name, bytes)); });
     };
-    CHECK(refusal("empty", "") ==
-          "empty: not an image that is known here, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 (an "
-          "image with a detached label: give the label)");
+    CHECK(
+        refusal("empty", "") ==
+        "empty: not an image of a supported format, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 (an "
+        "image with a detached label: give the label)");
     CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "gone"); }) ==
           "gone: cannot be opened: No such file or directory");
     CHECK(complaint(folder, [&] { (void)read_image(folder.path()); }).find("cannot be opened") !=
