@@ -7,8 +7,8 @@
 
 namespace obscura::sync {
 
-/// CLOCK_MONOTONIC minus the clock `id`, now; of a few readings the quickest. `id` may be that of a PTP
-/// device.
+/// Current difference CLOCK_MONOTONIC minus the clock `id`, from the fastest of several readings. `id` may be
+/// that of a PTP device.
 [[nodiscard]] std::int64_t monotonic_minus(clockid_t id) noexcept;
 
 /// clockid of an open character device (/dev/ptpN): FD_TO_CLOCKID of the kernel's documentation.
@@ -16,9 +16,9 @@ namespace obscura::sync {
     return static_cast<clockid_t>((~static_cast<unsigned>(fd) << 3) | 3u);
 }
 
-/// An edge's stamp in scheduling clock, given its stamp `at_ns` in another clock and the difference of the
-/// two. A stamp that lies more than 1 ms after `seen` or more than 1 s before it cannot be meant (the other
-/// clock was stepped in between): then `seen` itself is the best there is.
+/// Converts an edge's time stamp `at_ns` of another clock to the scheduling clock, given the difference of
+/// the two. A result more than 1 ms after `seen` or more than 1 s before it is implausible (the other clock
+/// was stepped in between) and is replaced by `seen`.
 [[nodiscard]] constexpr Time plausible_edge(std::int64_t at_ns, std::int64_t monotonic_minus_ns,
                                             Time seen) noexcept {
     const Time edge{at_ns + monotonic_minus_ns};

@@ -17,7 +17,7 @@ void Conditioner::on_trigger(const Trigger& trigger) noexcept {
         position_ += lost;
     }
     last_id_ = trigger.id;
-    // An edge before the last one is no bounce: the source's clock was set back.
+    // An edge earlier than the last one is not a bounce: the source's clock was set back.
     const bool first = last_edge_.ns == INT64_MIN;
     if (!first && trigger.edge >= last_edge_ && trigger.edge - last_edge_ < settings_.debounce_ns) {
         bounces_.fetch_add(1, std::memory_order_relaxed);

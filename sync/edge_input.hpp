@@ -21,9 +21,9 @@ public:
     virtual ~EdgeInput() = default;
     static constexpr int gone = -1;
 
-    /// Blocks until there are edges, but no longer than `timeout_ns` (at most 1 s). Returns the number of
-    /// edges written to `edges`, 0 on timeout, or `gone` when the input has vanished and must be opened
-    /// again. Neither allocates nor throws.
+    /// Blocks until edges arrive or `timeout_ns` (at most 1 s) has passed. Returns the number of edges
+    /// written to `edges`, 0 on timeout, or `gone` when the input has vanished and must be reopened. Neither
+    /// allocates nor throws.
     virtual int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept = 0;
 };
 

@@ -53,7 +53,7 @@ void EdgeTrigger::run(TriggerSink& sink) {
         }
         const int count = input_->wait(settings_.poll_ns, edges);
         if (count == EdgeInput::gone) {
-            // Not a real-time thread any more until the input is back: there is nothing to be in time for.
+            // The thread may log and allocate until the input is back: it has no deadline without edges.
             log_warning("trigger {}: the input has vanished; waiting for it to come back", settings_.name);
             connected_ = false;
             input_.reset();

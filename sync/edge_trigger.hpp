@@ -1,4 +1,4 @@
-// Trigger source at an EdgeInput, which it opens again when it vanishes.
+// Trigger source on an EdgeInput, which it reopens after the input has vanished.
 #pragma once
 
 #include "core/clock.hpp"
@@ -20,7 +20,8 @@ struct EdgeTriggerSettings {
     ThreadSettings thread{};
     std::int64_t poll_ns = 100 * ns_per_ms; ///< longest wait, so that stop() and a vanished input are noticed
     std::int64_t reopen_every_ns = 200 * ns_per_ms;
-    /// Nominal distance of edges; farther apart than 1.5 of it they are no clock (free). 0: always free.
+    /// Nominal period of the edges; the state is free after an interval of more than 1.5 periods. 0: always
+    /// free.
     std::int64_t nominal_period_ns = 0;
 };
 
@@ -30,8 +31,8 @@ class EdgeTrigger final : public TriggerSource {
 public:
     using Open = std::function<std::unique_ptr<EdgeInput>()>;
 
-    /// `open` throws HardwareError when the input cannot be opened; start() passes that on, the thread tries
-    /// again. `clock` must outlive the source.
+    /// `open` throws HardwareError when the input cannot be opened; start() lets it propagate, the thread
+    /// retries. `clock` must outlive the source.
     EdgeTrigger(EdgeTriggerSettings settings, Open open, const Clock& clock);
     ~EdgeTrigger() override;
 
@@ -40,9 +41,9 @@ public:
     void stop() override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
-    /// Locked while edges come at their nominal distance; there is no holdover.
+    /// Locked while edges come at their nominal period; there is no holdover.
     [[nodiscard]] ClockState clock_state(Time now) const noexcept override;
-    /// False while the input is gone. Any thread.
+    /// False while the input is gone. Thread-safe.
     [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t reconnects() const noexcept {
         return reconnects_.load(std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-// Fan-out of one trigger source to several sinks, as of cameras that share a line.
+// Fan-out of one trigger source to several sinks, such as cameras that share a line.
 #pragma once
 
 #include "sync/sync.hpp"
@@ -7,7 +7,8 @@
 
 namespace obscura::sync {
 
-/// The sinks must outlive the source that delivers here. add() only before the source starts.
+/// Delivers each trigger to all sinks in order. The sinks must outlive the source; call add() only before the
+/// source starts.
 class FanOut final : public TriggerSink {
 public:
     void add(TriggerSink& sink) { sinks_.push_back(&sink); }

@@ -31,7 +31,7 @@ public:
     int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept override {
         const timespec limit{timeout_ns / ns_per_s, timeout_ns % ns_per_s};
         const int ready = gpiod_line_event_wait(line_, &limit);
-        // Unplugging a chip does not end the wait (Linux 6.1); its node vanishes.
+        // Check the device node: unplugging a chip does not end the wait (Linux 6.1).
         if (ready == 0) return ::access(place_.device.c_str(), F_OK) == 0 ? 0 : gone;
         if (ready < 0) return errno == EINTR ? 0 : gone;
         std::array<gpiod_line_event, 16> events;

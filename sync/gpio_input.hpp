@@ -1,4 +1,4 @@
-// Edge input at a GPIO line, through libgpiod.
+// Edge input on a GPIO line, through libgpiod.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -22,14 +22,14 @@ struct GpioSettings {
     std::string table = "trigger"; ///< of the configuration, for messages
     std::string line;              ///< see parse_gpio_line()
     GpioEdge edge = GpioEdge::rising;
-    std::int64_t debounce_ns = 0; ///< by the kernel where libgpiod can request it (2.x); else see Conditioner
+    std::int64_t debounce_ns = 0; ///< debounced by the kernel with libgpiod 2, by Conditioner with libgpiod 1
 
     [[nodiscard]] std::string key() const { return table + ".line"; }
 };
 
-/// Opens the line for input. Stamps are the kernel's (CLOCK_MONOTONIC, taken in the interrupt). Sequence
-/// numbers come from the kernel with libgpiod 2; with 1.6 lost edges show only when both edges are watched
-/// and two of a kind follow each other. Throws HardwareError naming the line and what is wrong.
+/// Opens the line for input. Time stamps are the kernel's (CLOCK_MONOTONIC, taken in the interrupt). Sequence
+/// numbers come from the kernel with libgpiod 2; with 1.6 lost edges are detected only when both edges are
+/// enabled and two of the same kind follow each other. Throws HardwareError naming the line and the cause.
 [[nodiscard]] std::unique_ptr<EdgeInput> open_gpio(const GpioSettings& settings);
 
 } // namespace obscura::sync

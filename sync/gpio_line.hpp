@@ -14,18 +14,18 @@ struct CloseGpioChip {
 };
 using GpioChip = std::unique_ptr<gpiod_chip, CloseGpioChip>;
 
-/// Consumer that the kernel shows for our lines.
+/// Consumer name that the kernel shows for lines requested here.
 inline constexpr const char* gpio_consumer = "obscura";
 
-/// A line of a chip that is open.
+/// A line of an open chip.
 struct GpioLine {
     GpioChip chip;
     unsigned offset = 0;
     std::string device; ///< of the chip
 };
 
-/// Opens the chip that has `line`, as parse_gpio_line() understands it. Throws ConfigError that names `key`
-/// for text that is no line, HardwareError as refuse_gpio_line() does for one that is not there.
+/// Opens the chip of `line`, written as parse_gpio_line() accepts it. Throws ConfigError that names `key` for
+/// invalid text, HardwareError as refuse_gpio_line() does for a line that does not exist.
 [[nodiscard]] GpioLine find_gpio_line(const std::string& key, const std::string& line);
 
 /// Throws HardwareError: `key`: GPIO line "`line`": `why`; allowed is ...

@@ -10,7 +10,7 @@
 namespace obscura::sync {
 namespace {
 
-// One byte of the kernel's field is the closing zero.
+// One byte of the kernel's field is the terminating zero.
 constexpr std::size_t longest_name = GPIO_MAX_NAME_SIZE - 1;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {

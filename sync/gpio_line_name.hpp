@@ -11,8 +11,8 @@ struct GpioLineName {
     unsigned offset = 0;
 };
 
-/// "TRIG_IN", "gpiochip0:3" or "/dev/gpiochip0:3". Looks at the text only. Throws std::invalid_argument with
-/// the text, what is wrong and what is allowed.
+/// Parses "TRIG_IN", "gpiochip0:3" or "/dev/gpiochip0:3". Checks the text only, not the hardware. Throws
+/// std::invalid_argument with the text, the cause and what is allowed.
 [[nodiscard]] GpioLineName parse_gpio_line(const std::string& text);
 
 } // namespace obscura::sync

@@ -6,11 +6,11 @@
 
 namespace obscura::sync {
 
-/// Inactive from construction on, and set inactive on destruction.
+/// An output line. Inactive after construction; set inactive on destruction.
 class OutputLine {
 public:
     virtual ~OutputLine() = default;
-    /// False when the line has vanished. Neither allocates nor throws.
+    /// Sets the level. Returns false when the line has vanished. Neither allocates nor throws.
     virtual bool set(bool active) noexcept = 0;
 };
 

@@ -8,13 +8,13 @@
 
 namespace obscura::sync {
 
-/// "127.0.0.1:5002" as a socket address. Looks at the text only. Throws std::invalid_argument that quotes
+/// Parses an endpoint such as "127.0.0.1:5002" to a socket address. Throws std::invalid_argument that quotes
 /// `text` and shows `example`.
-/// \param lowest_port 0 where the kernel may choose a free port, else 1
+/// \param lowest_port 0 if the kernel may choose a free port, else 1
 [[nodiscard]] sockaddr_in parse_ipv4_endpoint(const std::string& text, std::uint16_t lowest_port,
                                               const char* example);
 
-/// For use when the socket is opened: throws ConfigError that names `key`.
+/// Parses an endpoint when the socket is opened: throws ConfigError that names `key`.
 [[nodiscard]] sockaddr_in parse_ipv4_endpoint(const std::string& key, const std::string& text,
                                               std::uint16_t lowest_port, const char* example);
 

@@ -26,7 +26,7 @@ public:
                 fmt::format("{}.device: {}: no PPS device ({})", table, device, std::strerror(errno)));
         params.mode |= PPS_CAPTUREASSERT;
         params.mode &= ~PPS_OFFSETASSERT;
-        // Capturing may be on already; setting it needs rights that are not needed then.
+        // Enable capture only if it is off: setting it needs more permissions than reading.
         if (::ioctl(fd_.get(), PPS_SETPARAMS, &params) != 0 && errno != EPERM)
             throw HardwareError(fmt::format("{}.device: {}: cannot capture assert edges ({})", table, device,
                                             std::strerror(errno)));
@@ -39,7 +39,7 @@ public:
         if (::ioctl(fd_.get(), PPS_FETCH, &data) != 0) return errno == ETIMEDOUT || errno == EINTR ? 0 : gone;
         timespec now{};
         clock_gettime(CLOCK_MONOTONIC, &now);
-        // The fetch also returns for clear edges and when nothing new came in time.
+        // The fetch also returns for clear edges and on timeout.
         if (data.info.assert_sequence == last_ || edges.empty()) return 0;
         last_ = data.info.assert_sequence;
         const std::int64_t at_ns = data.info.assert_tu.sec * ns_per_s + data.info.assert_tu.nsec;

@@ -1,4 +1,4 @@
-// Edge input at a pulse-per-second device (RFC 2783, /dev/ppsN).
+// Edge input on a pulse-per-second device (RFC 2783, /dev/ppsN).
 #pragma once
 
 #include "sync/edge_input.hpp"
@@ -8,8 +8,8 @@
 
 namespace obscura::sync {
 
-/// Opens the device and captures its assert edges. The kernel stamps them in CLOCK_REALTIME and counts them;
-/// its count is the sequence. Throws HardwareError that names the key `device` of `table`.
+/// Opens the device and captures its assert edges. The kernel time-stamps them in CLOCK_REALTIME and counts
+/// them; its count is the sequence number. Throws HardwareError that names the key `device` of `table`.
 [[nodiscard]] std::unique_ptr<EdgeInput> open_pps(const std::string& table, const std::string& device);
 
 } // namespace obscura::sync

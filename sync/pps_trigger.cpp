@@ -74,7 +74,7 @@ void PpsTrigger::run(TriggerSink& sink) noexcept {
         Time due = schedule.slot(next);
         if (schedule.awaits_pulse(next)) due += pulse_patience_ns;
         if (now < due) {
-            // A pulse on the way moves the slot, so look again whenever one comes.
+            // A new pulse moves the slot: recompute it whenever one comes.
             if (!clock_->sleep_until(std::min(due, now + Heartbeat::longest_wait_ns))) clock_->rearm();
             continue;
         }

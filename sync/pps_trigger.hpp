@@ -1,4 +1,4 @@
-// Trigger source on a schedule in step with a pulse per second.
+// Trigger source on a schedule synchronised to a pulse per second.
 #pragma once
 
 #include "core/clock.hpp"
@@ -12,14 +12,14 @@
 
 namespace obscura::sync {
 
-/// Triggers at PPS + k/rate + phase. Until the first pulse nothing is triggered; through missing pulses the
-/// schedule runs on (holdover). A slot that is a pulse itself waits for that pulse, at most
-/// pulse_patience_ns, and carries its stamp. Slots slept through leave a gap in the ids.
+/// Triggers at PPS + k/rate + phase. Nothing is triggered before the first pulse; the schedule continues
+/// through missing pulses (holdover). A slot that coincides with a pulse waits for that pulse, at most
+/// pulse_patience_ns, and has its time stamp. Slots missed by a late thread leave a gap in the ids.
 class PpsTrigger final : public TriggerSource {
 public:
     static constexpr std::int64_t pulse_patience_ns = 20 * ns_per_ms;
 
-    /// `open` opens the pulses' input. `clock` must be this source's own: it interrupts it.
+    /// `open` opens the input of the pulses. `clock` must be exclusive to this source, which interrupts it.
     PpsTrigger(const PpsSettings& settings, const ThreadSettings& thread, EdgeTrigger::Open open,
                std::unique_ptr<Clock> clock);
     ~PpsTrigger() override;
@@ -29,14 +29,14 @@ public:
     void stop() override;
     [[nodiscard]] Heartbeats heartbeats() const override;
 
-    /// Any thread.
+    /// Thread-safe.
     [[nodiscard]] ClockState clock_state(Time /*now*/) const noexcept override {
         return state_.load(std::memory_order_relaxed);
     }
     [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
 private:
-    /// Takes the pulses on the input's thread and leaves the latest for the other.
+    /// Receives the pulses on the input's thread and stores the latest for the trigger thread.
     struct Pulses final : TriggerSink {
         explicit Pulses(Clock& c) : clock(c) {}
         void on_trigger(const Trigger& t) noexcept override;

@@ -79,7 +79,7 @@ std::array<std::uint8_t, ptp_get_bytes> ptp_get(PtpDataSet set, std::uint8_t dom
         m[i] = 0xFF; // every clock, every port
     m[46] = action_get;
     m[49] = management_tlv;
-    m[51] = 2; // the identifier alone
+    m[51] = 2; // length: the identifier alone
     const auto id = static_cast<std::uint16_t>(set);
     m[52] = static_cast<std::uint8_t>(id >> 8);
     m[53] = static_cast<std::uint8_t>(id);

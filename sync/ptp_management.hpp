@@ -10,7 +10,7 @@
 
 namespace obscura::sync {
 
-/// The data sets that are asked for; IEEE 1588-2008, table 40.
+/// Requested data sets; IEEE 1588-2008, table 40.
 enum class PtpDataSet : std::uint16_t {
     default_set = 0x2000,
     current = 0x2001,
@@ -23,13 +23,13 @@ inline constexpr std::array ptp_data_sets{PtpDataSet::default_set, PtpDataSet::c
 
 constexpr std::size_t ptp_get_bytes = 54;
 
-/// A GET for one data set of every port of the clock, IEEE 1588-2008 15.4.
+/// Builds a GET for one data set of every port of the clock, IEEE 1588-2008 15.4.
 [[nodiscard]] std::array<std::uint8_t, ptp_get_bytes> ptp_get(PtpDataSet set, std::uint8_t domain,
                                                               std::uint16_t sequence);
 
-/// Takes an answer to ptp_get(..., sequence) into `status`. False, and nothing changed, for anything else:
-/// another domain, sequence or data set, an error, wrong lengths, no PTP at all. Of several ports the one
-/// that is furthest in following a master counts (`state` starts a round as unknown).
+/// Parses a response to ptp_get(..., sequence) into `status`. Returns false and changes nothing for any other
+/// message: another domain, sequence or data set, an error, a wrong length, not PTP. Of several ports the one
+/// whose state is closest to slave is used (`state` is unknown at the start of a round).
 bool ptp_take_answer(std::span<const std::uint8_t> message, PtpDataSet set, std::uint8_t domain,
                      std::uint16_t sequence, PtpStatus& status);
 

@@ -19,12 +19,12 @@
 namespace obscura::sync {
 namespace {
 
-// Without an answer, until ptp4l counts as gone.
+// Time without a response after which ptp4l counts as gone.
 constexpr int patient_rounds = 3;
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// A datagram socket of our own (an abstract name that the kernel chooses), connected to ptp4l.
+/// A local datagram socket with an abstract name chosen by the kernel, connected to ptp4l.
 class ManagementSocket {
 public:
     explicit ManagementSocket(const std::string& path)
@@ -46,7 +46,7 @@ public:
     bool send_all(std::span<const std::uint8_t> bytes) const {
         return send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
     }
-    /// Empty when nothing comes until `deadline`.
+    /// Receives a message; empty when none arrives before `deadline`.
     std::span<const std::uint8_t> receive(SteadyClock::time_point deadline) {
         for (;;) {
             const auto left =
@@ -76,8 +76,8 @@ std::int64_t tai_correction_from(const PtpStatus& status, int kernel_tai_s, std:
 
 bool ptp_locked(const PtpStatus& status, std::int64_t lock_ns) {
     if (status.state == PtpState::master) return true;
-    // A ptp4l that only measures (free_running), while something else steers the clock, never leaves
-    // "uncalibrated"; a measured path tells that its offset means something.
+    // A ptp4l that only measures (free_running) while another program steers the clock never leaves
+    // "uncalibrated"; a measured path delay shows that its offset is valid.
     const bool follows = status.state == PtpState::slave ||
                          (status.state == PtpState::uncalibrated && status.path_delay_ns != 0);
     return follows && status.offset_ns <= lock_ns && status.offset_ns >= -lock_ns;
@@ -118,7 +118,7 @@ void PtpMonitor::loop() {
         if (heard) {
             misses = 0;
         } else if (++misses < patient_rounds && was_heard) {
-            heard = true; // a busy ptp4l
+            heard = true; // ptp4l is present but busy
             now = status();
         } else {
             now = {};
@@ -140,7 +140,7 @@ void PtpMonitor::loop() {
                        now.utc_offset_s);
         lock.lock();
         status_ = now;
-        // In steps, with a heartbeat before each.
+        // Wait in steps, with a heartbeat before each.
         for (std::int64_t left_ns = settings_.poll_ns; left_ns > 0 && !quit_;
              left_ns -= Heartbeat::longest_wait_ns) {
             heartbeat_.beat();
@@ -151,7 +151,7 @@ void PtpMonitor::loop() {
 }
 
 bool PtpMonitor::poll_once(PtpStatus& status) {
-    // A socket for each round: ptp4l may have been started anew meanwhile, and late answers go nowhere.
+    // Open a socket for each round: ptp4l may have been restarted, and late responses are discarded.
     ManagementSocket socket(settings_.socket);
     if (!socket.connected()) return false;
     for (const PtpDataSet set : ptp_data_sets) {
@@ -164,7 +164,7 @@ bool PtpMonitor::poll_once(PtpStatus& status) {
             if (answer.empty()) return false;
             taken = ptp_take_answer(answer, set, settings_.domain, sequence_, status);
         }
-        // One answer for each port; further ones follow the first at once.
+        // Receive one response per port; further ones follow the first at once.
         if (set == PtpDataSet::port)
             for (auto more = socket.receive(SteadyClock::now()); !more.empty();
                  more = socket.receive(SteadyClock::now()))

@@ -76,12 +76,11 @@ void PtpTimer::stop() {
 }
 
 void PtpTimer::run(TriggerSink& sink, const ReadDifference& read, std::int64_t difference_ns) noexcept {
-    // "There": the other clock.
     Time now = clock_->now();
     const Time next_second{((now.ns - difference_ns) / ns_per_s + 1) * ns_per_s};
     const Schedule schedule(settings_.rate, settings_.start.value_or(next_second), settings_.phase_ns);
     std::uint64_t k = schedule.first_slot_from(Time{now.ns - difference_ns});
-    std::uint64_t id_minus_slot = 1; // grows when slots come again
+    std::uint64_t id_minus_slot = 1; // grows when slots repeat after a backward step
     Time read_last = now;
     ClockState state = ClockState::locked;
     while (!stopping_.load(std::memory_order_relaxed)) {
@@ -95,10 +94,10 @@ void PtpTimer::run(TriggerSink& sink, const ReadDifference& read, std::int64_t d
             if (std::llabs(change_ns) > settings_.step_ns) {
                 steps_.fetch_add(1, std::memory_order_relaxed);
                 state = ClockState::free;
-                // Not the slot of this very instant: it may have been delivered.
+                // Continue after the slot of this instant, which may have been delivered already.
                 const std::uint64_t slot = schedule.first_slot_from(Time{now.ns - difference_ns + 1});
                 if (slot < k)
-                    id_minus_slot += k - slot; // back: the ids go on
+                    id_minus_slot += k - slot; // backward step: the ids continue
                 else
                     missed_.fetch_add(slot - k, std::memory_order_relaxed);
                 k = slot;
@@ -110,9 +109,9 @@ void PtpTimer::run(TriggerSink& sink, const ReadDifference& read, std::int64_t d
         const Time due = schedule.slot(k) + difference_ns;
         if (now < due) {
             clock_->sleep_until(std::min(due, now + Heartbeat::longest_wait_ns));
-            continue; // the slot's stamp wants a fresh reading
+            continue; // read the other clock again for the slot's time stamp
         }
-        // At least slot k has come; all but the last of those that have were slept through.
+        // At least slot k is due; of all due slots deliver the last and count the others as missed.
         const std::uint64_t last =
             std::max(k, schedule.first_slot_from(Time{now.ns + 1 - difference_ns}) - 1);
         missed_.fetch_add(last - k, std::memory_order_relaxed);

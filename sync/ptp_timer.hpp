@@ -15,7 +15,7 @@
 
 namespace obscura::sync {
 
-/// The scheduling clock minus another clock, in ns, now; nothing while that clock cannot be read. Neither
+/// Reads the scheduling clock minus another clock, in ns; no value while that clock cannot be read. Neither
 /// allocates nor throws.
 using ReadDifference = std::function<std::optional<std::int64_t>()>;
 
@@ -27,23 +27,24 @@ struct PtpTimerSettings {
     RationalRate rate{10, 1};
     std::int64_t phase_ns = 0;
     std::optional<Time> start{}; ///< slot 0 without phase, in the other clock; empty: its next full second
-    std::int64_t step_ns = ns_per_ms; ///< a change of the difference from one look to the next by more
-    std::int64_t holdover_ns = 60 * ns_per_s; ///< without reading for longer than this the clock runs free
+    /// Smallest change of the difference between two readings that counts as a step of the other clock.
+    std::int64_t step_ns = ns_per_ms;
+    std::int64_t holdover_ns = 60 * ns_per_s; ///< longest time without reading in holdover, then free
     ThreadSettings thread{};
 };
 
-/// "1795244437.5" as an instant; nothing unless it is a number of seconds from 0 to 9e9 with at most nine
-/// decimals.
+/// Parses an instant such as "1795244437.5"; no value unless it is a number of seconds from 0 to 9e9 with at
+/// most nine decimals.
 [[nodiscard]] std::optional<Time> parse_start(const std::string& text);
 
 /// Slot k lies at start + k/rate + phase of the other clock, which is compared with the scheduling clock
-/// before every slot and at least four times a second. A start that has passed is an epoch to count from.
-/// Slots slept through leave a gap in the ids; so does a step of the other clock forward, while after a step
-/// back the ids go on from where they were. Locked while the other clock can be read and does not step;
-/// holdover on its last reading when it cannot.
+/// before every slot and at least four times a second. A start in the past is the epoch from which slots are
+/// counted. Slots missed by a late thread leave a gap in the ids; so does a forward step of the other clock,
+/// while after a backward step the ids continue without repetition. Locked while the other clock can be read
+/// and does not step; holdover on its last reading when it cannot be read.
 class PtpTimer final : public TriggerSource {
 public:
-    /// `open` throws HardwareError. `clock` must be this source's own: stop() interrupts it.
+    /// `open` throws HardwareError. `clock` must be exclusive to this source: stop() interrupts it.
     PtpTimer(const PtpTimerSettings& settings, std::function<ReadDifference()> open,
              std::unique_ptr<Clock> clock);
     ~PtpTimer() override;
@@ -56,7 +57,7 @@ public:
     }
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
-    /// Slots that passed without a trigger since start(), and steps of the other clock. Any thread.
+    /// Slots without a trigger since start(), and steps of the other clock. Thread-safe.
     [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t steps() const noexcept { return steps_.load(std::memory_order_relaxed); }
 

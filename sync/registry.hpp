@@ -22,11 +22,11 @@ public:
 
     [[nodiscard]] bool operator==(const SourceKinds& other) const;
 
-    /// In the order of the registry.
+    /// All kinds in the order of the registry.
     [[nodiscard]] const std::vector<std::unique_ptr<SourceKind>>& all() const noexcept { return kinds_; }
-    /// Null for an unknown name.
+    /// The kind named `name`; null for an unknown name.
     [[nodiscard]] const SourceKind* find(std::string_view name) const noexcept;
-    /// The kind of that type. Throws std::logic_error when it is not registered.
+    /// The kind of type `Kind`. Throws std::logic_error when it is not registered.
     template<typename Kind>
     [[nodiscard]] Kind& get() {
         for (const auto& kind : kinds_)

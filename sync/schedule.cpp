@@ -9,8 +9,8 @@ namespace obscura::sync {
 RationalRate rational_rate(double hz) {
     if (!(hz >= lowest_rate_hz && hz <= highest_rate_hz))
         throw std::invalid_argument("a rate must lie between 1e-6 and 1e6 Hz");
-    // Convergents of the continued fraction: the best approximations there are, in rising order of their
-    // terms.
+    // Compute the convergents of the continued fraction: best rational approximations in rising order of
+    // their terms.
     constexpr std::int64_t limit = std::int64_t{1} << 30;
     std::int64_t p0 = 1, q0 = 0;
     auto p1 = static_cast<std::int64_t>(std::floor(hz));
@@ -46,7 +46,7 @@ Time Schedule::slot(std::uint64_t k) const noexcept {
 
 std::uint64_t Schedule::first_slot_from(Time t) const noexcept {
     if (t <= first_) return 0;
-    // The estimate in floating point is off by a few slots at worst; the exact slots decide.
+    // Correct the floating-point estimate, which is off by a few slots at most, by the exact slots.
     auto k = static_cast<std::uint64_t>(static_cast<double>(t - first_) / period_ns());
     while (k > 0 && slot(k - 1) >= t)
         --k;

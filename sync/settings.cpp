@@ -21,7 +21,7 @@ std::int64_t rounded(double value, std::int64_t unit_ns) {
     return std::llround(value * static_cast<double>(unit_ns));
 }
 
-/// Names that `source` may have at Line0, or at the lines after it.
+/// Allowed values of `source` for Line0, or for the further lines.
 std::vector<std::string_view> source_names(bool line0) {
     std::vector<std::string_view> names;
     for (const SourceTraits* traits : source_traits())
@@ -30,7 +30,7 @@ std::vector<std::string_view> source_names(bool line0) {
     return names;
 }
 
-// Help texts that are made from what the sources say of themselves; made once, as keys do not copy them.
+// Help texts composed from the traits of the sources. They are static because keys do not copy them.
 
 std::string described_sources(bool line0) {
     std::string text;
@@ -92,7 +92,7 @@ config::Keys line_keys(TriggerLineSettings& line) {
     };
     bool has_device = false;
     for (const auto& kind : line.kinds.all()) {
-        // Before the own keys of the first source that opens one.
+        // Place `device` before the keys of the first source that opens a device.
         if (!std::exchange(has_device, has_device || !kind->traits().device.empty()) && has_device)
             keys.push_back(config::key("device", &line.device).help(device_help()));
         for (config::Key& key : kind->keys())
@@ -102,15 +102,15 @@ config::Keys line_keys(TriggerLineSettings& line) {
         config::key("debounce_us", &line.debounce_us)
             .unit("us")
             .range(0, 1e6)
-            .help("Debounce time: an edge sooner than this after the last accepted one is dropped"));
+            .help("Debounce time: an edge earlier than this after the last accepted one is dropped"));
     keys.push_back(config::key("divider", &line.divider)
                        .range(1, 1000000)
-                       .help("Trigger divider: the first of every so many edges is a trigger"));
+                       .help("Trigger divider N: the first of every N edges is a trigger"));
     keys.push_back(config::key("delay_us", &line.delay_us)
                        .unit("us")
                        .range(0, 1e7)
                        .help("Trigger delay, from the edge to the start of the exposure"));
-    if (line0) // a reload replaces the source of Line0
+    if (line0) // a reload may replace the source of Line0
         for (config::Key& key : keys)
             key = std::move(key).reloadable();
     return keys;

@@ -19,7 +19,7 @@ namespace obscura::sync {
 struct ConditionerSettings;
 struct PtpMonitorSettings;
 
-/// Name of the source that delivers nothing.
+/// Name of the source that delivers no triggers.
 inline constexpr std::string_view no_source = "none";
 
 /// One input line of the camera: the trigger source connected to it, and the conditioning of its edges. Keys
@@ -85,7 +85,7 @@ struct PtpSettings {
 [[nodiscard]] RationalRate nominal_rate(const TriggerLineSettings& line);
 /// Edge types that the line's source can report; none while it is not connected.
 [[nodiscard]] LineEdges reported_edges(const TriggerLineSettings& line);
-/// The same of line `number`; Line0 always reports rising edges at least.
+/// Edge types of line `number` in [trigger]; Line0 always reports rising edges at least.
 [[nodiscard]] LineEdges reported_edges(const TriggerSettings& trigger, std::size_t number);
 /// The source connected to the line, not started; null for "none". `clock` must outlive it. Throws
 /// ConfigError for settings that the line's section would refuse.

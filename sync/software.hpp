@@ -10,7 +10,7 @@
 
 namespace obscura::sync {
 
-/// Delivers a trigger on the calling thread for every fire(). For control ports, tests and lockstep.
+/// Delivers a trigger on the calling thread for every fire(); used by control ports, tests and lockstep.
 class SoftwareTrigger final : public TriggerSource {
 public:
     /// `clock` is used for the `seen` stamp and must outlive the source.
@@ -20,8 +20,9 @@ public:
     void start(TriggerSink& sink) override;
     void stop() override;
 
-    /// Delivers a trigger whose edge is `edge`; false when the source is not started. Any ordinary thread. In
-    /// lockstep `scene` is the scene's time, and the clock is locked, because it is the simulator's own.
+    /// Delivers a trigger whose edge is `edge`; returns false when the source is not started. Not for
+    /// real-time threads. In lockstep `scene` is the scene's time, and the clock is locked, because it is the
+    /// simulator's own.
     bool fire(Time edge, Time scene = Trigger::scene_of_camera);
     [[nodiscard]] ClockState clock_state(Time /*now*/) const noexcept override {
         return state_.load(std::memory_order_relaxed);

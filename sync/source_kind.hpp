@@ -1,4 +1,4 @@
-// Kind of trigger source: its own configuration keys, their checks, and how the source is made from them.
+// Interface of a kind of trigger source: its configuration keys, their checks, and its factory.
 #pragma once
 
 #include "config/keys.hpp"
@@ -17,14 +17,14 @@ namespace obscura::sync {
 struct EdgeTriggerSettings;
 struct TriggerLineSettings;
 
-/// Where the edges of a source come from. Names of sources are listed group by group.
+/// Origin of a source's edges. Names of sources are listed group by group.
 enum class SourceGroup : std::uint8_t {
     schedule,  ///< instants that the source computes itself
     input,     ///< edges received from a line, device or socket
     simulator, ///< steps of a simulator; for Line0 only
 };
 
-/// What is known of a kind of source without an instance of it.
+/// Static description of a kind of source.
 struct SourceTraits {
     std::string_view name; ///< value of the key `source`
     std::string_view help; ///< what it delivers, as a noun phrase for the help of `source`
@@ -33,7 +33,7 @@ struct SourceTraits {
     std::string_view device{}; ///< node opened while the key `device` is empty; empty: no device is opened
 };
 
-/// Reports a mistake in the value of a key of the line's table.
+/// Callback that reports an invalid value of a key of the line's table.
 using Refuse = std::function<void(std::string_view key, std::string_view what)>;
 
 /// A kind of trigger source with the values of the keys that only this kind has. Its defaults are those of
@@ -43,14 +43,14 @@ public:
     virtual ~SourceKind() = default;
 
     [[nodiscard]] virtual const SourceTraits& traits() const noexcept = 0;
-    /// Keys of this kind only, bound to this object. Names are unique among all kinds.
+    /// Keys that only this kind has, bound to this object. Names are unique among all kinds.
     [[nodiscard]] virtual config::Keys keys() { return {}; }
-    /// Reports what would keep make() or start() from using the values; opens nothing. Called for the line's
-    /// chosen source only.
+    /// Reports values that make() or start() would refuse; opens nothing. Called for the line's chosen source
+    /// only.
     virtual void check(const TriggerLineSettings& /*line*/, const Refuse& /*refuse*/) const {}
-    /// Edge types that the source can report. Sources that know one type only call it rising.
+    /// Edge types that the source can report. Single-edge sources report rising edges.
     [[nodiscard]] virtual LineEdges edges() const { return {.rising = true}; }
-    /// A source that is not started, for settings that passed check(). `clock` must outlive it.
+    /// Makes a source, not started, from settings that passed check(). `clock` must outlive it.
     [[nodiscard]] virtual std::unique_ptr<TriggerSource>
     make(const TriggerLineSettings& line, const Clock& clock, const ThreadSettings& thread) const = 0;
 
@@ -77,11 +77,11 @@ public:
         const auto* same = dynamic_cast<const Kind*>(&other);
         return same != nullptr && static_cast<const Kind&>(*this) == *same;
     }
-    // Nothing to compare here; what `Kind` has is compared there.
+    // No members to compare here; those of `Kind` are compared there.
     constexpr bool operator==(const SourceKindOf& /*other*/) const noexcept { return true; }
 };
 
-/// Settings of an EdgeTrigger (sync/edge_trigger.hpp) that serves `line`: its nominal period is 1/rate_hz.
+/// Settings of an EdgeTrigger (sync/edge_trigger.hpp) for `line`: its nominal period is 1/rate_hz.
 [[nodiscard]] EdgeTriggerSettings edge_trigger_settings(const TriggerLineSettings& line,
                                                         const ThreadSettings& thread);
 

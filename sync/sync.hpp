@@ -1,4 +1,4 @@
-// Read this first: trigger sources turn an outside clock into Triggers.
+// Trigger sources: conversion of external clocks and edges to Triggers. Read this header first.
 #pragma once
 
 #include "core/clock_state.hpp"
@@ -10,16 +10,16 @@
 
 namespace obscura::sync {
 
-/// One edge of the bench's clock.
+/// One edge of a trigger source.
 struct Trigger {
     std::uint64_t id = 0; ///< counts from 1 per source, gaps mean lost edges
-    Time edge;            ///< the edge's own stamp (scheduled instant, kernel stamp), never "now"
-    Time seen;            ///< when user space learnt of it
+    Time edge;            ///< the edge's own time stamp (scheduled instant, kernel stamp), never "now"
+    Time seen;            ///< when user space received it
     ClockState clock = ClockState::free; ///< of the source when it saw the edge
-    /// Lockstep: what the scene's clock shows at the edge; otherwise scene_of_camera, and the camera decides.
+    /// Lockstep: scene time at the edge; otherwise scene_of_camera, and the camera computes it.
     Time scene = scene_of_camera;
-    bool falling = false;      ///< of sources that tell edges apart
-    std::int64_t width_ns = 0; ///< from the edge to the end of its pulse, where that was waited for; else 0
+    bool falling = false;      ///< only from sources that distinguish edges
+    std::int64_t width_ns = 0; ///< from the edge to the end of its pulse, if that was awaited; else 0
 
     static constexpr Time scene_of_camera{INT64_MIN};
 };
@@ -32,19 +32,19 @@ public:
     virtual void on_trigger(const Trigger& trigger) noexcept = 0;
 };
 
-/// A source of triggers with a thread of its own. One file pair per kind of source, and one line in the
-/// registry that makes it from its configuration.
+/// A source of triggers with its own thread. One file pair per kind of source, and one line in the registry
+/// that makes it from its configuration.
 class TriggerSource {
 public:
-    virtual ~TriggerSource() = default; ///< stops first if need be
+    virtual ~TriggerSource() = default; ///< stops the source if it is running
     [[nodiscard]] virtual std::string_view name() const = 0;
     /// Starts delivering to `sink`, which must outlive stop(). Throws HardwareError.
     virtual void start(TriggerSink& sink) = 0;
-    /// After the return no further trigger is delivered.
+    /// Stops the source. After the return no further trigger is delivered.
     virtual void stop() = 0;
-    /// How far its clock can be trusted at `now` (scheduling clock). Any thread.
+    /// Synchronisation state of its clock at `now` (scheduling clock). Thread-safe.
     [[nodiscard]] virtual ClockState clock_state(Time /*now*/) const noexcept { return ClockState::free; }
-    /// Of its threads. They outlive stop().
+    /// Heartbeats of its threads. They outlive stop().
     [[nodiscard]] virtual Heartbeats heartbeats() const { return {}; }
 };
 

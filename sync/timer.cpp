@@ -35,17 +35,17 @@ void TimerTrigger::stop() {
 }
 
 void TimerTrigger::run(TriggerSink& sink, const Schedule& schedule) noexcept {
-    // A start that lies in the past is an epoch to count from, not a debt of slots to deliver.
+    // A start in the past is the epoch from which slots are counted; slots before now are not delivered.
     std::uint64_t k = schedule.first_slot_from(clock_->now());
     while (!stopping_.load(std::memory_order_relaxed)) {
         heartbeat_.beat();
-        // In pieces, so that a long wait is not taken for a hung thread.
+        // Sleep in steps with a heartbeat each, so that the watchdog does not take a long wait for a hang.
         const Time slot = schedule.slot(k);
         if (!clock_->sleep_until(std::min(slot, clock_->now() + Heartbeat::longest_wait_ns))) continue;
         const Time now = clock_->now();
         if (now < slot) continue;
         const std::uint64_t next = schedule.first_slot_from(now + 1);
-        // Slots k .. next-1 have come; all but the last were slept through.
+        // Slots k .. next-1 are due: deliver the last and count the others as missed.
         if (next > k + 1) missed_.fetch_add(next - 1 - k, std::memory_order_relaxed);
         if (next > k) {
             k = next - 1;

@@ -22,11 +22,11 @@ struct TimerSettings {
 };
 
 /// Slot k of the schedule becomes the trigger with id k+1 and the slot's own instant as its edge. When the
-/// thread comes so late that further slots have passed, only the latest of them is delivered: the gap in the
-/// ids tells of the others, there is never a burst. start() and stop() belong to one thread.
+/// thread wakes so late that further slots have passed, only the latest of them is delivered: the others are
+/// a gap in the ids, never a burst of triggers. start() and stop() are thread-bound.
 class TimerTrigger final : public TriggerSource {
 public:
-    /// `clock` must be this source's own: stop() interrupts it.
+    /// `clock` must be exclusive to this source: stop() interrupts it.
     TimerTrigger(TimerSettings settings, std::unique_ptr<Clock> clock);
     ~TimerTrigger() override;
 
@@ -35,7 +35,7 @@ public:
     void stop() override;
     [[nodiscard]] Heartbeats heartbeats() const override { return {&heartbeat_}; }
 
-    /// Slots that passed without a trigger since start(). Any thread.
+    /// Slots without a trigger since start(). Thread-safe.
     [[nodiscard]] std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
 private:

@@ -53,7 +53,7 @@ bool TriggerGate::offer(const Trigger& trigger, std::size_t input) noexcept {
     }
     count_lost(trigger, input);
     edges_.fetch_add(1, std::memory_order_relaxed);
-    // An edge behind a latched one does not overtake it.
+    // An edge must not overtake a latched one.
     const bool alone = latch_.load(std::memory_order_acquire) == latch_empty;
     if (alone && trigger.edge.ns >= not_before_ns_.load(std::memory_order_relaxed) && try_take(trigger, 0))
         return true;
@@ -103,7 +103,7 @@ bool TriggerGate::refuse(const Trigger& trigger) noexcept {
     }
     latched_trigger_ = trigger;
     latch_.exchange(latch_full);
-    // The consumer may have become free, or the gate closed, before they could see this one.
+    // Check again: the consumer may have become free, or the gate closed, before the latch was visible.
     promote_latched();
     if ((state_.load() & open_bit) == 0) return !discard_latched();
     return true;
@@ -115,7 +115,7 @@ void TriggerGate::promote_latched() noexcept {
     if (!state_.compare_exchange_strong(expected, phase_writing | open_bit, std::memory_order_acq_rel))
         return;
     std::uint32_t full = latch_full;
-    // Between the two looks another thread may have promoted or discarded it.
+    // Another thread may have promoted or discarded the latched trigger since the check above.
     if (latch_.compare_exchange_strong(full, latch_writing, std::memory_order_acq_rel)) {
         slot_ = latched_trigger_;
         held_ns_ = std::max<std::int64_t>(0, not_before_ns_.load(std::memory_order_relaxed) -
@@ -130,7 +130,7 @@ void TriggerGate::promote_latched() noexcept {
 }
 
 bool TriggerGate::discard_latched() noexcept {
-    // Held while its edge is read: the next one must not be written over it.
+    // Hold the latch while its edge is read, so that no other edge overwrites it.
     std::uint32_t full = latch_full;
     if (!latch_.compare_exchange_strong(full, latch_writing)) return false;
     const Time edge = latched_trigger_.edge;

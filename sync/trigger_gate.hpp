@@ -15,23 +15,24 @@ namespace obscura::sync {
 class MissedListener {
 public:
     virtual ~MissedListener() = default;
-    /// An edge at `edge` was missed, or some were lost before the one at `edge`.
+    /// An edge at `edge` was missed, or edges before the one at `edge` were lost.
     virtual void on_missed(Time edge) noexcept = 0;
 };
 
-/// edges + lost == taken + missed + masked, but for an edge that waits latched; `ignored` stands apart.
+/// Counters of a gate. edges + lost == taken + missed + masked, except while an edge is latched; `ignored` is
+/// not part of the sum.
 struct GateCounters {
-    std::uint64_t edges = 0;   ///< offered while open and from the chosen input
-    std::uint64_t lost = 0;    ///< gaps in an input's ids while it was the chosen one
-    std::uint64_t taken = 0;   ///< became work for the consumer
-    std::uint64_t missed = 0;  ///< lost ones, and those that came too soon
-    std::uint64_t masked = 0;  ///< came too soon under OverTrigger::ignore
-    std::uint64_t latched = 0; ///< of the taken: had to wait
+    std::uint64_t edges = 0;   ///< offered by the selected input while the gate was open
+    std::uint64_t lost = 0;    ///< gaps in the ids of an input while it was selected
+    std::uint64_t taken = 0;   ///< accepted and handed to the consumer
+    std::uint64_t missed = 0;  ///< lost edges, and edges that came too early
+    std::uint64_t masked = 0;  ///< edges that came too early under OverTrigger::ignore
+    std::uint64_t latched = 0; ///< taken edges that had to wait
     std::uint64_t ignored = 0; ///< offered while closed or from another input
 };
 
-/// A hand-over of triggers from any number of source threads to one consumer thread, with room for one.
-/// offer() never blocks, allocates or locks. One control thread opens, closes and selects.
+/// Hand-over slot for one trigger between any number of source threads and one consumer thread. offer() is
+/// thread-safe and real-time safe. One control thread opens, closes and selects.
 class TriggerGate {
 public:
     static constexpr std::size_t input_count = 12;
@@ -40,27 +41,28 @@ public:
 
     // Control side.
 
-    /// Before the first open(); `listener` must outlive the gate's use.
+    /// Call before the first open(); `listener` must outlive the gate's use.
     void set_missed_listener(MissedListener* listener) noexcept { listener_ = listener; }
-    /// From now on.
+    /// Sets the policy for later edges.
     void set_policy(OverTrigger policy) noexcept { policy_.store(policy, std::memory_order_relaxed); }
-    /// Lets edges of the selected input through. Waits until an edge taken before is no longer new.
+    /// Opens the gate for edges of the selected input. Waits until the consumer has started an edge taken
+    /// before.
     void open() noexcept;
-    /// After the return no edge is taken; a latched one is missed. Also waits until the consumer has started
-    /// what was taken and, with `and_finished`, until it has finished.
+    /// Closes the gate. After the return no edge is taken; a latched edge counts as missed. Waits until the
+    /// consumer has started the taken trigger and, with `and_finished`, until it has finished.
     void close(bool and_finished) noexcept;
     void select(std::size_t input) noexcept;
-    /// Makes wait() return false for ever.
+    /// Makes all later wait() return false.
     void quit() noexcept;
 
     [[nodiscard]] bool is_open() const noexcept;
-    /// Open, and the next edge would be taken if its time is right.
+    /// Whether the gate is open and the consumer free: the next edge is taken unless it comes too early.
     [[nodiscard]] bool ready() const noexcept;
     /// Whether a trigger with its edge at `t` would be taken now.
     [[nodiscard]] bool ready_for(Time t) const noexcept;
-    /// Number of the input that is listened to.
+    /// Number of the selected input.
     [[nodiscard]] std::size_t selected() const noexcept { return selected_.load(std::memory_order_relaxed); }
-    /// Edges before this are too soon; long ago when none is.
+    /// Edges before this instant come too early; far in the past when there is no such limit.
     [[nodiscard]] Time not_before() const noexcept {
         return Time{not_before_ns_.load(std::memory_order_relaxed)};
     }
@@ -69,27 +71,28 @@ public:
 
     // Source side.
 
-    /// True when the edge was taken or latched.
+    /// Offers an edge. Returns true when it was taken or latched.
     bool offer(const Trigger& trigger, std::size_t input) noexcept;
 
-    /// Counts an edge as missed that the caller knows to come too soon; only while open.
+    /// Counts an edge that the caller knows to come too early as missed; only while the gate is open.
     void miss(const Trigger& trigger) noexcept;
 
     // Consumer side, in this order: wait(), current(), perhaps end_acquisition(), started() or not,
     // finished().
 
-    /// Blocks until there is a trigger; false after quit().
+    /// Blocks until a trigger is taken; returns false after quit().
     bool wait() noexcept;
-    /// Without blocking: whether a trigger is there now.
+    /// Whether a trigger is taken and not started; does not block.
     [[nodiscard]] bool pending() const noexcept;
     [[nodiscard]] const Trigger& current() const noexcept { return slot_; }
-    /// How long after its edge the current trigger can take effect, because it was latched; else 0.
+    /// Delay from the edge of the current trigger until it can take effect, if it was latched; else 0.
     [[nodiscard]] std::int64_t held_ns() const noexcept { return held_ns_; }
-    /// The gate closes by itself after the current trigger.
+    /// Makes the gate close after the current trigger.
     void close_after_this() noexcept;
-    /// Work on the current trigger has begun; edges before `not_before` are too soon from now on.
+    /// Reports that work on the current trigger has begun; edges before `not_before` come too early from now
+    /// on.
     void started(Time not_before) noexcept;
-    /// The consumer is free again.
+    /// Reports that the consumer is free again.
     void finished() noexcept;
 
 private:

@@ -44,7 +44,7 @@ public:
     }
 
 private:
-    // The next trigger in the queue; other datagrams before it are dropped.
+    // Find the next trigger in the queue; drop other datagrams before it.
     bool receive(Edge& edge) noexcept {
         for (;;) {
             std::array<std::uint8_t, 64> bytes;
@@ -95,7 +95,7 @@ bool decode(std::span<const std::uint8_t> bytes, UdpTriggerMessage& message) noe
     std::uint64_t tai = 0;
     for (std::size_t i = 8; i < 16; ++i)
         tai = tai << 8 | bytes[i];
-    // Stamps up to the year 2116: what is beyond is no time, and sums with it could overflow.
+    // Accept time stamps up to the year 2116: later ones are invalid, and sums with them could overflow.
     if (tai >= std::uint64_t{1} << 62) return false;
     message = {sequence, static_cast<std::int64_t>(tai)};
     return true;

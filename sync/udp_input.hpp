@@ -24,14 +24,14 @@ struct UdpTriggerMessage {
 };
 constexpr std::size_t udp_trigger_bytes = 16;
 
-/// False when the bytes are no such message.
+/// Decodes a datagram. Returns false when the bytes are not a trigger message.
 [[nodiscard]] bool decode(std::span<const std::uint8_t> bytes, UdpTriggerMessage& message) noexcept;
 [[nodiscard]] std::array<std::uint8_t, udp_trigger_bytes> encode(const UdpTriggerMessage& message) noexcept;
 
-/// "127.0.0.1:5002" as a socket address. Throws std::invalid_argument.
+/// Parses an address such as "127.0.0.1:5002". Throws std::invalid_argument.
 [[nodiscard]] sockaddr_in parse_udp_address(const std::string& text);
 
-/// Binds to `address`. Other datagrams than triggers are dropped. Throws ConfigError for text that is no
+/// Binds to `address`. Datagrams that are not triggers are dropped. Throws ConfigError for an invalid
 /// address, else HardwareError; both name the key `listen` of `table`.
 [[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address);
 

@@ -8,7 +8,7 @@
 
 namespace obscura::sync {
 
-/// Makes an EdgeTrigger at a GPIO line.
+/// Makes an EdgeTrigger on a GPIO line.
 class GpioKind final : public SourceKindOf<GpioKind> {
 public:
     static constexpr SourceTraits description{.name = "gpio", .help = "edges of a GPIO line"};

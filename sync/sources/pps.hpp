@@ -1,4 +1,4 @@
-// Trigger source "pps": schedule in step with a pulse-per-second device.
+// Trigger source "pps": schedule synchronised to a pulse-per-second device.
 #pragma once
 
 #include "sync/source_kind.hpp"

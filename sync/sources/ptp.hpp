@@ -7,7 +7,7 @@
 
 namespace obscura::sync {
 
-/// Makes an EdgeTrigger at an EXTTS channel.
+/// Makes an EdgeTrigger on an EXTTS channel.
 class PtpKind final : public SourceKindOf<PtpKind> {
 public:
     static constexpr SourceTraits description{

@@ -27,7 +27,7 @@ std::unique_ptr<TriggerSource> PtpTimerKind::make(const TriggerLineSettings& lin
     PtpTimerSettings settings;
     settings.rate = line.rate();
     settings.phase_ns = line.phase_ns();
-    settings.start = parse_start(start); // nothing for an empty one
+    settings.start = parse_start(start); // no value for an empty key
     settings.thread = thread;
     const auto open = [table = line.table(), device = line.device_node()] {
         return open_ptp_clock(table, device);

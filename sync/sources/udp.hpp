@@ -7,7 +7,7 @@
 
 namespace obscura::sync {
 
-/// Makes an EdgeTrigger at a UDP socket.
+/// Makes an EdgeTrigger on a UDP socket.
 class UdpKind final : public SourceKindOf<UdpKind> {
 public:
     static constexpr SourceTraits description{.name = "udp", .help = "trigger datagrams"};
