@@ -137,8 +137,7 @@ TEST_CASE("levels are for lines that tell of both edges, and not for every trigg
     CameraLimits rising = bench.camera.limits();
     rising.lines = {LineEdges{.rising = true}};
     s.exposure_auto = ExposureAuto::off;
-    CHECK(explain_invalid(s, rising) ==
-          "ExposureMode TriggerWidth: no line's source reports both edges");
+    CHECK(explain_invalid(s, rising) == "ExposureMode TriggerWidth: no line's source reports both edges");
 }
 
 TEST_CASE("the width of the trigger's pulse is the exposure") {
