@@ -167,8 +167,7 @@ HWY_INLINE MF accept(VF mean, VF u, VF v, VF& k) {
 template<class Visit>
 HWY_INLINE void each_lane(MF mask, Visit visit) {
     const F f;
-    // (Compress would do, but the compiler at hand copies its table of permutations to the stack at each
-    // use.)
+    // Not by Compress: GCC 12 copies its table of permutations to the stack at each use.
     alignas(8) std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(f, mask, bytes);
     std::uint64_t bits = 0;
