@@ -71,10 +71,9 @@ public:
             0, 1e6);
         line.number("--frames", &frames_, "N", "Number of frames of a sequence", 1, 1e6);
         line.number("--step", &step_s_, "S", "Scene time between consecutive frames in seconds", -1e9, 1e9);
-        line.flag(
-            "--trajectory", trajectory_,
-            "Render one frame at each time stamp of the camera's trajectory; replaces --frames, --time and "
-            "--step");
+        line.flag("--trajectory", trajectory_,
+                  "Render one frame at each time stamp of the camera's trajectory; excludes --frames and "
+                  "replaces --time and --step");
         line.flag("--resume", resume_, "Skip frames whose file exists already");
         line.number("--time-budget", &budget_s_, "S",
                     "Render each frame repeatedly for about this many seconds and average the passes (0: one "
