@@ -14,9 +14,10 @@
 namespace obscura::transports {
 namespace {
 
-constexpr double seen_fraction = 0.15; // of the usual contrast; below, a camera pixel does not see the screen
-constexpr double stripe_contrast = 0.35;  // below, stripes are not resolved
-constexpr std::size_t largest_spot = 400; // camera pixels; anything larger is dust or a shadow
+// Fraction of the usual contrast below which a camera pixel does not see the screen.
+constexpr double seen_fraction = 0.15;
+constexpr double stripe_contrast = 0.35;  // stripes of lower contrast count as not resolved
+constexpr std::size_t largest_spot = 400; // camera pixels; a larger spot is dust or a shadow
 
 using Image = std::vector<float>;
 
@@ -35,18 +36,18 @@ double percentile(std::vector<float> values, double share) {
     return *at;
 }
 
-/// A polynomial in two variables of total degree 1, 3 or 5 over a box, least squares.
+/// Least-squares polynomial in two variables of total degree 1, 3 or 5 over a box.
 class Surface {
 public:
     Surface(double x0, double y0, double x1, double y1)
         : x0_(x0), y0_(y0), sx_(2 / std::max(x1 - x0, 1.0)), sy_(2 / std::max(y1 - y0, 1.0)) {}
-    /// False when the points do not determine it.
+    /// Returns false if the points do not determine the polynomial.
     bool fit(const std::vector<PixelPoint>& at, const std::vector<double>& values) {
         if (at.size() >= 60 && fit_degree<21>(at, values)) return true;
         if (at.size() >= 24 && fit_degree<10>(at, values)) return true;
         return at.size() >= 6 && fit_degree<3>(at, values);
     }
-    /// Outside of the box the value at its edge, because a polynomial goes anywhere there.
+    /// Value at `p`; outside of the box the value at its edge, because extrapolation diverges.
     [[nodiscard]] double operator()(PixelPoint p) const {
         const std::array<double, 21> terms = basis(p);
         double sum = 0;
@@ -152,7 +153,7 @@ private:
             fail(fmt::format("capture 'white': {:.1f} % of the pixels are saturated, expose for less",
                              100.0 * static_cast<double>(saturated) / static_cast<double>(n)));
         usual_ = percentile(contrast_, 0.95);
-        // What neighbouring pixels differ by in the dark is noise.
+        // Estimate the noise from the differences of neighbouring pixels in the dark.
         std::vector<float> steps;
         for (std::size_t i = 1; i < n; i += 3)
             steps.push_back(std::abs(black[i] - black[i - 1]));
@@ -174,7 +175,8 @@ private:
                              report_.seen_percent));
     }
 
-    /// Screen coordinate of every camera pixel that sees the screen; returns the width of the finest stripes.
+    /// Decodes the screen coordinate of every camera pixel that sees the screen. Returns the width of the
+    /// finest stripes resolved.
     int decode(const char* what, int bits, std::int32_t side, Image& position) {
         const std::size_t n = contrast_.size();
         std::vector<std::uint32_t> code(n, 0);
@@ -228,7 +230,7 @@ private:
                 const PixelPoint p = rough_(all_from[i]);
                 miss.push_back(static_cast<float>(std::hypot(p.x - all_to[i].x, p.y - all_to[i].y)));
             }
-            // A few pixels are decoded wrongly, and then far off.
+            // Reject outliers: a wrongly decoded pixel is far off.
             limit_ = std::max(2.0, 4 * median(miss));
             from.clear();
             to.clear();
@@ -288,7 +290,7 @@ private:
                              dot_screen_.size(), columns * rows));
     }
 
-    /// Centre of light of a dot near `centre`; false when what is there is no dot.
+    /// Centroid of the light of a dot near `centre`; returns false if there is no dot.
     [[nodiscard]] bool centroid(const Image& dots, const Image& black, double scale,
                                 PixelPoint& centre) const {
         const double radius = sequence_.dot_radius() * scale;
@@ -307,7 +309,7 @@ private:
                     const std::size_t i = at(px, py);
                     if (seen_[i] == 0) return false; // at the rim of the screen
                     const double dx = px - centre.x, dy = py - centre.y;
-                    // A soft edge, so that the window does not favour a side by its own pixels.
+                    // Use a soft edge, so that the pixel raster of the window does not bias the centroid.
                     const double inside = std::clamp(reach - std::hypot(dx, dy) + 0.5, 0.0, 1.0);
                     const double weight =
                         inside * std::max(0.0, static_cast<double>(dots[i] - black[i]) / contrast_[i] - 0.05);
@@ -371,7 +373,8 @@ private:
         }
         report_.dots_used = static_cast<int>(dot_screen_.size());
 
-        // Nodes at the dots and one or two more on each side; where no dot was seen the surface stands in.
+        // Place nodes at the dots and one or two more on each side; nodes without a dot take the value of the
+        // polynomial surface.
         DistortionGrid& g = table_.map.distortion;
         g.columns = sequence_.dot_columns() + 3;
         g.rows = sequence_.dot_rows() + 3;
@@ -385,8 +388,8 @@ private:
                 g.dv.push_back(static_cast<float>(dv(p)));
             }
         }
-        // What the surface does not follow is kept, averaged over neighbouring dots: optics are smooth, the
-        // error of a single dot is not.
+        // Add the residual of the dots, averaged over neighbouring dots: optics are smooth, the error of a
+        // single dot is not.
         const int columns = sequence_.dot_columns(), rows = sequence_.dot_rows();
         std::vector<PixelPoint> left(static_cast<std::size_t>(columns * rows));
         std::vector<std::uint8_t> known(left.size(), 0);
@@ -452,7 +455,7 @@ private:
             table_.curve.push_back({static_cast<double>(pattern.level), luminance});
             weight.push_back(1);
         }
-        // Noise may make the curve fall a little: the nearest one that does not (pool adjacent violators).
+        // Make the curve monotone, because noise may make it fall a little (pool adjacent violators).
         std::vector<CurvePoint> pooled;
         std::vector<std::size_t> size;
         for (const CurvePoint& p : table_.curve) {
@@ -488,8 +491,8 @@ private:
         g.step = step;
         g.columns = sequence_.width() / step + 2;
         g.rows = sequence_.height() / step + 2;
-        // A plane through the neighbourhood of each node, weighted by the distance: exact at its own place
-        // even where all the data lie on one side.
+        // Fit a plane to the neighbourhood of each node, weighted by distance: unbiased at the node even if
+        // all data lie on one side.
         std::vector<NormalEquations<3>> planes(static_cast<std::size_t>(g.columns * g.rows));
         std::vector<int> count(planes.size(), 0);
         const double margin = std::max(2.0, 2 / report_.camera_per_screen);
@@ -519,7 +522,7 @@ private:
         }
         if (!(brightest > 0))
             fail("the uniformity of the screen cannot be measured: too few camera pixels see it");
-        // Places out of view take the mean of their neighbours, from the rim of the view outwards.
+        // Fill nodes out of view with the mean of their neighbours, from the rim of the view outwards.
         for (bool holes = true; holes;) {
             holes = false;
             const auto before = g.values;
@@ -557,7 +560,7 @@ private:
         const Image& black = need("black");
         const double margin = std::max(2.0, 2 / report_.camera_per_screen);
         Image missing(white.size(), 0), excess(white.size(), 0);
-        // Without a dark capture the usual value of the black one stands in for it.
+        // Without a dark capture use the typical value of the black one instead.
         const bool has_dark = capture_("dark") != nullptr;
         const auto usual_dark = static_cast<float>(has_dark ? 0 : median(black));
         const auto dark = [&](std::size_t i) { return has_dark ? dark_[i] : usual_dark; };
@@ -586,7 +589,7 @@ private:
         table_.dead.erase(std::unique(table_.dead.begin(), table_.dead.end()), table_.dead.end());
     }
 
-    /// Spots in which about one screen pixel's light, or more, is too little or too much.
+    /// Finds spots whose light is too low or too high by about one screen pixel's light or more.
     void collect(const Image& off) {
         std::vector<float> size;
         for (std::size_t i = 0; i < off.size(); i += 3)
@@ -620,7 +623,7 @@ private:
             const auto y = static_cast<std::int32_t>(i / static_cast<std::size_t>(width_));
             x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
         }
-        // The faint rim belongs to it too.
+        // Include the faint rim of the spot.
         x0 = std::max(0, x0 - 1), y0 = std::max(0, y0 - 1);
         x1 = std::min(width_ - 1, x1 + 1), y1 = std::min(height_ - 1, y1 + 1);
         double sum = 0, x = 0, y = 0;
@@ -633,7 +636,7 @@ private:
             }
         if (!(sum > 0)) return;
         const PixelPoint centre = table_.map.inverse({x / sum, y / sum});
-        // Camera pixels that one screen pixel covers here.
+        // Compute the number of camera pixels that one screen pixel covers here.
         const PixelPoint c0 = table_.map(centre), cx1 = table_.map({centre.x + 1, centre.y}),
                          cy1 = table_.map({centre.x, centre.y + 1});
         const double area = std::abs((cx1.x - c0.x) * (cy1.y - c0.y) - (cx1.y - c0.y) * (cy1.x - c0.x));
@@ -648,7 +651,7 @@ private:
             if (on_screen(sx, sy)) table_.dead.push_back({sx, sy});
             return;
         }
-        // Several side by side: as many as light is off for, where most of it is.
+        // Mark adjacent dead pixels: as many as the light deviation amounts to, where it is largest.
         struct Candidate {
             float off;
             ScreenPixel pixel;

@@ -38,7 +38,7 @@ class TableWriter {
 public:
     explicit TableWriter(const std::filesystem::path& file) : name_(file.string()) {
         fitsfile* raw = nullptr;
-        // Not fits_create_file(), to which brackets in a name mean something.
+        // fits_create_file() would interpret brackets in the name.
         fits_create_diskfile(&raw, name_.c_str(), &status_);
         check();
         file_.reset(raw);
@@ -89,7 +89,7 @@ public:
     [[noreturn]] void fail(const std::string& why) const {
         throw InputError(fmt::format("{}: {}", name_, why));
     }
-    /// A key of the extension read last (the primary at first).
+    /// Number key of the extension read last (initially the primary).
     double key(const char* keyword, double low, double high) {
         double value = 0;
         int status = 0;
@@ -105,7 +105,7 @@ public:
             fail(fmt::format("key {} is {}, allowed: whole numbers", keyword, value));
         return static_cast<int>(value);
     }
-    /// False when there is no such extension. At most `most` numbers, all finite.
+    /// Reads an extension of at most `most` numbers, all finite. Returns false if it is missing.
     bool image(const char* extension, std::size_t dimensions, std::size_t most, Image& image) {
         int status = 0;
         fits_movnam_hdu(file_.get(), IMAGE_HDU, const_cast<char*>(extension), 0, &status);
@@ -167,7 +167,7 @@ double UniformityGrid::operator()(PixelPoint p) const {
 
 void write_calibration(const std::filesystem::path& file, const CalibrationTable& t) {
     images::PendingFile pending(file);
-    std::filesystem::remove(pending.path()); // cfitsio wants to make the file itself
+    std::filesystem::remove(pending.path()); // cfitsio must create the file itself
     TableWriter out(pending.path());
     out.key("SCREENW", t.screen_width, "[pixel] width of the screen");
     out.key("SCREENH", t.screen_height, "[pixel] height of the screen");

@@ -1,4 +1,4 @@
-// What a calibration learnt about one screen in front of one camera, and the file it is kept in.
+// Calibration table of one screen in front of one camera, and its FITS file.
 #pragma once
 
 #include "transports/stimulator/radiometric_curve.hpp"
@@ -11,9 +11,9 @@
 
 namespace obscura::transports {
 
-/// How strongly the camera sees each place of the screen, relative to the strongest: the screen's own
-/// unevenness and the vignetting between. Nodes of a regular grid, bilinear between, constant outside. Empty:
-/// 1 everywhere.
+/// Relative response of the camera to each point of the screen, the maximum being 1: non-uniformity of the
+/// screen times vignetting. Nodes of a regular grid, bilinear between them, constant outside. Empty: 1
+/// everywhere.
 struct UniformityGrid {
     int columns = 0, rows = 0;
     double x0 = 0, y0 = 0, step = 1; ///< as in DistortionGrid
@@ -22,13 +22,13 @@ struct UniformityGrid {
     [[nodiscard]] double operator()(PixelPoint p) const;
 };
 
-/// Whole coordinates of a pixel of the screen.
+/// Integer coordinates of a screen pixel.
 struct ScreenPixel {
     std::int32_t x = 0, y = 0;
     bool operator==(const ScreenPixel&) const = default;
 };
 
-/// Everything the optical stage needs to know of a bench.
+/// Geometric and radiometric calibration used by the optical stage.
 struct CalibrationTable {
     std::int32_t screen_width = 0, screen_height = 0;
     std::int32_t camera_width = 0, camera_height = 0;
@@ -36,17 +36,17 @@ struct CalibrationTable {
     ScreenMap map;
     std::vector<CurvePoint> curve; ///< empty: linear
     UniformityGrid uniformity;
-    std::vector<ScreenPixel> dead; ///< pixels that do not follow their drive level
-    double residual_px = 0;        ///< RMS of the dots about the map, camera pixels: for the reader
+    std::vector<ScreenPixel> dead; ///< pixels whose light does not follow their drive level
+    double residual_px = 0;        ///< RMS residual of the dots from the map, camera pixels; informative
 };
 
 /// Writes `table` as FITS: an empty primary with the sizes in its header and one extension each for
-/// HOMOGRAPHY, DISTORTION, CURVE, UNIFORMITY and DEAD, the last four only where there is something to say.
-/// Replaces the file in one step. Throws OutputError.
+/// HOMOGRAPHY, DISTORTION, CURVE, UNIFORMITY and DEAD; the last four are left out if empty. Replaces the file
+/// atomically. Throws OutputError.
 void write_calibration(const std::filesystem::path& file, const CalibrationTable& table);
 
-/// Reads what write_calibration() wrote. The file may come from anywhere: sizes, ranges and finiteness are
-/// checked. Throws InputError with one line.
+/// Reads a file of write_calibration(). The file is untrusted: sizes, ranges and finiteness are checked.
+/// Throws InputError with a one-line message.
 [[nodiscard]] CalibrationTable read_calibration(const std::filesystem::path& file);
 
 } // namespace obscura::transports

@@ -100,7 +100,7 @@ DisplayLink::DisplayLink(UsbDevice& device, const DisplayWish& wish) : device_(d
     require(set(Request::set_state_commit, 0, {}, "mode change"), "mode change");
     require(set(Request::set_display_enable, 0, on, "display"), "turning the display on");
 
-    has_frame_status_ = true; // until the device says no
+    has_frame_status_ = true; // assumed until the device refuses it
     has_frame_status_ = frame_status().has_value();
 }
 
@@ -153,7 +153,7 @@ void DisplayLink::choose_mode(const DisplayWish& wish) {
                                m.refresh_hz());
         if ((wish.width > 0 && m.hdisplay != wish.width) || (wish.height > 0 && m.vdisplay != wish.height))
             continue;
-        // The nearest refresh rate; without a wish for one, the preferred mode, else the first.
+        // Choose the nearest refresh rate; if none is requested, the preferred mode, else the first.
         const double miss =
             wish.refresh_hz > 0 ? std::abs(m.refresh_hz() - wish.refresh_hz) : (m.preferred() ? 0 : 1);
         if (best == nullptr || miss < best_miss) {
@@ -223,7 +223,7 @@ std::optional<gud::FrameStatus> DisplayLink::frame_status() {
     if (result.ok() &&
         gud::decode(std::span(bytes).first(std::min(result.count, bytes.size())), answer).empty())
         return answer;
-    // A plain GUD device stalls; its status is fetched so that the next request starts clean.
+    // A plain GUD device stalls this request: fetch its status, so that the next request starts clean.
     if (result.status == UsbStatus::stall) (void)status();
     has_frame_status_ = false;
     return std::nullopt;

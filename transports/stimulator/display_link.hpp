@@ -1,4 +1,4 @@
-// A session with one GUD display: bring-up, updates and status, over the USB seam.
+// Host side of a GUD display session: set-up, updates and status over USB.
 #pragma once
 
 #include "core/region.hpp"
@@ -12,7 +12,7 @@
 
 namespace obscura::transports {
 
-/// What is wanted of a display; zero or empty leaves the choice to the device.
+/// Requested mode and format of a display; zero or empty leaves the choice to the device.
 struct DisplayWish {
     std::int32_t width = 0, height = 0;
     double refresh_hz = 0;
@@ -20,19 +20,19 @@ struct DisplayWish {
     std::uint8_t connector = 0;
 };
 
-/// Where an update of the display stands.
+/// One update of the display: a rectangle and its pixels.
 struct DisplayUpdate {
     Region rect;
     std::span<const std::uint8_t> bytes; ///< pixels of `rect` row by row, or their LZ4 block
     bool compressed = false;
 };
 
-/// Host side of GUD. The display is on from construction to turn_off(). One thread.
+/// Host side of GUD. The display is on from construction to turn_off(). Thread-bound.
 class DisplayLink {
 public:
-    /// Asks the device what it is, chooses mode and format, sets them and turns the display on, in the order
-    /// the kernel's driver does. Throws HardwareError with one line that says what the device answered and
-    /// what would have been allowed. `device` must outlive the link.
+    /// Reads the descriptors, chooses mode and format, sets them and turns the display on, in the order of
+    /// the kernel's driver. Throws HardwareError with one line: the device's answer and what is allowed.
+    /// `device` must outlive the link.
     DisplayLink(UsbDevice& device, const DisplayWish& wish);
 
     [[nodiscard]] const gud::Mode& mode() const { return mode_; }
@@ -54,17 +54,17 @@ public:
     /// Sends an update through `slot`, which must be free, as must be the other one unless the device takes
     /// whole frames only: a buffer request may not overtake the bytes of the one before.
     [[nodiscard]] UsbStatus send(std::size_t slot, const DisplayUpdate& update);
-    /// After a failed transfer: ends a halt of the endpoint and, for devices that take whole frames, makes
-    /// the next send() say so with a buffer request first, which is how GUD finds its place again.
+    /// Recovers from a failed transfer: clears a halt of the endpoint and, for devices that take whole
+    /// frames, makes the next send() begin with a buffer request, by which GUD synchronises again.
     void resynchronise();
-    /// Whether the device still answers.
+    /// True while the device answers.
     [[nodiscard]] bool alive();
-    /// Obscura's extension; nothing when the device has it not or answered nonsense, which is the last time
-    /// it is asked.
+    /// Requests Obscura's frame status extension; nullopt if the device lacks it or its answer is invalid,
+    /// after which it is not requested again.
     [[nodiscard]] std::optional<gud::FrameStatus> frame_status();
-    /// Turns the display off, as far as the device still listens.
+    /// Turns the display off if the device still answers.
     void turn_off() noexcept;
-    /// What the device refused last: "set_buffer: invalid parameter".
+    /// Request that the device refused last, with the reason: "set_buffer: invalid parameter".
     [[nodiscard]] const std::string& last_refusal() const { return refusal_; }
 
 private:

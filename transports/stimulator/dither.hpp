@@ -1,4 +1,5 @@
-// Turning drive levels with a fraction into whole ones so that the average stays right.
+// Ordered dithering of fractional drive levels, spatial (Bayer matrix) and temporal (van der Corput
+// sequence).
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -8,8 +9,8 @@
 
 namespace obscura::transports {
 
-/// Over what the fraction of a level is averaged: nothing (levels are rounded), a 16x16 block of pixels, 256
-/// successive frames, or both.
+/// Domain over which the fraction of a level is averaged: none (levels are rounded), a block of 16x16 pixels,
+/// 256 successive frames, or both.
 enum class Dither : std::uint8_t { none, spatial, temporal, both };
 /// Names in the configuration.
 constexpr auto enum_names(Dither /*type*/) {
@@ -18,7 +19,7 @@ constexpr auto enum_names(Dither /*type*/) {
 }
 
 /// Position of pixel (x, y) in the 16x16 ordered-dither matrix, 0..255 (Bayer 1973): each value occurs once
-/// in a block and successive values lie far apart.
+/// in a block and successive values are far apart.
 [[nodiscard]] constexpr unsigned bayer16(unsigned x, unsigned y) {
     unsigned value = 0;
     for (unsigned bit = 0; bit < 4; ++bit) {
@@ -28,8 +29,8 @@ constexpr auto enum_names(Dither /*type*/) {
     return value;
 }
 
-/// The 8 low bits of a frame number in reverse order: the van der Corput sequence, so that any 2^k successive
-/// frames that begin at a multiple of 2^k are spread evenly over the thresholds.
+/// The 8 low bits of a frame number in reverse order: the van der Corput sequence. Any 2^k successive frames
+/// that begin at a multiple of 2^k are spread evenly over the thresholds.
 [[nodiscard]] constexpr unsigned reversed8(std::uint64_t frame) {
     unsigned value = 0;
     for (unsigned bit = 0; bit < 8; ++bit)
@@ -37,9 +38,8 @@ constexpr auto enum_names(Dither /*type*/) {
     return value;
 }
 
-/// The threshold, in 1/256 level, that is added to the level before it is cut to a whole number. For `both`
-/// every pixel passes through all 256 thresholds in 256 frames and every 16x16 block holds all of them in one
-/// frame.
+/// Threshold, 0..1 in steps of 1/256 level, added to the level before truncation. For `both` every pixel
+/// passes through all 256 thresholds in 256 frames, and every 16x16 block holds all of them in one frame.
 [[nodiscard]] constexpr float dither_threshold(Dither dither, unsigned x, unsigned y, std::uint64_t frame) {
     unsigned step = 0;
     switch (dither) {

@@ -37,7 +37,7 @@ void pack_levels(gud::Format format, GreyCoding coding, std::span<const std::uin
             pixel = {byte(level), byte(level), byte(level), 0};
             break;
         case GreyCoding::sum:
-            // Green, in the middle of the pixel, takes the first odd level.
+            // Green, in the middle of the pixel, takes the first remaining level.
             pixel = {byte(level / 3), byte((level + 2) / 3), byte((level + 1) / 3), 0};
             break;
         case GreyCoding::high_low:

@@ -1,4 +1,4 @@
-// How a grey level becomes the bytes of a display pixel.
+// Grey coding: packing of grey levels into display pixels.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -10,11 +10,11 @@
 
 namespace obscura::transports {
 
-/// What the three channels of a colour format carry. Monochrome panels for instruments are driven in one of
-/// these ways; R8 has one channel and knows `equal` only.
+/// Use of the three channels of a colour format. Monochrome panels for instruments are driven in one of these
+/// ways; R8 has one channel and supports `equal` only.
 enum class GreyCoding : std::uint8_t {
-    equal,    ///< all channels alike: 256 levels
-    sum,      ///< the channels are sub-pixels whose light adds up: 766 levels, spread evenly over them
+    equal,    ///< all channels equal: 256 levels
+    sum,      ///< channels are sub-pixels whose light adds up: 766 levels, spread evenly over them
     high_low, ///< red carries the high byte, green the low byte, blue 0: 65536 levels
 };
 /// Names in configurations and on command lines.
@@ -23,12 +23,12 @@ constexpr auto enum_names(GreyCoding /*type*/) {
                       EnumName{GreyCoding::high_low, "high_low"}};
 }
 
-/// Number of grey levels that `format` shows under `coding`; 0 when the two do not go together.
+/// Number of grey levels that `format` shows under `coding`; 0 if the format does not support the coding.
 [[nodiscard]] int grey_levels(gud::Format format, GreyCoding coding);
 
-/// Packs levels (each below grey_levels()) as the wire wants them: DRM formats are little endian words, so
-/// that the bytes of RGB888 run blue, green, red, and XRGB8888 has a fourth, unused one. `out` has
-/// bytes_per_pixel() bytes a level.
+/// Packs levels (each below grey_levels()) in wire format: DRM formats are little endian words, so the byte
+/// order of RGB888 is blue, green, red, and XRGB8888 has a fourth, unused byte. `out` has bytes_per_pixel()
+/// bytes per level.
 void pack_levels(gud::Format format, GreyCoding coding, std::span<const std::uint16_t> levels,
                  std::span<std::uint8_t> out) noexcept;
 

@@ -10,7 +10,7 @@
 namespace obscura::transports::gud {
 namespace {
 
-/// Puts little-endian integers one behind the other.
+/// Encoder of consecutive little-endian integers.
 class Writer {
 public:
     explicit Writer(std::span<std::uint8_t> out) : out_(out) {}
@@ -28,7 +28,7 @@ private:
     std::size_t at_ = 0;
 };
 
-/// Takes little-endian integers; the caller has checked the length.
+/// Decoder of consecutive little-endian integers; the caller has checked the length.
 class Reader {
 public:
     explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -51,7 +51,7 @@ std::string explain_length(std::string_view what, std::size_t got, std::size_t w
     return got == wanted ? std::string() : fmt::format("{} has {} bytes instead of {}", what, got, wanted);
 }
 
-/// For lists of records of `record` bytes each.
+/// Checks the size of a list of records of `record` bytes each.
 std::string explain_list(std::string_view what, std::size_t got, std::size_t record, std::size_t most) {
     if (got % record != 0)
         return fmt::format("{} has {} bytes, which is no multiple of {}", what, got, record);
@@ -305,7 +305,7 @@ std::string decode(std::span<const std::uint8_t> bytes, std::uint32_t width, std
     if (auto why = explain_length("buffer request", bytes.size(), set_buffer_size); !why.empty()) return why;
     Reader in(bytes);
     in.get(b.x).get(b.y).get(b.width).get(b.height).get(b.length).get(b.compression).get(b.compressed_length);
-    // 64 bits, so that a rectangle near 2^32 does not wrap into the screen.
+    // Compute in 64 bits, so that a rectangle near 2^32 does not wrap around into the screen.
     if (b.width == 0 || b.height == 0 || std::uint64_t{b.x} + b.width > width ||
         std::uint64_t{b.y} + b.height > height)
         return fmt::format("buffer request for {}x{} pixels at {},{}, which is not on the {}x{} screen",

@@ -1,4 +1,4 @@
-// The wire format of GUD, the Generic USB Display protocol: plain data, encoders and checking decoders.
+// Wire format of GUD, the Generic USB Display protocol: plain data, encoders and validating decoders.
 #pragma once
 
 #include "core/region.hpp"
@@ -66,9 +66,9 @@ enum class Format : std::uint8_t {
     xrgb8888 = 0x80,
     argb8888 = 0x81,
 };
-/// Its name in GUD ("R8", "RGB888", ...); "0x.." for one that GUD does not know.
+/// Name in GUD ("R8", "RGB888", ...); "0x.." for a format that GUD does not define.
 [[nodiscard]] std::string to_string(Format format);
-/// Whole bytes of one pixel; 0 for formats smaller than a byte and unknown ones.
+/// Bytes of one pixel; 0 for formats smaller than a byte and unknown ones.
 [[nodiscard]] int bytes_per_pixel(Format format);
 
 enum DescriptorFlag : std::uint32_t {
@@ -76,7 +76,7 @@ enum DescriptorFlag : std::uint32_t {
     full_update = 1u << 1,   ///< the device takes whole frames only, without set_buffer
 };
 constexpr std::uint8_t compression_lz4 = 1u << 0;
-constexpr std::uint32_t max_dimension = 16384; ///< what this implementation is willing to believe
+constexpr std::uint32_t max_dimension = 16384; ///< largest width or height that this implementation accepts
 constexpr std::uint64_t max_frame_bytes = 64u << 20;
 
 /// get_descriptor, 30 bytes.
@@ -90,12 +90,12 @@ constexpr std::size_t descriptor_size = 30;
 [[nodiscard]] std::array<std::uint8_t, descriptor_size> encode(const Descriptor& descriptor);
 [[nodiscard]] std::string decode(std::span<const std::uint8_t> bytes, Descriptor& descriptor);
 
-/// One byte per format; unknown ones are kept (a device may be newer than we are), duplicates and an empty
-/// list are refused.
+/// One byte per format. Unknown formats are kept (a device may be newer than this code); duplicates and an
+/// empty list are refused.
 constexpr std::size_t max_formats = 32;
 [[nodiscard]] std::string decode_formats(std::span<const std::uint8_t> bytes, std::vector<Format>& formats);
 
-/// get_properties and get_connector_properties; ids nobody knows are legal.
+/// get_properties and get_connector_properties; unknown ids are legal.
 struct Property {
     std::uint16_t id = 0;
     std::uint64_t value = 0;
@@ -117,7 +117,7 @@ constexpr std::size_t max_connectors = 32;
 [[nodiscard]] std::string decode_connectors(std::span<const std::uint8_t> bytes,
                                             std::vector<Connector>& connectors);
 
-/// The low two bits of get_connector_status; bit 7 says that it changed.
+/// The low two bits of get_connector_status; bit 7 reports a change.
 enum class ConnectorStatus : std::uint8_t { disconnected = 0, connected = 1, unknown = 2 };
 [[nodiscard]] std::string decode_connector_status(std::span<const std::uint8_t> bytes,
                                                   ConnectorStatus& status);
@@ -131,20 +131,20 @@ struct Mode {
 
     bool operator==(const Mode&) const = default;
     [[nodiscard]] bool preferred() const { return (flags & (1u << 10)) != 0; }
-    /// Frames per second; 0 when the device does not say.
+    /// Refresh rate in Hz; 0 if the mode does not define it.
     [[nodiscard]] double refresh_hz() const;
 };
 constexpr std::size_t mode_size = 24;
 constexpr std::size_t max_modes = 128;
 [[nodiscard]] std::array<std::uint8_t, mode_size> encode(const Mode& mode);
-/// Modes without pixels or with blanking that runs backwards are refused; an empty list is legal.
+/// Modes without pixels or with negative blanking are refused; an empty list is legal.
 [[nodiscard]] std::string decode_modes(std::span<const std::uint8_t> bytes, std::vector<Mode>& modes);
 /// The detailed timings of an EDID base block, for devices that list no modes. VESA E-EDID A.2, section 3.10.
 /// An empty EDID gives no modes.
 constexpr std::size_t max_edid_size = 2048;
 [[nodiscard]] std::string decode_edid_modes(std::span<const std::uint8_t> bytes, std::vector<Mode>& modes);
 
-/// set_buffer: what the bulk transfer that follows contains. 25 bytes.
+/// set_buffer: content of the bulk transfer that follows. 25 bytes.
 struct SetBuffer {
     std::uint32_t x = 0, y = 0, width = 0, height = 0;
     std::uint32_t length = 0;            ///< bytes before compression
@@ -161,7 +161,7 @@ constexpr std::size_t set_buffer_size = 25;
 [[nodiscard]] std::string decode(std::span<const std::uint8_t> bytes, std::uint32_t width,
                                  std::uint32_t height, Format format, SetBuffer& buffer);
 
-/// set_state_check: the mode a host wants. 26 bytes and the properties.
+/// set_state_check: mode requested by the host. 26 bytes and the properties.
 struct State {
     Mode mode;
     Format format = Format::r8;
@@ -172,12 +172,12 @@ constexpr std::size_t state_size = 26;
 [[nodiscard]] std::string decode(std::span<const std::uint8_t> bytes, State& state,
                                  std::vector<Property>& properties);
 
-/// get_frame_status, 36 bytes: Obscura's extension. Times are the device's own clock in ns; `now_ns` is when
-/// the answer was made, so that a host can relate the clocks by the middle of the round trip.
+/// get_frame_status, 36 bytes: Obscura's extension. Times are by the device's clock in ns; `now_ns` is the
+/// time of the answer, so that a host can relate the clocks by the middle of the round trip.
 struct FrameStatus {
-    std::uint32_t received = 0; ///< updates that arrived completely
-    std::uint32_t shown = 0;    ///< updates that reached the screen
-    std::uint32_t errors = 0;   ///< updates that were refused or broken
+    std::uint32_t received = 0; ///< updates received completely
+    std::uint32_t shown = 0;    ///< updates shown on the screen
+    std::uint32_t errors = 0;   ///< updates refused or broken
     std::uint64_t last_received_ns = 0;
     std::uint64_t last_shown_ns = 0;
     std::uint64_t now_ns = 0;

@@ -16,9 +16,8 @@
 namespace obscura::transports {
 namespace {
 
-// Twice what Linux's own driver allows would hide a dead device for too long; it waits 5 s and 3 s. Recovery
-// within 2 s asks for less, and a screen that needs more than a second for a control request is of no use
-// here.
+// Time-outs below those of Linux's own GUD driver (5 s and 3 s), so that a failed device is recovered within
+// 2 s; a display that needs more than a second for a control request is unusable here.
 constexpr unsigned control_timeout_ms = 1000;
 constexpr unsigned bulk_timeout_ms = 1500;
 constexpr std::uint8_t vendor_in = 0xC1, vendor_out = 0x41; // vendor request to an interface
@@ -67,7 +66,7 @@ struct HandleCloser {
 };
 using Handle = std::unique_ptr<libusb_device_handle, HandleCloser>;
 
-/// The devices of a bus, each held for as long as the list is.
+/// List of the devices of a bus; holds a reference to each.
 class DeviceList {
 public:
     explicit DeviceList(libusb_context* context) : count_(libusb_get_device_list(context, &list_)) {}
@@ -89,8 +88,7 @@ struct Endpoint {
     std::uint8_t address = 0;
 };
 
-/// The first vendor-specific interface with a bulk OUT endpoint. Looked up rather than assumed: a device may
-/// number its endpoints as it likes.
+/// Finds the first vendor-specific interface with a bulk OUT endpoint, as devices number endpoints freely.
 bool find_endpoint(libusb_device* device, Endpoint& found) {
     libusb_config_descriptor* config = nullptr;
     if (libusb_get_active_config_descriptor(device, &config) < 0) return false;
@@ -143,8 +141,7 @@ public:
     ~LibusbDevice() override {
         for (std::size_t slot = 0; slot < slots; ++slot) {
             LibusbDevice::cancel(slot);
-            // A transfer the kernel never gave back must not be freed under it; a leak of one is the lesser
-            // evil.
+            // Leak a transfer that the kernel did not return: freeing it would be a use after free.
             if (transfers_[slot].done != 0) libusb_free_transfer(transfers_[slot].transfer);
         }
         libusb_release_interface(handle_.get(), endpoint_.interface);
@@ -208,7 +205,7 @@ public:
 private:
     struct Transfer {
         libusb_transfer* transfer = nullptr;
-        int done = 1; // libusb wants an int it can watch
+        int done = 1; // completion flag that libusb polls
         UsbResult result{UsbStatus::ok, 0};
     };
 
@@ -232,8 +229,8 @@ private:
     std::array<Transfer, slots> transfers_;
 };
 
-/// Whether the kernel shows a device of these numbers; true where it cannot be asked. Far cheaper than a new
-/// context, so that a missing device can be looked for often.
+/// True if sysfs lists a device of these numbers, or if sysfs is not available. Far cheaper than a new
+/// context, so that a missing device can be polled often.
 bool may_be_there(std::uint16_t vendor_id, std::uint16_t product_id) {
     std::error_code error;
     const std::filesystem::directory_iterator devices("/sys/bus/usb/devices", error);
@@ -253,7 +250,7 @@ class LibusbBus final : public UsbBus {
 public:
     std::vector<UsbIdentity> list(std::uint16_t vendor_id, std::uint16_t product_id) override {
         std::vector<UsbIdentity> found;
-        // A context of an earlier time would not know what came since: without udev nobody tells it.
+        // Create a new context: without udev an existing one does not learn of devices connected since.
         context_.reset();
         if (!may_be_there(vendor_id, product_id)) return found;
         context_ = new_context();
@@ -319,7 +316,7 @@ public:
     }
 
 private:
-    Context context_; ///< of the last list(), for the open() that follows
+    Context context_; ///< context of the last list(), used by the following open()
 };
 
 } // namespace

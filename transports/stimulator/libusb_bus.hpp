@@ -1,4 +1,4 @@
-// The USB seam on libusb.
+// USB bus on libusb.
 #pragma once
 
 #include "transports/stimulator/usb.hpp"
@@ -7,9 +7,9 @@
 
 namespace obscura::transports {
 
-/// Every list() starts libusb afresh: a long-lived context learns of a plugged device from udevd only, which
-/// is not running everywhere, while a new one reads the bus. A kernel driver that holds the interface is
-/// detached for as long as the device is open.
+/// Each list() creates a new libusb context: an existing context learns of new devices through udevd only,
+/// which does not run on every system, while a new one scans the bus. A kernel driver that holds the
+/// interface is detached while the device is open.
 [[nodiscard]] std::unique_ptr<UsbBus> make_libusb_bus();
 
 } // namespace obscura::transports

@@ -1,4 +1,4 @@
-// A small dense symmetric solver for least-squares fits.
+// Normal equations of a linear least-squares fit, solved by Cholesky decomposition.
 #pragma once
 
 #include <algorithm>
@@ -8,12 +8,12 @@
 
 namespace obscura::transports {
 
-/// Normal equations A x = b of a least-squares fit with N unknowns, gathered row by row and solved by
-/// Cholesky's method. N is small (a polynomial, a homography), the rows are many.
+/// Normal equations A x = b of a least-squares fit with N unknowns, accumulated one observation at a time and
+/// solved by Cholesky decomposition. N is small (a polynomial, a homography), the observations are many.
 template<std::size_t N>
 class NormalEquations {
 public:
-    /// One observation: coefficients . x = value.
+    /// Adds the observation coefficients . x = value.
     void add(const std::array<double, N>& coefficients, double value, double weight = 1) {
         for (std::size_t i = 0; i < N; ++i) {
             for (std::size_t j = 0; j <= i; ++j)
@@ -21,7 +21,7 @@ public:
             b_[i] += weight * coefficients[i] * value;
         }
     }
-    /// False when the observations do not determine the unknowns.
+    /// Solves for `x`; returns false if the observations do not determine the unknowns.
     [[nodiscard]] bool solve(std::array<double, N>& x) const {
         std::array<std::array<double, N>, N> l{};
         for (std::size_t i = 0; i < N; ++i) {

@@ -93,9 +93,9 @@ OpticalStage::OpticalStage(const OpticalSettings& settings, const CalibrationTab
         last_row_[static_cast<std::size_t>(y)] = last;
     }
     if (last < 0) throw ConfigError("stimulator: by its calibration the camera does not see the screen");
-    // Linear interpolation sampled a third of a pixel apart keeps the light of a single bright pixel to 5 %,
-    // that of a star with a point spread to 1 %. One sample does where screen and camera pixels are alike;
-    // two per cent of difference is still that.
+    // Choose the sub-samples of a footprint. Linear interpolation sampled every third of a pixel preserves
+    // the light of a single bright pixel to 5 %, that of a star with a point spread to 1 %. One sample is
+    // enough if screen and camera pixels differ by up to 2 %.
     samples_ = widest <= 1.02 ? 1 : std::min(static_cast<int>(std::ceil(3 * widest)), max_samples);
 
     const bool uneven = settings.use_uniformity && table->uniformity.columns > 0;
@@ -128,7 +128,7 @@ Region OpticalStage::screen_region(const Region& window) const {
         x1 = std::min(w, window.x + window.width) - 1;
         y1 = std::min(h, window.y + window.height) - 1;
     } else {
-        // A pixel looks at its footprint and, by interpolation, one camera pixel beyond.
+        // A pixel depends on its footprint and, through interpolation, on one camera pixel beyond.
         const auto reach = static_cast<float>(widest_) * 0.75F + 1.0F;
         const float left = static_cast<float>(window.x) - reach;
         const float right = static_cast<float>(window.x + window.width - 1) + reach;
@@ -144,7 +144,7 @@ Region OpticalStage::screen_region(const Region& window) const {
                 y1 = std::max(y1, y);
             }
         }
-        if (!dead_.empty() && x1 >= x0) { // what a dead pixel at the edge hands over
+        if (!dead_.empty() && x1 >= x0) { // shares of a dead pixel at the edge
             x0 = std::max(0, x0 - 1);
             y0 = std::max(0, y0 - 1);
             x1 = std::min(w - 1, x1 + 1);
@@ -157,7 +157,7 @@ Region OpticalStage::screen_region(const Region& window) const {
 
 float OpticalStage::sample(std::span<const std::uint16_t> image, float u, float v) const noexcept {
     const std::int32_t sw = settings_.sensor_width, sh = settings_.sensor_height;
-    // Half a pixel around the image still belongs to its outermost pixels; beyond there is nothing to show.
+    // Half a pixel around the image belongs to its outermost pixels; beyond it the sample is black.
     if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(sw) - 0.5F && v < static_cast<float>(sh) - 0.5F))
         return 0;
     const float uf = std::clamp(u, 0.0F, static_cast<float>(sw - 1));
@@ -198,7 +198,7 @@ void OpticalStage::light_row(std::span<const std::uint16_t> image, const Region&
         if (samples_ == 1) {
             value = sample(image, u_[i], v_[i]);
         } else {
-            // The footprint from the map's own differences; one-sided at the rim.
+            // Compute the footprint from differences of the map; one-sided at the rim.
             const std::size_t l = x > 0 ? i - 1 : i, r = x + 1 < w ? i + 1 : i;
             const std::size_t a = y > 0 ? i - static_cast<std::size_t>(w) : i;
             const std::size_t b = y + 1 < h ? i + static_cast<std::size_t>(w) : i;
@@ -274,7 +274,7 @@ void OpticalStage::render(std::span<const std::uint16_t> image, const Region& re
     assert(levels.size() >= light_.size());
     for (std::int32_t y = from; y < to; ++y)
         light_row(image, rect, y);
-    // A row may be driven when the light of the row below it is known, as that may hold dead pixels.
+    // Drive a row only when the light of the row below it is known, as that may hold dead pixels.
     const std::int32_t lag = dead_.empty() ? 0 : 1;
     const std::int32_t first = from == rect.y ? from : from - lag;
     const std::int32_t last = to == rect.y + rect.height ? to : to - lag;

@@ -1,4 +1,4 @@
-// What the screen must show so that the camera looking at it sees the scene.
+// Optical stage of the stimulator: drive levels of a screen from the digital numbers the camera must see.
 #pragma once
 
 #include "core/region.hpp"
@@ -15,16 +15,16 @@ namespace obscura::transports {
 /// Sizes, digital numbers and luminances between which the optical stage maps.
 struct OpticalSettings {
     std::int32_t screen_width = 0, screen_height = 0; ///< pixels
-    std::int32_t sensor_width = 0, sensor_height = 0; ///< the image to be seen, in the camera's own pixels
+    std::int32_t sensor_width = 0, sensor_height = 0; ///< input image, camera pixels
     std::int32_t levels = 256;                        ///< drive levels of the screen
     double dn_black = 0;                              ///< digital number that means no light
     double dn_white = 65535;                          ///< digital number that means `peak`
-    /// Luminance for `dn_white` as seen by the camera, relative to the brightest place of the screen. 0: as
-    /// much as the weakest place can give, so that white is white everywhere.
+    /// Luminance for `dn_white` as seen by the camera, relative to the brightest point of the screen. 0: the
+    /// maximum luminance of the darkest point, so that white is uniform.
     double peak = 0;
     Dither dither = Dither::both;
     bool use_uniformity = true;
-    bool hide_dead_pixels = true; ///< their neighbours show what they cannot
+    bool hide_dead_pixels = true; ///< add the light of dead pixels to their neighbours
 
     bool operator==(const OpticalSettings&) const = default;
 };
@@ -32,35 +32,33 @@ struct OpticalSettings {
 /// The optical stage. For screen pixel p the camera sees at c = map(p):
 ///     luminance(p) = peak * (DN(c) - black) / (white - black) / uniformity(p)
 /// DN(c) is interpolated linearly; where a screen pixel covers more than one camera pixel, it is averaged
-/// over the screen pixel's footprint, so that no star slips between two samples. Dead pixels hand their light
-/// in equal shares to those of their four neighbours that live. The drive level is the curve's inverse, and
-/// its fraction is dithered. Same input and frame number, same levels. One thread; no allocation after
-/// construction.
+/// over the screen pixel's footprint, so that no star is lost between two samples. The light of a dead pixel
+/// is shared equally by its working neighbours among the four adjacent. The drive level is the curve's
+/// inverse, and its fraction is dithered. The same input and frame number give the same levels. Thread-bound;
+/// no allocation after construction.
 class OpticalStage {
 public:
-    /// Without a table the camera sees the screen pixel for pixel from the upper left corner on, and the
-    /// screen is linear. Throws ConfigError when table and settings do not fit each other.
+    /// A null table means that the camera sees the screen pixel for pixel from the upper left corner on, and
+    /// that the screen is linear. Throws ConfigError if table and settings contradict each other.
     OpticalStage(const OpticalSettings& settings, const CalibrationTable* table);
 
-    /// The part of the screen that shows anything of the camera's `window`; empty (width 0) when nothing
-    /// does.
+    /// Region of the screen that shows any part of the camera's `window`; empty (width 0) if none does.
     [[nodiscard]] Region screen_region(const Region& window) const;
-    /// The last row of the camera image that screen rows up to and including `screen_y` look at; -1 when
-    /// none.
+    /// Last row of the camera image that screen rows up to and including `screen_y` depend on; -1 if none.
     [[nodiscard]] std::int32_t last_camera_row(std::int32_t screen_y) const {
         return last_row_[static_cast<std::size_t>(screen_y)];
     }
 
     /// Computes the rows [from, to) of `rect` from `image` (sensor_width x sensor_height digital numbers).
-    /// Rows of one rectangle come in order from its first to its last. Writes to `levels`, which is the whole
-    /// screen, row by row; while dead pixels are hidden the last row waits for the next call.
+    /// Rows of one rectangle must come in order from its first to its last. Writes to `levels`, which holds
+    /// the full screen row by row; with hidden dead pixels the last row is written by the next call.
     void render(std::span<const std::uint16_t> image, const Region& rect, std::int32_t from, std::int32_t to,
                 std::uint64_t frame, std::span<std::uint16_t> levels) noexcept;
 
     [[nodiscard]] const OpticalSettings& settings() const { return settings_; }
-    /// The `peak` in use.
+    /// Effective `peak`.
     [[nodiscard]] double peak() const { return peak_; }
-    /// Screen pixels that were asked for more light than they have, since the start.
+    /// Count of clipped screen pixels, which needed more than their maximum luminance, since construction.
     [[nodiscard]] std::uint64_t clipped() const { return clipped_; }
 
 private:
@@ -84,8 +82,8 @@ private:
     std::vector<float> gain_;  // luminance per digital number above black; empty: gain0_
     float gain0_ = 1;
     std::vector<std::int32_t> last_row_;
-    std::vector<float> light_;       // luminance each screen pixel should show by itself
-    std::vector<float> shown_;       // one row: with what dead neighbours handed over
+    std::vector<float> light_;       // luminance of each screen pixel before sharing
+    std::vector<float> shown_;       // one row: luminance with the shares of dead neighbours
     std::vector<std::uint8_t> dead_; // 1 for dead pixels; empty: none
     std::uint64_t clipped_ = 0;
 };

@@ -1,4 +1,4 @@
-// The pictures a calibration shows: what each of them means and how it looks.
+// Test patterns of the stimulator calibration: flat fields, Gray codes, dots.
 #pragma once
 
 #include "transports/stimulator/screen_map.hpp"
@@ -12,16 +12,16 @@ namespace obscura::transports {
 /// One picture of the sequence, in drive levels 0 .. levels - 1.
 struct Pattern {
     enum class Kind : std::uint8_t { flat, column_bit, row_bit, dots };
-    std::string
-        name; ///< "white", "column_03", "column_03_inverse", "ramp_00128", "dots": also the captures' name
+    /// "white", "column_03", "column_03_inverse", "ramp_00128", "dots"; also the name of the capture.
+    std::string name;
     Kind kind = Kind::flat;
-    int bit = 0; ///< of the Gray code, 0 the coarsest
+    int bit = 0; ///< bit of the Gray code, 0 is the coarsest
     bool inverse = false;
-    int level = 0; ///< of flat pictures
+    int level = 0; ///< drive level of a flat pattern
 };
 
-/// The sequence for one screen: black, white, Gray codes of columns and rows each with its inverse (Inokuchi
-/// et al. 1984), dots, and a ramp of flat pictures.
+/// Patterns for one screen: black, white, Gray codes of columns and rows each with its inverse (Inokuchi et
+/// al. 1984), dots, and a ramp of flat fields.
 class PatternSequence {
 public:
     /// `ramp_steps` levels from dark to bright, at least 2; dots every `dot_step` pixels.
@@ -29,7 +29,7 @@ public:
                     std::int32_t dot_step);
 
     [[nodiscard]] const std::vector<Pattern>& patterns() const { return patterns_; }
-    /// The picture, row by row.
+    /// Drive levels of the pattern, row by row.
     [[nodiscard]] std::vector<std::uint16_t> draw(const Pattern& pattern) const;
 
     [[nodiscard]] std::int32_t width() const { return width_; }
@@ -39,7 +39,7 @@ public:
     [[nodiscard]] int row_bits() const { return row_bits_; }
     [[nodiscard]] std::int32_t dot_step() const { return dot_step_; }
     [[nodiscard]] std::int32_t dot_radius() const { return dot_radius_; }
-    /// Dots across and down, and the centre of one.
+    /// Number of dots across and down, and the centre of a dot.
     [[nodiscard]] int dot_columns() const { return static_cast<int>(width_ / dot_step_); }
     [[nodiscard]] int dot_rows() const { return static_cast<int>(height_ / dot_step_); }
     [[nodiscard]] PixelPoint dot(int column, int row) const;
@@ -52,7 +52,7 @@ private:
     std::vector<Pattern> patterns_;
 };
 
-/// Reflected binary code and back.
+/// Reflected binary Gray code of `value`, and its inverse.
 [[nodiscard]] constexpr std::uint32_t to_gray(std::uint32_t value) {
     return value ^ (value >> 1);
 }

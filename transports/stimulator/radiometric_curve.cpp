@@ -52,7 +52,7 @@ RadiometricCurve::RadiometricCurve(int levels, std::span<const CurvePoint> point
         const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
         slope[i] = secant[i - 1] > 0 && secant[i] > 0 ? (w0 + w1) / (w0 / secant[i - 1] + w1 / secant[i]) : 0;
     }
-    // One-sided at the ends, three points, kept within the monotone range.
+    // Use one-sided three-point slopes at the ends, limited to the monotone range.
     const auto end_slope = [](double h0, double h1, double s0, double s1) {
         const double s = ((2 * h0 + h1) * s0 - h0 * s1) / (h0 + h1);
         return s <= 0 ? 0.0 : std::min(s, 3 * s0);
@@ -76,7 +76,7 @@ RadiometricCurve::RadiometricCurve(int levels, std::span<const CurvePoint> point
                              (-2 * t3 + 3 * t2) * b.luminance + (t3 - t2) * h * slope[segment + 1];
         luminance_[static_cast<std::size_t>(level)] = static_cast<float>(value / top);
     }
-    for (std::size_t i = 1; i < luminance_.size(); ++i) // the last bit of rounding may fall
+    for (std::size_t i = 1; i < luminance_.size(); ++i) // rounding may make the last bit fall
         luminance_[i] = std::max(luminance_[i], luminance_[i - 1]);
     index();
 }
@@ -97,7 +97,7 @@ float RadiometricCurve::drive(float luminance) const noexcept {
     if (!(luminance > luminance_.front())) return 0; // NaN as well
     if (luminance >= luminance_.back()) return static_cast<float>(last);
     const auto cell = static_cast<std::size_t>(luminance * guide_cells);
-    // The level sought lies between the guide's answers for this cell and the next.
+    // The level lies between the guide's entries for this cell and the next.
     std::size_t low = guide_[cell];
     std::size_t high = std::min<std::size_t>(guide_[std::min<std::size_t>(cell + 1, guide_cells)] + 1u, last);
     while (high - low > 1) {

@@ -1,4 +1,4 @@
-// How bright the screen is at each drive level, and which level makes a given brightness.
+// Radiometric curve of a screen: relative luminance of each drive level, and its inverse.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,15 @@ class RadiometricCurve {
 public:
     /// Straight line from 0 to 1 over `levels` drive levels.
     explicit RadiometricCurve(int levels);
-    /// Through the measured points, by monotone cubic interpolation (Fritsch & Carlson 1980, Fritsch &
-    /// Butland's slopes). Points must be rising in level from 0 to levels - 1 and must not fall in luminance;
-    /// the last is scaled to 1. Throws ConfigError otherwise.
+    /// Monotone cubic interpolation of measured points (Fritsch & Carlson 1980, slopes of Fritsch & Butland).
+    /// Points must rise in level from 0 to levels - 1 and must not fall in luminance; the last is scaled
+    /// to 1. Throws ConfigError otherwise.
     RadiometricCurve(int levels, std::span<const CurvePoint> points);
 
     [[nodiscard]] int levels() const { return static_cast<int>(luminance_.size()); }
-    /// Of a whole level.
+    /// Relative luminance of a whole level.
     [[nodiscard]] double luminance(int level) const { return luminance_[static_cast<std::size_t>(level)]; }
-    /// The level with its fraction, 0 .. levels - 1, that shows `luminance`; what cannot be shown becomes the
-    /// nearest end.
+    /// Fractional level, 0 .. levels - 1, that shows `luminance`, clamped to the range of the curve.
     [[nodiscard]] float drive(float luminance) const noexcept;
 
 private:

@@ -16,7 +16,7 @@ Homography multiply(const Homography& a, const Homography& b) {
     return c;
 }
 
-/// The similarity that moves the points' centroid to 0 and their mean distance from it to sqrt 2.
+/// Similarity that moves the points' centroid to 0 and scales their mean distance from it to sqrt 2.
 Homography normaliser(const std::vector<PixelPoint>& points) {
     double x = 0, y = 0, distance = 0;
     for (const PixelPoint& p : points) {
@@ -53,8 +53,7 @@ PixelPoint DistortionGrid::operator()(PixelPoint p) const {
     const int ix = std::min(static_cast<int>(gx), std::max(0, columns - 2));
     const int iy = std::min(static_cast<int>(gy), std::max(0, rows - 2));
     const auto wx = cubic_weights(gx - ix), wy = cubic_weights(gy - iy);
-    // Beyond the outermost nodes the grid is continued by a straight line, so that slopes survive at the
-    // edge.
+    // Extrapolate linearly beyond the outermost nodes, so that slopes are kept at the edge.
     const auto node = [&](const std::vector<float>& values, int c, int r) {
         const auto at = [&](int cc, int rr) {
             return static_cast<double>(

@@ -1,4 +1,4 @@
-// Where the camera sees a pixel of the screen: a homography and the distortion that remains.
+// Geometric map from screen pixels to camera pixels: homography plus residual distortion.
 #pragma once
 
 #include <array>
@@ -17,9 +17,9 @@ struct Homography {
     [[nodiscard]] PixelPoint operator()(PixelPoint p) const;
 };
 
-/// Camera minus homography, in camera pixels, at the nodes of a regular grid on the screen; between nodes by
-/// Catmull-Rom splines (Keys 1981, a = -1/2), which reproduce polynomials up to the second degree. Empty:
-/// none.
+/// Residual distortion: camera position minus homography, in camera pixels, at the nodes of a regular grid on
+/// the screen. Interpolated by Catmull-Rom splines (Keys 1981, a = -1/2), which reproduce polynomials up to
+/// the second degree. Empty: none.
 struct DistortionGrid {
     int columns = 0, rows = 0;
     double x0 = 0, y0 = 0, step = 1; ///< screen position of node (0,0) and distance of nodes, pixels
@@ -30,19 +30,19 @@ struct DistortionGrid {
     [[nodiscard]] PixelPoint operator()(PixelPoint p) const;
 };
 
-/// Where the camera sees each point of the screen: a homography and what departs from it.
+/// Map from screen position to camera position: homography plus residual distortion.
 struct ScreenMap {
     Homography homography;
     DistortionGrid distortion;
     /// Camera position at which screen position `p` is seen.
     [[nodiscard]] PixelPoint operator()(PixelPoint p) const;
-    /// Screen position that is seen at camera position `c`: Newton's method from the homography's answer.
-    /// Good to 1e-6 pixels for any map that is one-to-one.
+    /// Screen position that is seen at camera position `c`, by Newton's method from the homography's inverse.
+    /// Accurate to 1e-6 pixels for any one-to-one map.
     [[nodiscard]] PixelPoint inverse(PixelPoint c) const;
 };
 
-/// The homography that maps from[i] to to[i] with the least squared algebraic error, by Hartley's normalised
-/// DLT. Needs at least 4 points, no three in line; false when they do not determine one.
+/// Fits the homography that maps from[i] to to[i] with the least squared algebraic error, by Hartley's
+/// normalised DLT. Needs at least 4 points, no three in line; returns false if they do not determine one.
 [[nodiscard]] bool fit_homography(const std::vector<PixelPoint>& from, const std::vector<PixelPoint>& to,
                                   Homography& result);
 /// The inverse matrix; the homography must have one.

@@ -18,7 +18,7 @@ void check_black(const StimulatorSettings& s, double white_dn, const config::Rea
         table.refuse("black_dn", fmt::format("{} is not below white at {}", s.black_dn, white_dn));
 }
 
-/// The table of an enabled stimulator that has one; nothing when it cannot be read.
+/// Calibration table of an enabled stimulator; nullopt if it has none or it cannot be read (then reported).
 std::optional<CalibrationTable> read_table(const StimulatorSettings& s, const config::ReadTable& table) {
     if (!s.enabled || s.calibration.empty()) return std::nullopt;
     if (!std::filesystem::is_regular_file(s.calibration)) {
@@ -93,16 +93,17 @@ config::Section section_of(StimulatorSettings& s) {
                     .help("Pixel format on the USB link; auto: the first of R8, XRGB8888, RGB888 that the "
                           "display has"),
                 key("grey", &s.grey)
-                    .help("What the channels of a colour format carry: all the same (256 levels), parts of a "
-                          "sum (766), or the high byte in red and the low one in green (65536)"),
+                    .help("Grey coding in the channels of a colour format; equal: the same level in all (256 "
+                          "levels); sum: levels that add up (766); high_low: high byte in red, low byte in "
+                          "green (65536)"),
                 key("compression", &s.compression)
                     .help("LZ4 compression where the display supports it; auto: when it saves time"),
                 key("queue_frames", &s.queue_frames)
                     .range(1, 64)
                     .help("Frames that may wait for the display; further ones are dropped and counted"),
                 key("calibration", config::Path{&s.calibration, false, true})
-                    .help("Table made by obscura stimulator calibrate; empty: pixel for pixel on a linear "
-                          "screen"),
+                    .help("Calibration file written by obscura stimulator calibrate; empty: one camera pixel "
+                          "per screen pixel, linear screen"),
                 key("black_dn", &s.black_dn)
                     .unit("DN")
                     .range(-65536, 65535)
@@ -113,11 +114,12 @@ config::Section section_of(StimulatorSettings& s) {
                     .help("Digital number that means the peak luminance; 0: the highest of the ADC"),
                 key("peak", &s.peak)
                     .range(0, 1)
-                    .help("Luminance for white_dn, relative to the brightest place of the screen; 0: what "
-                          "the weakest place can give"),
+                    .help("Luminance for white_dn, relative to the brightest point of the screen; 0: the "
+                          "maximum luminance of its darkest point, so that white is uniform"),
                 key("dither", &s.dither)
-                    .help("Averaging of fractions of a drive level: over nothing, 16x16 pixels, 256 frames, "
-                          "or both"),
+                    .help(
+                        "Dithering of fractional drive levels: none, over 16x16 pixels, over 256 frames, or "
+                        "over both"),
             },
         .check = [&s](const config::ReadTable& table) { check(s, table); },
     };

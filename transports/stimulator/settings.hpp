@@ -20,7 +20,7 @@
 
 namespace obscura::transports {
 
-/// LZ4, where the device takes it: never, when it saves time on this link, whenever it saves bytes.
+/// Use of LZ4 on devices that support it: never, when it saves time on this link, or when it saves bytes.
 enum class Compression : std::uint8_t { off, automatic, always };
 /// Names in the configuration.
 constexpr auto enum_names(Compression /*type*/) {
@@ -28,19 +28,18 @@ constexpr auto enum_names(Compression /*type*/) {
                       EnumName{Compression::always, "always"}};
 }
 
-/// Pixel formats that can be asked of a display; automatic: the first one of R8, XRGB8888, RGB888 that it
-/// has.
+/// Pixel formats of a display; automatic: the first of R8, XRGB8888, RGB888 that it supports.
 enum class DisplayFormat : std::uint8_t { automatic, r8, rgb888, xrgb8888 };
-/// As gud::to_string() names them.
+/// Names in the configuration, equal to those of gud::to_string().
 constexpr auto enum_names(DisplayFormat /*type*/) {
     return std::array{EnumName{DisplayFormat::automatic, "auto"}, EnumName{DisplayFormat::r8, "R8"},
                       EnumName{DisplayFormat::rgb888, "RGB888"},
                       EnumName{DisplayFormat::xrgb8888, "XRGB8888"}};
 }
-/// Nothing for automatic.
+/// GUD format; nullopt for automatic.
 [[nodiscard]] std::optional<gud::Format> gud_format(DisplayFormat format);
 
-/// Section [stimulator]: which display to use, how to drive it, and what its pictures stand for.
+/// Section [stimulator]: display, its mode and grey coding, and the scale from digital numbers to luminance.
 struct StimulatorSettings {
     static constexpr std::string_view kind = "stimulator";
 
@@ -48,8 +47,8 @@ struct StimulatorSettings {
     std::uint32_t vendor_id = gud::default_vendor_id;   ///< 16 bits
     std::uint32_t product_id = gud::default_product_id; ///< 16 bits
     std::string serial;                                 ///< empty: the first device found
-    std::int32_t width = 0, height = 0;                 ///< of the mode; 0: what the device prefers
-    double refresh_hz = 0;                              ///< of the mode; 0: what the device prefers
+    std::int32_t width = 0, height = 0;                 ///< display mode; 0: the device's preferred mode
+    double refresh_hz = 0;                              ///< display mode; 0: the device's preferred mode
     DisplayFormat format = DisplayFormat::automatic;
     GreyCoding grey = GreyCoding::equal;
     Compression compression = Compression::automatic;
@@ -61,25 +60,26 @@ struct StimulatorSettings {
     Dither dither = Dither::both;
 };
 
-/// What a stimulator is made from besides its settings.
+/// Resources of a stimulator besides its settings.
 struct StimulatorContext {
     SensorFacts sensor{.adc_bits = 16};
     ThreadSettings thread{};
-    std::int64_t look_ns = 40 * ns_per_ms;       ///< between looks for a device that is not there
-    std::int64_t reconnect_ns = 200 * ns_per_ms; ///< between attempts to set one up that is
+    std::int64_t look_ns = 40 * ns_per_ms;       ///< interval of scans for a missing device
+    std::int64_t reconnect_ns = 200 * ns_per_ms; ///< interval of attempts to set up a connected device
 };
 
-/// The digital number that means `peak` with an ADC of `adc_bits`.
+/// Digital number that means `peak` with an ADC of `adc_bits`.
 [[nodiscard]] double white_level_dn(const StimulatorSettings& settings, int adc_bits);
 
-/// A relative calibration file starts from the folder of the configuration file. The check reads it.
+/// Section bound to `settings`. A relative path of the calibration file is resolved from the folder of the
+/// configuration file; the check reads the file.
 [[nodiscard]] config::Section section_of(StimulatorSettings& settings);
-/// Black below white, and a calibration made for this sensor.
+/// Checks that black is below white, and that the calibration was made for this sensor's size.
 void check_against(const StimulatorSettings& settings, const SensorFacts& sensor,
                    const config::ReadTable& table);
-/// The serial number of the display.
+/// The serial number of the display: two cameras must not use the same.
 [[nodiscard]] std::vector<Identity> identities_of(const StimulatorSettings& settings);
-/// The queue and the frame in work.
+/// Capacity of the queue, plus the frame in progress.
 [[nodiscard]] std::size_t frames_held_by(const StimulatorSettings& settings);
 /// A StimulatorOutput on libusb, not started.
 [[nodiscard]] std::unique_ptr<Transport> make_transport(const StimulatorSettings& settings,

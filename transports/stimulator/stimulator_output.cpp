@@ -18,12 +18,13 @@ namespace obscura::transports {
 namespace {
 
 constexpr std::int32_t band_rows = 64;
-constexpr std::int64_t check_interval_ns = 250 * ns_per_ms; // an idle device is asked whether it lives
+constexpr std::int64_t check_interval_ns = 250 * ns_per_ms; // interval of status requests to an idle device
 constexpr std::int64_t complaint_interval_ns = 60 * ns_per_s;
 constexpr int stalls_allowed = 3;
-constexpr std::size_t least_to_compress = 256; // bytes; below, the request costs more than the data
+constexpr std::size_t least_to_compress = 256; // bytes; the request costs more than fewer data
 constexpr int stop_patience_ms = 200;
-// Calls that wait for the device are no hung thread: a request, and finding it and computing its tables.
+// Longest blocking calls announced to the watchdog: a request, and finding the device and computing its
+// tables.
 constexpr std::int64_t longest_request_ns = 10 * ns_per_s;
 constexpr std::int64_t longest_connect_ns = 60 * ns_per_s;
 
@@ -31,8 +32,7 @@ Time now() {
     return MonotonicClock().now();
 }
 
-/// The smallest rectangle inside `rect` outside of which two screens are alike; width 0 when they are alike
-/// everywhere.
+/// Smallest rectangle inside `rect` that holds all differences of two screens; width 0 if they are equal.
 Region changed_part(const Region& rect, std::size_t stride, std::size_t pixel, const std::uint8_t* a,
                     const std::uint8_t* b) {
     const auto left = static_cast<std::size_t>(rect.x) * pixel;
@@ -72,23 +72,23 @@ struct StimulatorOutput::Session {
     std::unique_ptr<DisplayLink> link;
     OpticalStage* stage = nullptr;
     std::string name;
-    std::vector<std::uint16_t> levels;     // of the whole screen
-    std::vector<std::uint8_t> next, shown; // packed screens: wanted, and as the device has it
-    bool shown_known = false;              // `shown` is what the device has
+    std::vector<std::uint16_t> levels;     // drive levels of the full screen
+    std::vector<std::uint8_t> next, shown; // packed screens: to show next, and as the device has it
+    bool shown_known = false;              // `shown` equals the content of the device
     std::array<Lane, UsbDevice::slots> lanes;
     std::size_t turn = 0;
     bool over = false;
     int stalls = 0;
-    bool idled = true;                    // there was nothing to do before this frame
-    std::uint64_t frame = 0;              // count of frames begun
-    TransmitTimestamps* stamps = nullptr; // of the frame begun last
-    std::uint64_t bad_frame = 0;          // the last that lost an update
+    bool idled = true;                    // the queue was empty before this frame
+    std::uint64_t frame = 0;              // running number of the current frame
+    TransmitTimestamps* stamps = nullptr; // time stamps of the current frame
+    std::uint64_t bad_frame = 0;          // running number of the last frame that lost an update
     bool counted_late = false;
     std::int32_t copied_rows = 0;
     Time checked;
-    double bytes_per_ns = 0; // of the link, measured
+    double bytes_per_ns = 0; // measured throughput of the link
     std::uint32_t compress_rest = 0, compress_pause = 1;
-    // Windows of the last frame and where they lie on the screen.
+    // Windows of the last frame and their regions on the screen.
     std::vector<Region> windows, places;
     // For the warnings about refresh.
     Time last_edge;
@@ -233,7 +233,7 @@ std::unique_ptr<StimulatorOutput::Session> StimulatorOutput::connect() {
     optical.dn_white = white_level_dn(settings_, context_.sensor.adc_bits);
     optical.peak = settings_.peak;
     optical.dither = settings_.dither;
-    // Its tables take a while to compute; a device that comes back as it was finds them ready.
+    // Keep the optical stage if the mode is unchanged: its tables take long to compute.
     if (!stage_ || !(stage_->settings() == optical))
         stage_ = std::make_unique<OpticalStage>(optical, table_ ? &*table_ : nullptr);
     session->stage = stage_.get();
@@ -271,14 +271,14 @@ void StimulatorOutput::serve(Session& s) {
         }
         const auto busy = std::find_if(s.lanes.begin(), s.lanes.end(), [](const Lane& l) { return l.busy; });
         if (busy != s.lanes.end()) {
-            // In short steps, because a new frame does not end this wait.
+            // Wait in short steps, because a new frame does not end this wait.
             finish(s, static_cast<std::size_t>(busy - s.lanes.begin()), 1);
             continue;
         }
         s.idled = true;
         (void)wake_.try_acquire_for(std::chrono::milliseconds(100));
     }
-    // A lane that is still busy gets a moment when the daemon stops, none when the device has gone.
+    // Wait briefly for busy lanes if the daemon stops, not at all if the device is gone.
     for (std::size_t slot = 0; slot < s.lanes.size(); ++slot) {
         Lane& lane = s.lanes[slot];
         if (!lane.busy) continue;
@@ -386,7 +386,7 @@ void StimulatorOutput::show(Session& s, const Frame& frame) {
     s.stamps = info.transmit;
     s.copied_rows = 0;
     s.counted_late = false;
-    if (!s.idled && frame.complete()) { // it was ready, we were not
+    if (!s.idled && frame.complete()) { // it was complete before the device was free
         late_.fetch_add(1, std::memory_order_relaxed);
         s.counted_late = true;
     }
@@ -404,8 +404,7 @@ void StimulatorOutput::show(Session& s, const Frame& frame) {
             s.places.push_back(s.stage->screen_region(info.windows[i].sensor));
         }
     }
-    // The frame counts when its last rectangle has arrived; which one that is must be known before it is
-    // sent.
+    // Determine the last rectangle before sending: the frame counts as delivered when that one has arrived.
     std::array<Region, max_windows> changed{};
     std::size_t changes = 0;
     const auto pixel = static_cast<std::size_t>(gud::bytes_per_pixel(s.link->format()));
@@ -426,7 +425,7 @@ void StimulatorOutput::show(Session& s, const Frame& frame) {
             changed[changes++] = part;
     }
     clipped_.store(s.stage->clipped(), std::memory_order_relaxed);
-    // A window off the screen is waited for as well: a frame is over when its rows are.
+    // Wait for windows off the screen too: a frame ends with its rows.
     if (!copy_rows(s, frame, info.height)) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         return;
@@ -435,10 +434,10 @@ void StimulatorOutput::show(Session& s, const Frame& frame) {
         delivered_.fetch_add(1, std::memory_order_relaxed);
         return;
     }
-    if (whole) s.shown_known = true; // unless the sending says otherwise
+    if (whole) s.shown_known = true; // a failing send resets it
     for (std::size_t i = 0; i < changes; ++i) {
         if (s.over || s.bad_frame == s.frame) {
-            // Lost on the way, and its last rectangle will not go out to say so.
+            // Count the frame as lost here: its last rectangle, which would report it, is not sent.
             dropped_.fetch_add(1, std::memory_order_relaxed);
             return;
         }
@@ -454,7 +453,7 @@ bool StimulatorOutput::copy_rows(Session& s, const Frame& frame, std::int32_t co
         if (ready <= s.copied_rows) {
             if (frame.abandoned() || stopping_) return false;
             heartbeat_.beat();
-            // Not wait_rows(): a producer that died must not keep stop() from returning.
+            // Poll instead of wait_rows(): a failed producer must not keep stop() from returning.
             std::this_thread::sleep_for(std::chrono::microseconds(200));
             for (std::size_t slot = 0; slot < s.lanes.size(); ++slot)
                 finish(s, slot, 0);
@@ -484,7 +483,7 @@ bool StimulatorOutput::compute(Session& s, const Frame& frame, const Region& rec
     const std::int32_t end = rect.y + rect.height;
     for (std::int32_t y = rect.y; y < end; y += band_rows) {
         const std::int32_t to = std::min(y + band_rows, end);
-        // The band is computed as soon as the rows it looks at have come, while the rest is still being made.
+        // Compute the row block as soon as the rows it depends on are final, while the others are produced.
         const std::int32_t camera_row = s.stage->last_camera_row(to - 1);
         std::int32_t needed = 0;
         for (std::size_t i = 0; i < s.windows.size(); ++i)
@@ -513,7 +512,7 @@ std::span<const std::uint8_t> StimulatorOutput::compress(Session& s, Lane& lane)
         return lane.plain;
     }
     const Time begin = now();
-    lane.packed.resize(lane.plain.size() - 1); // one byte less, or it is not worth it
+    lane.packed.resize(lane.plain.size() - 1); // must save at least one byte
     const int size = LZ4_compress_default(
         reinterpret_cast<const char*>(lane.plain.data()), reinterpret_cast<char*>(lane.packed.data()),
         static_cast<int>(lane.plain.size()), static_cast<int>(lane.packed.size()));
@@ -523,7 +522,7 @@ std::span<const std::uint8_t> StimulatorOutput::compress(Session& s, Lane& lane)
             ? static_cast<double>(lane.plain.size() - static_cast<std::size_t>(size)) / s.bytes_per_ns
             : took_ns + 1;
     if (size <= 0 || (automatic && saved_ns <= took_ns)) {
-        // Noise does not compress; it is tried again at growing distances.
+        // Retry at growing intervals, because noise does not compress.
         s.compress_rest = s.compress_pause;
         s.compress_pause = std::min<std::uint32_t>(2 * s.compress_pause, 64);
         return lane.plain;
@@ -546,7 +545,7 @@ void StimulatorOutput::send(Session& s, const Region& rect, bool ends_frame) {
         const bool last = ends_frame && part.y + part.height == end;
         Lane& lane = s.lanes[slot];
         if (!s.counted_late && y == rect.y) {
-            // The lanes busy now are those of earlier frames.
+            // Lanes that are busy at this point belong to earlier frames.
             const auto earlier = [&](std::size_t i) {
                 return s.lanes[i].busy && s.lanes[i].frame != s.frame && !finish(s, i, 0);
             };
@@ -586,7 +585,7 @@ void StimulatorOutput::send(Session& s, const Region& rect, bool ends_frame) {
             }
             fail(s, status);
         }
-        // This frame has lost something; what is left of it would be torn.
+        // Skip the rest of a frame that has lost an update: it would be torn.
         dropped_.fetch_add(ends_frame ? 1 : 0, std::memory_order_relaxed);
         return;
     }
@@ -607,7 +606,7 @@ void StimulatorOutput::warn_of_refresh(Session& s, const Frame& frame) {
                       near(shutter.frame_period_ns, s.shutter.frame_period_ns);
     s.shutter = shutter;
     s.same_shutter = same ? s.same_shutter + 1 : 0;
-    if (s.same_shutter != 3) return; // once, when the settings have come to rest
+    if (s.same_shutter != 3) return; // warn once, when the settings are stable over several frames
     ScreenTiming screen{s.link->mode().refresh_hz(), 0};
     if (s.bytes_per_ns > 0)
         screen.transfer_ns =

@@ -1,4 +1,5 @@
-// Read this first: a transport that shows every frame on a USB display in front of the real camera.
+// Stimulator transport: shows every frame on a USB display (GUD) in front of the real camera. Read this
+// first.
 #pragma once
 
 #include "transports/frame_queue.hpp"
@@ -20,29 +21,30 @@
 
 namespace obscura::transports {
 
-/// What it has done besides the counters that all transports have. A frame is late when the device was still
-/// taking the one before at the time this one was complete.
+/// Counters of the stimulator besides those of every transport. A frame is late if the device was still
+/// receiving the previous one when this one was complete.
 struct StimulatorStatus {
     bool connected = false;
-    std::uint64_t connects = 0;       ///< times the display came up
+    std::uint64_t connects = 0;       ///< successful set-ups of the display
     std::uint64_t late = 0;           ///< frames that had to wait for the device
     std::uint64_t updates = 0;        ///< rectangles sent
-    std::uint64_t unchanged = 0;      ///< windows that looked as before and were not sent
+    std::uint64_t unchanged = 0;      ///< windows without change, not sent
     std::uint64_t compressed = 0;     ///< updates sent as LZ4
-    std::uint64_t failed = 0;         ///< updates that broke
-    std::uint64_t clipped_pixels = 0; ///< asked for more light than the screen has
-    /// By the device's own account, for devices with the extension: updates it has shown, when it showed the
-    /// last one (scheduling clock, good to half the round trip of a request), and whether it says so at all.
+    std::uint64_t failed = 0;         ///< failed updates
+    std::uint64_t clipped_pixels = 0; ///< pixels brighter than the screen's maximum
+    /// Reported by devices with the frame status extension: whether it is present, updates shown, updates
+    /// refused or broken, and the time of the last one shown (scheduling clock, uncertainty half the round
+    /// trip of a request).
     bool has_frame_status = false;
     std::uint64_t device_shown = 0;
     std::uint64_t device_errors = 0;
     Time last_shown;
 };
 
-/// Looks for the device, brings it up, and shows frames until it goes away; then looks again. Windows are
-/// shown where they lie on the sensor; only what changed of them is sent. While one update travels, the next
-/// is computed. One thread of its own. A cause of failure is logged once until something else happens. One
-/// thread calls submit().
+/// Finds the device, sets it up, and shows frames until it disconnects; then searches again. Windows are
+/// shown at their position on the sensor; only the changed part is sent. While one update is transferred, the
+/// next is computed. It has a thread of its own. A cause of failure is logged once until the state changes.
+/// submit() is thread-bound.
 class StimulatorOutput final : public Transport {
 public:
     /// `bus` must not be null.
@@ -51,7 +53,7 @@ public:
     ~StimulatorOutput() override;
 
     [[nodiscard]] std::string_view kind() const override { return "stimulator"; }
-    /// Reads the calibration and starts looking for the device; its absence is no error. Throws InputError.
+    /// Reads the calibration and starts searching for the device; its absence is no error. Throws InputError.
     void start() override;
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
@@ -60,17 +62,17 @@ public:
     [[nodiscard]] StimulatorStatus status() const noexcept;
 
 private:
-    /// One of the two transfers and the buffers it reads from.
+    /// One of the two transfers and its source buffers.
     struct Lane {
         std::vector<std::uint8_t> plain, packed;
         bool busy = false;
         bool ends_frame = false; ///< its completion delivers a frame
-        std::uint64_t frame = 0; ///< count of the frame it belongs to
+        std::uint64_t frame = 0; ///< running number of the frame it belongs to
         std::size_t bytes = 0;
         Time sent;
-        TransmitTimestamps* stamps = nullptr; ///< of that frame
+        TransmitTimestamps* stamps = nullptr; ///< time stamps of that frame
     };
-    /// Everything that lives as long as one connection.
+    /// State of one connection.
     struct Session;
 
     void work();
@@ -101,8 +103,8 @@ private:
     Heartbeat heartbeat_{"stimulator"};
     std::atomic<bool> stopping_{false}, connected_{false};
     std::thread thread_;
-    std::vector<std::uint16_t> canvas_; ///< what the whole sensor saw last
-    bool absent_ = false;               ///< the last look found no device
+    std::vector<std::uint16_t> canvas_; ///< latest digital numbers of the full sensor
+    bool absent_ = false;               ///< the last scan found no device
     std::string last_complaint_;
     Time last_complaint_at_{};
 
