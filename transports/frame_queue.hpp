@@ -1,4 +1,4 @@
-// Frames on their way from the pipeline's thread to a transport's own.
+// Lock-free single-producer, single-consumer queue of frames, from the pipeline thread to a transport thread.
 #pragma once
 
 #include "core/frame.hpp"
@@ -10,9 +10,8 @@
 
 namespace obscura::transports {
 
-/// A fixed queue between exactly one thread that pushes and one that takes. A frame counts against the
-/// capacity until it is finished with, not only until it is looked at. No member but the constructor
-/// allocates, locks or throws.
+/// Queue of fixed capacity between one thread that pushes and one that pops. A frame counts against the
+/// capacity until pop(), not only until front(). Real-time safe after construction.
 class FrameQueue {
 public:
     /// Room for `capacity` frames, one at least.
@@ -26,13 +25,13 @@ public:
         head_.store(head + 1, std::memory_order_release);
         return true;
     }
-    /// The oldest frame, which stays in the queue; empty when there is none.
+    /// The oldest frame, which stays in the queue; null if there is none.
     [[nodiscard]] FrameRef front() const noexcept {
         const std::size_t tail = tail_.load(std::memory_order_relaxed);
         if (tail == head_.load(std::memory_order_acquire)) return {};
         return slots_[tail % slots_.size()];
     }
-    /// Finishes with the oldest frame; there must be one.
+    /// Removes the oldest frame; the queue must not be empty.
     void pop() noexcept {
         const std::size_t tail = tail_.load(std::memory_order_relaxed);
         slots_[tail % slots_.size()] = FrameRef{};
@@ -40,9 +39,9 @@ public:
     }
 
 private:
-    std::vector<FrameRef> slots_;      ///< slot i % size
-    std::atomic<std::size_t> head_{0}; ///< frames put in
-    std::atomic<std::size_t> tail_{0}; ///< frames finished with
+    std::vector<FrameRef> slots_;      ///< frame i is in slot i % size
+    std::atomic<std::size_t> head_{0}; ///< frames pushed
+    std::atomic<std::size_t> tail_{0}; ///< frames popped
 };
 
 } // namespace obscura::transports

@@ -43,11 +43,11 @@ public:
     /// In the order in which they are printed; bound to this object.
     [[nodiscard]] std::vector<config::Section> sections();
 
-    /// Rules between settings and sensor. `root` holds the tables that the settings were read from, `where`
-    /// is its own.
+    /// Checks the settings against the sensor. `root` holds the tables that the settings were read from,
+    /// `where` is its position.
     void check_with(const SensorFacts& sensor, const config::Value& root, const config::Where& where,
                     config::Mistakes& mistakes) const;
-    /// Reports what enabled transports here share with enabled ones of an `earlier` camera and must not;
+    /// Reports identities that enabled transports here share with enabled transports of an `earlier` camera.
     /// `root` and `where` belong to these settings, `earlier_name` is "camera[0]".
     void check_apart(const ConfiguredTransports& earlier, std::string_view earlier_name,
                      const config::Value& root, const config::Where& where, config::Mistakes& mistakes) const;
@@ -57,8 +57,8 @@ public:
     [[nodiscard]] bool wants_pixel_truth() const;
     [[nodiscard]] bool controls_acquisition() const;
 
-    /// Makes the enabled transports, in the order in which they are started and get their frames. Throws
-    /// HardwareError or OutputError with one line.
+    /// Makes the enabled transports, in the order in which they start and receive frames. Throws
+    /// HardwareError or OutputError with a one-line message.
     [[nodiscard]] std::vector<std::unique_ptr<Transport>> make(const TransportContext& context) const;
 
 private:

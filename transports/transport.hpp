@@ -1,4 +1,4 @@
-// Read this first: a transport takes frames to the outside world while they are still being made.
+// Transport interface: sends frames to the outside world while their rows are produced. Read this first.
 #pragma once
 
 #include "core/frame.hpp"
@@ -16,16 +16,16 @@
 
 namespace obscura::transports {
 
-/// What a transport has done since its start. Read from any thread; values may be a frame behind.
+/// Counters of a transport since its start; values may be a frame behind.
 struct TransportCounters {
-    std::uint64_t submitted = 0; ///< frames handed to it
-    std::uint64_t delivered = 0; ///< frames that left completely
-    std::uint64_t dropped = 0;   ///< frames it could not take or finish (queue full, no client, error)
+    std::uint64_t submitted = 0; ///< frames passed to submit()
+    std::uint64_t delivered = 0; ///< frames sent completely
+    std::uint64_t dropped = 0;   ///< frames not accepted or not finished (queue full, no client, error)
     std::uint64_t bytes = 0;
 };
 
-/// Statistics of a transport by name, for whoever shows or stores them. Names are literals, in lower case
-/// with underscores, with the unit at the end of the group's or the value's name.
+/// Named statistics of a transport, for display or storage. Names are literals, in lower case with
+/// underscores, with the unit at the end of the group's or the value's name.
 struct TransportStatistics {
     struct Value {
         std::string_view name;
@@ -39,33 +39,33 @@ struct TransportStatistics {
     std::vector<Group> groups;
 };
 
-/// What only the producer can know, for Transport::notify().
+/// Events on the producer's side that Transport::notify() reports to the receiver.
 enum class CameraEvent : std::uint8_t {
-    trigger_missed, ///< an edge that will never be a frame
-    error,          ///< a frame that could not be made
+    trigger_missed, ///< a trigger edge that produces no frame
+    error,          ///< a frame that could not be produced
 };
 
-/// A way out for frames, with threads of its own.
+/// Sender of frames, with threads of its own.
 class Transport {
 public:
-    virtual ~Transport() = default; ///< stops first if need be
+    virtual ~Transport() = default; ///< implementations stop first if they are started
     /// Short name of the kind of transport, a literal: "gige", "file", ... Names columns and sections of
     /// statistics.
     [[nodiscard]] virtual std::string_view kind() const = 0;
-    /// Opens sockets, files or devices and starts the threads. Throws HardwareError or OutputError with one
-    /// line.
+    /// Opens sockets, files or devices and starts the threads. Throws HardwareError or OutputError with a
+    /// one-line message.
     virtual void start() = 0;
-    /// Finishes or abandons the frame in work and joins the threads; within 0.5 s.
+    /// Finishes or abandons the frame in progress and joins the threads; within 0.5 s.
     virtual void stop() = 0;
     /// Takes a reference to a frame that is about to be filled; rows become readable as the producer
     /// publishes them (Frame::wait_rows). Called by the pipeline thread: must not block, allocate, lock for
-    /// long or throw. False when the frame was not taken; the transport counts it as dropped.
+    /// long or throw. Returns false if the frame was not taken; the transport counts it as dropped.
     virtual bool submit(const FrameRef& frame) noexcept = 0;
-    /// Tells whoever listens at the other end, if this transport has a way to. `t`: scheduling clock. Any
-    /// thread; must not block, lock, allocate or throw.
+    /// Reports `event` at time `t` (scheduling clock) to the receiver, if the protocol has such a message.
+    /// Thread-safe, real-time safe.
     virtual void notify(CameraEvent /*event*/, Time /*t*/, std::int64_t /*tai_offset_ns*/) noexcept {}
     [[nodiscard]] virtual TransportCounters counters() const noexcept = 0;
-    /// The counters, followed by what this kind of transport has besides. Any thread; allocates.
+    /// The counters, followed by the statistics of this kind of transport. Thread-safe; allocates.
     [[nodiscard]] virtual TransportStatistics statistics() const {
         const TransportCounters c = counters();
         return {{{"submitted", c.submitted},
@@ -74,13 +74,13 @@ public:
                  {"bytes", c.bytes}},
                 {}};
     }
-    /// Of its threads; valid while it is started.
+    /// Heartbeats of its threads, valid while it is started.
     [[nodiscard]] virtual Heartbeats heartbeats() const { return {}; }
 
-    /// "ADDRESS:PORT" of the control protocol; empty: none. Valid after start().
+    /// "ADDRESS:PORT" of the control protocol, valid after start(); empty: none.
     [[nodiscard]] virtual std::string control_address() const { return {}; }
-    /// Where the state of the host's PTP clock is read, if this transport shows it. Before start(); `source`
-    /// is called on a thread of the transport.
+    /// Sets the function that reads the state of the host's PTP clock, for transports that publish it. Called
+    /// before start(); `source` is called on a thread of the transport.
     virtual void set_ptp(std::function<PtpStatus()> /*source*/) {}
 
     /// Number of this transport among the camera's: its slot in TransmitTimestamps. Set before start().

@@ -18,35 +18,35 @@
 
 namespace obscura::transports {
 
-/// What settings of transports are checked against once the sensor is known.
+/// Properties of the sensor that transport settings are checked against.
 struct SensorFacts {
     std::int32_t width = 0, height = 0; ///< px
     int adc_bits = 12;
 };
 
-/// What transports are made from besides their own settings. `control` and `clock` outlive the transports.
+/// Resources for making transports, besides their own settings. `control` and `clock` outlive the transports.
 struct TransportContext {
     CameraControl& control;
     const Clock& clock;
     SensorFacts sensor{};
-    ThreadSettings transmit{};   ///< network senders; control threads stand one priority above
-    ThreadSettings display{};    ///< feeders of video nodes and displays
+    ThreadSettings transmit{};   ///< threads of network senders; control threads run one priority above
+    ThreadSettings display{};    ///< threads that feed video nodes and displays
     std::uint64_t seed = 1;      ///< for settings whose own seed is 0
     double trigger_rate_hz = 0;  ///< nominal rate of the external trigger
     std::string configuration{}; ///< file that the settings were read from, for messages
-    /// State of the PTP clock; empty: there is none to be told of. Called on threads of the transport.
+    /// Reads the state of the PTP clock; empty: no PTP. Called on threads of the transport.
     std::function<PtpStatus()> ptp_status{};
 };
 
 /// A value that two cameras of one daemon must not share.
 struct Identity {
-    std::string_view key;  ///< key of the section that a clash is reported at
-    std::string value;     ///< equal for two cameras: a clash
-    std::string shown;     ///< the value in the message
-    std::string_view what; ///< "serial number"
+    std::string_view key;  ///< key of the section at which a conflict is reported
+    std::string value;     ///< two cameras with the same value conflict
+    std::string shown;     ///< the value as shown in the message
+    std::string_view what; ///< name of the value in the message, "serial number"
 };
 
-/// Settings of one kind of transport, whichever it is. Plain data in one thread.
+/// Settings of one kind of transport. Reentrant.
 class TransportSettings {
 public:
     virtual ~TransportSettings() = default;
@@ -55,26 +55,26 @@ public:
     [[nodiscard]] virtual std::string_view kind() const = 0;
     /// The section, bound to these settings, which outlive it. Its check opens nothing but files.
     [[nodiscard]] virtual config::Section section() = 0;
-    /// Rules between the settings and the sensor, to be called when both were read without a mistake.
+    /// Checks the settings against the sensor, after both were read without a mistake.
     virtual void check_with(const SensorFacts& sensor, const config::ReadTable& table) const = 0;
     [[nodiscard]] virtual bool enabled() const = 0;
     /// Frames of the pool that the transport may hold at once.
     [[nodiscard]] virtual std::size_t frames_held() const = 0;
     [[nodiscard]] virtual std::vector<Identity> identities() const = 0;
-    /// Whether frames must carry PixelTruth.
+    /// True if frames must carry PixelTruth.
     [[nodiscard]] virtual bool wants_pixel_truth() const = 0;
-    /// Whether a client at the other end starts and stops the acquisition.
+    /// True if a client of the transport starts and stops the acquisition.
     [[nodiscard]] virtual bool controls_acquisition() const = 0;
-    /// Throws HardwareError or OutputError with one line.
+    /// Makes the transport, not started. Throws HardwareError or OutputError with a one-line message.
     [[nodiscard]] virtual std::unique_ptr<Transport> make(const TransportContext& context) const = 0;
 };
 
-/// TransportSettings of a plain struct with `static constexpr std::string_view kind` and `bool enabled`, made
-/// from functions that stand beside it:
+/// TransportSettings of a plain struct with `static constexpr std::string_view kind` and `bool enabled`. It
+/// calls functions declared beside the struct:
 ///     config::Section section_of(X& settings);
 ///     std::size_t frames_held_by(const X& settings);
 ///     std::unique_ptr<Transport> make_transport(const X& settings, const TransportContext& context);
-/// and where there is something to say:
+/// and these if they exist:
 ///     void check_against(const X& settings, const SensorFacts& sensor, const config::ReadTable& table);
 ///     std::vector<Identity> identities_of(const X& settings);
 ///     bool pixel_truth_wanted_by(const X& settings);

@@ -92,7 +92,7 @@ void FileSink::write(const Frame& frame) {
     last_id_ = info.frame_id;
     images::Picture picture{info.width, info.height, info.bits_per_pixel, frame.pixels()};
     if (rows < info.height) {
-        // The rest of the buffer holds an earlier frame.
+        // Clear the missing rows: their part of the buffer holds an earlier frame.
         const auto valid = static_cast<std::ptrdiff_t>(rows) * info.width;
         partial_.assign(frame.pixels().begin(), frame.pixels().begin() + valid);
         partial_.resize(frame.pixels().size(), 0);
@@ -100,7 +100,7 @@ void FileSink::write(const Frame& frame) {
     }
     const std::string run = run_ > 1 ? fmt::format("run{}_", run_) : std::string();
     const std::string file_name = run + images::frame_file_name(info.frame_id, settings_.format);
-    // A disk that is busy or far away is no hung thread.
+    // Announce the blocking write: a slow or remote disk is not a hung thread.
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
     info.note_transmit(transmit_slot(), MonotonicClock().now());
     try {

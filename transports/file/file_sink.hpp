@@ -1,4 +1,4 @@
-// Read this first: a transport that writes every frame to a file.
+// File transport: writes every frame to a file. Read this first.
 #pragma once
 
 #include "core/event_count.hpp"
@@ -16,13 +16,13 @@
 namespace obscura::transports {
 
 /// Writes frame_000001.png and so on (frame id, format) into a folder; the second and later acquisitions of
-/// one start() write run2_frame_000001.png and so on. One thread of its own, which waits for each frame to be
+/// one start() write run2_frame_000001.png and so on. A thread of its own waits for each frame to be
 /// complete. A file that cannot be written counts as a dropped frame and is logged once until writing
-/// succeeds again. A frame that was abandoned by its producer is written with the missing rows 0 and PARTIAL
-/// set, or dropped if it has none.
+/// succeeds again. A frame that its producer abandoned is written with the missing rows 0 and PARTIAL set, or
+/// dropped if it has no rows.
 ///
-/// stop() expects that no frame is in work any more (every frame complete or abandoned); it writes what is in
-/// the queue for at most 0.3 s and drops the rest. One thread calls submit().
+/// stop() expects every frame to be complete or abandoned; it writes queued frames for at most 0.3 s and
+/// drops the rest. submit() is thread-bound.
 class FileSink final : public Transport {
 public:
     explicit FileSink(FileSinkSettings settings);

@@ -25,8 +25,8 @@ config::Section section_of(FileSinkSettings& s) {
                     .range(1, 256)
                     .help("Frames that may wait for the disk; further ones are dropped and counted"),
                 key("truth", &s.truth)
-                    .help("Also write truth_NNNNNN.fits: electrons before noise, saturated pixels, row "
-                          "times, particles"),
+                    .help("Also write the ground truth of each frame as truth_NNNNNN.fits: electrons before "
+                          "noise, saturated pixels, row times, particle hits"),
             },
         .check =
             [&s](const config::ReadTable& table) {

@@ -17,21 +17,21 @@ struct FileSinkSettings {
     static constexpr std::string_view kind = "file";
 
     bool enabled = false;
-    std::string directory = "frames"; ///< FileSink::start() wants it to exist
+    std::string directory = "frames"; ///< must exist when FileSink::start() is called
     images::FrameFormat format = images::FrameFormat::png;
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
     bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
 };
 
-/// A relative directory starts from the folder of the configuration file.
+/// Section bound to `settings`. A relative directory is resolved from the folder of the configuration file.
 [[nodiscard]] config::Section section_of(FileSinkSettings& settings);
-/// The folder.
+/// The folder: two cameras must not write to the same.
 [[nodiscard]] std::vector<Identity> identities_of(const FileSinkSettings& settings);
-/// The queue.
+/// Capacity of the queue.
 [[nodiscard]] std::size_t frames_held_by(const FileSinkSettings& settings);
-/// For truth files.
+/// True if truth files are written.
 [[nodiscard]] bool pixel_truth_wanted_by(const FileSinkSettings& settings);
-/// A FileSink, not started, and its directory. Throws OutputError.
+/// Creates the directory and a FileSink, not started. Throws OutputError.
 [[nodiscard]] std::unique_ptr<Transport> make_transport(const FileSinkSettings& settings,
                                                         const TransportContext& context);
 

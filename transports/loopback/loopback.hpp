@@ -1,4 +1,4 @@
-// A transport that stays in the process: keeps the last frames and calls back, for tests.
+// In-process transport for tests: keeps frames and calls back for each.
 #pragma once
 
 #include "transports/transport.hpp"
@@ -13,15 +13,15 @@
 
 namespace obscura::transports {
 
-/// How many frames a LoopbackTransport takes and keeps, and who is called with them.
+/// Queue and storage sizes of a LoopbackTransport, and its callback.
 struct LoopbackSettings {
     std::size_t queue_frames = 4; ///< frames taken and not yet complete; more are dropped
-    std::size_t keep_frames = 0;  ///< complete frames held on to; each one keeps a frame of the pool
-    /// Called on the transport's thread for every frame that came to its end, complete or abandoned.
+    std::size_t keep_frames = 0;  ///< complete frames kept; each one occupies a frame of the pool
+    /// Called on the transport's thread for every frame that has ended, complete or abandoned.
     std::function<void(const FrameRef&)> on_frame;
 };
 
-/// Waits for each frame to be filled, in the order of submission.
+/// Transport that waits for each frame to be filled, in the order of submission.
 class LoopbackTransport final : public Transport {
 public:
     explicit LoopbackTransport(LoopbackSettings settings);
@@ -42,7 +42,7 @@ private:
     const LoopbackSettings settings_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    // A ring of fixed size, so that submit() allocates nothing.
+    // Ring of fixed size, so that submit() does not allocate.
     std::vector<FrameRef> queue_;
     std::size_t queued_ = 0, head_ = 0;
     std::deque<FrameRef> kept_;

@@ -30,7 +30,7 @@ public:
         return until_done([&] { return ::open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC); });
     }
     int close(int fd) override {
-        // Not repeated: Linux closes the descriptor even when a signal comes in between.
+        // Do not repeat: Linux closes the descriptor even if a signal interrupts close().
         return ::close(fd) == 0 ? 0 : -errno;
     }
     bool is_character_device(int fd) override {
@@ -55,7 +55,7 @@ public:
         const timespec timeout{timeout_ns / ns_per_s, timeout_ns % ns_per_s};
         const int ready = ::ppoll(&wait, 1, &timeout, nullptr);
         if (ready < 0) return errno == EINTR ? 0 : -errno;
-        // Errors count as ready: the call that follows tells which.
+        // Errors count as ready: the next call on the descriptor returns the error.
         return ready;
     }
 };

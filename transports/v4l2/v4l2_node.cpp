@@ -36,7 +36,8 @@ FormatCode code_of(V4l2Format format) {
     return {V4L2_PIX_FMT_Y16, PixelFormat::mono16};
 }
 
-/// Four characters of a pixel format as the driver gave it: hostile.
+/// FourCC text of a pixel format. The code comes from the driver and is untrusted: unprintable bytes are
+/// replaced.
 std::string format_text(std::uint32_t code) {
     std::string text;
     for (int i = 0; i < 4; ++i) {
@@ -61,7 +62,7 @@ v4l2_buffer mapped_buffer(std::uint32_t index = 0) {
     return buffer;
 }
 
-/// No sensor and no driver has images beyond this; keeps sizes far from overflow.
+/// Upper limit of an image's side: beyond any sensor or driver, and far from overflow of sizes.
 constexpr std::uint32_t longest_side = 1u << 16;
 
 } // namespace
@@ -79,19 +80,20 @@ V4l2Node::V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image ima
             agree_on_format();
             map_buffers(static_cast<unsigned>(std::clamp(settings_.buffers, 2, VIDEO_MAX_FRAME)));
             if (find_out_queue() || settings_.io == V4l2Io::mmap || !can_write_) {
-                // Now, so that consumers can start before the first image; drivers that want an image first
-                // get it again then.
+                // Start the stream now, so that consumers can start before the first image; drivers that need
+                // an image first are started again after it.
                 int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
                 streaming_ = call(VIDIOC_STREAMON, &type) >= 0;
                 return;
             }
-            // The cheapest way to be rid of the buffers in every version of the driver.
+            // Reopen: the simplest way to free the buffers in every version of the driver.
             close();
             open();
         }
         agree_on_format();
         image_store_.assign(image_bytes(), 0);
-        // Loopback drivers until 0.12 want it, newer and strict ones refuse it; write() works either way.
+        // Loopback drivers up to 0.12 need STREAMON, newer and strict ones refuse it; write() works either
+        // way.
         int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
         call(VIDIOC_STREAMON, &type);
     } catch (...) {
@@ -200,7 +202,7 @@ void V4l2Node::agree_on_format() {
     rows_ = height;
 
     if (frame_rate_hz_ > 0) {
-        // Only a hint for consumers; many drivers have no such thing.
+        // The frame rate is a hint for consumers only; many drivers do not support it.
         v4l2_streamparm rate{};
         rate.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
         rate.parm.output.timeperframe = {

@@ -1,4 +1,4 @@
-// One opened V4L2 output node: format agreed on, buffers mapped, images going out one by one.
+// Opened V4L2 output node: format negotiation, mapped buffers, output of single images.
 #pragma once
 
 #include "core/frame.hpp"
@@ -13,7 +13,7 @@
 
 namespace obscura::transports {
 
-/// The image that a node was opened for.
+/// Size and depth of the image that a node was opened for.
 struct V4l2Image {
     std::int32_t width = 0, height = 0;
     int bits_per_pixel = 16;
@@ -21,12 +21,13 @@ struct V4l2Image {
     bool operator==(const V4l2Image&) const = default;
 };
 
-/// What became of an image.
+/// Result of an output call.
 enum class V4l2Result : std::uint8_t {
     ok,
-    busy,        ///< the driver has no buffer free; a later image may go out
-    lost,        ///< the node is of no use any more (`problem()` says why); open another
-    out_of_order ///< the driver gave back a buffer that it may still be showing; open again with write()
+    busy, ///< the driver has no free buffer; a later image may succeed
+    lost, ///< the node is unusable (see problem()); open a new one
+    /// The driver returned a buffer that it may still be showing; open a new node with write().
+    out_of_order
 };
 
 /// Rules learnt from v4l2loopback 0.12.7, 0.13.2 and 0.15.0 and from vivid (tests/kernel):
@@ -37,16 +38,16 @@ enum class V4l2Result : std::uint8_t {
 /// - DQBUF of loopback drivers before 0.15 returns the buffer queued last, which consumers are reading. They
 ///   can be told apart without showing an image: with nothing queued they give the same buffer twice, newer
 ///   ones two different ones, strict drivers none.
-/// - Newer loopback drivers take the buffer that was asked back last for the one that holds the last image,
-/// when
-///   a consumer sets itself up in that moment. So theirs are never asked back: they have no queue anyway.
+/// - Newer loopback drivers assume that the buffer dequeued last holds the last image if a consumer starts at
+///   that moment. So their buffers are never dequeued: these drivers have no queue anyway.
 /// - A time stamp once given with a buffer must always be given.
 ///
-/// One thread. Owns the descriptor and the mappings.
+/// Thread-bound. Owns the descriptor and the mappings.
 class V4l2Node {
 public:
-    /// Opens and agrees on everything. Without an image (width 0) the node is only looked at. `frame_rate_hz`
-    /// is announced to the driver unless it is 0. Throws HardwareError with one line.
+    /// Opens the node and negotiates the format. Without an image (width 0) only the capabilities are
+    /// checked. `frame_rate_hz` is announced to the driver unless it is 0. Throws HardwareError with a
+    /// one-line message.
     V4l2Node(V4l2Calls& calls, const V4l2Settings& settings, V4l2Image image, double frame_rate_hz = 0);
     ~V4l2Node();
     V4l2Node(const V4l2Node&) = delete;
@@ -55,22 +56,22 @@ public:
     [[nodiscard]] const V4l2Image& image() const noexcept { return image_; }
     [[nodiscard]] bool writes() const noexcept { return mappings_.empty(); }
     [[nodiscard]] std::size_t image_bytes() const noexcept { return stride_ * rows_; }
-    /// One line for people: driver, format, depth, way of transfer, whose time stamps.
+    /// One line for the log: driver, format, depth, I/O method, origin of time stamps.
     [[nodiscard]] std::string describe() const;
-    /// What people should know although it works; empty when nothing.
+    /// Limitation of the driver that users should know; empty: none.
     [[nodiscard]] const std::string& warning() const noexcept { return warning_; }
 
-    /// Gets a place for the next image, waiting for one at most `timeout_ns`. Until send() the place stays
-    /// ours, whatever becomes of the image.
+    /// Acquires a buffer for the next image within `timeout_ns`. The buffer stays acquired until send(), also
+    /// if the image is abandoned.
     V4l2Result acquire(std::int64_t timeout_ns) noexcept;
-    /// Puts rows [first, last) of `frame` into the place acquired. They must be final.
+    /// Packs rows [first, last) of `frame`, which must be final, into the acquired buffer.
     void fill(const Frame& frame, std::int32_t first, std::int32_t last) noexcept;
-    /// Hands the image over, whole, with the time stamp `edge` where the driver takes one. In write() mode it
-    /// waits like acquire().
+    /// Passes the full image to the driver, with the time stamp `edge` if the driver accepts one. In write()
+    /// mode it waits like acquire().
     V4l2Result send(std::uint64_t frame_id, Time edge, std::int64_t timeout_ns) noexcept;
-    /// Whether the node still exists.
+    /// True while the node exists.
     [[nodiscard]] bool alive() noexcept;
-    /// Why the last result was `lost`.
+    /// Cause of the last result `lost`, one line.
     [[nodiscard]] std::string problem() const;
 
 private:
@@ -79,8 +80,8 @@ private:
         std::size_t size = 0;
     };
     enum class Queue : std::uint8_t {
-        in_order,   ///< a queue: buffers come back when the driver is done with them
-        round_robin ///< no queue: buffers are used in turn and never asked back
+        in_order,   ///< a queue: the driver returns buffers when it has shown them
+        round_robin ///< no queue: buffers are used in turn and never dequeued
     };
 
     void open();
@@ -88,7 +89,7 @@ private:
     void agree_on_format();
     void map_buffers(unsigned count);
     void unmap_buffers() noexcept;
-    /// Whether mmap is safe; sets `queue_`.
+    /// Determines the queue type and sets `queue_`. Returns false if mmap is not safe.
     bool find_out_queue();
     void close() noexcept;
     [[noreturn]] void refuse(const std::string& why) const;
@@ -105,12 +106,13 @@ private:
     std::string card_, warning_;
     bool can_stream_ = false, can_write_ = false;
     std::size_t stride_ = 0, rows_ = 0;
-    /// The image while it is made, in write() mode and where consumers can read a buffer at any time.
+    /// Image under construction, in write() mode and for drivers whose consumers may read a buffer at any
+    /// time.
     std::vector<std::uint8_t> image_store_;
     std::vector<Mapping> mappings_;
-    std::vector<std::uint32_t> free_; ///< buffers not yet queued; the back is next
+    std::vector<std::uint32_t> free_; ///< buffers not queued; the last is used next
     Queue queue_ = Queue::in_order;
-    int acquired_ = -1; ///< buffer that is being filled
+    int acquired_ = -1; ///< buffer acquired for the next image; -1: none
     std::uint32_t last_queued_ = 0, in_flight_ = 0, turn_ = 0;
     bool streaming_ = false;
     const char* failed_doing_ = "";

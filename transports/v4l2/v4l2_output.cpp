@@ -17,11 +17,11 @@ namespace obscura::transports {
 
 namespace {
 
-constexpr std::int64_t look_after_ns = Heartbeat::longest_wait_ns; // at a node that has nothing to do
-constexpr std::int64_t longest_open_ns = 10 * ns_per_s;            // what a driver may take to be set up
-constexpr std::int64_t last_frames_ns = 300 * ns_per_ms;           // what stop() gives frames in the queue
+constexpr std::int64_t look_after_ns = Heartbeat::longest_wait_ns; // interval of checks of an idle node
+constexpr std::int64_t longest_open_ns = 10 * ns_per_s;            // longest set-up time of a driver
+constexpr std::int64_t last_frames_ns = 300 * ns_per_ms;           // time for queued frames in stop()
 constexpr std::int32_t band_rows = 64;
-constexpr std::size_t most_causes = 16; // remembered; further ones repeat in the log
+constexpr std::size_t most_causes = 16; // causes remembered; further ones are logged repeatedly
 
 void count(std::atomic<std::uint64_t>& counter, std::uint64_t n = 1) {
     counter.fetch_add(n, std::memory_order_relaxed);
@@ -39,7 +39,7 @@ V4l2Output::Wake::~Wake() {
 
 void V4l2Output::Wake::up() const noexcept {
     const std::uint64_t one = 1;
-    // Cannot fail but by overflow, and then the reader is awake.
+    // The only possible failure is overflow, and then the reader is awake.
     [[maybe_unused]] const ssize_t written = ::write(fd, &one, sizeof(one));
 }
 
@@ -120,7 +120,8 @@ void V4l2Output::open(V4l2Image image) {
     heartbeat_.allow_silence_until(MonotonicClock().now() + longest_open_ns);
     node_ = std::make_unique<V4l2Node>(calls_, settings_, image, context_.frame_rate_hz);
     count(opened_);
-    // A node that opens and then fails every time must not fill the log.
+    // Log the description only when it changes: a node that opens and then fails each time must not flood
+    // the log.
     if (std::string description = node_->describe(); description != described_) {
         log_notice("{}", description);
         if (!node_->warning().empty()) log_warning("{}", node_->warning());

@@ -1,4 +1,4 @@
-// Read this first: a transport that feeds a Linux video output node (v4l2loopback or any other).
+// V4L2 transport: feeds a Linux video output node (v4l2loopback or another). Read this first.
 #pragma once
 
 #include "transports/frame_queue.hpp"
@@ -16,28 +16,26 @@
 
 namespace obscura::transports {
 
-/// What happened to the node since start(). Any thread; values may be a frame behind.
+/// Counters of the node since start(); values may be a frame behind.
 struct V4l2Counters {
-    std::uint64_t opened = 0;   ///< times the node was opened and could be used
-    std::uint64_t lost = 0;     ///< times it went away or failed while in use
-    std::uint64_t refused = 0;  ///< attempts to open it that failed
-    std::uint64_t problems = 0; ///< causes, each logged once until an image goes out again
-    std::uint64_t no_node = 0;  ///< frames dropped because there was no node
-    std::uint64_t busy = 0;     ///< frames dropped because the driver had no buffer free
-    std::uint64_t partial = 0;  ///< frames dropped because their producer gave up
+    std::uint64_t opened = 0;   ///< times the node was opened successfully
+    std::uint64_t lost = 0;     ///< times it disappeared or failed while in use
+    std::uint64_t refused = 0;  ///< failed attempts to open it
+    std::uint64_t problems = 0; ///< causes, each logged once until an image is sent again
+    std::uint64_t no_node = 0;  ///< frames dropped because the node was missing
+    std::uint64_t busy = 0;     ///< frames dropped because the driver had no free buffer
+    std::uint64_t partial = 0;  ///< frames dropped because their producer abandoned them
 };
 
-/// Sends every frame that becomes complete, whole or not at all: windows composed as the frame has them, in
-/// the format of the settings. Time stamps are the trigger edges (CLOCK_MONOTONIC, cut to us) in mmap mode
-/// and the driver's own in write() mode. A thread of its own packs rows as they become final, so an image
-/// leaves right after its last row.
+/// Sends only complete frames: windows composed as in the frame, in the format of the settings. Time stamps
+/// are the trigger edges (CLOCK_MONOTONIC, truncated to us) in mmap mode and the driver's own in write()
+/// mode. A thread of its own packs rows as they become final, so an image is sent right after its last row.
 ///
-/// A node that is not there, is somebody else's, or goes away is tried again with a growing pause and never
-/// disturbs the daemon; each cause is logged once, and so is the recovery.
+/// A node that is missing, held by another program or removed is tried again at growing intervals and does
+/// not disturb the daemon; each cause is logged once, and so is the recovery.
 ///
-/// stop() expects that no frame is in work any more (every frame complete or abandoned); it sends what is in
-/// the queue for at most 0.3 s and drops the rest. One thread calls submit(), which makes one system call (an
-/// eventfd).
+/// stop() expects every frame to be complete or abandoned; it sends queued frames for at most 0.3 s and drops
+/// the rest. submit() is thread-bound and makes one system call (an eventfd).
 class V4l2Output final : public Transport {
 public:
     explicit V4l2Output(V4l2Settings settings, const V4l2Context& context = {},
@@ -45,7 +43,7 @@ public:
     ~V4l2Output() override;
 
     [[nodiscard]] std::string_view kind() const override { return "v4l2"; }
-    /// Throws HardwareError when the node cannot be used and the settings require it.
+    /// Throws HardwareError if the node cannot be used and the settings require it.
     void start() override;
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
@@ -61,7 +59,7 @@ private:
         Wake(const Wake&) = delete;
         Wake& operator=(const Wake&) = delete;
         void up() const noexcept;
-        /// Until up() was called, at most `timeout_ns`.
+        /// Waits until up() is called, at most `timeout_ns`.
         void wait(std::int64_t timeout_ns) const noexcept;
         int fd;
     };
@@ -69,7 +67,7 @@ private:
     void work();
     /// Opens the node for `image`, in place of the one that is open. Throws HardwareError.
     void open(V4l2Image image);
-    /// The same, but says what went wrong, once, and sets the time of the next attempt.
+    /// Opens like open(); on failure logs the cause once and sets the time of the next attempt.
     void try_open(V4l2Image image, Instant now);
     void lose(const std::string& problem, Instant now);
     void report(const std::string& problem);
@@ -80,18 +78,18 @@ private:
     V4l2Settings settings_;
     const V4l2Context context_;
     V4l2Calls& calls_;
-    V4l2Image announced_; ///< what the node is opened for while no frame says otherwise
+    V4l2Image announced_; ///< image the node is opened for before the first frame
     FrameQueue queue_;    ///< filled by submit(), emptied by work()
     Wake wake_;
     Heartbeat heartbeat_{"v4l2-output"};
     std::atomic<bool> stopping_{false};
     std::thread thread_;
 
-    std::unique_ptr<V4l2Node> node_; ///< work() only, while it runs
+    std::unique_ptr<V4l2Node> node_; ///< used by work() only, while it runs
     Instant next_try_{};
     std::int64_t retry_ns_ = 0;
-    std::vector<std::string> reported_; ///< causes logged since the last image that went out
-    std::string described_;             ///< the node as it was logged last
+    std::vector<std::string> reported_; ///< causes logged since the last image sent
+    std::string described_;             ///< description of the node logged last
     std::uint64_t missed_ = 0;          ///< frames dropped since the last recovery
 
     std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
