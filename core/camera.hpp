@@ -76,10 +76,12 @@ struct CameraSettings {
     // SFNC TriggerSelector ExposureStart: its edge starts the exposure. A FrameStart trigger then only arms
     // the camera for one such edge; without a FrameStart trigger the camera is always armed.
     TriggerChoice exposure_trigger{};
-    bool frame_rate_enabled = true; ///< SFNC AcquisitionFrameRateEnable; false: the chip's maximum rate
-    double black_level_dn = 0;      ///< SFNC BlackLevel
+    /// SFNC AcquisitionFrameRateEnable; false: the chip's maximum rate.
+    bool frame_rate_enabled = true;
+    double black_level_dn = 0;                     ///< SFNC BlackLevel
     ImagePattern test_pattern = ImagePattern::off; ///< SFNC TestPattern
-    double frame_rate_hz = 10; ///< SFNC AcquisitionFrameRate: in free run and while a level trigger holds
+    /// SFNC AcquisitionFrameRate: in free run and while a level trigger holds.
+    double frame_rate_hz = 10;
     std::array<EventCounter, counter_count> counters{};
     std::array<PulseTimer, timer_count> timers{};
 
@@ -129,7 +131,8 @@ struct CameraLimits {
 
 /// Readout that the chip performs for given CameraSettings.
 struct ReadoutAnswer {
-    std::string refusal; ///< why the chip cannot read such windows; the other members are empty then
+    /// Why the chip cannot read such windows; the other members are empty then.
+    std::string refusal;
     std::uint32_t window_count = 0;
     std::array<FrameWindow, max_windows> windows{}; ///< with the exposures obtained and the readout's flags
     std::int64_t frame_period_ns = 0;               ///< shortest time between triggers

@@ -34,7 +34,7 @@ enum class PixelFormat : std::uint32_t {
 constexpr std::size_t max_windows = 32;
 constexpr std::size_t max_truth_bodies = 16;
 
-/// When one row of the composed image was reset and read.
+/// Reset and read time of one row of the composed image.
 struct RowTime {
     Time reset;
     Time read;
@@ -44,7 +44,7 @@ struct RowTime {
     [[nodiscard]] constexpr Time mid() const { return midpoint(reset, read); }
 };
 
-/// How the rows of a window are sampled. `destructive` samples the signal, resets the row and samples the
+/// Sampling of the rows of a window. `destructive` samples the signal, resets the row and samples the
 /// reset level (double sampling). The others leave the charge in the pixel: `non_destructive` delivers every
 /// read, `cds` the last read minus the first (correlated double sampling), `ramp` the slope of a straight
 /// line fitted to all reads.
@@ -60,7 +60,8 @@ struct FrameWindow {
     Region sensor;            ///< where the window lies on the sensor
     std::int32_t image_y = 0; ///< its first row in the composed image
     std::int64_t exposure_requested_ns = 0;
-    std::uint32_t flags = 0; ///< sticky readout flags (sensors::ReadoutFlag), see window_flags()
+    /// Sticky readout flags (sensors::ReadoutFlag), see window_flags().
+    std::uint32_t flags = 0;
     std::int64_t exposure_min_ns = 0, exposure_max_ns = 0; ///< obtained, over the window's rows
     std::uint32_t request = 0;                             ///< index of the requested window
     Sampling sampling = Sampling::destructive;
@@ -85,7 +86,8 @@ struct BodyTruth {
 
 /// Ground truth of the scene: the reference that flight software is compared with.
 struct GroundTruth {
-    Time mid_exposure;   ///< of the frame: half way between the first reset and the last read
+    /// Mid-exposure of the frame: half way between the first reset and the last read.
+    Time mid_exposure;
     Pose camera;         ///< at mid_exposure, inertial
     Vec3 sun_position_m; ///< at mid_exposure, inertial
     std::uint32_t body_count = 0;
@@ -117,7 +119,8 @@ struct PixelTruth {
 
 /// Metadata of a frame. Written by the producer before the frame is submitted.
 struct FrameInfo {
-    std::uint64_t frame_id = 0; ///< counts from 1 at each acquisition start; drives the random numbers
+    /// Counts from 1 at each acquisition start; drives the random numbers.
+    std::uint64_t frame_id = 0;
     std::uint64_t trigger_id = 0;
     Time trigger_edge;                         ///< the edge's own time stamp, not the time of processing
     std::int64_t tai_offset_ns = 0;            ///< TAI minus the scheduling clock when the trigger was seen

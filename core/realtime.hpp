@@ -18,7 +18,7 @@ using CoreSet = std::bitset<1024>;
 /// Cores that this process may run on.
 [[nodiscard]] CoreSet permitted_cores() noexcept;
 
-/// How a thread is scheduled.
+/// Scheduling of a thread.
 struct ThreadSettings {
     int priority = 0; ///< SCHED_FIFO, 1..99; 0: SCHED_OTHER
     CoreSet cores{};  ///< CPU affinity; empty: any core
