@@ -54,8 +54,9 @@ struct DetectorSettings {
     std::vector<SpectralPoint> quantum_efficiency{{550e-9, 0.5}}; ///< eta; linear between, ends held
     double fill_factor = 1;                                       ///< where the curve does not include it
     double prnu_local = 0;                                        ///< relative rms of the response, white
-    double prnu_global = 0;      ///< relative rms of the response, low spatial frequency
-    double crosstalk_edge = 0;   ///< fraction of a pixel's charge that each of 4 edge neighbours gets
+    double prnu_global = 0; ///< relative rms of the response, low spatial frequency
+    /// Fraction of a pixel's charge that each of 4 edge neighbours gets.
+    double crosstalk_edge = 0;
     double crosstalk_corner = 0; ///< fraction that each of 4 diagonal neighbours gets
     /// Global shutter: sensitivity of the storage node to light, relative to the pixel.
     double parasitic_light = 0;
@@ -72,7 +73,8 @@ struct DetectorSettings {
     double dark_nonuniformity_e_per_s = 0; ///< rms over the array, log-normal
     double hot_fraction = 0;               ///< fraction of hot pixels
     double hot_current_e_per_s = 0;        ///< mean of their additional current, exponentially distributed
-    double rts_fraction = 0;        ///< fraction of pixels with two-level RTS noise of the dark current
+    /// Fraction of pixels with two-level RTS noise of the dark current.
+    double rts_fraction = 0;
     double rts_current_e_per_s = 0; ///< mean distance of the two levels, exponentially distributed
 
     // Particles
@@ -82,7 +84,8 @@ struct DetectorSettings {
 
     // Charge
     double full_well_e = 50'000;
-    double blooming = 0; ///< fraction of the charge above full well that goes to the 4 neighbours
+    /// Fraction of the charge above full well that goes to the 4 neighbours.
+    double blooming = 0;
     std::array<double, 4> nonlinearity{}; ///< S = N (1 - c1 x - ... - c4 x^4), x = N / full well
     double lag = 0;                       ///< fraction of a frame's charge that appears in the next frame
 

@@ -17,7 +17,8 @@ struct PairStatistics {
 
 /// One exposure level of the series.
 struct Level {
-    double photons = 0; ///< mean number per pixel; if unknown, any quantity proportional to it
+    /// Mean number per pixel; if unknown, any quantity proportional to it.
+    double photons = 0;
     PairStatistics bright, dark;
 };
 
@@ -26,7 +27,8 @@ struct LinearModel {
     double gain_dn_per_e = 0;              ///< K, section 6.5: slope of variance against mean
     double responsivity_dn_per_photon = 0; ///< R, section 6.4
     double quantum_efficiency = 0;         ///< eta = R / K
-    double dark_noise_e = 0; ///< sigma_d, eq. 42, without quantisation noise; 0 if there is no other
+    /// Dark noise sigma_d, eq. 42, without quantisation noise; 0 if there is no other.
+    double dark_noise_e = 0;
     double saturation_photons = 0, saturation_e = 0; ///< section 6.6
     double linearity_error_percent = 0;              ///< section 6.7, over 5 to 95 % of saturation
     double fit_range = 0.7;       ///< fraction of the saturation over which K and R were fitted

@@ -31,7 +31,8 @@ enum ReadoutFlag : std::uint32_t {
     exposure_clamped_down = 1u << 1, ///< T_CLAMPED: request above the longest possible exposure
     /// ROW_SHARED: another window's reads or resets shorten this window's integration.
     row_shared = 1u << 2,
-    exposure_quantised = 1u << 3,        ///< obtained exposure differs from the request by the row slot grid
+    /// Obtained exposure differs from the request by the row slot grid.
+    exposure_quantised = 1u << 3,
     window_cropped = 1u << 4,            ///< not strict: the window was cropped or aligned to fit the array
     trigger_deferred = 1u << 5,          ///< the trigger came during a readout and waited for its row grid
     settings_changed = 1u << 6,          ///< dirty first frame: rows had been reset under the old settings

@@ -12,8 +12,9 @@ namespace obscura::sensors {
 
 enum class TriggerVerdict : std::uint8_t {
     accepted,
-    over_trigger, ///< the chip is still busy with the previous frame: no frame, counted
-    refused,      ///< the settings are invalid, see reason()
+    /// The chip is still busy with the previous frame: no frame, counted.
+    over_trigger,
+    refused, ///< the settings are invalid, see reason()
 };
 
 /// Plans successive frames of one sensor. A trigger that comes while the previous frame is still being read
@@ -47,10 +48,12 @@ private:
     bool running_ = false;
     Time earliest_next_; ///< earliest trigger that is not an over-trigger
     Time reading_until_; ///< end of the frame's last row slot
-    Time grid_origin_;   ///< an instant at which an exposure may start while rows are being read
+    /// An instant at which an exposure may start while rows are being read.
+    Time grid_origin_;
     std::int64_t grid_ns_ = 1;
     std::vector<WindowRequest> windows_;
-    std::vector<Time> row_reset_; ///< per array row: reset by the last destructive read; INT64_MIN: none
+    /// Per array row: reset by the last destructive read; INT64_MIN: none.
+    std::vector<Time> row_reset_;
     std::string reason_;
     std::uint64_t accepted_ = 0, over_triggers_ = 0;
 };
