@@ -15,7 +15,8 @@ namespace obscura::images {
 struct Image {
     std::int32_t width = 0, height = 0;
     std::vector<double> values;
-    double full_scale = 1; ///< the largest value that the file's integers can hold; 1 in files of reals
+    /// The largest value that the file's integers can hold; 1 in files of reals.
+    double full_scale = 1;
 
     [[nodiscard]] double at(std::int32_t x, std::int32_t y) const {
         return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
