@@ -9,9 +9,10 @@
 namespace obscura::sync {
 
 struct ConditionerSettings {
-    std::int64_t debounce_ns = 0; ///< an edge earlier than this after the last accepted one is dropped
-    std::uint32_t divider = 1;    ///< the first of every `divider` edges passes
-    std::int64_t delay_ns = 0;    ///< added to the time stamp; the trigger is delivered at once
+    /// Debounce time: an edge earlier than this after the last accepted one is dropped.
+    std::int64_t debounce_ns = 0;
+    std::uint32_t divider = 1; ///< the first of every `divider` edges passes
+    std::int64_t delay_ns = 0; ///< added to the time stamp; the trigger is delivered at once
 };
 
 /// Counters of edges by result: edges == passed + divided + bounces.

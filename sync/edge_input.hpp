@@ -10,9 +10,9 @@ namespace obscura::sync {
 
 struct Edge {
     Time at; ///< scheduling clock
-    std::uint64_t sequence =
-        0;                ///< counts edges where the input does so, a gap means lost ones; 0: it does not
-    bool falling = false; ///< where the input tells edges apart
+    /// Number of the edge, if the input counts edges; a gap means lost edges. 0: the input does not count.
+    std::uint64_t sequence = 0;
+    bool falling = false; ///< only from inputs that distinguish edges
 };
 
 /// Opened on construction, closed on destruction.

@@ -22,7 +22,8 @@ struct GpioSettings {
     std::string table = "trigger"; ///< of the configuration, for messages
     std::string line;              ///< see parse_gpio_line()
     GpioEdge edge = GpioEdge::rising;
-    std::int64_t debounce_ns = 0; ///< debounced by the kernel with libgpiod 2, by Conditioner with libgpiod 1
+    /// Debounced by the kernel with libgpiod 2, by Conditioner with libgpiod 1.
+    std::int64_t debounce_ns = 0;
 
     [[nodiscard]] std::string key() const { return table + ".line"; }
 };

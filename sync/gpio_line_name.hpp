@@ -6,7 +6,8 @@
 namespace obscura::sync {
 
 struct GpioLineName {
-    std::string name{};   ///< of the line, as the kernel or device tree has it; empty: chip and offset
+    /// Name of the line in the kernel or device tree; empty: the line is given by chip and offset.
+    std::string name{};
     std::string device{}; ///< of the chip, "/dev/gpiochip0"
     unsigned offset = 0;
 };

@@ -10,9 +10,11 @@ namespace obscura::sync {
 
 /// Handling of an edge that comes before the camera is ready. Every policy counts it.
 enum class OverTrigger : std::uint8_t {
-    count,  ///< the edge is missed
-    ignore, ///< the edge is masked, as by a camera that masks its input while busy
-    latch,  ///< the first such edge is latched and starts the next frame as soon as possible
+    count, ///< the edge is missed
+    /// The edge is masked, as by a camera that masks its input while busy.
+    ignore,
+    /// The first such edge is latched and starts the next frame as soon as possible.
+    latch,
 };
 constexpr auto enum_names(OverTrigger /*type*/) {
     return std::array{EnumName{OverTrigger::count, "count"}, EnumName{OverTrigger::ignore, "ignore"},

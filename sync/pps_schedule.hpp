@@ -14,8 +14,8 @@ struct PpsSettings {
     RationalRate rate{10, 1};
     std::int64_t phase_ns = 0;
     std::int64_t glitch_ns = 500 * ns_per_ms; ///< a pulse earlier than this after another is a glitch
-    std::int64_t tolerance_ns =
-        ns_per_ms; ///< a locked pulse deviates by at most this from the expected instant
+    /// A locked pulse deviates by at most this from the expected instant.
+    std::int64_t tolerance_ns = ns_per_ms;
     std::int64_t holdover_ns = 60 * ns_per_s; ///< longest time without pulses in holdover, then free
 };
 

@@ -26,7 +26,8 @@ using ReadDifference = std::function<std::optional<std::int64_t>()>;
 struct PtpTimerSettings {
     RationalRate rate{10, 1};
     std::int64_t phase_ns = 0;
-    std::optional<Time> start{}; ///< slot 0 without phase, in the other clock; empty: its next full second
+    /// Slot 0 without phase, in the other clock; empty: its next full second.
+    std::optional<Time> start{};
     /// Smallest change of the difference between two readings that counts as a step of the other clock.
     std::int64_t step_ns = ns_per_ms;
     std::int64_t holdover_ns = 60 * ns_per_s; ///< longest time without reading in holdover, then free

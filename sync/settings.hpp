@@ -67,7 +67,8 @@ struct PtpSettings {
     bool enabled = false;
     std::string socket = "/var/run/ptp4l"; ///< ptp4l's uds_address
     std::int32_t domain = 0;
-    double lock_us = 10; ///< a slave is locked while its offset from the master is at most this
+    /// A slave is locked while its offset from the master is at most this.
+    double lock_us = 10;
 
     bool operator==(const PtpSettings&) const = default;
 };

@@ -29,8 +29,10 @@ struct SourceTraits {
     std::string_view name; ///< value of the key `source`
     std::string_view help; ///< what it delivers, as a noun phrase for the help of `source`
     SourceGroup group = SourceGroup::input;
-    bool uses_rate = false;    ///< edges follow rate_hz and phase_ms; else rate_hz is the nominal rate only
-    std::string_view device{}; ///< node opened while the key `device` is empty; empty: no device is opened
+    /// Edges follow rate_hz and phase_ms; else rate_hz is the nominal rate only.
+    bool uses_rate = false;
+    /// Node opened while the key `device` is empty; empty: no device is opened.
+    std::string_view device{};
 };
 
 /// Callback that reports an invalid value of a key of the line's table.

@@ -13,13 +13,15 @@ namespace obscura::sync {
 /// One edge of a trigger source.
 struct Trigger {
     std::uint64_t id = 0; ///< counts from 1 per source, gaps mean lost edges
-    Time edge;            ///< the edge's own time stamp (scheduled instant, kernel stamp), never "now"
-    Time seen;            ///< when user space received it
+    /// The edge's own time stamp (scheduled instant, kernel stamp), never "now".
+    Time edge;
+    Time seen;                           ///< when user space received it
     ClockState clock = ClockState::free; ///< of the source when it saw the edge
     /// Lockstep: scene time at the edge; otherwise scene_of_camera, and the camera computes it.
     Time scene = scene_of_camera;
-    bool falling = false;      ///< only from sources that distinguish edges
-    std::int64_t width_ns = 0; ///< from the edge to the end of its pulse, if that was awaited; else 0
+    bool falling = false; ///< only from sources that distinguish edges
+    /// From the edge to the end of its pulse, if that was awaited; else 0.
+    std::int64_t width_ns = 0;
 
     static constexpr Time scene_of_camera{INT64_MIN};
 };
