@@ -40,7 +40,7 @@ void Alarm::run() noexcept {
             continue;
         }
         for (std::size_t i = 0; i < alarm_count; ++i) {
-            // Fails when another thread has set the alarm anew meanwhile.
+            // The exchange fails if another thread has set the alarm again meanwhile.
             std::int64_t expected = next_ns;
             if (due_ns_[i].compare_exchange_strong(expected, never_ns, std::memory_order_acq_rel))
                 handler_(i, Time{next_ns});

@@ -25,10 +25,11 @@ public:
     /// Makes the alarms that call `handler`.
     using Make = std::function<std::unique_ptr<AlarmPort>(Handler handler)>;
 
-    virtual ~AlarmPort() = default; ///< stops first if need be
-    /// After the return the handler is not called any more. Not on the handler's thread.
+    virtual ~AlarmPort() = default; ///< implementations stop first
+    /// Stops the alarms; the handler is not called after the return. Must not be called on the handler's
+    /// thread.
     virtual void stop() noexcept = 0;
-    /// Replaces the instant set before, if the alarm has not expired.
+    /// Sets the expiry of `alarm`; replaces an instant that has not expired yet.
     virtual void set(std::size_t alarm, Time due) noexcept = 0;
     virtual void clear(std::size_t alarm) noexcept = 0;
     /// Heartbeat of the handler's thread.

@@ -36,7 +36,7 @@ ExposureStep next_exposure(const ExposureReading& r) noexcept {
                           : signal <= darkest * span ? step_max
                                                      : std::clamp(goal / signal, 1 / step_max, step_max);
     if (std::abs(factor - 1) <= dead_band) return {r.requested_ns, true};
-    // Step from the obtained exposure: where the chip clips it, the request does not run away.
+    // Step from the obtained exposure, so that the request does not wind up where the chip clips it.
     const double base = static_cast<double>(r.obtained_ns > 0 ? r.obtained_ns : r.requested_ns);
     const std::int64_t next = std::clamp<std::int64_t>(std::llround(base * factor), r.min_ns, r.max_ns);
     return {next, next == r.requested_ns};
@@ -86,7 +86,7 @@ void AutoExposure::adjust(const ExposureReading& reading, ExposureAuto mode) noe
     std::uint64_t expected = frame_word_;
     const std::uint64_t next =
         (expected & ~exposure_mask) | settled | static_cast<std::uint64_t>(step.exposure_ns);
-    // Fails after a restart by the control side: then this frame's reading is obsolete.
+    // The exchange fails after a restart by the control side: this frame's reading is then obsolete.
     word_.compare_exchange_strong(expected, next, std::memory_order_acq_rel);
 }
 

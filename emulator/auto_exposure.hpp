@@ -1,4 +1,4 @@
-// ExposureAuto: exposure control by the digital numbers of the frames before.
+// SFNC ExposureAuto: exposure control from the digital numbers of earlier frames.
 #pragma once
 
 #include "core/camera.hpp"
@@ -17,10 +17,10 @@ public:
     explicit DnHistogram(int bits) : counts_(std::size_t{1} << bits) {}
 
     void clear() noexcept;
-    /// Numbers beyond the last bin count in the last bin.
+    /// Counts pixels; numbers beyond the last bin count in the last bin.
     void add(std::span<const std::uint16_t> pixels) noexcept;
     [[nodiscard]] std::uint64_t pixels() const noexcept { return pixels_; }
-    /// The least number that at least `percent` of the pixels do not exceed; 0 without pixels.
+    /// The smallest number that at least `percent` of the pixels do not exceed; 0 without pixels.
     [[nodiscard]] std::uint32_t percentile(double percent) const noexcept;
 
 private:
@@ -33,7 +33,7 @@ struct ExposureReading {
     double signal_dn = 0; ///< AutoExposure percentile of the first window
     double black_dn = 0, white_dn = 4095;
     double target_percent = 50;    ///< from black to white
-    std::int64_t requested_ns = 0; ///< of that frame
+    std::int64_t requested_ns = 0; ///< exposure requested for that frame
     std::int64_t obtained_ns = 0;  ///< after rounding and clipping by the chip
     std::int64_t min_ns = 0, max_ns = 0;
 };
@@ -43,13 +43,13 @@ struct ExposureStep {
     bool settled = false;         ///< within the dead band, or at a limit
 };
 
-/// The signal is proportional to the exposure, so one step leads to the goal: exposure times goal over
-/// signal, but no more than a factor of four at a time. A full scale signal says only that it is too much,
-/// one below 1/256 of the scale only that it is too little: then the factor is a quarter, or four. Within 2 %
-/// of the goal, or where the limits allow no step, it has settled.
+/// Next exposure of the control loop. The signal is proportional to the exposure, so the step is exposure
+/// times goal over signal, limited to a factor of four. At full scale, and below 1/256 of the scale, the
+/// signal is unknown: the factor is then a quarter, or four. Within 2 % of the goal, or if the limits allow
+/// no step, the control has settled.
 [[nodiscard]] ExposureStep next_exposure(const ExposureReading& reading) noexcept;
 
-/// The reading of `frame`, made with `settings` within `limits`; `histogram` is of its first window.
+/// Reading of `frame`, made with `settings` within `limits`; `histogram` is that of its first window.
 [[nodiscard]] ExposureReading exposure_reading(const Frame& frame, const DnHistogram& histogram,
                                                const CameraSettings& settings,
                                                const CameraLimits& limits) noexcept;
@@ -70,15 +70,15 @@ public:
 
     /// Samples the state for the next frame, for settings read at the same time.
     void sample() noexcept { frame_word_ = word_.load(std::memory_order_acquire); }
-    /// The same for settings read earlier: keeps the sample of their run when another has begun since.
+    /// Samples for settings read earlier: keeps the sample of their run if another run has begun since.
     void sample_same_run() noexcept;
     /// Exposure of the sample.
     [[nodiscard]] std::int64_t frame_exposure_ns() const noexcept {
         return static_cast<std::int64_t>(frame_word_ & exposure_mask);
     }
-    /// Whether a frame made with the sample adjusts the exposure under `mode`.
+    /// True if a frame made with the sample adjusts the exposure under `mode`.
     [[nodiscard]] bool adjusts(ExposureAuto mode) const noexcept;
-    /// Moves the exposure on by the reading of a frame made with the sample.
+    /// Adjusts the exposure by the reading of a frame made with the sample.
     void adjust(const ExposureReading& reading, ExposureAuto mode) noexcept;
 
 private:

@@ -70,7 +70,7 @@ bool Camera::apply(const CameraSettings& settings) {
         settings_ = settings;
     }
     router_.set(settings);
-    // Without a rate of its own the free run follows the chip, which depends on windows and exposure.
+    // Without a configured rate the free run follows the chip, which depends on windows and exposure.
     const bool paced_differently =
         route_of(before) != route_of(settings) || before.frame_rate_hz != settings.frame_rate_hz ||
         before.frame_rate_enabled != settings.frame_rate_enabled ||
@@ -93,7 +93,7 @@ void Camera::set_trigger_rate(sync::RationalRate rate) {
 bool Camera::acquisition_start() {
     const std::lock_guard control(control_mutex_);
     if (acquiring()) return false;
-    stop_free_run();                 // of an acquisition that ended by itself
+    stop_free_run();                 // left from an acquisition that ended by itself
     router_.acquisition_stop(false); // waits until the last trigger has its frame id
     const CameraSettings now = settings();
     next_frame_id_ = 1;
@@ -117,11 +117,11 @@ void Camera::acquisition_stop(bool abort) {
         cancel_ = true;
         releaser_.abandon_all();
     }
-    // A trigger that was taken just now still becomes a frame; this waits until it is with the transports
-    // and, after an abort, until the pipeline has noticed.
+    // A trigger accepted just now still becomes a frame: wait until the transports have it and, after an
+    // abort, until the pipeline has stopped.
     router_.acquisition_stop(abort);
     if (abort) {
-        releaser_.abandon_all(); // a frame that was ready and waited for its time
+        releaser_.abandon_all(); // frames that are ready and wait for their release time
         releaser_.wait_idle();
         cancel_ = false;
     }
@@ -130,7 +130,7 @@ void Camera::acquisition_stop(bool abort) {
 double Camera::free_run_rate_hz() const {
     const CameraSettings s = settings();
     if (s.frame_rate_enabled) return s.frame_rate_hz;
-    // A part in a million slower than the chip can: an edge that comes a nanosecond too soon would be missed.
+    // One part in a million slower than the chip's limit: an edge a nanosecond too early would be missed.
     const double fastest_hz = 1e9 / (static_cast<double>(readout(s).frame_period_ns) * 1.000001 + 1);
     return std::clamp(fastest_hz, config_.limits.frame_rate_min_hz, config_.limits.frame_rate_max_hz);
 }
@@ -203,7 +203,8 @@ void Camera::run() noexcept {
         make_frame();
 }
 
-/// A chip that cannot expose while it reads out states so in its frame period.
+/// True if TriggerOverlap Off makes a triggered frame wait for the readout before it. A chip that cannot
+/// expose during readout has this in its frame period already.
 bool Camera::waits_for_readout(const CameraSettings& s) const noexcept {
     return config_.limits.overlapped && s.trigger_overlap == TriggerOverlap::off &&
            route_of(s) != free_run_route;
@@ -231,9 +232,9 @@ void Camera::make_frame() noexcept {
     router_.moments_changed().notify();
 }
 
-/// The settings of the frame about to be made, and the exposure that ExposureAuto has reached.
+/// Takes the settings of the next frame, and the exposure that ExposureAuto has reached.
 void Camera::take_settings() noexcept {
-    // While the control side holds the lock it is about to change settings that are not meant for this frame.
+    // Keep the old settings if the control side holds the lock: the new ones are not meant for this frame.
     if (settings_mutex_.try_lock()) {
         frame_settings_ = settings_;
         auto_exposure_.sample();
@@ -247,7 +248,7 @@ void Camera::take_settings() noexcept {
     adjusts_exposure_ = auto_exposure_.adjusts(mode) && !sequenced;
 }
 
-/// Numbers the frame of the current trigger, and moves the sequencer on.
+/// Numbers the frame of the current trigger and advances the sequencer.
 FrameOrder Camera::next_order() noexcept {
     const sync::Trigger& trigger = router_.gate().current();
     FrameOrder order;
@@ -265,7 +266,7 @@ FrameOrder Camera::next_order() noexcept {
             std::clamp(trigger.width_ns, config_.limits.exposure_min_ns, config_.limits.exposure_max_ns);
     if (frame_sequence_.enabled) sequence_step_ = frame_sequence_.steps[step].next;
     last_sequence_step_.store(step, std::memory_order_relaxed);
-    // A latched trigger takes effect when the chip is free again.
+    // Apply a latched trigger when the chip is free again.
     order.settings.trigger_delay_ns += router_.gate().held_ns();
     order.scene_time = trigger.scene != sync::Trigger::scene_of_camera ? trigger.scene
                        : config_.scene_time == SceneTime::nominal
@@ -310,7 +311,7 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
     if (!taken) return false;
     frames_.fetch_add(1, std::memory_order_relaxed);
     sink_ = &releaser_.begin(frame, maker_.plan().release, maker_.scene_to_clock_ns());
-    // An abort that came before begin() could not reach this frame.
+    // Cancel here if the abort came before begin() and could not reach this frame.
     if (cancel_.load()) releaser_.abandon_all();
     return true;
 }

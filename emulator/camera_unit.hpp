@@ -1,4 +1,4 @@
-// One camera of the daemon and all that is its own: images, release of rows, transports.
+// One camera of the daemon with its frame pipeline, row release, transports, simulator and output lines.
 #pragma once
 
 #include "core/log.hpp"
@@ -23,44 +23,46 @@
 
 namespace obscura::emulator {
 
-/// Triggers come from outside, through camera(). All members are called on the main thread.
+/// Owns the parts of one camera. Trigger sources outside of it reach it through camera(). Thread-bound to the
+/// main thread.
 class CameraUnit {
 public:
-    /// Loads and allocates; opens nothing. `log` and `ptp`, if any, must outlive the unit. Throws Error.
+    /// Loads files and allocates; opens no device or socket. `log` and `ptp`, if any, must outlive the unit.
+    /// Throws Error.
     CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                const sync::PtpMonitor* ptp);
     ~CameraUnit();
     CameraUnit(const CameraUnit&) = delete;
     CameraUnit& operator=(const CameraUnit&) = delete;
 
-    /// Starts the transports. Throws Error; stop() ends those that did start.
+    /// Starts the transports. Throws Error; stop() then stops those that have started.
     void start();
-    /// Acquires at once where nobody can ask for it, or where that is configured.
+    /// Starts the acquisition if no client can control it, or if that is configured.
     void begin();
     void stop();
 
-    /// Steps of this camera's simulator go to `source` from now on; null: nowhere.
+    /// Sets the trigger source of steps of this camera's simulator; null: steps are refused.
     void step_with(sync::SoftwareTrigger* source);
-    /// First half of a reload, which may fail: a scene that differs is built, while frames go on and
-    /// `meanwhile` is called several times a second. The reason why that cannot be, or nothing. Throws Error.
+    /// First half of a reload, which may fail: builds a changed scene while frames continue; `meanwhile` is
+    /// called several times a second. Returns the reason of a refusal, or empty. Throws Error.
     [[nodiscard]] std::string prepare(const emulator::DaemonConfig& next,
                                       const std::function<void()>& meanwhile);
-    /// Second half, which cannot: scene and late policy change from the next frame on.
+    /// Second half of a reload, which cannot fail: scene and late policy change from the next frame on.
     void take_on(const emulator::DaemonConfig& next);
-    /// Forgets what prepare() built.
+    /// Discards the scene that prepare() built.
     void dismiss() { next_renderer_.reset(); }
 
     /// "ADDRESS:PORT" of the transport that serves the control port; "none" without a control port. Valid
     /// after start().
     [[nodiscard]] const std::string& address() const noexcept { return address_; }
     void tick();
-    /// What the kernel does not know of TAI.
+    /// Sets the correction of the kernel's TAI offset.
     void set_tai_correction_ns(std::int64_t ns) noexcept { imaging_->clock.set_tai_correction_ns(ns); }
     void write_timing_to(std::ostream& out);
 
     [[nodiscard]] std::string summary() const;
     [[nodiscard]] std::string statistics_json(ClockState clock, std::string_view source) const;
-    /// Of all threads but those that rendering is made of.
+    /// Heartbeats of all threads except the pipeline's (render, detector), for which see Camera::alive().
     [[nodiscard]] Heartbeats heartbeats() const;
     [[nodiscard]] Camera& camera() noexcept { return *camera_; }
     [[nodiscard]] const Clock& clock() const noexcept { return imaging_->clock; }
@@ -73,8 +75,8 @@ private:
     bool stopped_ = false;
     std::unique_ptr<Imaging> imaging_;
     std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;
-    std::unique_ptr<renderer::Renderer> next_renderer_;        ///< between prepare() and take_on()
-    std::vector<std::unique_ptr<renderer::Renderer>> retired_; ///< until frames are made without them
+    std::unique_ptr<renderer::Renderer> next_renderer_;        ///< set between prepare() and take_on()
+    std::vector<std::unique_ptr<renderer::Renderer>> retired_; ///< kept until no frame uses them
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;
     std::vector<std::unique_ptr<transports::Transport>> transports_;

@@ -95,7 +95,7 @@ void CounterTimerEvents::scan() noexcept {
 }
 
 /// Ends of counter `i` since the last scan, and the instant of the last one. None while it counts missed
-/// triggers: a trigger from its end could be missed in turn, without end.
+/// triggers: a trigger from its end could be missed in turn, an infinite loop.
 std::uint64_t CounterTimerEvents::new_counter_ends(std::size_t i, const IoInputs& in, Time& last) noexcept {
     Counter& counter = counters_[i];
     if (counter.set_up.source == IoEvent::frame_trigger_missed) return 0;
@@ -109,7 +109,7 @@ std::uint64_t CounterTimerEvents::new_counter_ends(std::size_t i, const IoInputs
     return ends - std::exchange(counter.ended, ends);
 }
 
-/// Whether timer `i` was started since the last scan, and when it ends.
+/// True if timer `i` was started since the last scan; sets `end` to its end.
 bool CounterTimerEvents::timer_started(std::size_t i, const IoInputs& in, Time& end) noexcept {
     Timer& timer = timers_[i];
     Time start;
@@ -119,7 +119,7 @@ bool CounterTimerEvents::timer_started(std::size_t i, const IoInputs& in, Time& 
     return true;
 }
 
-/// Whether timer `i` has been neither reset nor configured since its start.
+/// True if timer `i` has been neither reset nor configured since its start.
 bool CounterTimerEvents::timer_runs(std::size_t i, const IoInputs& in) noexcept {
     take_over_settings();
     return timers_[i].started != Time{} && timers_[i].started >= in.activity.timer_resets[i];

@@ -1,4 +1,4 @@
-// Ends of counters and timers as trigger events.
+// Trigger events from the ends of SFNC counters and timers.
 #pragma once
 
 #include "core/clock.hpp"
@@ -22,7 +22,7 @@ public:
     class Host {
     public:
         virtual ~Host() = default;
-        /// Any thread; real-time safe.
+        /// State of the inputs that counters and timers listen to. Thread-safe, real-time safe.
         [[nodiscard]] virtual IoInputs io_inputs() const noexcept = 0;
         /// Counter or timer `source` has ended; `end.id` counts its ends. Alarm thread: must be real-time
         /// safe.
@@ -47,9 +47,9 @@ public:
     // Any thread; real-time safe.
 
     void fill(CameraActivity& activity) const noexcept { marks_.fill(activity); }
-    /// An event has happened that counters may count or timers start from.
+    /// Reports an event that counters may count or timers start from.
     void request_scan() noexcept;
-    /// A frame has begun; its instants may lie ahead.
+    /// Reports that a frame has begun; its instants may lie ahead.
     void frame_begun(const FrameInstants& instants) noexcept;
 
     // Alarm thread.
@@ -86,7 +86,7 @@ private:
     const std::size_t first_alarm_;
 
     IoMarks marks_;
-    std::mutex mutex_; ///< of the configured values; the alarm thread only tries to lock it
+    std::mutex mutex_; ///< guards the configured values; the alarm thread only tries to lock it
     std::array<Counter, counter_count> configured_counters_;
     std::array<Timer, timer_count> configured_timers_;
     std::atomic<bool> idle_{true};

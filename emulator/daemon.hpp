@@ -1,4 +1,5 @@
-// The daemon as an object: everything a configuration asks for, started in order and stopped in reverse.
+// The daemon as an object: cameras, trigger sources and threads of a configuration, started in order and
+// stopped in reverse.
 #pragma once
 
 #include "core/log.hpp"
@@ -21,62 +22,62 @@
 
 namespace obscura::emulator {
 
-/// Builds in the constructor, runs between start() and stop(). All members are called on the main thread.
+/// Builds in the constructor, runs between start() and stop(). Thread-bound to the main thread.
 class Daemon {
 public:
-    /// Loads and allocates; opens nothing. Throws Error.
+    /// Loads files and allocates; opens no device or socket. Throws Error.
     explicit Daemon(emulator::DaemonConfig config);
     ~Daemon();
     Daemon(const Daemon&) = delete;
     Daemon& operator=(const Daemon&) = delete;
 
-    /// Opens ports and files and starts to serve. Throws Error; then nothing is left running.
+    /// Opens ports and files and starts to serve. Throws Error; nothing is left running then.
     void start();
-    /// The mirror of start(), within 1 s.
+    /// Stops in reverse order of start(), within 1 s.
     void stop();
 
-    /// Where clients find the cameras, "ADDRESS:PORT" of each with blanks between; "none" for one without a
-    /// control port. Valid after start().
+    /// Control addresses of the cameras, "ADDRESS:PORT" of each separated by blanks; "none" for a camera
+    /// without a control port. Valid after start().
     [[nodiscard]] std::string address() const;
-    /// To be called several times a second: writes what real-time threads have logged.
+    /// Writes the messages of real-time threads to the log; to be called several times a second.
     void tick();
-    /// Takes on what `next` changes, if all of that can be changed while running; otherwise nothing, and the
-    /// reason is the result. Frames in work are not disturbed; a scene is built while frames go on, and
-    /// `meanwhile` is called several times a second during that. Throws Error when the new scene or trigger
-    /// source cannot be had; the old one goes on then.
+    /// Applies the changes of `next` if all of them are reloadable; otherwise changes nothing and returns the
+    /// reason. Frames in progress are not disturbed; a scene is built while frames continue, and `meanwhile`
+    /// is called several times a second during that. Throws Error if the new scene or trigger source is not
+    /// usable; the old one stays in use.
     [[nodiscard]] std::string reload(emulator::DaemonConfig next,
                                      const std::function<void()>& meanwhile = {});
-    /// From now on tick() appends the stamps of every frame of that camera to `out`, as CSV. `out` must
+    /// Makes tick() append the time stamps of every further frame of that camera to `out`, as CSV. `out` must
     /// outlive the daemon.
     void write_timing_to(std::ostream& out, std::size_t camera = 0);
-    /// True when every worker thread has given a sign of life since the last call that returned true; call
-    /// several times a second until it does. A thread that is missed is logged once.
+    /// True if every thread has beaten since the last call that returned true; to be called several times a
+    /// second until it does. A thread without heartbeat is logged once.
     [[nodiscard]] bool alive();
 
     /// Counters in one line, for the log.
     [[nodiscard]] std::string summary() const;
-    /// Counters and latencies as JSON; of several cameras as a list "cameras" with the address of each.
+    /// Counters and latencies as JSON; for several cameras a list "cameras" with the address of each.
     [[nodiscard]] std::string statistics_json() const;
 
-    /// The highest priority that a thread of it takes; 0: none under SCHED_FIFO.
+    /// The highest SCHED_FIFO priority of its threads; 0: none.
     [[nodiscard]] int realtime_priority() const noexcept { return highest_priority(threads_); }
     [[nodiscard]] std::size_t camera_count() const noexcept { return units_.size(); }
     [[nodiscard]] Camera& camera(std::size_t number = 0) noexcept { return units_.at(number)->camera(); }
 
 private:
-    /// A trigger source and the cameras that it reaches.
+    /// A trigger source and the cameras connected to it.
     struct TriggerLine {
-        std::size_t number = 0; ///< what cameras call it: Line0 and so on
-        std::size_t config = 0; ///< camera whose configuration describes it
+        std::size_t number = 0; ///< line number of the cameras: 0 is Line0
+        std::size_t config = 0; ///< camera whose configuration defines it
         std::vector<CameraUnit*> units;
         sync::FanOut cameras;
         std::unique_ptr<sync::Conditioner> conditioner;
-        std::unique_ptr<sync::TriggerSource> source; ///< none: software triggers only
-        ClockState clock = ClockState::free;         ///< as it was logged last
+        std::unique_ptr<sync::TriggerSource> source; ///< null: software triggers only
+        ClockState clock = ClockState::free;         ///< state logged last
 
         [[nodiscard]] ClockState clock_state() const;
         [[nodiscard]] std::string_view source_name() const { return source ? source->name() : "none"; }
-        /// Line0: where simulators of its cameras make steps, with the source or nowhere.
+        /// Connects the simulators of its cameras to the source for steps, or disconnects them (Line0 only).
         void let_step(bool with_source) const;
     };
 
@@ -93,7 +94,7 @@ private:
     LogRing log_;
     std::unique_ptr<sync::PtpMonitor> ptp_; ///< outlives the cameras, which ask it
     std::vector<std::unique_ptr<CameraUnit>> units_;
-    std::vector<std::unique_ptr<TriggerLine>> lines_; ///< go before the cameras that they reach
+    std::vector<std::unique_ptr<TriggerLine>> lines_; ///< destroyed before the cameras they are connected to
     bool running_ = false;
 };
 

@@ -41,7 +41,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
       settings_(settings),
       band_count_(renderer.band_count()),
       histogram_(sensor.detector.adc_bits) {
-    // Planned once in full size, so that later plans find room for every row.
+    // Plan once in full size, so that later plans need no allocation.
     const sensors::WindowRequest whole{{0, 0, readout_.width, readout_.height}, 10 * ns_per_ms};
     if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, plan_); !refusal.empty())
         throw ConfigError(fmt::format("sensor: {}", refusal));
@@ -79,7 +79,7 @@ FrameMaker::~FrameMaker() {
 }
 
 std::string FrameMaker::plan_frame(const FrameOrder& order) {
-    // An acquisition remembers nothing of an earlier one: it is the same every time.
+    // Clear the sensor's state, so that every acquisition gives the same frames.
     if (order.frame_id == 1) {
         detector_.forget();
         sequencer_.restart();
@@ -89,7 +89,7 @@ std::string FrameMaker::plan_frame(const FrameOrder& order) {
     asked_start_ = order.scene_time + s.trigger_delay_ns;
     sensors::TriggerVerdict verdict = sequencer_.next(readout_, requests.all(), asked_start_, plan_);
     if (verdict == sensors::TriggerVerdict::over_trigger) {
-        // Whoever ordered the frame knows that the chip was free: frames came at another pace than nominal.
+        // The caller knows that the chip was free: the frame rate differs from nominal.
         sequencer_.restart();
         verdict = sequencer_.next(readout_, requests.all(), asked_start_, plan_);
     }
@@ -172,7 +172,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     std::uint32_t number = frame_start_;
     bool complete = true;
     for (const RowBlock& block : row_blocks_) {
-        // A buffer is free again when the block that used it last has gone through the detector.
+        // Wait for a free buffer: the block that used it last must have been exposed in the detector.
         for (std::uint32_t done = done_.load(std::memory_order_acquire); number - done >= buffer_count;
              done = done_.load(std::memory_order_acquire))
             done_.wait(done, std::memory_order_acquire);
@@ -245,7 +245,7 @@ bool FrameMaker::render_row_block(const RowBlock& block, std::span<float> light,
                             cancel);
 }
 
-/// The same row of the array over and over.
+/// Renders a push-broom block: every row is the same row of the array at another time.
 bool FrameMaker::render_lines(renderer::RenderRequest request, const RowBlock& block, std::span<float> light,
                               const std::atomic<bool>* cancel) {
     const auto line = static_cast<std::size_t>(request.window.width);

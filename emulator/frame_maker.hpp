@@ -1,4 +1,4 @@
-// Makes one frame: plan -> render -> detector, in row blocks that are pipelined.
+// Frame pipeline: readout plan, rendering and detector of one frame, in pipelined row blocks.
 #pragma once
 
 #include "core/camera.hpp"
@@ -19,22 +19,22 @@
 
 namespace obscura::emulator {
 
-/// What is to be made. The pixels depend on frame_id, scene_time, `settings` and the configuration with its
-/// seed, and on those of the frames since the acquisition started: a sensor remembers the charge of the frame
-/// before (image lag), its rows may have been reset under older settings, and a trigger that lands in a
-/// readout waits for the row grid. The other stamps only travel along.
+/// Parameters of one frame. The pixels depend on frame_id, scene_time, `settings` and the configuration with
+/// its seed, and on those of the frames since the acquisition start: a sensor keeps charge of the frame
+/// before (image lag), its rows may have been reset under older settings, and a trigger during a readout
+/// waits for the row grid. The other time stamps are only recorded.
 struct FrameOrder {
     std::uint64_t frame_id = 1;
     std::uint64_t trigger_id = 1;
     Time trigger_edge;              ///< scheduling clock
     Time seen;                      ///< scheduling clock
-    Time scene_time;                ///< what the scene's clock shows at the trigger's edge
+    Time scene_time;                ///< scene clock at the trigger edge
     std::int64_t tai_offset_ns = 0; ///< TAI minus the scheduling clock
     ClockState clock_state = ClockState::free;
     CameraSettings settings;
 };
 
-/// Is told how far the detector has come.
+/// Receiver of the detector's progress.
 class RowSink {
 public:
     virtual ~RowSink() = default;
@@ -45,74 +45,75 @@ public:
 
 struct FrameMakerSettings {
     std::int32_t band_rows = 64; ///< rows of a row block
-    std::int32_t max_rows = 0;   ///< of a composed image; 0: as many as the sensor has
+    std::int32_t max_rows = 0;   ///< rows of a composed image; 0: those of the sensor
     std::uint64_t seed = 1;      ///< recorded in the frame's ground truth
-    ThreadSettings thread{};     ///< the detector's
+    ThreadSettings thread{};     ///< detector thread
 };
 
 /// Row block pipeline: the calling thread renders block k+1 (over the renderer's own workers) while a thread
-/// of this object takes block k through the detector. A block lies within one window and is rendered with the
-/// rows and columns around it that the detector wants. One frame at a time, one calling thread at a time;
-/// after construction nothing here allocates.
+/// of this object exposes block k in the detector. A block lies within one window and is rendered with the
+/// halo of rows and columns that the detector requires. Makes one frame at a time; thread-bound where not
+/// stated otherwise; no allocation after construction.
 class FrameMaker {
 public:
-    /// The references must outlive the maker. Throws ConfigError when the sensor cannot be read out at all.
+    /// The references must outlive the maker. Throws ConfigError if the sensor's readout cannot be planned.
     FrameMaker(const renderer::Renderer& renderer, sensors::Detector& detector,
                const SensorDescription& sensor, const Clock& clock, FrameMakerSettings settings);
     ~FrameMaker();
     FrameMaker(const FrameMaker&) = delete;
     FrameMaker& operator=(const FrameMaker&) = delete;
 
-    /// Plans the readout and writes `frame.info` and the row times. Frame 1 starts an acquisition. Empty, or
-    /// the reason why the chip cannot do that or the frame has no room for it; then the frame is untouched.
+    /// Plans the readout and writes `frame.info` and the row times. Frame 1 starts an acquisition. Returns
+    /// empty, or the reason why the chip cannot do that or the frame is too small; the frame is then
+    /// unchanged.
     [[nodiscard]] std::string prepare(const FrameOrder& order, Frame& frame);
-    /// The chip reads this frame, but nobody takes it: later frames depend on that.
+    /// Reads a frame out of the chip without output, because later frames depend on it.
     void skip(const FrameOrder& order);
-    /// Makes the pixels of the frame prepared last. Rows go to `sink`, or are published at once when there is
-    /// none. False when `cancel` became true on the way: then the rows told of so far are all there will be.
+    /// Makes the pixels of the frame prepared last. Rows are reported to `sink`, or published at once if it
+    /// is null. Returns false if `cancel` became true before the end: no row follows those reported so far.
     bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr);
-    /// prepare() and fill() at once and without any waiting: a frame to look at.
+    /// prepare() and fill() in one call, for frames made offline.
     [[nodiscard]] std::string make(const FrameOrder& order, Frame& frame);
 
-    /// What the chip would make of `settings`. Any thread; allocates.
+    /// Exposures, image and timing that the chip obtains with `settings`. Thread-safe; allocates.
     [[nodiscard]] ReadoutAnswer answer(const CameraSettings& settings) const;
 
-    /// From the frame prepared next on, `renderer` is used: the same number of spectral bands, and it must
-    /// outlive the maker or the next replacement that was taken on. Any thread.
+    /// Uses `renderer` from the next prepared frame on. It must have the same number of spectral bands and
+    /// must outlive the maker or the next replacement in use. Thread-safe.
     void replace_renderer(const renderer::Renderer& renderer) noexcept { next_renderer_.store(&renderer); }
-    /// Whether frames are made with `renderer` by now.
+    /// True if frames are now made with `renderer`.
     [[nodiscard]] bool uses(const renderer::Renderer& renderer) const noexcept {
         return renderer_.load() == &renderer;
     }
 
-    /// Row blocks that have gone through the detector so far. Any thread.
+    /// Row blocks exposed in the detector since construction. Thread-safe.
     [[nodiscard]] std::uint32_t row_blocks_made() const noexcept {
         return done_.load(std::memory_order_relaxed);
     }
-    /// Grows while a frame is being made, also within a block that takes long. Any thread.
+    /// Progress count that grows while a frame is made, also within a slow block. Thread-safe.
     [[nodiscard]] std::uint64_t progress() const noexcept {
         return row_blocks_made() + current().rays_traced() + current().samples_taken();
     }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
-    /// What the detector made of the first window of the frame filled last, before any test pattern; only of
-    /// frames ordered with ExposureAuto.
+    /// Histogram of the first window of the frame filled last, before any test pattern; for frames with
+    /// ExposureAuto only.
     [[nodiscard]] const DnHistogram& histogram() const noexcept { return histogram_; }
-    /// From the trigger of the frame prepared last, delays included, until the chip can take another.
+    /// Time from the trigger of the frame prepared last, delays included, until the chip accepts another.
     [[nodiscard]] std::int64_t busy_ns() const noexcept {
         return plan_.trigger - asked_start_ + plan_.frame_period_ns;
     }
-    /// Whether a frame asked for at `scene_time` begins before the one planned last has been read out.
+    /// True if a frame triggered at `scene_time` begins before the frame planned last has been read out.
     [[nodiscard]] bool overlaps(Time scene_time) const noexcept;
     /// Scheduling clock minus scene time of the frame prepared last.
     [[nodiscard]] std::int64_t scene_to_clock_ns() const noexcept { return scene_to_clock_ns_; }
 
 private:
     static constexpr std::uint32_t buffer_count = 2;
-    /// A piece of a window that goes through renderer and detector at once.
+    /// Rows of a window that are rendered and exposed together.
     struct RowBlock {
         std::size_t window;
-        std::int32_t first_row, rows; ///< of the composed image
+        std::int32_t first_row, rows; ///< rows of the composed image
         std::int32_t halo_above, halo_below, halo_left, halo_right;
     };
 
@@ -138,26 +139,27 @@ private:
     const double offset_dn_;
     const FrameMakerSettings settings_;
     std::size_t band_count_;
-    std::int32_t buffer_rows_; ///< of a buffer, halo included
+    std::int32_t buffer_rows_; ///< rows of a buffer, halo included
 
     sensors::ReadoutSequencer sequencer_;
     sensors::ReadoutPlan plan_;
-    Time asked_start_; ///< of the exposure, scene time
+    Time asked_start_; ///< requested exposure start, scene time
     std::vector<RowBlock> row_blocks_;
     std::vector<RowTime> block_times_;
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::array<std::vector<float>, buffer_count> buffers_;
 
-    // The frame in work, for the detector thread: written before the first block of a frame is posted.
+    // Current frame, for the detector thread: written before the first block of a frame is posted.
     Frame* frame_ = nullptr;
     double black_shift_dn_ = 0;
     ImagePattern pattern_ = ImagePattern::off;
-    bool measured_ = false; ///< its numbers are to be counted
+    bool measured_ = false; ///< the frame's numbers enter the histogram
     DnHistogram histogram_;
     RowSink* sink_ = nullptr;
 
-    // Bands of all frames, counted through: posted by the renderer's side, done by the detector thread.
+    // Running counts of row blocks over all frames: posted by the rendering thread, done by the detector
+    // thread.
     std::atomic<std::uint32_t> posted_{0};
     std::atomic<std::uint32_t> done_{0};
     std::uint32_t frame_start_ = 0; ///< number of the first row block of the current frame

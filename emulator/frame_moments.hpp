@@ -16,17 +16,17 @@ struct FrameInstants {
     Time exposure_start, exposure_end; ///< first reset, last read
 };
 
-/// What output lines show.
+/// Camera state for the output lines.
 struct CameraMoments {
     std::uint64_t frames = 0;          ///< frames begun
-    std::uint64_t frame_id = 0;        ///< of the last frame begun
-    Time exposure_start, exposure_end; ///< of the last frame begun, scheduling clock
-    bool ready = false;                ///< an edge at or after `not_before` would be taken
+    std::uint64_t frame_id = 0;        ///< id of the last frame begun
+    Time exposure_start, exposure_end; ///< exposure of the last frame begun, scheduling clock
+    bool ready = false;                ///< an edge at or after `not_before` would be accepted
     Time not_before;
 };
 
-/// The frame begun last. The pipeline thread writes, any thread reads; real-time safe. A reader may see
-/// instants of two consecutive frames.
+/// Instants of the last frame begun. The pipeline thread writes, any thread reads; real-time safe. A reader
+/// may see instants of two consecutive frames.
 class FrameMoments {
 public:
     void publish(const FrameInstants& instants) noexcept {

@@ -10,25 +10,26 @@
 
 namespace obscura::emulator {
 
-/// Members are called on the line's source thread, where not stated otherwise; all are real-time safe.
+/// Members are called on the line's source thread where not stated otherwise; all are real-time safe.
 class InputLine {
 public:
-    /// Any thread.
+    /// Count, time and level of the edges. Thread-safe.
     [[nodiscard]] LineActivity activity() const noexcept {
         return {edges_.load(std::memory_order_acquire), Time{edge_ns_.load(std::memory_order_relaxed)},
                 high()};
     }
-    /// Any thread: level after the last edge; low before the first.
+    /// Level after the last edge; low before the first. Thread-safe.
     [[nodiscard]] bool high() const noexcept { return high_.load(std::memory_order_relaxed); }
 
     /// Records an edge. Returns the number of edges lost before it.
     std::uint64_t record(const sync::Trigger& trigger) noexcept;
-    /// Id among the active edges, for an active edge of a dual-edge input after `lost` edges.
+    /// Numbers an active edge of a dual-edge input, after `lost` edges, among the active edges.
     std::uint64_t number_active(std::uint64_t lost) noexcept;
 
     /// ExposureMode TriggerWidth: `trigger` begins a pulse in acquisition number `acquisition`.
     void begin_pulse(const sync::Trigger& trigger, std::uint32_t acquisition) noexcept;
-    /// Ends the measurement at any further edge. The pulse, with its width, if it began in `acquisition`.
+    /// Ends the measurement at any further edge. Returns the pulse with its width if it began in
+    /// `acquisition`.
     std::optional<sync::Trigger> end_pulse(const sync::Trigger& trigger, std::uint32_t acquisition) noexcept;
 
 private:
@@ -37,8 +38,8 @@ private:
     std::atomic<bool> high_{false};
     // Source's thread only.
     std::uint64_t last_id_ = 0, active_id_ = 0;
-    sync::Trigger pulse_;                 ///< its first edge
-    std::uint32_t pulse_acquisition_ = 0; ///< 0: no pulse is being measured
+    sync::Trigger pulse_;                 ///< first edge of the pulse
+    std::uint32_t pulse_acquisition_ = 0; ///< acquisition of the pulse; 0: no pulse is measured
 };
 
 } // namespace obscura::emulator

@@ -64,7 +64,7 @@ void OutputLines::run() {
         if (moments.ready && moments.not_before > now) next = std::min(next, moments.not_before);
         show(ready_, moments.ready && now >= moments.not_before);
         for (Exposure& e : recent_)
-            // Also one that was over before this thread came: none goes unseen.
+            // Signal an exposure that ended before this thread ran too, so that none is left out.
             if (!e.shown && now >= e.start) {
                 show(exposure_, true);
                 e.shown = true;
@@ -104,7 +104,7 @@ void OutputLines::reopen(Line& line, Time now) {
         line.active = false;
         log_notice("{}: the line is back", line.name);
     } catch (const Error&) {
-        // Said already that it is missing.
+        // The loss of the line has been logged already.
     }
 }
 

@@ -1,4 +1,4 @@
-// GPIO lines that tell the bench what the camera is doing: trigger ready, exposure active.
+// GPIO output lines of the camera: TriggerReady and ExposureActive.
 #pragma once
 
 #include "core/clock.hpp"
@@ -17,13 +17,13 @@
 
 namespace obscura::emulator {
 
-/// One thread of its own sets both lines, at the instants of the readout plan or as soon after as it gets the
-/// processor: the exposure line is active from the first row's reset to the last row's readout (a short
-/// pulse when the thread comes too late for that), the ready line while an edge would be taken. A line that
-/// goes away is opened anew.
+/// A thread of its own sets both lines at the instants of the readout plan, or as soon after as it is
+/// scheduled. The exposure line is active from the first row's reset to the last row's readout (a short pulse
+/// if the thread runs too late for that), the ready line while an edge would be accepted. A line that is lost
+/// is opened again.
 class OutputLines {
 public:
-    /// Opens a line; null where none is wanted. Throws HardwareError.
+    /// Opens a line; returns null if none is configured. Throws HardwareError.
     using Open = std::function<std::unique_ptr<sync::OutputLine>()>;
 
     /// `camera` and `clock` (CLOCK_MONOTONIC) must outlive this.
@@ -36,7 +36,7 @@ public:
     void start();
     void stop();
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
-    /// Exposures that were shown; times a line was lost.
+    /// Number of exposures signalled, and of losses of a line.
     [[nodiscard]] std::uint64_t exposures() const noexcept { return exposures_.load(); }
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(); }
 
@@ -45,7 +45,7 @@ private:
         const char* name;
         Open open;
         std::unique_ptr<sync::OutputLine> line{};
-        bool active = false, wanted = false; ///< wanted: there is one in the configuration
+        bool active = false, wanted = false; ///< wanted: the line is configured
     };
     struct Exposure {
         Time start, end;
@@ -55,14 +55,14 @@ private:
     void run();
     void show(Line& line, bool active);
     void reopen(Line& line, Time now);
-    /// Active now? And when that changes next, at most `next`.
+    /// True if an exposure is active at `now`. Lowers `next` to the instant of the next change.
     [[nodiscard]] bool exposing(Time now, Time& next) const noexcept;
 
     Camera& camera_;
     const Clock& clock_;
     const ThreadSettings thread_settings_;
     Line ready_, exposure_;
-    std::array<Exposure, 4> recent_{}; ///< of the last frames: exposures may overlap
+    std::array<Exposure, 4> recent_{}; ///< exposures of the last frames, which may overlap
     Time next_try_{};
     std::atomic<bool> stopping_{false};
     std::atomic<std::uint64_t> exposures_{0}, lost_{0};

@@ -10,8 +10,8 @@ bool PoseRing::push(double time_s, const Pose& pose) noexcept {
     const Vec3& p = pose.position_m;
     const Quat& q = pose.orientation;
     const std::array<double, 8> values{time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
-    // Every access is ordered by itself (release here, acquire in at()), because fences are opaque to
-    // ThreadSanitizer.
+    // Order every access by itself (release here, acquire in at()), because ThreadSanitizer does not
+    // understand fences.
     sequence_.fetch_add(1, std::memory_order_acq_rel);
     Cell& cell = cells_[count % capacity];
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -24,7 +24,7 @@ bool PoseRing::push(double time_s, const Pose& pose) noexcept {
 bool PoseRing::at(double time_s, Pose& pose) const noexcept {
     for (;;) {
         const std::uint64_t before = sequence_.load(std::memory_order_acquire);
-        if (before % 2 != 0) continue; // the writer needs a few stores
+        if (before % 2 != 0) continue; // the writer is between its stores
         const std::uint64_t count = count_.load(std::memory_order_acquire);
         if (count == 0) return false;
         const Pose found = evaluate(count, time_s);

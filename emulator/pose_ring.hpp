@@ -1,4 +1,4 @@
-// Poses with stamps that arrive while the program runs, for whatever moves in the scene.
+// Ring buffer of time-stamped poses received at run time, with interpolation.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
@@ -10,17 +10,19 @@
 
 namespace obscura::emulator {
 
-/// The last poses of one thing. Between two of them position is linear and attitude slerp, as in a
-/// trajectory; past the newest the last two go on for max_extrapolation_s and then hold; before the oldest
-/// that one holds. One thread pushes, any number read; nobody waits for long (a sequence lock).
+/// Latest poses of the camera, a body or a lamp. Between two poses the position is interpolated linearly and
+/// the attitude by slerp, as in a trajectory. After the newest the last two are extrapolated for
+/// max_extrapolation_s and then held; before the oldest that one is held. One thread pushes, any thread
+/// reads; readers retry for a few stores at most (sequence lock).
 class PoseRing final : public scene::LivePose {
 public:
     explicit PoseRing(double max_extrapolation_s) : max_extrapolation_s_(max_extrapolation_s) {}
 
-    /// `pose` with a unit quaternion. False, and nothing changes, unless `time_s` is later than all before.
+    /// Adds `pose`, whose quaternion has unit norm. Returns false, without effect, unless `time_s` is later
+    /// than all before.
     bool push(double time_s, const Pose& pose) noexcept;
     [[nodiscard]] bool at(double time_s, Pose& pose) const noexcept override;
-    /// Stamp of the newest pose; 0 when there is none.
+    /// Time stamp of the newest pose; 0 if there is none.
     [[nodiscard]] double newest_s() const noexcept;
     [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
 

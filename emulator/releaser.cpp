@@ -30,7 +30,7 @@ Releaser::Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock, Timi
 Releaser::~Releaser() {
     stopping_ = true;
     abandon_all();
-    // A number that was not begun wakes the thread; it looks at stopping_ first.
+    // Count a frame that was not begun, to wake the thread; it checks stopping_ first.
     begun_.fetch_add(1);
     changed_.notify();
     thread_.join();
@@ -82,13 +82,13 @@ void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
     const auto first = release.begin() + before, last = release.begin() + rows;
     const Time now = clock->now();
     if (timing == ReadoutTiming::fast) std::fill(first, last, now);
-    // Rows whose time has passed before they were ready. Release times grow with the row.
+    // Count the rows that were ready after their release time. Release times grow with the row.
     const auto late = std::lower_bound(first, last, now) - first;
     if (late > 0 && !unwanted.load(std::memory_order_relaxed)) {
         late_rows.fetch_add(static_cast<std::uint32_t>(late), std::memory_order_relaxed);
         target->flags.fetch_or(frame_late, std::memory_order_relaxed);
     }
-    // Added, not stored: bits may be set meanwhile by another thread and must stay.
+    // Add instead of store: another thread may set flag bits meanwhile, which must be kept.
     exposed.fetch_add(static_cast<std::uint32_t>(rows - before), std::memory_order_release);
     changed->notify();
     if (wake_clock) clock->interrupt();
@@ -137,7 +137,7 @@ void Releaser::run() noexcept {
             wait_for_change(seen);
         }
         Job& job = jobs_[number % frames_in_flight];
-        // Frames begun before the end are still given up properly, so that no transport waits for ever.
+        // Abandon frames begun before the end, so that no transport waits forever.
         if (!job.frame) return;
         Frame& frame = *job.frame;
         FrameTiming timing;
@@ -149,7 +149,7 @@ void Releaser::run() noexcept {
         const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
         late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
         if (outcome == Outcome::complete) {
-            // The count of frames last: whoever sees it sees what there is to say of the frame.
+            // Store the count of frames last, so that a reader of the count sees the frame's other counters.
             if (late_rows > 0) late_.fetch_add(1, std::memory_order_relaxed);
             complete_.fetch_add(1, std::memory_order_release);
             last_complete_ = job.policy == LatePolicy::repeat ? job.frame : FrameRef();
@@ -170,7 +170,7 @@ void Releaser::run() noexcept {
             timing.pose = info.pose;
             timing.transmit = info.transmit;
             timing.ended = clock_->now();
-            // The other stamps are written by threads that may still be at work on a frame given up early.
+            // Leave out the other stamps: threads may still write them for a frame abandoned early.
             if (frame.complete()) {
                 timing.render_begin = info.render_begin;
                 timing.render_end = info.render_end;
@@ -179,8 +179,8 @@ void Releaser::run() noexcept {
             log_->push(timing);
         }
         job.frame = FrameRef();
-        // Sequentially consistent: notify_all() looks for waiters first, and with a weaker store that look
-        // may come before the store is seen. A waiter that arrives in between would then sleep for ever.
+        // Sequentially consistent: notify_all() checks for waiters first, and with a weaker store that check
+        // may precede the store. A waiter that arrives in between would then sleep forever.
         finished_.store(number + 1);
         finished_.notify_all();
     }
@@ -209,8 +209,8 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
             continue;
         }
         if (now < *next) {
-            // The first row leaves at its very moment; later ones in groups, or the thread would wake for
-            // each.
+            // Release the first row exactly at its time, later rows in groups, or the thread would wake for
+            // each row.
             const bool first = released == 0;
             sleep_until(first ? *next : std::min(*(end - 1), *next + settings_.grain_ns), first);
             if (first && clock_->now() >= *next) lateness_.add(clock_->now() - *next);
@@ -270,7 +270,7 @@ bool Releaser::repeat_last(Job& job, std::int32_t from) noexcept {
     const bool fits = last_complete_ && last_complete_->info.width == frame.info.width &&
                       last_complete_->info.height == frame.info.height;
     if (!fits) return false;
-    // Renderer and detector let go of the frame at the end of their band.
+    // Renderer and detector stop writing to the frame at the end of their row block.
     for (;;) {
         const std::uint32_t seen = changed_.value();
         if ((job.exposed.load(std::memory_order_acquire) & Job::filled) != 0) break;
@@ -291,7 +291,7 @@ void Releaser::wait_for_change(std::uint32_t seen) noexcept {
 }
 
 void Releaser::sleep_until(Time t, bool exactly) noexcept {
-    // In pieces, so that a long exposure is not taken for a hung thread.
+    // Sleep in pieces, so that a long exposure is not taken for a hung thread.
     if (const Time soon = clock_->now() + Heartbeat::longest_wait_ns; t > soon) {
         t = soon;
         exactly = false;
@@ -309,8 +309,8 @@ void Releaser::sleep_until(Time t, bool exactly) noexcept {
     spun_ns_ += now - begin;
 }
 
-// SCHED_FIFO threads that use up sched_rt_runtime_us are stopped for the rest of the second. Polling may take
-// a fifth of any second, far below that limit.
+// Limits polling to a fifth of any second. SCHED_FIFO threads that use up sched_rt_runtime_us are throttled
+// for the rest of the period; this stays far below that limit.
 bool Releaser::may_spin(Time now) noexcept {
     if (now - spin_window_ >= ns_per_s) {
         spin_window_ = now;

@@ -34,7 +34,7 @@ bool notify_service_manager(std::string_view state) noexcept {
 std::int64_t watchdog_interval_ns() noexcept {
     const char* microseconds = std::getenv("WATCHDOG_USEC");
     if (microseconds == nullptr) return 0;
-    // Meant for this process only when WATCHDOG_PID, if set, says so.
+    // WATCHDOG_PID, if set, names the process that the watchdog applies to.
     const char* pid = std::getenv("WATCHDOG_PID");
     if (pid != nullptr && std::strtoll(pid, nullptr, 10) != ::getpid()) return 0;
     const long long value = std::strtoll(microseconds, nullptr, 10);

@@ -1,4 +1,4 @@
-// Tells the service manager how the daemon is: sd_notify(3) without libsystemd.
+// Service state notification and watchdog interval of systemd: sd_notify(3) without libsystemd.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 namespace obscura::emulator {
 
 /// Sends `state` ("READY=1" and so on) to the socket named in NOTIFY_SOCKET, a path or an abstract name with
-/// a leading '@'. False when there is none or it cannot be reached; that is never an error of the daemon.
+/// a leading '@'. Returns false if there is none or it cannot be reached, which is no error of the daemon.
 bool notify_service_manager(std::string_view state) noexcept;
 
-/// Nanoseconds within which the service manager wants to hear from this process again; 0: it does not.
+/// Watchdog interval of the service manager in nanoseconds; 0: no watchdog for this process.
 [[nodiscard]] std::int64_t watchdog_interval_ns() noexcept;
 
 } // namespace obscura::emulator

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double farthest_m = 1e15; // a tenth of a light year
 
-/// The next word; empty at the end. Words stand apart by one or more blanks.
+/// Removes the next word from the text; empty at the end. One or more blanks separate words.
 std::string_view next_word(std::string_view& rest) {
     const std::size_t begin = rest.find_first_not_of(" \t");
     if (begin == std::string_view::npos) return rest = {};

@@ -1,4 +1,4 @@
-// The lines that a simulator sends: poses with stamps, and steps. Described for people in docs/simulator.md.
+// Line protocol of the simulator port: time-stamped poses, steps, state queries. Manual: docs/simulator.md.
 #pragma once
 
 #include "core/geometry.hpp"
@@ -14,12 +14,12 @@ namespace obscura::emulator {
 /// `pose NAME TIME X Y Z QW QX QY QZ`
 struct PoseLine {
     std::string_view name; ///< points into the line
-    Time time;             ///< of the scene
+    Time time;             ///< scene time
     Pose pose;             ///< metres, inertial; the quaternion is normalised
 };
 /// `step TIME`
 struct StepLine {
-    Time time; ///< of the scene
+    Time time; ///< scene time
 };
 /// `state`
 struct StateLine {};
@@ -29,15 +29,15 @@ struct BadLine {
 };
 using SimulatorLine = std::variant<PoseLine, StepLine, StateLine, BadLine>;
 
-/// Longest line taken, without its end.
+/// Longest line accepted, without its end.
 constexpr std::size_t simulator_line_bytes = 512;
 
-/// Reads one line, without its end; every byte of it may be hostile.
+/// Parses one line, without its end. The input is untrusted.
 [[nodiscard]] SimulatorLine parse_simulator_line(std::string_view line);
 
-/// Seconds with up to nine decimals as nanoseconds, exactly; false unless it is such a number below 1e9.
+/// Parses seconds with up to nine decimals exactly; returns false unless `text` is such a number below 1e9.
 [[nodiscard]] bool parse_seconds(std::string_view text, Time& time) noexcept;
-/// The other way round: all nine decimals.
+/// Formats `time` as seconds with nine decimals.
 [[nodiscard]] std::string seconds_text(Time time);
 
 } // namespace obscura::emulator

@@ -23,9 +23,9 @@ namespace obscura::emulator {
 namespace {
 
 constexpr std::size_t most_clients = 8;
-constexpr std::size_t most_input = 16 * simulator_line_bytes; // lines that wait for a step to end
-constexpr std::int64_t patience_ns = 60 * ns_per_s;           // for one frame
-constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // for a camera that is still busy with the last
+constexpr std::size_t most_input = 16 * simulator_line_bytes; // input buffered while a step is in progress
+constexpr std::int64_t patience_ns = 60 * ns_per_s;           // longest wait for one frame
+constexpr std::int64_t readiness_ns = 15 * ns_per_s;          // longest wait for a busy camera
 
 std::uint64_t settled(const CameraCounters& c) {
     return c.complete + c.abandoned + c.dropped + c.missed_triggers + c.masked_triggers + c.ignored;
@@ -103,7 +103,7 @@ void SimulatorServer::stop() {
 
 void SimulatorServer::step_with(sync::SoftwareTrigger* source) {
     source_ = source;
-    // Whoever is about to fire the old one has to be through with it.
+    // Wait until the server thread has finished firing the old source.
     while (stepping_)
         std::this_thread::yield();
 }
@@ -119,7 +119,7 @@ void SimulatorServer::work() {
         std::vector<pollfd> watched{
             {wake_.get(), POLLIN, 0}, {tcp_.get(), POLLIN, 0}, {udp_.get(), POLLIN, 0}};
         for (const auto& client : clients_) {
-            // Who has sent more than can be taken now waits.
+            // Stop reading from a client whose input buffer is full.
             const bool full = client->input.size() >= most_input;
             watched.push_back({client->fd.get(), static_cast<short>(full ? 0 : POLLIN), 0});
         }
@@ -165,7 +165,7 @@ void SimulatorServer::receive(Client& client) {
 }
 
 void SimulatorServer::receive_datagrams() {
-    // A bounded number at a time, so that a flood does not keep the others waiting.
+    // Read a bounded number at a time, so that a flood does not block other clients.
     for (int i = 0; i < 64; ++i) {
         std::array<char, 65536> bytes;
         const ssize_t n = ::recv(udp_.get(), bytes.data(), bytes.size(), 0);

@@ -1,4 +1,4 @@
-// The port for a simulator: it says where things are, and in lockstep when the next frame is.
+// TCP and UDP server for an external simulator: poses of camera, bodies and lamps, and lockstep of frames.
 #pragma once
 
 #include "core/file_descriptor.hpp"
@@ -21,21 +21,22 @@
 
 namespace obscura::emulator {
 
-/// What moves, by its name in the scene; "camera" is the camera.
+/// Pose rings by the names of bodies and lamps in the scene; "camera" is the camera.
 using PoseRings = std::map<std::string, std::shared_ptr<PoseRing>, std::less<>>;
 
-/// Gives everything in `scene` that has a name a ring. Where two things have the same name, the first.
+/// Attaches a ring to the camera and to every named body and lamp in `scene`; of two with the same name, to
+/// the first.
 [[nodiscard]] PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s);
 
 struct SimulatorCounters {
     std::uint64_t connections = 0, poses = 0, steps = 0;
-    std::uint64_t refused = 0; ///< lines and connections
+    std::uint64_t refused = 0; ///< lines and connections refused
 };
 
-/// TCP for lines in both directions, UDP on the same port for poses only. One thread of its own; a client
-/// that sends nonsense gets a line that says so, one that does not read its answers is cut off. A step
-/// triggers a frame when the camera is ready for one and is answered when that frame's last row has left, or
-/// is known not to come.
+/// TCP carries lines in both directions, UDP on the same port poses only. It has a thread of its own. An
+/// invalid line is answered with an error line; a client that does not read its answers is disconnected. A
+/// step triggers a frame as soon as the camera is ready, and is answered when that frame's last row has been
+/// released, or when the frame has failed.
 class SimulatorServer {
 public:
     /// `camera` and `clock` must outlive the server. `listen` is "ADDRESS:PORT"; port 0: any.
@@ -47,7 +48,7 @@ public:
     /// Throws HardwareError or ConfigError.
     void start();
     void stop();
-    /// Steps go to `source` from now on; null: steps are refused. `source` must outlive the next call.
+    /// Sets the trigger source of steps; null: steps are refused. `source` must outlive the next call.
     void step_with(sync::SoftwareTrigger* source);
 
     [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
@@ -59,9 +60,9 @@ private:
         FileDescriptor fd;
         std::string input;
         bool gone = false;
-        Time last_step{-1}; ///< of this connection
+        Time last_step{-1}; ///< scene time of the last step of this connection
     };
-    /// The step in work.
+    /// The step in progress.
     struct Step {
         Client* client = nullptr;
         Time scene, give_up;
@@ -74,7 +75,7 @@ private:
     void receive_datagrams();
     void handle_lines(Client& client);
     void handle(Client& client, std::string_view line);
-    /// Empty, or why not.
+    /// Adds the pose to its ring. Returns empty, or the reason why it was refused.
     std::string take_pose(const PoseLine& line);
     void begin_step(Client& client, Time scene);
     void go_on_with_step();

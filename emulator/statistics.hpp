@@ -1,4 +1,4 @@
-// What a run came to, as a line for people and as JSON for machines.
+// Counters and latencies of a run as one line of text and as JSON.
 #pragma once
 
 #include "emulator/camera.hpp"

@@ -11,7 +11,7 @@ bool Supervisor::all_alive(const Heartbeats& workers, bool pipeline_moves, Time 
     for (const Heartbeat* worker : workers) {
         const auto known = beats_.find(worker);
         current[worker] = worker->beats();
-        // A worker met for the first time has until the next look.
+        // A new thread has until the next check.
         const bool heard = known == beats_.end() || known->second != worker->beats();
         if (!heard && !worker->may_be_silent(now)) miss(worker->name());
     }

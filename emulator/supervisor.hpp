@@ -1,4 +1,4 @@
-// Whether every worker of the daemon still lives: what the watchdog is fed by.
+// Supervision of the daemon's threads by their heartbeats, for the service manager's watchdog.
 #pragma once
 
 #include "core/heartbeat.hpp"
@@ -9,18 +9,18 @@
 
 namespace obscura::emulator {
 
-/// Remembers between two feedings who has been heard of. One thread.
+/// Collects heartbeats between two watchdog notifications. Thread-bound.
 class Supervisor {
 public:
-    /// True when every thread of `workers` has beaten since the last time that this returned true, or is
-    /// excused at `now` (CLOCK_MONOTONIC), and `pipeline_moves` was true in one of the calls since then. A
-    /// thread that is not in `workers` any more is forgotten.
+    /// True if every thread of `workers` has beaten since this last returned true, or has announced a
+    /// blocking call that lasts at `now` (CLOCK_MONOTONIC), and `pipeline_moves` was true in one of the calls
+    /// since then. A thread that has left `workers` is forgotten.
     [[nodiscard]] bool all_alive(const Heartbeats& workers, bool pipeline_moves, Time now);
-    /// Who was missed in the last call, for the log; empty: nobody.
+    /// Thread without a heartbeat in the last call, for the log; empty: none.
     [[nodiscard]] const std::string& missed() const noexcept { return missed_; }
 
 private:
-    std::map<const Heartbeat*, std::uint64_t> beats_; ///< at the last feeding
+    std::map<const Heartbeat*, std::uint64_t> beats_; ///< counts when all_alive() last returned true
     bool pipeline_moved_ = false;
     std::string missed_;
 };

@@ -1,4 +1,4 @@
-// Which thread runs where and how urgently, and what of that the machine grants.
+// Scheduling priorities and core affinities of the daemon's threads, as configured and as granted.
 #pragma once
 
 #include "core/realtime.hpp"
@@ -8,27 +8,27 @@ namespace obscura::emulator {
 
 /// Default: ordinary scheduling, any core.
 struct ThreadPlan {
-    ThreadSettings trigger;  ///< waits for edges
+    ThreadSettings trigger;  ///< trigger sources, which wait for edges
     ThreadSettings pipeline; ///< takes a trigger, plans and renders
     ThreadSettings detector;
-    ThreadSettings release;  ///< lets rows out at their times
-    ThreadSettings transmit; ///< GigE Vision; its control thread stands one above
+    ThreadSettings release;  ///< row release
+    ThreadSettings transmit; ///< GigE Vision; its control thread runs one priority above
     ThreadSettings display;  ///< V4L2 and stimulator
     ThreadSettings render;   ///< the renderer's workers: cores only
 };
 
-/// What [threads] asks for. Its texts are good: emulator::load_config() has looked.
+/// Plan as configured in [threads], which emulator::load_config() has checked.
 [[nodiscard]] ThreadPlan configured_threads(const emulator::DaemonConfig& config);
 
-/// The plan reduced to what is granted, with a line in the log for whatever is not: no priorities where
-/// SCHED_FIFO is off or not permitted, no cores that this process may not use. Throws HardwareError where
-/// daemon.realtime is "required".
+/// The plan reduced to what is granted; each reduction is logged. Priorities are dropped if SCHED_FIFO is off
+/// or not permitted, cores if this process may not use them. If daemon.realtime is "required", throws
+/// HardwareError instead.
 [[nodiscard]] ThreadPlan granted_threads(const emulator::DaemonConfig& config);
 
 /// The highest SCHED_FIFO priority in the plan; 0: none.
 [[nodiscard]] int highest_priority(const ThreadPlan& plan) noexcept;
 
-/// Keeps the calling thread on `cores`, if any, as long as it lives; threads made meanwhile stay there.
+/// Scope guard that pins the calling thread to `cores`, if any; threads created in the scope inherit it.
 class PinnedHere {
 public:
     explicit PinnedHere(const CoreSet& cores);

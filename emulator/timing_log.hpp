@@ -1,4 +1,4 @@
-// When everything happened to each frame: recorded on a real-time thread, written as CSV by an ordinary one.
+// Time stamps of each frame: recorded on a real-time thread, written as CSV by an ordinary one.
 #pragma once
 
 #include "core/time.hpp"
@@ -14,57 +14,57 @@
 
 namespace obscura::emulator {
 
-/// The stamps of one frame, scheduling clock; 0 where not reached.
+/// Time stamps of one frame, scheduling clock; 0 if the frame did not reach that stage.
 struct FrameTiming {
     std::uint64_t frame_id = 0, trigger_id = 0;
     Time edge, seen, pose, render_begin, render_end, detector_end;
     Time due;      ///< release time of the first row
-    Time first;    ///< its release
+    Time first;    ///< actual release of the first row
     Time last_due; ///< release time of the last row
-    Time last;     ///< its release
+    Time last;     ///< actual release of the last row
     std::uint32_t rows = 0, late_rows = 0;
-    std::int64_t worst_row_ns = 0; ///< how long after its time the latest row left
-    std::uint32_t worst_row = 0;   ///< which one that was
+    std::int64_t worst_row_ns = 0; ///< lateness of the latest row
+    std::uint32_t worst_row = 0;   ///< number of the latest row
     std::uint32_t flags = 0;       ///< FrameFlag
-    Time ended;                    ///< when the releasing thread was done with it
+    Time ended;                    ///< end of the frame on the release thread
 
-    /// How long after its time each row left, in microseconds; empty where rows are not kept.
+    /// Lateness of each row in microseconds; empty if rows are not kept.
     std::span<std::int32_t> row_lateness_us;
     static constexpr std::int32_t not_released = INT32_MAX;
-    const TransmitTimestamps* transmit = nullptr; ///< written until the transports are done with the frame
+    const TransmitTimestamps* transmit = nullptr; ///< written until the transports have finished the frame
 };
 
-/// A queue between the releasing thread and the one that writes. push() neither allocates nor waits.
+/// Queue between the release thread and the thread that writes. push() is real-time safe.
 class TimingLog {
 public:
     /// Names the columns of transmit timestamps: the kinds of the camera's transports, by slot. Before frames
     /// are made. Allocates.
     void set_transports(std::vector<std::string> kinds);
-    /// Before frames are made: the lateness of every row is kept as well, of frames up to `max_rows`.
+    /// Keeps the lateness of every row too, for frames of up to `max_rows`. Before frames are made.
     /// Allocates.
     void keep_rows(std::size_t max_rows);
 
-    /// Cleared transmit timestamps for the frame begun as the `number`-th. Thread that begins frames.
+    /// Cleared transmit timestamps for the `number`-th frame. Called on the thread that begins frames.
     [[nodiscard]] TransmitTimestamps& transmit_timestamps(std::uint32_t number) noexcept;
-    /// For the rows of the frame that push() comes for next: `rows` entries not_released, or nothing where
-    /// they are not kept. Releasing thread.
+    /// Row lateness of the frame of the next push(): `rows` entries not_released, or empty if rows are not
+    /// kept. Called on the release thread.
     [[nodiscard]] std::span<std::int32_t> next_rows(std::size_t rows) noexcept;
     void push(const FrameTiming& timing) noexcept;
 
-    /// Appends what has gathered of frames that ended before `before` to `out`, one line a frame; returns the
-    /// number of lines. Transports have to be done with those frames. One thread at a time.
+    /// Appends the queued frames that ended before `before` to `out`, one line per frame; returns the number
+    /// of lines. Transports must have finished those frames. Called by one thread at a time.
     std::size_t drain(std::ostream& out, Time before = Time{INT64_MAX});
-    /// Discards what has gathered.
+    /// Discards the queued frames.
     void discard() noexcept;
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
-    /// The first line of the file: names of the columns, times in ns of the scheduling clock.
+    /// First line of the file: names of the columns; times are in ns of the scheduling clock.
     [[nodiscard]] std::string header() const;
 
 private:
     static constexpr std::size_t capacity = 1024;
     std::array<FrameTiming, capacity> cells_{};
-    // Twice as many: frames are begun before a line is pushed for them.
+    // Twice as many as cells, because a frame uses them from its begin, before its push().
     std::array<TransmitTimestamps, 2 * capacity> transmit_;
     std::vector<std::string> transports_; ///< kinds by slot
     std::vector<std::int32_t> rows_;      ///< max_rows_ for each cell

@@ -84,7 +84,7 @@ public:
 
     // Frame side.
 
-    /// Edges to make frames of, in TriggerGate's consumer protocol.
+    /// Gate with the edges to make frames of, in TriggerGate's consumer protocol.
     [[nodiscard]] sync::TriggerGate& gate() noexcept { return gate_; }
     /// The pipeline has begun the frame of the gate's current trigger.
     void frame_begun(const FrameInstants& instants) noexcept;
@@ -92,11 +92,11 @@ public:
     // Queries.
 
     [[nodiscard]] bool acquiring() const noexcept { return gate_.is_open(); }
-    /// An edge has become a frame that is not finished.
+    /// True while an edge has become a frame that is not finished.
     [[nodiscard]] bool busy() const noexcept { return gate_.busy(); }
-    /// An edge of the exposing trigger would be taken, but for its time.
+    /// True if an edge of the exposing trigger would be accepted, apart from its time.
     [[nodiscard]] bool ready() const noexcept;
-    /// An edge of `line` at `edge` would become a frame.
+    /// True if an edge of `line` at time `edge` would become a frame.
     [[nodiscard]] bool ready_for_line(std::size_t line, Time edge) const noexcept;
     [[nodiscard]] sync::GateCounters counters() const noexcept { return gate_.counters(); }
     /// All but the sequence step.
