@@ -41,7 +41,7 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
 
 namespace {
 
-/// The line that frames are triggered by after reset; Line0 where none does.
+/// Line that triggers frames by the initial settings; Line0 if none does.
 std::size_t trigger_line(const emulator::DaemonConfig& config) {
     const std::size_t line = line_of(emulator::camera_settings(config).frame_trigger.source);
     return line < line_count ? line : 0;
@@ -79,7 +79,7 @@ sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
 
 std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
                                                   const ThreadPlan& threads) {
-    const PinnedHere pinned(threads.render.cores); // the renderer's own threads take after this one
+    const PinnedHere pinned(threads.render.cores); // the renderer's threads inherit the affinity
     return std::make_unique<renderer::Renderer>(
         std::move(scene),
         renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
@@ -135,7 +135,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
 void Imaging::catch_up(std::uint64_t first) {
     for (std::uint64_t id = 1; id < first; ++id) {
         maker->skip(nominal_order(id));
-        // A frame that does not begin before the one before has been read knows nothing of it.
+        // A frame that begins after the readout of the frame before does not depend on it.
         if (!maker->overlaps(nominal_order(id + 1).scene_time + camera.initial.trigger_delay_ns)) return;
     }
 }

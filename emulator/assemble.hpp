@@ -1,4 +1,4 @@
-// From a configuration to the objects that make frames, and to the transports that take them away.
+// Factories from a configuration: frame pipeline, trigger sources, transports.
 #pragma once
 
 #include "core/clock.hpp"
@@ -18,8 +18,8 @@
 
 namespace obscura::emulator {
 
-/// What makes frames, from light to numbers, without triggers and transports. This is all that an offline
-/// capture needs:
+/// Frame pipeline without triggers and transports: renderer, detector and frame pool. Enough for an offline
+/// capture:
 ///
 ///     Imaging imaging(config);
 ///     const FrameRef frame = imaging.pool->acquire();
@@ -32,28 +32,27 @@ struct Imaging {
     Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
             bool pixel_truth = false);
 
-    /// The order for frame `frame_id` with the configuration's own camera settings, in nominal scene time.
-    /// The scheduling clock is made to agree with the scene's.
+    /// Order of frame `frame_id` with the configured camera settings, in nominal scene time. The scheduling
+    /// clock equals the scene clock.
     [[nodiscard]] FrameOrder nominal_order(std::uint64_t frame_id) const;
-    /// Before frame `first` as the first one that is made: lets the chip read the frames before it, as far as
-    /// its timing depends on them. What it does not make up for is image lag.
+    /// Prepares for `first` as the first frame made: plans the readouts of the frames before it, as far as
+    /// its timing depends on them. Image lag of those frames is not reproduced.
     void catch_up(std::uint64_t first);
 
     MonotonicClock clock;
     CameraConfig camera;
-    PoseRings poses; ///< of what a simulator may move; empty without one
+    PoseRings poses; ///< rings that a simulator writes to; empty without a simulator
     std::unique_ptr<renderer::Renderer> renderer;
     std::unique_ptr<sensors::Detector> detector;
     std::unique_ptr<FrameMaker> maker;
     std::unique_ptr<FramePool> pool;
 };
 
-/// The renderer of `scene` with the configuration's settings. Throws Error.
+/// Makes the renderer of `scene` with the configured settings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
 make_renderer(const emulator::DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
 
-/// The limits that a sensor sets to the settings of its camera. `rows_max`: of composed images; 0: as many as
-/// the sensor has.
+/// Limits of the camera settings with `sensor`. `rows_max`: rows of composed images; 0: those of the sensor.
 [[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max = 0);
 
 /// Rate of the line that triggers frames after reset (Line0 where none does) behind its divider. Throws

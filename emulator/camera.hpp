@@ -48,17 +48,17 @@ struct CameraConfig {
 /// `triggers`, and then in exactly one of `frames`, `missed_triggers`, `masked_triggers` and `dropped`,
 /// except while its frame is in progress or it waits latched.
 struct CameraCounters {
-    std::uint64_t triggers = 0;         ///< edges, lost ones (gaps in the source's ids) included
+    std::uint64_t triggers = 0;         ///< edges, including lost ones (gaps in the source's ids)
     std::uint64_t missed_triggers = 0;  ///< lost edges, and edges before the camera was ready again
     std::uint64_t masked_triggers = 0;  ///< edges before the camera was ready, under OverTrigger::ignore
-    std::uint64_t latched_triggers = 0; ///< of those that became frames: had to wait for the camera
+    std::uint64_t latched_triggers = 0; ///< edges that became frames after waiting for the camera
     std::uint64_t ignored = 0;          ///< edges while not acquiring, or from a source not selected
     std::uint64_t dropped = 0;          ///< pool empty, or no transport took the frame
-    std::uint64_t frames = 0;           ///< handed to at least one transport
-    std::uint64_t complete = 0;         ///< of those: all rows released
-    std::uint64_t late = 0;             ///< of those: with rows that were not ready in time
+    std::uint64_t frames = 0;           ///< frames passed to at least one transport
+    std::uint64_t complete = 0;         ///< frames with all rows released
+    std::uint64_t late = 0;             ///< complete frames with rows that were not ready in time
     std::uint64_t late_rows = 0;
-    std::uint64_t abandoned = 0;    ///< not all rows released: aborted, or given up as too late
+    std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late
     std::uint64_t repeated = 0;     ///< LatePolicy::repeat
     std::uint64_t late_dropped = 0; ///< LatePolicy::drop
     std::uint64_t partial = 0;      ///< LatePolicy::partial
@@ -118,10 +118,10 @@ public:
     [[nodiscard]] CameraMoments moments() const noexcept { return router_.moments(); }
     /// Notified whenever moments() may have changed; for one waiting thread.
     [[nodiscard]] EventCount& moments_changed() noexcept { return router_.moments_changed(); }
-    /// Of the alarm thread: frames of bursts and levels, ends of counters and timers.
+    /// Heartbeat of the alarm thread: frames of bursts and levels, ends of counters and timers.
     [[nodiscard]] const Heartbeat& alarm_heartbeat() const noexcept { return router_.alarm_heartbeat(); }
-    /// False when the camera has been busy with one band of rows since the last call, because a thread of it
-    /// hangs. One caller, about once a second.
+    /// False if the camera has been busy with one row block since the last call, because a thread of it
+    /// hangs. Called by one thread, about once a second.
     [[nodiscard]] bool alive() noexcept;
 
 private:

@@ -13,7 +13,8 @@
 namespace obscura::emulator {
 namespace {
 
-// After a frame's last row, until its transports are done with it and its line of stamps is written.
+// Delay between the last row of a frame and the writing of its time stamps, so that its transports have
+// finished.
 constexpr std::int64_t transports_done_ns = 500 * ns_per_ms;
 
 LatePolicy late_policy(const std::string& name) {
@@ -42,7 +43,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     release.thread = threads.release;
     release.policy = late_policy(config.deadline.policy);
     release.grace_ns = std::llround(config.deadline.grace_us * 1e3);
-    // Polling without SCHED_FIFO only takes time from those who have work to do.
+    // Without SCHED_FIFO polling only takes CPU time from other threads.
     if (release.thread.priority > 0) release.spin_ns = std::llround(config.deadline.spin_us * 1e3);
     releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>(), &timing_);
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
@@ -69,7 +70,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
 }
 
 CameraUnit::~CameraUnit() {
-    // Transports let go of their frames before camera, releaser and pool go.
+    // Destroy the transports first: they release their frames before camera, releaser and pool are destroyed.
     transports_.clear();
 }
 

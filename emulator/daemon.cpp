@@ -41,8 +41,8 @@ Daemon::Daemon(emulator::DaemonConfig config) : config_(std::move(config)) {
 }
 
 void Daemon::wire(std::size_t number, const std::vector<const emulator::DaemonConfig*>& cameras) {
-    // Cameras without a [trigger] of their own share one; a further line, all who describe it in the same
-    // way.
+    // Cameras without a [trigger] of their own share one; a further line is shared by all cameras with the
+    // same settings of it.
     const auto shares = [&](const TriggerLine& line, const emulator::DaemonConfig& camera) {
         const emulator::DaemonConfig& other = *cameras[line.config];
         if (line.number != number) return false;
@@ -117,7 +117,7 @@ std::string Daemon::reload(emulator::DaemonConfig next, const std::function<void
     if (!refused.empty()) return fmt::format("{} cannot change while running; restart for that", refused);
     const std::vector<const emulator::DaemonConfig*> cameras = next.cameras();
 
-    // What may fail comes first: scenes, then clocks. The rest cannot.
+    // Apply first what may fail: scenes, then trigger sources. The rest cannot fail.
     try {
         for (std::size_t i = 0; i < units_.size() && refused.empty(); ++i)
             refused = units_[i]->prepare(*cameras[i], meanwhile);
@@ -150,7 +150,7 @@ void Daemon::replace_trigger(TriggerLine& line, const emulator::DaemonConfig& ca
     line.let_step(false);
     if (line.source) line.source->stop();
     try {
-        // Both may want the same line or socket, so the old one has to let go first.
+        // The old source is stopped by now, because both may use the same line or socket.
         if (source) source->start(*conditioner);
     } catch (...) {
         if (line.source) line.source->start(*line.conditioner);

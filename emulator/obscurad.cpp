@@ -1,4 +1,4 @@
-// The daemon's main program: command line, signals, start in order, end in reverse.
+// Main program of obscurad: command line, signals, start-up in order, shut-down in reverse.
 #include "core/capabilities.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
@@ -35,7 +35,7 @@ struct Options {
     bool print_config = false;
 };
 
-// Written beside the target and renamed, so that nobody reads half of it.
+// Replaces `file` atomically: writes a temporary file beside it and renames that.
 void write_whole(const std::string& file, const std::string& text) {
     const std::string temporary = fmt::format("{}.{}", file, ::getpid());
     std::ofstream out(temporary, std::ios::binary);
@@ -68,7 +68,8 @@ sigset_t block_signals() {
     return set;
 }
 
-// Reads the configuration again: whole and good, or the old one stays.
+// Reloads the configuration as a whole; the old one stays in use if the new one is not valid or not
+// reloadable.
 void reload(emulator::Daemon& daemon, const std::string& config_file,
             const std::function<void()>& meanwhile) {
     emulator::notify_service_manager(
@@ -88,14 +89,15 @@ void reload(emulator::Daemon& daemon, const std::string& config_file,
     emulator::notify_service_manager("READY=1");
 }
 
-// Runs until a signal asks for the end.
+// Serves until SIGTERM or SIGINT.
 void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string& config_file) {
     const MonotonicClock clock;
     const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
     Time next_beat = clock.now();
     const auto mind = [&] {
         daemon.tick();
-        // A third of the time allowed, so that one beat may be lost; withheld when a worker hangs.
+        // Notify the watchdog after a third of its interval, so that one notification may be lost; withhold
+        // it when a thread hangs.
         if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
             emulator::notify_service_manager("WATCHDOG=1");
             next_beat = clock.now() + watchdog_ns / 3;
@@ -113,8 +115,8 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string&
     }
 }
 
-// All files are read and nothing listens yet. Devices and addresses are had without, by the rights of the
-// user and the limits.
+// Drops the capabilities, after reading files and before opening sockets: devices and addresses need only the
+// user's rights and the resource limits.
 void give_up_capabilities(int priority) {
     const CapabilityReport report = drop_capabilities(replace_by_limits(priority));
     if (!report.why.empty())
@@ -142,7 +144,7 @@ int run(const Options& options) {
         return exit_ok;
     }
     log_info("obscurad {} starting with {}", emulator::version, config.source.string());
-    std::vector<std::ofstream> timing; // outlives the daemon
+    std::vector<std::ofstream> timing; // must outlive the daemon
     emulator::Daemon daemon(config);
     timing.resize(options.timing_file.empty() ? 0 : daemon.camera_count());
     for (std::size_t i = 0; i < timing.size(); ++i) {
@@ -173,25 +175,30 @@ int run(const Options& options) {
 int main(int argc, char* argv[]) {
     CLI::App app{
         "The camera emulator: renders a scene on every trigger and streams the frames.\n"
-        "Stops on SIGTERM or SIGINT. Exit status: 0 good, 64 command line, 66 input file, 69 interface or\n"
-        "device, 74 output, 78 configuration.",
+        "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP. Exit status: 0 success, 64 bad\n"
+        "command line, 66 bad input file, 69 interface or device not available, 74 output cannot be\n"
+        "written, 78 bad configuration.",
         "obscurad"};
     Options options;
     app.add_option("-c,--config", options.config_file, "Configuration file (TOML)")
         ->type_name("FILE")
         ->required();
-    app.add_flag("--check", options.check, "Read the configuration and everything it names, then leave");
-    app.add_flag("--print-config", options.print_config,
-                 "Print the effective configuration with every key, its range and meaning, then leave");
-    app.add_option("--ready-file", options.ready_file, "Write \"ready ADDRESS:PORT\" to FILE when serving")
+    app.add_flag(
+        "--check", options.check,
+        "Check the configuration and every file that it names, then exit; opens no device or socket");
+    app.add_flag(
+        "--print-config", options.print_config,
+        "Print the effective configuration: every key with its value, unit, range and meaning; then exit");
+    app.add_option("--ready-file", options.ready_file,
+                   "Write \"ready ADDRESS:PORT\" to FILE when the cameras accept clients")
         ->type_name("FILE");
     app.add_option("--stats", options.statistics_file,
-                   "Write counters and latencies to FILE (JSON) at the end")
+                   "Write counters and latencies to FILE (JSON) when the daemon ends")
         ->type_name("FILE");
     app.add_option(
            "--timing", options.timing_file,
-           "Write the stamps of every frame to FILE (CSV, for obscura timing); of camera[1] to FILE.1 "
-           "and so on")
+           "Write the time stamps of every frame to FILE (CSV, for obscura timing); those of camera[1] to "
+           "FILE.1 and so on")
         ->type_name("FILE");
     app.set_version_flag("-V,--version", fmt::format("obscurad {}", emulator::version));
     try {

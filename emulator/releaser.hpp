@@ -38,8 +38,8 @@ struct ReleaserSettings {
     std::int64_t grain_ns = 250 * ns_per_us; ///< rows due within this span are released together
     LatePolicy policy = LatePolicy::late;
     std::int64_t grace_ns = 0; ///< after a row's time, before the policy applies (not under `late`)
-    /// Before a frame's first row the thread sleeps to this much ahead and then polls the clock: exact, but
-    /// costly, and harmful without SCHED_FIFO. 0: never.
+    /// Polling time before a frame's first row: the thread sleeps until then and polls the clock afterwards.
+    /// Exact, but costly, and harmful without SCHED_FIFO. 0: no polling.
     std::int64_t spin_ns = 0;
 };
 
@@ -68,9 +68,9 @@ public:
     Releaser(const Releaser&) = delete;
     Releaser& operator=(const Releaser&) = delete;
 
-    /// For frames begun from now on. Any thread.
+    /// Sets the policy of frames begun from now on. Thread-safe.
     void set_late_policy(LatePolicy policy, std::int64_t grace_ns) noexcept;
-    /// Whether begin() may be called now: fewer than frames_in_flight frames are in progress.
+    /// True if begin() may be called: fewer than frames_in_flight frames are in progress.
     [[nodiscard]] bool has_room() const noexcept;
     /// Transmit timestamps of the next frame passed to begin(); null without a log.
     [[nodiscard]] TransmitTimestamps* transmit_timestamps() noexcept;
@@ -79,10 +79,10 @@ public:
     RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns) noexcept;
     /// Cancellation flag of the current frame; the producer may stop filling it.
     [[nodiscard]] const std::atomic<bool>& cancel_flag() const noexcept;
-    /// The producer has stopped writing to the current frame. Unless `complete`, no further row follows.
+    /// Reports that the producer has stopped writing to the current frame. Unless `complete`, no row follows.
     void end(bool complete) noexcept;
     void cancel() noexcept { end(false); }
-    /// Abandons all frames in progress at once. Any thread. A concurrent begin() may not be covered.
+    /// Abandons all frames in progress immediately. Thread-safe; a concurrent begin() may not be covered.
     void abandon_all() noexcept;
     /// Blocks until every frame begun has been released or abandoned.
     void wait_idle() const noexcept;
@@ -98,7 +98,7 @@ public:
 
 private:
     struct Job final : RowSink {
-        // Bits beside the number of rows.
+        // Flag bits beside the number of rows.
         static constexpr std::uint32_t cancelled = 1u << 31;
         static constexpr std::uint32_t filled = 1u << 30; ///< the producer has stopped writing
         static constexpr std::uint32_t rows_mask = filled - 1;
@@ -107,10 +107,11 @@ private:
         ReadoutTiming timing = ReadoutTiming::sensor;
         LatePolicy policy = LatePolicy::late;
         std::int64_t grace_ns = 0;
-        bool wake_clock = false; ///< the releasing thread may sleep on the clock instead of `changed`
+        bool wake_clock = false; ///< the release thread may sleep on the clock instead of `changed`
         FrameRef frame;          ///< the releaser's reference; dropped when the frame has been released
         Frame* target = nullptr; ///< the same frame for rows_exposed(); the producer holds a reference
-        /// Scheduling clock, in order. ReadoutTiming::fast: of rows that are ready, when they became so.
+        /// Release time of each row, scheduling clock, in order. ReadoutTiming::fast: time at which a row
+        /// that is ready became so.
         std::vector<Time> release;
         std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
         std::atomic<bool> unwanted{false};
@@ -136,14 +137,14 @@ private:
     std::unique_ptr<Clock> clock_;
     TimingLog* log_;
     std::array<Job, frames_in_flight> jobs_;
-    std::atomic<std::uint32_t> begun_{0}, finished_{0}; ///< frames, counted through
+    std::atomic<std::uint32_t> begun_{0}, finished_{0}; ///< running counts of frames
     std::atomic<LatePolicy> policy_;
     std::atomic<std::int64_t> grace_ns_;
     std::atomic<bool> stopping_{false};
-    EventCount changed_; ///< for the releasing thread: a frame begun, rows exposed, the end
+    EventCount changed_; ///< wakes the release thread: a frame begun, rows exposed, the end
     Heartbeat heartbeat_{"release"};
 
-    // Releasing thread only.
+    // Release thread only.
     FrameRef last_complete_; ///< kept under LatePolicy::repeat
     Time spin_window_;
     std::int64_t spun_ns_ = 0;

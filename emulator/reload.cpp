@@ -28,7 +28,7 @@ std::string scalar_text(const config::Value& value) {
     }
 }
 
-// Every value under its name: "gige.port", "camera[1].gige.faults[0].kind". Lists of scalars are one value.
+// All values by name: "gige.port", "camera[1].gige.faults[0].kind". A list of scalars is one value.
 void flatten(const config::Value& value, const std::string& name, Values& values) {
     using Kind = config::Value::Kind;
     if (value.kind == Kind::table) {
@@ -77,7 +77,7 @@ std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
             print = (print ^ static_cast<unsigned char>(c)) * 0x100000001b3;
     };
     add(text);
-    // Whatever stands in quotes may be a file.
+    // Any quoted text may be a file name.
     for (std::size_t begin = text.find('"'); begin != std::string::npos; begin = text.find('"', begin)) {
         const std::size_t end = text.find('"', begin + 1);
         if (end == std::string::npos) break;

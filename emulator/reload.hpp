@@ -1,4 +1,4 @@
-// Which keys of a configuration may change while the daemon runs.
+// Configuration keys that differ between two configurations, and those that a running daemon accepts.
 #pragma once
 
 #include "emulator/config/daemon_config.hpp"
@@ -10,13 +10,13 @@
 
 namespace obscura::emulator {
 
-/// Names of the keys ("gige.port") that differ between two configurations, as printed. What the scene file
-/// holds is not compared.
+/// Names of the keys ("gige.port") that differ between two configurations, as printed. The content of the
+/// scene file is not compared.
 [[nodiscard]] std::vector<std::string> changed_keys(const emulator::DaemonConfig& before,
                                                     const emulator::DaemonConfig& after);
 
-/// Of the scene file and of every file that it names: changes when one of them does. 0 when it cannot be
-/// read.
+/// Fingerprint of the scene file and of every file that it names: changes if one of them does. 0 if the scene
+/// file cannot be read.
 [[nodiscard]] std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file);
 
 /// Whether a running daemon takes a new value of `key` on: the bench's clock in [trigger], the

@@ -13,7 +13,7 @@
 namespace obscura::emulator {
 namespace {
 
-// Every thread of the plan under the name it has in [threads].
+// Threads of the plan by their names in [threads].
 std::array<std::pair<const char*, ThreadSettings*>, 7> parts_of(ThreadPlan& plan) {
     return {{{"trigger", &plan.trigger},
              {"pipeline", &plan.pipeline},
