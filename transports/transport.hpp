@@ -20,7 +20,8 @@ namespace obscura::transports {
 struct TransportCounters {
     std::uint64_t submitted = 0; ///< frames passed to submit()
     std::uint64_t delivered = 0; ///< frames sent completely
-    std::uint64_t dropped = 0;   ///< frames not accepted or not finished (queue full, no client, error)
+    /// Frames not accepted or not finished (queue full, no client, error).
+    std::uint64_t dropped = 0;
     std::uint64_t bytes = 0;
 };
 

@@ -29,7 +29,8 @@ struct TransportContext {
     CameraControl& control;
     const Clock& clock;
     SensorFacts sensor{};
-    ThreadSettings transmit{};   ///< threads of network senders; control threads run one priority above
+    /// Threads of network senders; control threads run one priority above.
+    ThreadSettings transmit{};
     ThreadSettings display{};    ///< threads that feed video nodes and displays
     std::uint64_t seed = 1;      ///< for settings whose own seed is 0
     double trigger_rate_hz = 0;  ///< nominal rate of the external trigger

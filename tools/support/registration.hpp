@@ -14,10 +14,11 @@ struct Agreement {
     double shift_x_px = 0, shift_y_px = 0;
     double correlation = 0; ///< Pearson correlation at the shift
     double correlation_unshifted = 0;
-    double scale = 1, offset = 0; ///< image = scale * reference + offset, least squares at the shift
-    double residual_rms = 0;      ///< rms of image - scale * reference - offset
-    double image_rms = 0;         ///< rms of the image over the same pixels
-    std::int64_t pixels = 0;      ///< pixels compared: inside both images, NaN in neither
+    /// image = scale * reference + offset, least squares at the shift.
+    double scale = 1, offset = 0;
+    double residual_rms = 0; ///< rms of image - scale * reference - offset
+    double image_rms = 0;    ///< rms of the image over the same pixels
+    std::int64_t pixels = 0; ///< pixels compared: inside both images, NaN in neither
     /// Standard errors of the shift; infinite where the correlation has no maximum within the search range
     /// (it still rises at the border, or the images are constant in that direction).
     double error_x_px = 0, error_y_px = 0;

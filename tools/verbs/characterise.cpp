@@ -288,7 +288,8 @@ struct CameraOptions {
     CameraSeriesSettings series;
     double photons_per_s = 0; ///< photons per pixel and second; 0: unknown
     bool dark = false;        ///< the series is taken without light
-    double gain_dn_per_e = 0; ///< system gain K of an earlier lit series, used with `dark`; 0: unknown
+    /// System gain K of an earlier lit series, used with `dark`; 0: unknown.
+    double gain_dn_per_e = 0;
 };
 
 /// Dark noise, DSNU and dark current of a series without light. In electrons if K is given, else in DN.

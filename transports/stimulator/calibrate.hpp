@@ -35,7 +35,8 @@ struct CalibrationReport {
     /// Residual of the dots from the smooth part of the map; the grid itself interpolates them.
     double residual_rms_px = 0;
     double camera_per_screen = 0; ///< camera pixels per screen pixel
-    double black_to_white = 0;    ///< luminance of level 0 relative to the highest; needs a dark capture
+    /// Luminance of level 0 relative to the highest; needs a dark capture.
+    double black_to_white = 0;
     double uniformity_min = 1;
     bool dead_pixels_resolved = false;
 };

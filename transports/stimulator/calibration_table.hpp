@@ -37,7 +37,8 @@ struct CalibrationTable {
     std::vector<CurvePoint> curve; ///< empty: linear
     UniformityGrid uniformity;
     std::vector<ScreenPixel> dead; ///< pixels whose light does not follow their drive level
-    double residual_px = 0;        ///< RMS residual of the dots from the map, camera pixels; informative
+    /// RMS residual of the dots from the map, camera pixels; informative.
+    double residual_px = 0;
 };
 
 /// Writes `table` as FITS: an empty primary with the sizes in its header and one extension each for

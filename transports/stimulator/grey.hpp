@@ -13,9 +13,11 @@ namespace obscura::transports {
 /// Use of the three channels of a colour format. Monochrome panels for instruments are driven in one of these
 /// ways; R8 has one channel and supports `equal` only.
 enum class GreyCoding : std::uint8_t {
-    equal,    ///< all channels equal: 256 levels
-    sum,      ///< channels are sub-pixels whose light adds up: 766 levels, spread evenly over them
-    high_low, ///< red carries the high byte, green the low byte, blue 0: 65536 levels
+    equal, ///< all channels equal: 256 levels
+    /// Channels are sub-pixels whose light adds up: 766 levels, spread evenly over them.
+    sum,
+    /// Red carries the high byte, green the low byte, blue 0: 65536 levels.
+    high_low,
 };
 /// Names in configurations and on command lines.
 constexpr auto enum_names(GreyCoding /*type*/) {

@@ -107,8 +107,8 @@ constexpr std::size_t max_properties = 32;
 
 /// One entry of the answer to get_connectors.
 struct Connector {
-    std::uint8_t type =
-        0; ///< 0 panel, 1 VGA, 2 composite, 3 S-video, 4 component, 5 DVI, 6 DisplayPort, 7 HDMI
+    /// 0 panel, 1 VGA, 2 composite, 3 S-video, 4 component, 5 DVI, 6 DisplayPort, 7 HDMI.
+    std::uint8_t type = 0;
     std::uint32_t flags = 0;
 };
 constexpr std::size_t connector_size = 5;

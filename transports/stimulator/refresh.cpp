@@ -8,8 +8,7 @@
 namespace obscura::transports {
 namespace {
 constexpr double ms = 1e-6; // ns to ms
-// Nobody sets an exposure to a multiple of the refresh to the last digit: half a per cent of a refresh is
-// whole.
+// Deviation, in refreshes, up to which a multiple counts as whole: exposures are not set to the last digit.
 constexpr double whole_tolerance = 0.005;
 } // namespace
 

@@ -47,7 +47,8 @@ struct V4l2Settings {
     V4l2Io io = V4l2Io::automatic;
     std::int32_t buffers = 8;     ///< requested from the driver in mmap mode
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
-    bool frame_counter = false;   ///< the first four pixels carry the low bytes of frame_id, lowest first
+    /// The first four pixels carry the low bytes of frame_id, lowest first.
+    bool frame_counter = false;
     /// True: start() throws if the node cannot be used. False: the thread waits for the node.
     bool required = false;
 };
