@@ -86,7 +86,8 @@ private:
     const std::size_t first_alarm_;
 
     IoMarks marks_;
-    std::mutex mutex_; ///< guards the configured values; the alarm thread only tries to lock it
+    /// Guards the configured values; the alarm thread only tries to lock it.
+    std::mutex mutex_;
     std::array<Counter, counter_count> configured_counters_;
     std::array<Timer, timer_count> configured_timers_;
     std::atomic<bool> idle_{true};

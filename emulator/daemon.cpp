@@ -215,7 +215,7 @@ bool Daemon::alive() {
         last_alive_ = now;
         silence_reported_ = false;
     } else if (now - last_alive_ > ns_per_s && !std::exchange(silence_reported_, true)) {
-        log_error("watchdog: no sign of life from {}", supervisor_.missed());
+        log_error("watchdog: no heartbeat from {}", supervisor_.missed());
     }
     return alive;
 }

@@ -235,7 +235,7 @@ std::string SimulatorServer::take_pose(const PoseLine& line) {
 void SimulatorServer::begin_step(Client& client, Time scene) {
     if (source_.load() == nullptr) return refuse(client, "step: trigger.source is not \"lockstep\"");
     if (!camera_.acquiring()) return refuse(client, "step: the camera does not acquire");
-    if (step_.client != nullptr) return refuse(client, "step: another client's step is in work");
+    if (step_.client != nullptr) return refuse(client, "step: another client's step is in progress");
     if (scene <= client.last_step) return refuse(client, "step: TIME: not later than the step before");
     client.last_step = scene;
     step_ = {&client, scene, clock_.now() + readiness_ns, std::nullopt};

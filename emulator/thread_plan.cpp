@@ -29,7 +29,7 @@ void reduce_cores(ThreadPlan& plan, bool required) {
     for (auto& [name, thread] : parts_of(plan)) {
         if ((thread->cores & ~permitted).none()) continue;
         const std::string text =
-            fmt::format("threads.{}_cores: {} cannot all be had, this process may use {}", name,
+            fmt::format("threads.{}_cores: {} are not all available, this process may use {}", name,
                         cores_text(thread->cores), cores_text(permitted));
         if (required) throw HardwareError(text + "; daemon.realtime is \"required\"");
         thread->cores &= permitted;

@@ -152,7 +152,7 @@ for name in $(for t in /proc/"$(property MainPID)"/task/*; do cat "$t/comm"; don
     fi
     wait
 done
-journalctl -u obscurad --no-pager -o cat OBSCURA_PART=watchdog | grep -q 'no sign of life from' && ok "the journal names who hung" || bad "no word of who hung"
+journalctl -u obscurad --no-pager -o cat OBSCURA_PART=watchdog | grep -q 'no heartbeat from' && ok "the journal names who hung" || bad "no word of who hung"
 echo "figure - $hung kinds of threads hung, ended after $worst ms at worst"
 
 # SIGKILL
