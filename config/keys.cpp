@@ -406,6 +406,13 @@ std::string value_text(const Key& key) {
         key.target);
 }
 
+std::string type_text(const Key& key) {
+    std::string text = type_name(key.target);
+    for (const std::string_view article : {"a ", "an "})
+        if (text.starts_with(article)) return text.substr(article.size());
+    return text;
+}
+
 std::string allowed_text(const Key& key) {
     if (!key.choices().empty()) return fmt::format("{}", fmt::join(key.choices(), " | "));
     const std::string range = range_text(key.range(), key.unit());
@@ -419,6 +426,59 @@ const std::vector<Value>& expect_tables(const Member& member, const Where& where
                                   [](const Value& v) { return v.kind == Value::Kind::table; });
     if (!good) fail(where, member.at, fmt::format("allowed tables [[{}]]", where.path));
     return member.value.items;
+}
+
+namespace {
+
+/// The numbers that a key is bound to, in the file's unit.
+std::vector<double> bound_numbers(const Target& target) {
+    return std::visit(Overloaded{
+                          [](Scaled v) { return std::vector<double>{*v.value / v.si}; },
+                          [](Vec3* v) {
+                              return std::vector<double>{v->x, v->y, v->z};
+                          },
+                          [](Quat* v) {
+                              return std::vector<double>{v->w, v->x, v->y, v->z};
+                          },
+                          [](Numbers v) { return std::vector<double>(v.first, v.first + v.count); },
+                          [](std::vector<double>* v) { return *v; },
+                          [](Faces v) {
+                              std::vector<double> all;
+                              for (const std::vector<Vec3>& face : *v.faces)
+                                  for (const Vec3 corner : face)
+                                      all.insert(all.end(), {corner.x, corner.y, corner.z});
+                              return all;
+                          },
+                          [](Curve v) {
+                              std::vector<double> all;
+                              for (const SpectralPoint& p : *v.points)
+                                  all.push_back(p.value);
+                              return all;
+                          },
+                          []<typename Number>(Number* v) {
+                              if constexpr (std::is_arithmetic_v<Number> && !std::is_same_v<Number, bool>)
+                                  return std::vector<double>{static_cast<double>(*v)};
+                              else
+                                  return std::vector<double>{};
+                          },
+                          [](const auto&) { return std::vector<double>{}; },
+                      },
+                      target);
+}
+
+} // namespace
+
+std::string explain_out_of_range(const Keys& keys) {
+    for (const Key& key : keys)
+        for (const double value : bound_numbers(key.target)) {
+            // A limit in the file's unit may not survive the way to SI units and back to the last digit.
+            const double slack = std::holds_alternative<Scaled>(key.target) ? 1e-12 * std::abs(value) : 0;
+            const bool within = value >= key.range().min - slack && value <= key.range().max + slack;
+            if (!within) // so that NaN is not
+                return fmt::format("{}: {}, allowed {}", key.name, value,
+                                   range_text(key.range(), key.unit()));
+        }
+    return {};
 }
 
 std::string print_keys(const Keys& keys) {

@@ -13,6 +13,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -140,6 +141,23 @@ struct Where {
 /// Where each key that was given stood.
 using Given = std::map<std::string, Position, std::less<>>;
 
+/// The same with one more word, for the absence of a value.
+template<NamedEnum Enum>
+[[nodiscard]] Key key(std::string_view name, std::optional<Enum>* target, std::string_view nothing) {
+    const auto set = [target](std::string_view word) { *target = enum_named<Enum>(word); };
+    const auto get = [target, nothing] { return std::string(*target ? name_of(**target) : nothing); };
+    std::vector<std::string_view> words = names_of_enum<Enum>();
+    words.insert(words.begin(), nothing);
+    return Key(name, Word{set, get}).choices(std::move(words));
+}
+/// A truth value written as one of two words.
+[[nodiscard]] inline Key key(std::string_view name, bool* target, std::string_view when_true,
+                             std::string_view when_false) {
+    const auto set = [=](std::string_view word) { *target = word == when_true; };
+    const auto get = [=] { return std::string(*target ? when_true : when_false); };
+    return Key(name, Word{set, get}).choices({when_true, when_false});
+}
+
 /// The mistakes found in a file so far, so that all of them are said at once. Not thread-safe.
 class Mistakes {
 public:
@@ -182,9 +200,16 @@ const Value& expect_table(const Value& value, const Where& where);
 /// The tables of an array of tables [[name]]; `where` is the array's own.
 const std::vector<Value>& expect_tables(const Member& member, const Where& where);
 
+/// The first of the keys whose bound value lies outside of its range, for structs that were filled by a
+/// program and not from a file: `key: value, allowed ...`; empty when all are within. Units are those of the
+/// file.
+[[nodiscard]] std::string explain_out_of_range(const Keys& keys);
+
 /// The value of a key as TOML.
 [[nodiscard]] std::string value_text(const Key& key);
-/// "integer, 1 to 64, px", "timer | none", ...
+/// Type of the key's value in the file: "integer", "number", "string", "array of 3 numbers [x, y, z]", ...
+[[nodiscard]] std::string type_text(const Key& key);
+/// What the value may be, beside its type: "1 to 64 px", "timer | none", ...
 [[nodiscard]] std::string allowed_text(const Key& key);
 /// `key = value  # help` lines of a table, wrapped for reading.
 [[nodiscard]] std::string print_keys(const Keys& keys);

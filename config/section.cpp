@@ -12,7 +12,11 @@ Position ReadTable::position_of(std::string_view key) const {
     if (table_ == nullptr) return {};
     // A table or list within may be refused, too.
     const Member* member = table_->find(key);
-    return member != nullptr ? member->value.at : table_->at;
+    if (member == nullptr) return at_;
+    const Value& value = member->value;
+    const bool tables = value.kind == Value::Kind::table ||
+                        (!value.items.empty() && value.items.front().kind == Value::Kind::table);
+    return tables ? member->at : value.at; // a table's place is that of its name
 }
 
 void ReadTable::refuse(std::string_view key, std::string_view what) const {
@@ -20,7 +24,7 @@ void ReadTable::refuse(std::string_view key, std::string_view what) const {
 }
 
 void ReadTable::refuse_table(std::string_view what) const {
-    mistakes_.add(where_, table_ == nullptr ? Position{} : table_->at, what);
+    mistakes_.add(where_, at_, what);
 }
 
 void ReadTable::refuse_if_thrown(std::string_view key, const std::function<void()>& check) const {
@@ -55,14 +59,15 @@ void read_list(const Member& member, const Where& where, const List& list, Mista
         const Where here{where.file, fmt::format("{}[{}]", where.path, i)};
         mistakes.collect([&] {
             const Section element = list.append((*tables)[i]);
-            read_section(&(*tables)[i], here, element, mistakes);
+            read_section(&(*tables)[i], (*tables)[i].at, here, element, mistakes);
         });
     }
 }
 
 } // namespace
 
-void read_section(const Value* table, const Where& where, const Section& section, Mistakes& mistakes) {
+void read_section(const Value* table, Position at, const Where& where, const Section& section,
+                  Mistakes& mistakes) {
     if (table != nullptr && !mistakes.collect([&] { (void)expect_table(*table, where); })) return;
     const std::size_t before = mistakes.count();
     static const Value nothing;
@@ -76,18 +81,22 @@ void read_section(const Value* table, const Where& where, const Section& section
     Given given;
     if (table != nullptr || !section.optional)
         given = read_keys(members, where, section.keys, mistakes, within, section.annotated);
+    const bool own_keys_good = mistakes.count() == before;
     for (const Section& inner : section.tables)
         read_member(members, where, inner, mistakes);
     for (const List& list : section.lists)
         if (const Member* member = members.find(list.name))
             read_list(*member, where.in(list.name), list, mistakes);
-    if (section.check && mistakes.count() == before)
-        mistakes.collect([&] { section.check(ReadTable(table, where, std::move(given), mistakes)); });
+    if (section.check && own_keys_good)
+        mistakes.collect([&] { section.check(ReadTable(table, at, where, std::move(given), mistakes)); });
 }
 
 void read_member(const Value& parent, const Where& where, const Section& section, Mistakes& mistakes) {
     const Member* member = parent.find(section.name);
-    read_section(member == nullptr ? nullptr : &member->value, where.in(section.name), section, mistakes);
+    if (member == nullptr)
+        read_section(nullptr, {}, where.in(section.name), section, mistakes);
+    else
+        read_section(&member->value, member->at, where.in(section.name), section, mistakes);
 }
 
 namespace {
@@ -105,20 +114,22 @@ void print_inside(const Section& section, const std::string& path, std::string& 
         out += print_section(inner, prefix);
 }
 
+/// `bound` holds the section, and with its checks what they share with the keys.
 void document_inside(const Section& section, const std::string& path, std::string heading,
-                     std::vector<DocumentedTable>& tables) {
+                     const std::shared_ptr<const void>& bound, std::vector<DocumentedTable>& tables) {
     tables.push_back(
-        {std::move(heading), std::string(section.variant), std::string(section.help), section.keys});
+        {std::move(heading), std::string(section.variant), std::string(section.help), section.keys, bound});
     const std::string prefix = path.empty() ? path : path + ".";
     for (const Section& inner : section.tables) {
         const std::string here = fmt::format("{}{}", prefix, inner.name);
-        document_inside(inner, here, fmt::format("[{}]", here), tables);
+        document_inside(inner, here, fmt::format("[{}]", here), bound, tables);
     }
     for (const List& list : section.lists) {
         const std::string here = fmt::format("{}{}", prefix, list.name);
         const std::size_t first = tables.size();
-        for (const Section& example : list.examples())
-            document_inside(example, here, fmt::format("[[{}]]", here), tables);
+        const auto examples = std::make_shared<const std::vector<Section>>(list.examples());
+        for (const Section& example : *examples)
+            document_inside(example, here, fmt::format("[[{}]]", here), examples, tables);
         if (tables.size() > first && !list.help.empty()) tables[first].help = list.help;
     }
 }
@@ -136,7 +147,8 @@ std::string print_section(const Section& section, std::string_view prefix) {
 std::vector<DocumentedTable> document(const Section& section, std::string_view prefix) {
     std::vector<DocumentedTable> tables;
     const std::string path = fmt::format("{}{}", prefix, section.name);
-    document_inside(section, path, path.empty() ? "" : fmt::format("[{}]", path), tables);
+    const auto bound = std::make_shared<const Section>(section);
+    document_inside(*bound, path, path.empty() ? "" : fmt::format("[{}]", path), bound, tables);
     return tables;
 }
 

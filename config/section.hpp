@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,9 +18,10 @@ namespace obscura::config {
 /// A table after its keys were read, for the checks of its owner.
 class ReadTable {
 public:
-    /// `table` is null when the file does not have it; the references outlive this.
-    ReadTable(const Value* table, const Where& where, Given given, Mistakes& mistakes)
-        : table_(table), where_(where), given_(std::move(given)), mistakes_(mistakes) {}
+    /// `table` is null when the file does not have it; `at` is the place of its name. The references outlive
+    /// this.
+    ReadTable(const Value* table, Position at, const Where& where, Given given, Mistakes& mistakes)
+        : table_(table), at_(at), where_(where), given_(std::move(given)), mistakes_(mistakes) {}
 
     /// Whether the file gives `key`, rather than leaving the default.
     [[nodiscard]] bool has(std::string_view key) const { return given_.find(key) != given_.end(); }
@@ -39,6 +41,7 @@ private:
     [[nodiscard]] Position position_of(std::string_view key) const;
 
     const Value* table_;
+    Position at_;
     const Where& where_;
     Given given_;
     Mistakes& mistakes_;
@@ -74,7 +77,7 @@ struct Section {
     /// with the values that this one overrides.
     std::function<void(const Value& table, const Where& where, Mistakes& mistakes)> before{};
     /// Rules between keys, and conversions of what was read. Opens nothing but files. Called when all keys
-    /// could be read, also where the file does not have the table.
+    /// of the table itself could be read, also where the file does not have the table.
     std::function<void(const ReadTable& table)> check{};
     /// Tables that somebody else reads.
     std::vector<std::string_view> elsewhere{};
@@ -102,8 +105,10 @@ template<typename Element>
     return made;
 }
 
-/// Reads `table`, which may be null, into what `section` is bound to. `where` is the table's own.
-void read_section(const Value* table, const Where& where, const Section& section, Mistakes& mistakes);
+/// Reads `table`, which may be null, into what `section` is bound to. `where` is the table's own, `at` the
+/// place of its name in the file, where mistakes of the table as a whole are reported.
+void read_section(const Value* table, Position at, const Where& where, const Section& section,
+                  Mistakes& mistakes);
 
 /// Reads the member of `parent` that has the section's name; `where` is the parent's.
 void read_member(const Value& parent, const Where& where, const Section& section, Mistakes& mistakes);
@@ -118,6 +123,7 @@ struct DocumentedTable {
     std::string variant; ///< as of Section
     std::string help;
     Keys keys;
+    std::shared_ptr<const void> bound; ///< sections that own what the keys are bound to
 };
 /// `section` and all tables within, with their defaults as values. The keys are bound as those of the
 /// section.

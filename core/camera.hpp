@@ -1,6 +1,7 @@
 // Camera settings by their SFNC names, their limits, and the interface through which transports apply them.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "core/frame.hpp"
 #include "core/image_pattern.hpp"
 #include "core/region.hpp"
@@ -24,6 +25,10 @@ enum class ExposureAuto : std::uint8_t { off, once, continuous };
 /// pulse comes from a line whose source reports both edges and that TriggerActivation is RisingEdge or
 /// FallingEdge; otherwise ExposureTime applies.
 enum class ExposureMode : std::uint8_t { timed, trigger_width };
+constexpr auto enum_names(ExposureMode /*type*/) {
+    return std::array{EnumName{ExposureMode::timed, "Timed"},
+                      EnumName{ExposureMode::trigger_width, "TriggerWidth"}};
+}
 
 /// One window of the sensor (an SFNC region) with its own integration time.
 struct CameraWindow {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/clock_state.hpp"
+#include "core/enum_names.hpp"
 #include "core/event_count.hpp"
 #include "core/geometry.hpp"
 #include "core/heartbeat.hpp"
@@ -30,6 +31,12 @@ enum class PixelFormat : std::uint32_t {
     mono10p = 0x010A0046,
     mono12p = 0x010C0047,
 };
+constexpr auto enum_names(PixelFormat /*type*/) {
+    return std::array{EnumName{PixelFormat::mono8, "Mono8"},    EnumName{PixelFormat::mono10, "Mono10"},
+                      EnumName{PixelFormat::mono12, "Mono12"},  EnumName{PixelFormat::mono14, "Mono14"},
+                      EnumName{PixelFormat::mono16, "Mono16"},  EnumName{PixelFormat::mono10p, "Mono10p"},
+                      EnumName{PixelFormat::mono12p, "Mono12p"}};
+}
 
 constexpr std::size_t max_windows = 32;
 constexpr std::size_t max_truth_bodies = 16;
@@ -49,6 +56,11 @@ struct RowTime {
 /// read, `cds` the last read minus the first (correlated double sampling), `ramp` the slope of a straight
 /// line fitted to all reads.
 enum class Sampling : std::uint8_t { destructive, non_destructive, cds, ramp };
+constexpr auto enum_names(Sampling /*type*/) {
+    return std::array{EnumName{Sampling::destructive, "destructive"},
+                      EnumName{Sampling::non_destructive, "non-destructive"}, EnumName{Sampling::cds, "cds"},
+                      EnumName{Sampling::ramp, "ramp"}};
+}
 
 /// Window flag: a pixel reached full well and later charge is lost (a non-destructive read does not reset the
 /// pixel). Known only when the rows are ready, so Frame::saturated_windows holds it.

@@ -1,6 +1,7 @@
 // Logging: text lines from ordinary threads, fixed-size records from real-time threads.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "core/time.hpp"
 
 #include <fmt/format.h>
@@ -16,6 +17,11 @@ namespace obscura {
 
 /// syslog(3) priorities.
 enum class LogLevel : int { error = 3, warning = 4, notice = 5, info = 6, debug = 7 };
+constexpr auto enum_names(LogLevel /*type*/) {
+    return std::array{EnumName{LogLevel::error, "error"}, EnumName{LogLevel::warning, "warning"},
+                      EnumName{LogLevel::notice, "notice"}, EnumName{LogLevel::info, "info"},
+                      EnumName{LogLevel::debug, "debug"}};
+}
 
 /// Lines less severe than this level are not written. Default: info.
 void set_log_level(LogLevel level) noexcept;

@@ -1,6 +1,7 @@
 // Trigger sources, activations, counters and timers of the camera by their SFNC names.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "core/time.hpp"
 
 #include <array>
@@ -27,6 +28,18 @@ enum class TriggerSource : std::uint8_t {
     timer1_end,
 };
 constexpr std::size_t trigger_source_count = 10;
+constexpr auto enum_names(TriggerSource /*type*/) {
+    return std::array{EnumName{TriggerSource::software, "Software"},
+                      EnumName{TriggerSource::line0, "Line0"},
+                      EnumName{TriggerSource::action1, "Action1"},
+                      EnumName{TriggerSource::line1, "Line1"},
+                      EnumName{TriggerSource::line2, "Line2"},
+                      EnumName{TriggerSource::line3, "Line3"},
+                      EnumName{TriggerSource::counter0_end, "Counter0End"},
+                      EnumName{TriggerSource::counter1_end, "Counter1End"},
+                      EnumName{TriggerSource::timer0_end, "Timer0End"},
+                      EnumName{TriggerSource::timer1_end, "Timer1End"}};
+}
 
 /// Number of the input line `source`; line_count when it is not a line.
 [[nodiscard]] constexpr std::size_t line_of(TriggerSource source) noexcept {
@@ -43,6 +56,13 @@ constexpr std::size_t trigger_source_count = 10;
 /// SFNC TriggerActivation: which edges of a line trigger, or the level during which the trigger is active.
 enum class TriggerActivation : std::uint8_t { rising_edge, falling_edge, any_edge, level_high, level_low };
 constexpr std::uint32_t trigger_activation_count = 5;
+constexpr auto enum_names(TriggerActivation /*type*/) {
+    return std::array{EnumName{TriggerActivation::rising_edge, "RisingEdge"},
+                      EnumName{TriggerActivation::falling_edge, "FallingEdge"},
+                      EnumName{TriggerActivation::any_edge, "AnyEdge"},
+                      EnumName{TriggerActivation::level_high, "LevelHigh"},
+                      EnumName{TriggerActivation::level_low, "LevelLow"}};
+}
 
 [[nodiscard]] constexpr bool is_level(TriggerActivation activation) noexcept {
     return activation == TriggerActivation::level_high || activation == TriggerActivation::level_low;

@@ -9,10 +9,10 @@
 #include "emulator/thread_plan.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
-#include "sync/conditioner.hpp"
 #include "sync/sync.hpp"
 #include "transports/transport.hpp"
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -29,7 +29,7 @@ namespace obscura::emulator {
 struct Imaging {
     /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `pixel_truth`: with
     /// the truth about each pixel. Throws Error.
-    Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
+    Imaging(const DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
             bool pixel_truth = false);
 
     /// Order of frame `frame_id` with the configured camera settings, in nominal scene time. The scheduling
@@ -50,28 +50,21 @@ struct Imaging {
 
 /// Makes the renderer of `scene` with the configured settings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
-make_renderer(const emulator::DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
+make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
 
 /// Limits of the camera settings with `sensor`. `rows_max`: rows of composed images; 0: those of the sensor.
 [[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max = 0);
 
-/// Rate of the line that triggers frames after reset (Line0 where none does) behind its divider. Throws
-/// ConfigError when it is too low to be counted in.
-[[nodiscard]] sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config);
+/// Nominal rate of the line that triggers frames after reset (Line0 where none does) behind its divider.
+[[nodiscard]] sync::RationalRate nominal_trigger_rate(const DaemonConfig& config);
 
-/// What happens to the edges of a line before the camera sees them.
-[[nodiscard]] sync::ConditionerSettings conditioner_settings(const emulator::LineSection& line);
-
-/// The source wired to a line, or null. Throws ConfigError.
-[[nodiscard]] std::unique_ptr<sync::TriggerSource>
-make_trigger_source(const emulator::LineSection& line, const Clock& clock, const ThreadPlan& threads);
-
-/// Every transport the configuration enables, none of them started. Throws Error.
+/// Every transport the configuration enables, none of them started. `ptp_status` gives the state of the PTP
+/// clock; empty: there is none. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>
-make_transports(const emulator::DaemonConfig& config, CameraControl& control, const Clock& clock,
-                const ThreadPlan& threads);
+make_transports(const DaemonConfig& config, CameraControl& control, const Clock& clock,
+                const ThreadPlan& threads, std::function<PtpStatus()> ptp_status = {});
 
 /// Frames of the pool that the enabled transports and the pipeline may hold at one time.
-[[nodiscard]] std::size_t frames_needed(const emulator::DaemonConfig& config);
+[[nodiscard]] std::size_t frames_needed(const DaemonConfig& config);
 
 } // namespace obscura::emulator

@@ -8,6 +8,7 @@
 #include "core/realtime.hpp"
 #include "emulator/auto_exposure.hpp"
 #include "emulator/frame_maker.hpp"
+#include "emulator/policies.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/trigger_router.hpp"
 #include "sync/schedule.hpp"
@@ -23,12 +24,6 @@
 #include <vector>
 
 namespace obscura::emulator {
-
-/// Which clock the scene follows.
-enum class SceneTime : std::uint8_t {
-    nominal, ///< frame k shows the scene at (k - 1) nominal periods: the same bytes on every run
-    clock,   ///< at the time elapsed since the acquisition start
-};
 
 struct CameraConfig {
     CameraSettings initial;

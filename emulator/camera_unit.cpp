@@ -17,43 +17,38 @@ namespace {
 // finished.
 constexpr std::int64_t transports_done_ns = 500 * ns_per_ms;
 
-LatePolicy late_policy(const std::string& name) {
-    if (name == "repeat") return LatePolicy::repeat;
-    if (name == "drop") return LatePolicy::drop;
-    if (name == "partial") return LatePolicy::partial;
-    return LatePolicy::late;
-}
-
 } // namespace
 
 CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                        const sync::PtpMonitor* ptp)
-    : begins_at_once_(config.daemon.autostart || !config.gige.enabled), threads_(threads) {
+    : begins_at_once_(config.daemon.autostart || !config.transports.controls_acquisition()),
+      threads_(threads) {
     auto frames = static_cast<std::size_t>(config.daemon.pool_frames);
     if (const std::size_t needed = frames_needed(config); frames < needed) {
         log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
                     needed);
         frames = needed;
     }
-    imaging_ = std::make_unique<Imaging>(config, frames, threads, config.file.enabled && config.file.truth);
+    imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.wants_pixel_truth());
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();
-    release.timing = config.camera.readout_timing == "fast" ? ReadoutTiming::fast : ReadoutTiming::sensor;
+    release.timing = config.camera.readout_timing;
     release.thread = threads.release;
-    release.policy = late_policy(config.deadline.policy);
+    release.policy = config.deadline.policy;
     release.grace_ns = std::llround(config.deadline.grace_us * 1e3);
     // Without SCHED_FIFO polling only takes CPU time from other threads.
     if (release.thread.priority > 0) release.spin_ns = std::llround(config.deadline.spin_us * 1e3);
     releaser_ = std::make_unique<Releaser>(release, std::make_unique<MonotonicClock>(), &timing_);
     camera_ = std::make_unique<Camera>(imaging_->camera, *imaging_->maker, *releaser_, *imaging_->pool,
                                        imaging_->clock, log);
-    transports_ = make_transports(config, *camera_, imaging_->clock, threads);
+    std::function<PtpStatus()> ptp_status;
+    if (ptp != nullptr) ptp_status = [ptp] { return ptp->status(); };
+    transports_ = make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status));
     std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
         kinds.emplace_back(transport->kind());
-        if (ptp != nullptr) transport->set_ptp([ptp] { return ptp->status(); });
     }
     timing_.set_transports(std::move(kinds));
     if (config.simulator.enabled)
@@ -121,7 +116,7 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
 }
 
 void CameraUnit::take_on(const emulator::DaemonConfig& next) {
-    releaser_->set_late_policy(late_policy(next.deadline.policy), std::llround(next.deadline.grace_us * 1e3));
+    releaser_->set_late_policy(next.deadline.policy, std::llround(next.deadline.grace_us * 1e3));
     if (!next_renderer_) return;
     imaging_->maker->replace_renderer(*next_renderer_);
     retired_.push_back(std::exchange(imaging_->renderer, std::move(next_renderer_)));

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/realtime.hpp"
 #include "emulator/reload.hpp"
+#include "sync/settings.hpp"
 #include "sync/software.hpp"
 
 #include <fmt/format.h>
@@ -27,13 +28,7 @@ void Daemon::TriggerLine::let_step(bool with_source) const {
 Daemon::Daemon(emulator::DaemonConfig config) : config_(std::move(config)) {
     threads_ = granted_threads(config_);
     const std::vector<const emulator::DaemonConfig*> cameras = config_.cameras();
-    if (config_.ptp.enabled) {
-        sync::PtpMonitorSettings ptp;
-        ptp.socket = config_.ptp.socket;
-        ptp.domain = static_cast<std::uint8_t>(config_.ptp.domain);
-        ptp.lock_ns = std::llround(config_.ptp.lock_us * 1e3);
-        ptp_ = std::make_unique<sync::PtpMonitor>(ptp);
-    }
+    if (config_.ptp.enabled) ptp_ = std::make_unique<sync::PtpMonitor>(sync::monitor_settings(config_.ptp));
     for (const emulator::DaemonConfig* camera : cameras)
         units_.push_back(std::make_unique<CameraUnit>(*camera, threads_, log_, ptp_.get()));
     for (std::size_t number = 0; number < line_count; ++number)
@@ -47,11 +42,11 @@ void Daemon::wire(std::size_t number, const std::vector<const emulator::DaemonCo
         const emulator::DaemonConfig& other = *cameras[line.config];
         if (line.number != number) return false;
         return number == 0 ? !camera.own_trigger && !other.own_trigger
-                           : camera.trigger.line_section(number) == other.trigger.line_section(number);
+                           : camera.trigger.lines[number] == other.trigger.lines[number];
     };
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-        const emulator::LineSection& section = cameras[i]->trigger.line_section(number);
-        if (number > 0 && section.source == "none") continue;
+        const sync::TriggerLineSettings& settings = cameras[i]->trigger.lines[number];
+        if (number > 0 && !settings.connected()) continue;
         const auto shared = std::find_if(lines_.begin(), lines_.end(),
                                          [&](const auto& line) { return shares(*line, *cameras[i]); });
         TriggerLine* line = shared != lines_.end() ? shared->get() : nullptr;
@@ -60,8 +55,8 @@ void Daemon::wire(std::size_t number, const std::vector<const emulator::DaemonCo
             line->number = number;
             line->config = i;
             line->conditioner =
-                std::make_unique<sync::Conditioner>(conditioner_settings(section), line->cameras);
-            line->source = make_trigger_source(section, units_[i]->clock(), threads_);
+                std::make_unique<sync::Conditioner>(sync::conditioner_settings(settings), line->cameras);
+            line->source = sync::make_source(settings, units_[i]->clock(), threads_.trigger);
         }
         line->cameras.add(units_[i]->camera().line(number));
         line->units.push_back(units_[i].get());
@@ -77,7 +72,7 @@ void Daemon::start() {
         const RealtimeGrant locked = lock_memory();
         if (locked.granted)
             log_info("real time: SCHED_FIFO and locked memory");
-        else if (config_.daemon.realtime == "required")
+        else if (config_.daemon.realtime == RealtimeMode::required)
             throw HardwareError(fmt::format("daemon.realtime: \"required\", but {}", locked.why));
         else
             log_warning("real time: SCHED_FIFO, but memory can be paged out ({})", locked.why);
@@ -143,9 +138,9 @@ std::string Daemon::reload(emulator::DaemonConfig next, const std::function<void
 }
 
 void Daemon::replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera) {
-    auto conditioner =
-        std::make_unique<sync::Conditioner>(conditioner_settings(camera.trigger), line.cameras);
-    auto source = make_trigger_source(camera.trigger, units_[line.config]->clock(), threads_);
+    auto conditioner = std::make_unique<sync::Conditioner>(
+        sync::conditioner_settings(camera.trigger.lines[0]), line.cameras);
+    auto source = sync::make_source(camera.trigger.lines[0], units_[line.config]->clock(), threads_.trigger);
     const sync::RationalRate rate = nominal_trigger_rate(camera);
     line.let_step(false);
     if (line.source) line.source->stop();

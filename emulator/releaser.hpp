@@ -8,6 +8,7 @@
 #include "core/latency_histogram.hpp"
 #include "core/realtime.hpp"
 #include "emulator/frame_maker.hpp"
+#include "emulator/policies.hpp"
 #include "emulator/timing_log.hpp"
 
 #include <array>
@@ -18,18 +19,6 @@
 #include <vector>
 
 namespace obscura::emulator {
-
-/// What happens to a frame with a row that is not ready at its release time plus the grace time.
-enum class LatePolicy : std::uint8_t {
-    late,    ///< the row is released when it is ready
-    repeat,  ///< the rest of the frame is copied from the last complete frame
-    drop,    ///< the frame is abandoned; if rows of it have been released, it ends after them
-    partial, ///< the rows that are ready are released, the rest stays empty
-};
-
-/// When rows are released: at the chip's readout times, or as soon as they are ready. With `fast` no row is
-/// late, and LatePolicy does not apply.
-enum class ReadoutTiming : std::uint8_t { sensor, fast };
 
 struct ReleaserSettings {
     std::size_t max_rows = 1024;

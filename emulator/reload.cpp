@@ -93,10 +93,4 @@ std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file) {
     return text.empty() ? 0 : print;
 }
 
-bool is_reloadable(const std::string& key) {
-    const bool of_line0 = key.rfind("trigger.", 0) == 0 && std::count(key.begin(), key.end(), '.') == 1;
-    return (of_line0 && key != "trigger.over_trigger") || key == "daemon.log_level" || key == "scene.file" ||
-           key == "deadline.policy" || key == "deadline.grace_us";
-}
-
 } // namespace obscura::emulator

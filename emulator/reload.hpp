@@ -19,8 +19,4 @@ namespace obscura::emulator {
 /// file cannot be read.
 [[nodiscard]] std::uint64_t scene_fingerprint(const std::filesystem::path& scene_file);
 
-/// Whether a running daemon takes a new value of `key` on: the bench's clock in [trigger], the
-/// late policy in [deadline], the scene, and daemon.log_level.
-[[nodiscard]] bool is_reloadable(const std::string& key);
-
 } // namespace obscura::emulator

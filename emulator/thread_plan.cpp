@@ -58,16 +58,16 @@ int highest_priority(const ThreadPlan& plan) noexcept {
 }
 
 ThreadPlan granted_threads(const emulator::DaemonConfig& config) {
-    const std::string& wish = config.daemon.realtime;
+    const RealtimeMode wish = config.daemon.realtime;
     ThreadPlan plan = configured_threads(config);
-    reduce_cores(plan, wish == "required");
+    reduce_cores(plan, wish == RealtimeMode::required);
     const int highest = highest_priority(plan);
     const auto ordinary = [&plan] {
         for (auto& [name, thread] : parts_of(plan))
             thread->priority = 0;
         return plan;
     };
-    if (wish == "off") {
+    if (wish == RealtimeMode::off) {
         log_info("real time: off, as configured; deadlines are met as well as ordinary scheduling allows");
         return ordinary();
     }
@@ -77,7 +77,7 @@ ThreadPlan granted_threads(const emulator::DaemonConfig& config) {
     }
     const RealtimeGrant grant = realtime_permitted(highest);
     if (grant.granted) return plan;
-    if (wish == "required")
+    if (wish == RealtimeMode::required)
         throw HardwareError(fmt::format(
             "daemon.realtime: \"required\", but {}; allowed with \"auto\", CAP_SYS_NICE or LimitRTPRIO >= {}",
             grant.why, highest));

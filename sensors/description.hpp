@@ -1,6 +1,7 @@
 // Sensor description: readout timing and detector parameters as plain data, as read from a sensor file.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "core/spectral_band.hpp"
 
 #include <array>
@@ -13,11 +14,19 @@ namespace obscura {
 /// `rolling`: a reset pointer runs ahead of the read pointer. `global`: all rows are exposed together, then
 /// read. `push_broom`: one row is read repeatedly at the line rate; a window's height counts lines.
 enum class Shutter : std::uint8_t { rolling, global, push_broom };
+constexpr auto enum_names(Shutter /*type*/) {
+    return std::array{EnumName{Shutter::rolling, "rolling"}, EnumName{Shutter::global, "global"},
+                      EnumName{Shutter::push_broom, "push-broom"}};
+}
 
 /// Readout of several windows under a rolling shutter. `sequential`: one window after the other, each with
 /// its own reset scan. `interleaved`: all windows in every cycle of an on-chip sequencer, each with its own
 /// resets.
 enum class WindowMode : std::uint8_t { sequential, interleaved };
+constexpr auto enum_names(WindowMode /*type*/) {
+    return std::array{EnumName{WindowMode::sequential, "sequential"},
+                      EnumName{WindowMode::interleaved, "interleaved"}};
+}
 
 /// Readout timing of a chip. T_row = row_overhead + ceil(width / outputs) / pixel_clock.
 struct ReadoutSettings {
@@ -43,14 +52,23 @@ struct ReadoutSettings {
 
 /// Temperature law of dark current: doubling every dark_doubling_k kelvin, or the band gap of silicon.
 enum class DarkLaw : std::uint8_t { doubling, band_gap };
+constexpr auto enum_names(DarkLaw /*type*/) {
+    return std::array{EnumName{DarkLaw::doubling, "doubling"}, EnumName{DarkLaw::band_gap, "band-gap"}};
+}
 /// A hard reset leaves kTC noise; a soft reset leaves half of its variance, and image lag.
 enum class ResetMode : std::uint8_t { hard, soft };
+constexpr auto enum_names(ResetMode /*type*/) {
+    return std::array{EnumName{ResetMode::hard, "hard"}, EnumName{ResetMode::soft, "soft"}};
+}
 enum class TestPattern : std::uint8_t { off, ramp };
+constexpr auto enum_names(TestPattern /*type*/) {
+    return std::array{EnumName{TestPattern::off, "off"}, EnumName{TestPattern::ramp, "ramp"}};
+}
 
 /// Detector parameters, by EMVA 1288 names and symbols. An effect whose parameter is 0 is off.
 struct DetectorSettings {
     // Light
-    double transmission = 1;                                      ///< of the optics, 0..1
+    double transmission = 1;                                      ///< of the optics
     std::vector<SpectralPoint> quantum_efficiency{{550e-9, 0.5}}; ///< eta; linear between, ends held
     double fill_factor = 1;                                       ///< where the curve does not include it
     double prnu_local = 0;                                        ///< relative rms of the response, white
@@ -124,6 +142,7 @@ struct DetectorSettings {
 
 /// A whole sensor.
 struct SensorDescription {
+    std::string file; ///< sensor file that the other figures override; empty: none
     std::string name = "generic";
     std::uint64_t serial = 1; ///< seeds the fixed patterns
     double pixel_pitch_m = 5.5e-6;

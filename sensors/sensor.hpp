@@ -150,7 +150,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// Checks detector settings. Returns the key at fault, its value and what is allowed; empty when valid.
-[[nodiscard]] std::string explain_invalid(const DetectorSettings& settings);
-
 } // namespace obscura::sensors

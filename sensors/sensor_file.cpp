@@ -7,56 +7,64 @@ namespace {
 
 constexpr double micro = 1e-6;
 
-/// A key whose words stand for the values of an enumeration.
-template<typename Enum>
-config::Word word(Enum& target, std::vector<std::pair<std::string_view, Enum>> words) {
-    const auto set = [&target, words](std::string_view name) {
-        for (const auto& [text, value] : words)
-            if (text == name) target = value;
-    };
-    const auto get = [&target, words] {
-        for (const auto& [text, value] : words)
-            if (value == target) return std::string(text);
-        return std::string();
-    };
-    return {set, get};
-}
-
-/// A sensor whose figures contradict each other; `where` and `at` name the table they came from.
-void check_sensor(const SensorDescription& sensor, const config::Where& where, config::Position at) {
-    const ReadoutSettings& r = sensor.readout;
-    if (!(r.sample_instant_ns < r.reset_instant_ns && r.reset_instant_ns < r.row_overhead_ns))
-        fail(where.in("readout"), at,
-             fmt::format("sample_instant_ns {} < reset_instant_ns {} < row_overhead_ns {} does not hold",
-                         r.sample_instant_ns, r.reset_instant_ns, r.row_overhead_ns));
-    const DetectorSettings& d = sensor.detector;
-    if (d.offset_dn >= static_cast<double>(1 << d.adc_bits))
-        fail(where.in("detector"), at,
-             fmt::format("offset_dn {} is above the full scale of {} bits", d.offset_dn, d.adc_bits));
-}
+config::Keys keys_of(SensorDescription& s);
+config::Keys keys_of(ReadoutSettings& s);
+config::Keys keys_of(DetectorSettings& s);
 
 } // namespace
 
-void read_sensor(const config::Value& table, const config::Where& where, SensorDescription& sensor,
-                 bool may_refer) {
-    if (const config::Member* file = table.find("file"); may_refer && file != nullptr) {
+config::Section section_of(SensorDescription& sensor) {
+    config::Section readout;
+    readout.name = "readout";
+    readout.help = "When each row of the chip is reset and read.";
+    readout.keys = keys_of(sensor.readout);
+    readout.annotated = true;
+    readout.check = [&r = sensor.readout](const config::ReadTable& table) {
+        if (!(r.sample_instant_ns < r.reset_instant_ns && r.reset_instant_ns < r.row_overhead_ns))
+            table.refuse_table(
+                fmt::format("sample_instant_ns {} < reset_instant_ns {} < row_overhead_ns {} does not hold",
+                            r.sample_instant_ns, r.reset_instant_ns, r.row_overhead_ns));
+    };
+    config::Section detector;
+    detector.name = "detector";
+    detector.help = "How light becomes charge, charge a voltage, and the voltage a digital number.";
+    detector.keys = keys_of(sensor.detector);
+    detector.annotated = true;
+    detector.check = [&d = sensor.detector](const config::ReadTable& table) {
+        if (d.offset_dn >= static_cast<double>(1 << d.adc_bits))
+            table.refuse_table(
+                fmt::format("offset_dn {} is above the full scale of {} bits", d.offset_dn, d.adc_bits));
+    };
+    config::Section section;
+    section.name = "sensor";
+    section.help = "The chip. Values may stand as { value = ..., provenance = \"...\", source = \"...\" }.";
+    section.keys = keys_of(sensor);
+    section.tables = {std::move(readout), std::move(detector)};
+    section.annotated = true;
+    return section;
+}
+
+config::Section referring_section_of(SensorDescription& sensor) {
+    config::Section section = section_of(sensor);
+    // Read by `before`; the row here is for its type and the reference.
+    section.keys.insert(section.keys.begin(),
+                        config::key("file", config::Path{&sensor.file})
+                            .unprinted()
+                            .help("Sensor file that is read first; the other keys override its values"));
+    section.before = [&sensor](const config::Value& table, const config::Where& where,
+                               config::Mistakes& mistakes) {
+        const config::Member* file = table.find("file");
+        if (file == nullptr) return;
         std::string path;
         config::Value only_file;
         only_file.members.push_back(*file);
-        read_keys(only_file, where, {config::key("file", config::Path{&path})});
-        read_sensor(config::parse_file(path), {path, ""}, sensor, false);
-    }
-    std::vector<std::string_view> tables{"readout", "detector"};
-    if (may_refer) tables.push_back("file");
-    read_keys(table, where, keys_of(sensor), tables, true);
-    const auto read_part = [&](std::string_view name, const config::Keys& keys) {
-        if (const config::Member* member = table.find(name))
-            read_keys(expect_table(member->value, where.in(name)), where.in(name), keys, {}, true);
+        mistakes.collect([&] {
+            read_keys(only_file, where, {config::key("file", config::Path{&path})});
+            const config::Value root = config::parse_file(path);
+            read_section(&root, root.at, {path, ""}, section_of(sensor), mistakes);
+        });
     };
-    read_part("readout", keys_of(sensor.readout));
-    read_part("detector", keys_of(sensor.detector));
-    const config::Member* readout = table.find("readout");
-    check_sensor(sensor, where, readout != nullptr ? readout->at : table.at);
+    return section;
 }
 
 SensorDescription load_sensor(const std::filesystem::path& file) {
@@ -64,9 +72,33 @@ SensorDescription load_sensor(const std::filesystem::path& file) {
     sensor.name = file.stem().string();
     const config::Value root = config::parse_file(file);
     if (root.members.empty()) fail({file, ""}, root.at, "an empty sensor file; at least its name is needed");
-    read_sensor(root, {file, ""}, sensor, false);
+    config::Mistakes mistakes;
+    read_section(&root, root.at, {file, ""}, section_of(sensor), mistakes);
+    mistakes.throw_if_any();
     return sensor;
 }
+
+std::string explain_invalid(const DetectorSettings& settings) {
+    DetectorSettings s = settings; // the keys bind to what can be written
+    if (std::string why = config::explain_out_of_range(keys_of(s)); !why.empty()) return why;
+    if (s.quantum_efficiency.empty()) return "quantum_efficiency: empty, at least one point is needed";
+    for (std::size_t i = 0; i < s.quantum_efficiency.size(); ++i) {
+        const SpectralPoint& p = s.quantum_efficiency[i];
+        if (!(p.wavelength_m > 0) || (i > 0 && !(p.wavelength_m > s.quantum_efficiency[i - 1].wavelength_m)))
+            return fmt::format("quantum_efficiency: wavelength {} m: above 0 and rising is allowed",
+                               p.wavelength_m);
+    }
+    return {};
+}
+
+std::string explain_invalid(const SensorDescription& description) {
+    SensorDescription s = description;
+    if (std::string why = config::explain_out_of_range(keys_of(s)); !why.empty()) return why;
+    if (std::string why = config::explain_out_of_range(keys_of(s.readout)); !why.empty()) return why;
+    return explain_invalid(s.detector);
+}
+
+namespace {
 
 config::Keys keys_of(SensorDescription& s) {
     return {
@@ -80,15 +112,10 @@ config::Keys keys_of(SensorDescription& s) {
 }
 
 config::Keys keys_of(ReadoutSettings& s) {
-    const config::Word shutter = word(
-        s.shutter,
-        {{"rolling", Shutter::rolling}, {"global", Shutter::global}, {"push-broom", Shutter::push_broom}});
-    const config::Word window_mode = word(
-        s.window_mode, {{"sequential", WindowMode::sequential}, {"interleaved", WindowMode::interleaved}});
     return {
         config::key("width", &s.width).unit("px").range(1, 65536).help("Columns of the array"),
         config::key("height", &s.height).unit("px").range(1, 65536).help("Rows of the array"),
-        config::key("shutter", shutter).choices({"rolling", "global", "push-broom"}).help("Shutter"),
+        config::key("shutter", &s.shutter).help("Shutter"),
         config::key("pixel_clock_hz", &s.pixel_clock_hz)
             .unit("Hz")
             .range(1e3, 1e11)
@@ -112,8 +139,7 @@ config::Keys keys_of(ReadoutSettings& s) {
             .help("Global shutter: charge transfer between exposure and readout"),
         config::key("overlapped", &s.overlapped)
             .help("The next exposure may start while a frame is read out"),
-        config::key("window_mode", window_mode)
-            .choices({"sequential", "interleaved"})
+        config::key("window_mode", &s.window_mode)
             .help("How a rolling shutter serves several windows: one after the other, or all in every cycle"),
         config::key("windows_max", &s.windows_max).range(1, 32).help("Windows at once"),
         config::key("window_overhead_ns", &s.window_overhead_ns)
@@ -183,10 +209,7 @@ config::Keys keys_of(DetectorSettings& s) {
             .unit("degC")
             .range(-200, 150)
             .help("Temperature at which the dark currents hold"),
-        config::key("dark_law",
-                    word(s.dark_law, {{"doubling", DarkLaw::doubling}, {"band-gap", DarkLaw::band_gap}}))
-            .choices({"doubling", "band-gap"})
-            .help("How dark current rises with temperature"),
+        config::key("dark_law", &s.dark_law).help("How dark current rises with temperature"),
         config::key("dark_doubling_k", &s.dark_doubling_k)
             .unit("K")
             .range(0.1, 1000)
@@ -252,9 +275,7 @@ config::Keys keys_of(DetectorSettings& s) {
             .unit("uV/e-")
             .range(0, 10000)
             .help("Of the sense node; gives the kTC noise, 0: none"),
-        config::key("reset_mode", word(s.reset_mode, {{"hard", ResetMode::hard}, {"soft", ResetMode::soft}}))
-            .choices({"hard", "soft"})
-            .help("A soft reset halves the variance of kTC noise"),
+        config::key("reset_mode", &s.reset_mode).help("A soft reset halves the variance of kTC noise"),
         config::key("offset_fpn_e", &s.offset_fpn_e)
             .unit("e-")
             .range(0, 100000)
@@ -295,10 +316,7 @@ config::Keys keys_of(DetectorSettings& s) {
             .help("Pixels that always give the same number"),
         config::key("dead_rows", &s.dead_rows).range(0, 65536).help("Rows that give nothing"),
         config::key("dead_columns", &s.dead_columns).range(0, 65536).help("Columns that give nothing"),
-        config::key("test_pattern",
-                    word(s.test_pattern, {{"off", TestPattern::off}, {"ramp", TestPattern::ramp}}))
-            .choices({"off", "ramp"})
-            .help("ramp: (x + y) mod 2^bits in place of the image"),
+        config::key("test_pattern", &s.test_pattern).help("ramp: (x + y) mod 2^bits in place of the image"),
         config::key("response_map", config::Path{&s.response_map, true, true})
             .help("FITS image of the relative response, in place of the generated one"),
         config::key("dark_map", config::Path{&s.dark_map, true, true})
@@ -307,5 +325,7 @@ config::Keys keys_of(DetectorSettings& s) {
             .help("FITS image of the offsets, e-"),
     };
 }
+
+} // namespace
 
 } // namespace obscura::sensors

@@ -1,26 +1,26 @@
-// Sensor descriptions: the [sensor] section of a daemon's configuration and sensor files of their own.
+// Sensor files and the section [sensor] of a configuration: keys, ranges and rules of a sensor's description.
 #pragma once
 
-#include "config/keys.hpp"
+#include "config/section.hpp"
 #include "sensors/description.hpp"
 
 #include <filesystem>
+#include <string>
 
 namespace obscura::sensors {
 
-/// Reads the sensor keys of `table` into `sensor`: its own, [readout] and [detector]. With `may_refer`, a key
-/// `file` names a sensor file that is read first; the other keys then override it. Values may be annotated
-/// with their provenance. Throws ConfigError.
-void read_sensor(const config::Value& table, const config::Where& where, SensorDescription& sensor,
-                 bool may_refer);
+/// [sensor] with [sensor.readout] and [sensor.detector]; a sensor file has the same keys and tables at its
+/// root. `sensor` holds the defaults and outlives the section.
+[[nodiscard]] config::Section section_of(SensorDescription& sensor);
+/// The same with the key `file`, which names a sensor file that is read first.
+[[nodiscard]] config::Section referring_section_of(SensorDescription& sensor);
 
-/// Reads a sensor file alone: the keys of [sensor] at its root, with the tables [readout] and [detector].
-/// Throws ConfigError.
+/// Reads a sensor file alone. Throws ConfigError with a line for each mistake.
 [[nodiscard]] SensorDescription load_sensor(const std::filesystem::path& file);
 
-/// The sensor's own keys, and those of its tables [sensor.readout] and [sensor.detector].
-[[nodiscard]] config::Keys keys_of(SensorDescription& sensor);
-[[nodiscard]] config::Keys keys_of(ReadoutSettings& readout);
-[[nodiscard]] config::Keys keys_of(DetectorSettings& detector);
+/// What keeps a detector from being built: the key, its value and what is allowed, in the units of sensor
+/// files; empty when nothing does. For descriptions that a program made.
+[[nodiscard]] std::string explain_invalid(const DetectorSettings& settings);
+[[nodiscard]] std::string explain_invalid(const SensorDescription& description);
 
 } // namespace obscura::sensors

@@ -39,7 +39,8 @@ void with_table(std::string_view kind, const config::Value& root, const config::
                 config::Mistakes& mistakes, Check&& check) {
     const config::Member* member = root.find(kind);
     const config::Where here = where.in(kind);
-    check(config::ReadTable(member == nullptr ? nullptr : &member->value, here, {}, mistakes));
+    check(config::ReadTable(member == nullptr ? nullptr : &member->value,
+                            member == nullptr ? config::Position{} : member->at, here, {}, mistakes));
 }
 
 } // namespace

@@ -3,12 +3,10 @@
 
 #include "core/frame.hpp"
 #include "core/heartbeat.hpp"
-#include "core/ptp_status.hpp"
 #include "core/time.hpp"
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -80,9 +78,6 @@ public:
 
     /// "ADDRESS:PORT" of the control protocol, valid after start(); empty: none.
     [[nodiscard]] virtual std::string control_address() const { return {}; }
-    /// Sets the function that reads the state of the host's PTP clock, for transports that publish it. Called
-    /// before start(); `source` is called on a thread of the transport.
-    virtual void set_ptp(std::function<PtpStatus()> /*source*/) {}
 
     /// Number of this transport among the camera's: its slot in TransmitTimestamps. Set before start().
     void set_transmit_slot(std::size_t slot) noexcept { transmit_slot_ = slot; }

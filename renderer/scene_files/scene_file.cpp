@@ -10,7 +10,7 @@ namespace obscura::scene {
 std::string read_view(const config::Value& table, const config::Where& where, Camera& camera) {
     config::Section section = camera_section(camera);
     config::Mistakes mistakes;
-    read_section(&table, where, section, mistakes);
+    read_section(&table, table.at, where, section, mistakes);
     mistakes.throw_if_any();
     section.keys.erase(
         std::remove_if(section.keys.begin(), section.keys.end(),
@@ -24,7 +24,7 @@ namespace {
 Scene read_scene(const config::Value& root, const std::filesystem::path& file) {
     Scene scene;
     config::Mistakes mistakes;
-    read_section(&root, {file, ""}, scene_section(scene), mistakes);
+    read_section(&root, root.at, {file, ""}, scene_section(scene), mistakes);
     mistakes.throw_if_any();
     if (scene.name.empty()) scene.name = file.stem().string();
     return scene;

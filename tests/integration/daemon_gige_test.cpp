@@ -7,6 +7,7 @@
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"
 #include "transports/gige/channels/fault_injector.hpp"
+#include "transports/gige/settings.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -292,7 +293,7 @@ TEST_CASE("the configuration knows every fault by the name that the camera has f
         options.size = 64;
         options.more = fmt::format("[[gige.faults]]\nkind = \"{}\"\n", name_of(static_cast<Fault>(i)));
         const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
-        CHECK(config.gige.faults.at(0).kind == name_of(static_cast<Fault>(i)));
+        CHECK(config.transports.get<GigeSettings>().faults.at(0).fault == static_cast<Fault>(i));
         CHECK_NOTHROW(emulator::Daemon(config));
     }
 }

@@ -52,19 +52,20 @@ std::vector<double> send(const emulator::DaemonConfig& config, std::uint64_t fra
     SettingsOnly control(emulator::camera_limits(config.sensor), settings);
     const std::size_t pixels = static_cast<std::size_t>(settings.region.area());
     // The GigE camera keeps frames for resends; the pool must outlive it.
-    FramePool pool(static_cast<std::size_t>(config.gige.history_frames) + 3, pixels,
+    const auto& configured = config.transports.get<transports::gige::GigeSettings>();
+    FramePool pool(static_cast<std::size_t>(configured.history_frames) + 3, pixels,
                    static_cast<std::size_t>(settings.region.height));
     transports::gige::GigeSettings gige;
-    gige.interface = config.gige.interface;
-    gige.port = config.gige.port;
-    gige.packet_size = config.gige.packet_size;
-    gige.history_frames = config.gige.history_frames;
+    gige.interface = configured.interface;
+    gige.port = configured.port;
+    gige.packet_size = configured.packet_size;
+    gige.history_frames = configured.history_frames;
     gige.throughput_limit_mbit_s = limit_mbit_s;
     transports::gige::GigeCamera camera(gige, control, clock);
     camera.start();
     std::vector<double> ms;
     {
-        Receiver receiver({config.gige.interface, 0, -1, 8});
+        Receiver receiver({configured.interface, 0, -1, 8});
         receiver.start();
         for (std::uint64_t id = 1; id <= frames && !interrupted(); ++id) {
             const FrameRef frame = pool.acquire();

@@ -11,6 +11,8 @@
 #include "tools/support/receiver.hpp"
 #include "tools/support/report.hpp"
 #include "tools/verbs/verb.hpp"
+#include "transports/file/settings.hpp"
+#include "transports/gige/settings.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -55,16 +57,17 @@ public:
         set_log_level(LogLevel::error);
         emulator::DaemonConfig config = config_.empty() ? bench_config() : emulator::load_config(config_);
         if (threads_ > 0) config.render.threads = threads_;
-        config.trigger.source = "timer";
-        config.trigger.rate_hz = rate_hz_;
-        config.camera.trigger_mode = "On";
-        config.camera.trigger_source = "Line0";
-        config.camera.pixel_format = "Mono16";
-        config.file.enabled = false;
-        config.gige.enabled = true;
-        config.gige.drop_percent = 0;
+        config.trigger.lines[0].source = "timer";
+        config.trigger.lines[0].rate_hz = rate_hz_;
+        config.camera.trigger_mode = true;
+        config.camera.trigger_source = TriggerSource::line0;
+        config.camera.pixel_format = PixelFormat::mono16;
+        config.transports.get<transports::FileSinkSettings>().enabled = false;
+        auto& gige = config.transports.get<transports::gige::GigeSettings>();
+        gige.enabled = true;
+        gige.drop_percent = 0;
         // A loopback address of this process: other cameras on this machine keep port 3956 of theirs.
-        config.gige.interface =
+        gige.interface =
             fmt::format("127.{}.{}.{}", 64 + getpid() / 62500 % 64, getpid() / 250 % 250, 1 + getpid() % 250);
 
         report_.add("workload", "workload", config_.empty() ? std::string_view("built in") : config_);
@@ -152,7 +155,7 @@ private:
         std::vector<double> to_first, to_complete;
         std::uint64_t received = 0;
         {
-            Receiver receiver({config.gige.interface, 0, -1, 16});
+            Receiver receiver({config.transports.get<transports::gige::GigeSettings>().interface, 0, -1, 16});
             const auto before = receiver.read_clock();
             receiver.start();
             Progress progress("bench: camera", frames_);

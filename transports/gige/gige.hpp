@@ -68,9 +68,6 @@ public:
     GigeCamera(const GigeCamera&) = delete;
     GigeCamera& operator=(const GigeCamera&) = delete;
 
-    /// Where the Ptp* features come from; asked on the control thread. Before start().
-    void set_ptp(std::function<PtpStatus()> source) override { context_.ptp_status = std::move(source); }
-
     [[nodiscard]] std::string_view kind() const override { return "gige"; }
     void start() override;
     /// Ends the acquisition of a connected client, too.

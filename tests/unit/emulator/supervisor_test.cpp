@@ -86,12 +86,12 @@ TEST_CASE("threads get the cores they ask for, and it is said when they cannot")
     CHECK(grant.why.find("1000") != std::string::npos);
 
     emulator::DaemonConfig config;
-    config.daemon.realtime = "off";
+    config.daemon.realtime = emulator::RealtimeMode::off;
     config.threads.release_cores = std::to_string(core) + ",1000";
     const ThreadPlan plan = granted_threads(config);
     CHECK(plan.release.cores == one);
     CHECK(highest_priority(plan) == 0);
-    config.daemon.realtime = "required";
+    config.daemon.realtime = emulator::RealtimeMode::required;
     CHECK_THROWS_AS(granted_threads(config), HardwareError);
     CHECK(highest_priority(configured_threads(config)) == 80);
     config.threads.trigger_priority = 0;

@@ -118,11 +118,6 @@ std::string explain_invalid_values(const std::string& file, const std::string& v
     return {};
 }
 
-void check_xml_file(const std::string& file) {
-    if (const std::string why = explain_invalid_xml(file); !why.empty())
-        throw ConfigError(fmt::format("gige.xml: {}", why));
-}
-
 std::vector<UserXml::Target> UserXml::make_targets(std::span<const FeatureCategory> table) {
     std::vector<const Feature*> bound;
     for (const FeatureCategory& category : table)

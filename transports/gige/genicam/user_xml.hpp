@@ -19,8 +19,6 @@ namespace obscura::transports::gige {
 
 /// The text of a GenICam file. Throws ConfigError: not readable, or larger than any such file.
 [[nodiscard]] std::string read_xml_file(const std::string& file);
-/// Throws ConfigError when the file is no description that could be bound.
-void check_xml_file(const std::string& file);
 /// Why the file is no description that could be bound; empty when it is one. Names no key.
 [[nodiscard]] std::string explain_invalid_xml(const std::string& file);
 /// Why `values` are no "Feature=value, ..." of features in the good description `file`; empty when they are.

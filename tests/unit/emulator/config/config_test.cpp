@@ -14,8 +14,13 @@
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/polygons.hpp"
 #include "renderer/shapes/procedural_body.hpp"
+#include "sync/sources/gpio.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "transports/file/settings.hpp"
+#include "transports/gige/settings.hpp"
+#include "transports/stimulator/settings.hpp"
+#include "transports/v4l2/settings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,6 +40,16 @@ albedo = 0.2
 
 constexpr double degree = std::numbers::pi / 180;
 
+const transports::gige::GigeSettings& gige_of(const emulator::DaemonConfig& config) {
+    return config.transports.get<transports::gige::GigeSettings>();
+}
+const transports::FileSinkSettings& file_of(const emulator::DaemonConfig& config) {
+    return config.transports.get<transports::FileSinkSettings>();
+}
+const transports::StimulatorSettings& stimulator_of(const emulator::DaemonConfig& config) {
+    return config.transports.get<transports::StimulatorSettings>();
+}
+
 } // namespace
 
 TEST_CASE("the smallest configuration keeps every default") {
@@ -44,9 +59,9 @@ TEST_CASE("the smallest configuration keeps every default") {
     const emulator::DaemonConfig fresh;
     CHECK(config.scene_file == folder.path() / "scene.toml");
     CHECK(config.daemon.seed == fresh.daemon.seed);
-    CHECK(config.trigger.rate_hz == fresh.trigger.rate_hz);
-    CHECK(config.gige.packet_size == fresh.gige.packet_size);
-    CHECK(config.file.directory == (folder.path() / "frames").string());
+    CHECK(config.trigger.lines[0].rate_hz == fresh.trigger.lines[0].rate_hz);
+    CHECK(gige_of(config).packet_size == gige_of(fresh).packet_size);
+    CHECK(file_of(config).directory == (folder.path() / "frames").string());
     // The default sensor decides the size of the picture.
     CHECK(config.scene.camera.width == fresh.sensor.readout.width);
     CHECK(config.scene.camera.pixel_pitch_m == fresh.sensor.pixel_pitch_m);
@@ -132,30 +147,31 @@ adc_bits = 14
     // All but the first line, which names the source.
     const auto body = [](const std::string& s) { return s.substr(s.find('\n')); };
     CHECK(body(emulator::print_config(second)) == body(text));
-    CHECK(second.gige.user_name == "quo\"te \\ back");
-    REQUIRE(second.gige.faults.size() == 2);
-    CHECK(second.gige.faults[0].burst_packets == 50);
-    CHECK(second.gige.faults[1].amount == -12.5);
+    CHECK(gige_of(second).user_name == "quo\"te \\ back");
+    REQUIRE(gige_of(second).faults.size() == 2);
+    CHECK(gige_of(second).faults[0].burst == 50);
+    CHECK(gige_of(second).faults[1].amount == -12.5);
     CHECK(second.sensor.name == "tab\there");
     CHECK(second.sensor.pixel_pitch_m == first.sensor.pixel_pitch_m);
     CHECK(second.sensor.detector.quantum_efficiency.size() == 3);
     CHECK(second.sensor.detector.quantum_efficiency[2].wavelength_m ==
           first.sensor.detector.quantum_efficiency[2].wavelength_m);
     CHECK(second.sensor.readout.shutter == Shutter::global);
-    CHECK(second.trigger.rate_hz == 29.97);
-    CHECK(second.trigger.line_section(0).source == "timer");
-    CHECK(second.trigger.line_section(1).source == "none");
-    CHECK(second.trigger.line_section(2).line == "GATE_IN");
+    CHECK(second.trigger.lines[0].rate_hz == 29.97);
+    CHECK(second.trigger.lines[0].source == "timer");
+    CHECK(second.trigger.lines[1].source == "none");
+    sync::TriggerLineSettings line2 = second.trigger.lines[2];
+    CHECK(line2.kinds.get<sync::GpioKind>().line == "GATE_IN");
     CHECK(emulator::camera_settings(second).frame_trigger.source == TriggerSource::line2);
     CHECK(emulator::camera_settings(second).exposure_mode == ExposureMode::trigger_width);
     CHECK(second.daemon.seed == 123456789012345u);
-    CHECK(second.file.directory == (folder.path() / "out").string());
-    CHECK(second.v4l2.device == "/dev/video7");
-    CHECK(second.v4l2.format == "GREY");
-    CHECK(second.stimulator.product_id == 0x10a9);
-    CHECK(second.stimulator.grey == "sum");
-    CHECK(second.stimulator.calibration == first.stimulator.calibration);
-    CHECK(second.stimulator.calibration.find((folder.path() / "").string()) == 0);
+    CHECK(file_of(second).directory == (folder.path() / "out").string());
+    CHECK(second.transports.get<transports::V4l2Settings>().device == "/dev/video7");
+    CHECK(second.transports.get<transports::V4l2Settings>().format == transports::V4l2Format::grey);
+    CHECK(stimulator_of(second).product_id == 0x10a9);
+    CHECK(stimulator_of(second).grey == transports::GreyCoding::sum);
+    CHECK(stimulator_of(second).calibration == stimulator_of(first).calibration);
+    CHECK(stimulator_of(second).calibration.find((folder.path() / "").string()) == 0);
     CHECK(emulator::camera_settings(second) == emulator::camera_settings(first));
 }
 
@@ -360,7 +376,7 @@ TEST_CASE("every material has its own parameters") {
 
 TEST_CASE("the shipped configuration and scene load") {
     const auto config = emulator::load_config(OBSCURA_SOURCE_DIR "/config/demo.toml");
-    CHECK(config.trigger.rate_hz == 5);
+    CHECK(config.trigger.lines[0].rate_hz == 5);
     CHECK(config.scene.bodies.size() == 1);
     CHECK(config.scene.stars.size() > 4000);
     // Sirius, from the Hipparcos catalogue: HIP 32349, ra 101.2872, dec -16.7161.
@@ -370,7 +386,7 @@ TEST_CASE("the shipped configuration and scene load") {
 
 TEST_CASE("the shipped configuration for 10 Hz loads") {
     const auto config = emulator::load_config(OBSCURA_SOURCE_DIR "/config/realtime.toml");
-    CHECK(config.trigger.rate_hz == 10);
+    CHECK(config.trigger.lines[0].rate_hz == 10);
     CHECK(config.render.target_error == 0.02);
     CHECK(config.sensor.readout.width == 1024);
     CHECK(config.sensor.readout.height == 1024);
@@ -517,13 +533,13 @@ enabled = false
         CHECK(a.several);
         CHECK(a.camera.gain_db == 3);
         CHECK(b.camera.gain_db == 0);
-        CHECK(a.gige.serial == "A");
-        CHECK(a.gige.mac == "02:00:00:00:00:0a");
-        CHECK(b.gige.packet_size == 8000);
-        CHECK(a.gige.faults.size() == 1);
-        CHECK(b.gige.faults.empty());
-        CHECK(c.gige.faults.size() == 1);
-        CHECK_FALSE(c.gige.enabled);
+        CHECK(gige_of(a).serial == "A");
+        CHECK(gige_of(a).mac == "02:00:00:00:00:0a");
+        CHECK(gige_of(b).packet_size == 8000);
+        CHECK(gige_of(a).faults.size() == 1);
+        CHECK(gige_of(b).faults.empty());
+        CHECK(gige_of(c).faults.size() == 1);
+        CHECK_FALSE(gige_of(c).enabled);
         CHECK(a.sensor.readout.width == 320);
         CHECK(b.sensor.readout.width == 640);
         CHECK(b.sensor.readout.height == 240);
@@ -534,11 +550,11 @@ enabled = false
         CHECK(c.scene.camera.motion.samples.at(0).pose.position_m.x == 9);
         CHECK(c.scene.camera.focal_length_m == 0.07);
         CHECK_FALSE(a.own_trigger);
-        CHECK(a.trigger.rate_hz == 7);
+        CHECK(a.trigger.lines[0].rate_hz == 7);
         CHECK(c.own_trigger);
-        CHECK(c.trigger.rate_hz == 3);
-        CHECK(a.trigger.line_section(3).source == "udp");
-        CHECK(a.trigger.line_section(3) == c.trigger.line_section(3)); // which they share
+        CHECK(c.trigger.lines[0].rate_hz == 3);
+        CHECK(a.trigger.lines[3].source == "udp");
+        CHECK(a.trigger.lines[3] == c.trigger.lines[3]); // which they share
         CHECK(c.daemon.seed == 5);
     };
     look(first);

@@ -1,0 +1,52 @@
+// [camera] and [[camera.window]]: reset values of the features that a client may change over GigE Vision.
+#pragma once
+
+#include "config/section.hpp"
+#include "core/camera.hpp"
+#include "emulator/policies.hpp"
+#include "sensors/description.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// [[camera.window]]: one of several windows that are read in one frame, in their order.
+struct WindowSection {
+    std::int32_t width = 0, height = 0;
+    std::int32_t offset_x = 0, offset_y = 0;
+    double exposure_us = 0;
+    Sampling sampling = Sampling::destructive;
+    std::int32_t reads = 1;
+};
+
+/// [camera]
+struct CameraSection {
+    std::int32_t width = 0, height = 0; ///< 0: the whole sensor
+    std::int32_t offset_x = 0, offset_y = 0;
+    PixelFormat pixel_format = PixelFormat::mono16;
+    double exposure_us = 10'000;
+    double gain_db = 0;
+    bool trigger_mode = true; ///< SFNC TriggerMode On
+    TriggerSource trigger_source = TriggerSource::line0;
+    std::optional<TriggerActivation> trigger_activation; ///< none: all edges that the line's source reports
+    ExposureMode exposure_mode = ExposureMode::timed;
+    double frame_rate_hz = 10;
+    ReadoutTiming readout_timing = ReadoutTiming::sensor;
+    std::int32_t rows_max = 0;          ///< of composed images; 0: what sensor and windows need
+    std::vector<WindowSection> windows; ///< empty: one, as the keys above say
+};
+
+/// The section's own rules; those that need the sensor are check_camera().
+[[nodiscard]] config::Section section_of(CameraSection& section);
+
+/// Windows and image against the sensor. `table` is the table of [camera].
+void check_camera(const CameraSection& camera, const ReadoutSettings& readout,
+                  const config::ReadTable& table);
+
+/// The reset CameraSettings: `camera` on that sensor. The black level is the sensor's; triggers other than
+/// FrameStart are off.
+[[nodiscard]] CameraSettings camera_settings(const CameraSection& camera, const SensorDescription& sensor);
+
+} // namespace obscura::emulator

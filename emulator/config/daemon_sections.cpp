@@ -1,0 +1,181 @@
+#include "emulator/config/daemon_sections.hpp"
+
+#include "core/realtime.hpp"
+#include "sync/ipv4_endpoint.hpp"
+
+#include <fmt/format.h>
+
+namespace obscura::emulator {
+
+using config::key;
+
+config::Section section_of(DaemonSection& s) {
+    config::Section section;
+    section.name = "daemon";
+    section.help = "The service as a whole; shared by all cameras of the file.";
+    section.keys = {
+        key("log_level", &s.log_level).reloadable().help("Least important log lines that are written"),
+        key("realtime", &s.realtime)
+            .help("SCHED_FIFO and locked memory: never, where permitted, or refuse to start without"),
+        key("pool_frames", &s.pool_frames).range(3, 256).help("Frames whose memory is allocated at start"),
+        key("seed", &s.seed)
+            .range(0, 9e15)
+            .help("Seed of rendering and temporal noise: the same seed and triggers give the same bytes"),
+        key("scene_time", &s.scene_time)
+            .help("nominal: frame k shows the scene k - 1 nominal trigger periods after its start, so that "
+                  "it can be "
+                  "rendered again offline; clock: frames show the scene after the time that really passed"),
+        key("drop_capabilities", &s.drop_capabilities)
+            .help("Drop the capabilities of root before the first socket is opened; false where folders of "
+                  "other users "
+                  "are written to or ports below 1024 are listened on"),
+        key("autostart", &s.autostart)
+            .help("Acquisition starts with the daemon; it always does when no control port is enabled"),
+    };
+    return section;
+}
+
+config::Section section_of(RenderSection& s) {
+    config::Section section;
+    section.name = "render";
+    section.help = "Quality and parallelism of the renderer; shared by all cameras of the file.";
+    section.keys = {
+        key("samples_per_pixel", &s.samples_per_pixel)
+            .range(1, 65536)
+            .help("Camera rays per pixel that a body may cover"),
+        key("target_error", &s.target_error)
+            .range(0, 1)
+            .help("Relative standard error of a pixel below which no more samples are taken; 0: "
+                  "samples_per_pixel "
+                  "everywhere"),
+        key("max_samples_per_pixel", &s.max_samples_per_pixel)
+            .range(1, 65536)
+            .help("Largest number of samples per pixel with target_error"),
+        key("max_instants", &s.max_instants)
+            .range(1, 4096)
+            .help("Largest number of instants that an exposure is sampled at where something moves; 1: the "
+                  "middle of "
+                  "the exposure only"),
+        key("threads", &s.threads).range(0, 1024).help("Render threads; 0: one per core"),
+        key("band_rows", &s.band_rows)
+            .range(1, 16384)
+            .help("Rows that are rendered, exposed and sent together"),
+    };
+    return section;
+}
+
+config::Section section_of(DeadlineSection& s) {
+    config::Section section;
+    section.name = "deadline";
+    section.help = "Rows that are not ready when the chip would have read them.";
+    section.keys = {
+        key("policy", &s.policy)
+            .reloadable()
+            .help("A frame with a late row leaves late, shows the frame before from there on, is dropped, or "
+                  "ends "
+                  "before that row"),
+        key("grace_us", &s.grace_us)
+            .reloadable()
+            .unit("us")
+            .range(0, 1e7)
+            .help("Time after a row's due time before the policy applies; without effect under \"late\""),
+        key("spin_us", &s.spin_us)
+            .unit("us")
+            .range(0, 1000)
+            .help("Time before a frame's first row for which the release thread polls the clock instead of "
+                  "sleeping; "
+                  "under SCHED_FIFO only"),
+    };
+    return section;
+}
+
+config::Section section_of(ThreadsSection& s) {
+    const config::Range fifo{0, 98};
+    config::Section section;
+    section.name = "threads";
+    section.help = "SCHED_FIFO priorities (0: SCHED_OTHER) and cores of the threads; shared by all cameras.";
+    section.keys = {
+        key("trigger_priority", &s.trigger_priority)
+            .range(fifo)
+            .help("SCHED_FIFO priority of the threads that wait for trigger edges; 0: SCHED_OTHER"),
+        key("release_priority", &s.release_priority)
+            .range(fifo)
+            .help("SCHED_FIFO priority of the row release thread; 0: SCHED_OTHER"),
+        key("transmit_priority", &s.transmit_priority)
+            .range(fifo)
+            .help("SCHED_FIFO priority of the GigE Vision stream thread, the control thread has one more; 0: "
+                  "SCHED_OTHER"),
+        key("detector_priority", &s.detector_priority)
+            .range(fifo)
+            .help("SCHED_FIFO priority of the detector thread; 0: SCHED_OTHER"),
+        key("pipeline_priority", &s.pipeline_priority)
+            .range(fifo)
+            .help("SCHED_FIFO priority of the pipeline thread, which takes triggers and renders; 0: "
+                  "SCHED_OTHER"),
+        key("display_priority", &s.display_priority)
+            .range(fifo)
+            .help("SCHED_FIFO priority of the V4L2 and stimulator threads; 0: SCHED_OTHER"),
+        key("trigger_cores", &s.trigger_cores)
+            .help("Cores of the trigger threads, like \"2-3,5\"; empty: any"),
+        key("release_cores", &s.release_cores)
+            .help("Cores of the row release thread, like \"2-3,5\"; empty: any"),
+        key("transmit_cores", &s.transmit_cores)
+            .help("Cores of the GigE Vision threads, like \"2-3,5\"; empty: any"),
+        key("detector_cores", &s.detector_cores)
+            .help("Cores of the detector thread, like \"2-3,5\"; empty: any"),
+        key("pipeline_cores", &s.pipeline_cores)
+            .help("Cores of the pipeline thread, like \"2-3,5\"; empty: any"),
+        key("display_cores", &s.display_cores)
+            .help("Cores of the V4L2 and stimulator threads, like \"2-3,5\"; empty: any"),
+        key("render_cores", &s.render_cores).help("Cores of the render threads, like \"2-3,5\"; empty: any"),
+    };
+    section.check = [keys = section.keys](const config::ReadTable& table) {
+        for (const config::Key& key : keys)
+            if (const auto* cores = std::get_if<std::string*>(&key.target);
+                cores != nullptr && !parse_cores(**cores))
+                table.refuse(key.name, fmt::format("\"{}\" is no list of cores like \"2-3,5\"", **cores));
+    };
+    return section;
+}
+
+config::Section section_of(SimulatorSection& s) {
+    config::Section section;
+    section.name = "simulator";
+    section.help = "A port through which another program moves the scene and steps the camera in lockstep.";
+    section.keys = {
+        key("enabled", &s.enabled).help("Accept poses and steps of a dynamics simulator"),
+        key("listen", &s.listen).help("IPv4 address and port: TCP for commands, UDP for poses"),
+        key("max_extrapolation_ms", &s.max_extrapolation_ms)
+            .unit("ms")
+            .range(0, 1e6)
+            .help("Time for which a motion is extrapolated past its last pose; after that the pose holds"),
+    };
+    section.check = [&s](const config::ReadTable& table) {
+        table.refuse_if_thrown("listen",
+                               [&s] { (void)sync::parse_ipv4_endpoint(s.listen, 0, "127.0.0.1:5003"); });
+    };
+    return section;
+}
+
+config::Section section_of(OutputsSection& s) {
+    config::Section section;
+    section.name = "outputs";
+    section.help = "GPIO lines that the camera drives.";
+    section.keys = {
+        key("trigger_ready", &s.trigger_ready)
+            .help("GPIO line that is active while a trigger would be accepted, by name or "
+                  "\"gpiochipN:OFFSET\"; empty: "
+                  "none"),
+        key("exposure", &s.exposure)
+            .help("GPIO line that is active from the first row's reset to the last row's readout, by name or "
+                  "\"gpiochipN:OFFSET\"; empty: none"),
+        key("active_low", &s.active_low).help("The active state of these lines is the low level"),
+    };
+    section.check = [&s](const config::ReadTable& table) {
+        if (!s.exposure.empty() && s.exposure == s.trigger_ready)
+            table.refuse("exposure", "the same line as trigger_ready");
+    };
+    return section;
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,83 @@
+// The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs].
+#pragma once
+
+#include "config/section.hpp"
+#include "core/log.hpp"
+#include "emulator/policies.hpp"
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+namespace obscura::emulator {
+
+/// Whether threads get SCHED_FIFO and memory is locked.
+enum class RealtimeMode : std::uint8_t {
+    off,
+    automatic, ///< where it is permitted
+    required,  ///< the daemon does not start without
+};
+constexpr auto enum_names(RealtimeMode /*type*/) {
+    return std::array{EnumName{RealtimeMode::off, "off"}, EnumName{RealtimeMode::automatic, "auto"},
+                      EnumName{RealtimeMode::required, "required"}};
+}
+
+/// [daemon]
+struct DaemonSection {
+    LogLevel log_level = LogLevel::info;
+    RealtimeMode realtime = RealtimeMode::automatic;
+    std::int32_t pool_frames = 12;
+    std::uint64_t seed = 1;
+    SceneTime scene_time = SceneTime::nominal;
+    bool drop_capabilities = true;
+    bool autostart = false;
+};
+
+/// [render]
+struct RenderSection {
+    std::int32_t samples_per_pixel = 4;
+    double target_error = 0;
+    std::int32_t max_samples_per_pixel = 64;
+    std::int32_t max_instants = 256;
+    std::int32_t threads = 0;
+    std::int32_t band_rows = 64;
+};
+
+/// [deadline]: rows that are not ready when the chip would have read them.
+struct DeadlineSection {
+    LatePolicy policy = LatePolicy::late;
+    double grace_us = 0;
+    double spin_us = 100;
+};
+
+/// [threads]: SCHED_FIFO priorities (0: SCHED_OTHER) and cores ("2-3,5"; empty: any). Rendering has no
+/// priority: a thread that computes for tens of milliseconds under SCHED_FIFO starves everything else on its
+/// core.
+struct ThreadsSection {
+    std::int32_t trigger_priority = 80, release_priority = 75, transmit_priority = 70, detector_priority = 65;
+    std::int32_t pipeline_priority = 0, display_priority = 0;
+    std::string trigger_cores, release_cores, transmit_cores, detector_cores, pipeline_cores, display_cores;
+    std::string render_cores;
+};
+
+/// [simulator]: another program moves the scene, and time itself with trigger.source = "lockstep".
+struct SimulatorSection {
+    bool enabled = false;
+    std::string listen = "127.0.0.1:5003";
+    double max_extrapolation_ms = 100;
+};
+
+/// [outputs]: GPIO lines that show what the camera is doing; empty: none.
+struct OutputsSection {
+    std::string trigger_ready, exposure;
+    bool active_low = false;
+};
+
+[[nodiscard]] config::Section section_of(DaemonSection& section);
+[[nodiscard]] config::Section section_of(RenderSection& section);
+[[nodiscard]] config::Section section_of(DeadlineSection& section);
+[[nodiscard]] config::Section section_of(ThreadsSection& section);
+[[nodiscard]] config::Section section_of(SimulatorSection& section);
+[[nodiscard]] config::Section section_of(OutputsSection& section);
+
+} // namespace obscura::emulator

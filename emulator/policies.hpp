@@ -1,0 +1,38 @@
+// Timing policies of the camera: scene time, row release, late rows.
+#pragma once
+
+#include "core/enum_names.hpp"
+
+#include <cstdint>
+
+namespace obscura::emulator {
+
+/// The clock that the scene follows.
+enum class SceneTime : std::uint8_t {
+    nominal, ///< frame k shows the scene at (k - 1) nominal periods: the same bytes on every run
+    clock,   ///< at the time that passed since the acquisition started
+};
+constexpr auto enum_names(SceneTime /*type*/) {
+    return std::array{EnumName{SceneTime::nominal, "nominal"}, EnumName{SceneTime::clock, "clock"}};
+}
+
+/// What happens to a frame with a row that is not ready at its release time plus the grace time.
+enum class LatePolicy : std::uint8_t {
+    late,    ///< the row is released when it is ready
+    repeat,  ///< the rest of the frame is copied from the last complete frame
+    drop,    ///< the frame is abandoned; if rows of it have been released, it ends after them
+    partial, ///< the rows that are ready are released, the rest stays empty
+};
+constexpr auto enum_names(LatePolicy /*type*/) {
+    return std::array{EnumName{LatePolicy::late, "late"}, EnumName{LatePolicy::repeat, "repeat"},
+                      EnumName{LatePolicy::drop, "drop"}, EnumName{LatePolicy::partial, "partial"}};
+}
+
+/// When rows are released: at the chip's readout times, or as soon as they are ready. With `fast` no row is
+/// late, and LatePolicy does not apply.
+enum class ReadoutTiming : std::uint8_t { sensor, fast };
+constexpr auto enum_names(ReadoutTiming /*type*/) {
+    return std::array{EnumName{ReadoutTiming::sensor, "sensor"}, EnumName{ReadoutTiming::fast, "fast"}};
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,146 @@
+// Sections: reading with all mistakes collected, printing, documenting.
+#include "config/section.hpp"
+#include "core/error.hpp"
+#include "tests/support/catch.hpp"
+
+#include <string>
+#include <vector>
+
+using namespace obscura;
+using config::key;
+
+namespace {
+
+enum class Fruit : std::uint8_t { apple, pear };
+constexpr auto enum_names(Fruit /*type*/) {
+    return std::array{EnumName{Fruit::apple, "apple"}, EnumName{Fruit::pear, "pear"}};
+}
+
+struct Bowl {
+    std::int32_t count = 3;
+    Fruit fruit = Fruit::apple;
+};
+struct Basket {
+    double weight_kg = 2;
+    std::string label = "A";
+    Bowl bowl;
+    std::vector<Bowl> spare;
+};
+
+config::Section bowl_section(Bowl& bowl) {
+    config::Section section;
+    section.help = "A bowl.";
+    section.keys = {key("count", &bowl.count).range(0, 9).required().help("Pieces of fruit in the bowl"),
+                    key("fruit", &bowl.fruit).help("Kind of fruit")};
+    section.check = [&bowl](const config::ReadTable& table) {
+        if (bowl.fruit == Fruit::pear && bowl.count > 5) table.refuse("count", "too many pears");
+    };
+    return section;
+}
+
+config::Section section_of(Basket& basket) {
+    config::Section inner;
+    inner.name = "bowl";
+    inner.keys = {key("fruit", &basket.bowl.fruit).reloadable().help("Kind of fruit")};
+    config::Section section;
+    section.name = "basket";
+    section.keys = {key("weight_kg", &basket.weight_kg).unit("kg").range(0, 50).help("Weight of the basket"),
+                    key("label", &basket.label).help("Label of the basket")};
+    section.tables = {std::move(inner)};
+    section.lists = {config::list("spare", "Further bowls.", basket.spare, bowl_section)};
+    return section;
+}
+
+std::string mistakes_of(const std::string& text, Basket& basket) {
+    const config::Value root = config::parse_text(text, "b.toml");
+    config::Mistakes mistakes;
+    config::read_member(root, {"b.toml", ""}, section_of(basket), mistakes);
+    try {
+        mistakes.throw_if_any();
+    } catch (const ConfigError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+} // namespace
+
+TEST_CASE("a section reads its keys, tables and lists", "[config]") {
+    Basket basket;
+    CHECK(
+        mistakes_of(
+            "[basket]\nweight_kg = 3\nbowl.fruit = \"pear\"\n[[basket.spare]]\ncount = 1\n[[basket.spare]]\n"
+            "count = 5\nfruit = \"pear\"\n",
+            basket) == "");
+    CHECK(basket.weight_kg == 3);
+    CHECK(basket.label == "A");
+    CHECK(basket.bowl.fruit == Fruit::pear);
+    REQUIRE(basket.spare.size() == 2);
+    CHECK(basket.spare[0].fruit == Fruit::apple);
+    CHECK(basket.spare[1].count == 5);
+}
+
+TEST_CASE("all mistakes of a file are reported, a line each", "[config]") {
+    Basket basket;
+    CHECK(
+        mistakes_of(
+            "[basket]\nweight_kg = 99\nlabal = \"x\"\nbowl = { fruit = \"plum\" }\n[[basket.spare]]\nfruit = "
+            "\"pear\"\n[[basket.spare]]\ncount = 7\nfruit = \"pear\"\n",
+            basket) == "b.toml:2:13: basket.weight_kg: 99 is out of range, allowed 0 to 50 kg\n"
+                       "b.toml:3:1: basket.labal: unknown key, did you mean \"label\"?\n"
+                       "b.toml:4:18: basket.bowl.fruit: \"plum\" is not known, allowed apple, pear\n"
+                       "b.toml:5:1: basket.spare[0]: the key \"count\" is missing\n"
+                       "b.toml:8:9: basket.spare[1].count: too many pears");
+    CHECK(basket.weight_kg == 2); // what cannot be read leaves the default alone
+    CHECK(mistakes_of("basket = 1\n", basket) == "b.toml:1:10: basket: is an integer, allowed a table");
+    CHECK(mistakes_of("[basket]\nspare = 3\n", basket) ==
+          "b.toml:2:1: basket.spare: allowed tables [[basket.spare]]");
+}
+
+TEST_CASE("a printed section reads back as it was", "[config]") {
+    Basket basket{7, "B", {}, {{1, Fruit::pear}, {2, Fruit::apple}}};
+    const std::string text = config::print_section(section_of(basket), "");
+    CHECK(text == "\n[basket]\n# Weight of the basket (0 to 50 kg)\nweight_kg = 7.0\n# Label of the "
+                  "basket\nlabel = \"B\"\n"
+                  "\n[[basket.spare]]\n# Pieces of fruit in the bowl (0 to 9)\ncount = 1\n# Kind of fruit "
+                  "(apple | pear)\n"
+                  "fruit = \"pear\"\n"
+                  "\n[[basket.spare]]\n# Pieces of fruit in the bowl (0 to 9)\ncount = 2\n# Kind of fruit "
+                  "(apple | pear)\n"
+                  "fruit = \"apple\"\n"
+                  "\n[basket.bowl]\n# Kind of fruit (apple | pear)\nfruit = \"apple\"\n");
+    Basket again;
+    CHECK(mistakes_of(text, again) == "");
+    CHECK(config::print_section(section_of(again), "") == text);
+}
+
+TEST_CASE("the reference has every table and list with its defaults", "[config]") {
+    Basket basket;
+    const std::vector<config::DocumentedTable> tables = config::document(section_of(basket), "");
+    REQUIRE(tables.size() == 3);
+    CHECK(tables[0].heading == "[basket]");
+    CHECK(tables[1].heading == "[basket.bowl]");
+    CHECK(tables[2].heading == "[[basket.spare]]");
+    CHECK(tables[2].help == "Further bowls.");
+    CHECK(config::value_text(tables[2].keys.at(0)) == "3");
+    CHECK(config::type_text(tables[0].keys.at(0)) == "number");
+}
+
+TEST_CASE("reloadable keys are found by their dotted path", "[config]") {
+    Basket basket;
+    config::Section root;
+    root.tables = {section_of(basket)};
+    CHECK(config::is_reloadable(root, "basket.bowl.fruit"));
+    CHECK_FALSE(config::is_reloadable(root, "basket.label"));
+    CHECK_FALSE(config::is_reloadable(root, "basket.bowl.colour"));
+    CHECK_FALSE(config::is_reloadable(root, "other.fruit"));
+}
+
+TEST_CASE("structs that a program filled are held to the ranges of their keys", "[config]") {
+    Basket basket;
+    CHECK(config::explain_out_of_range(section_of(basket).keys).empty());
+    basket.weight_kg = -1;
+    CHECK(config::explain_out_of_range(section_of(basket).keys) == "weight_kg: -1, allowed 0 to 50 kg");
+    basket.weight_kg = std::numeric_limits<double>::quiet_NaN();
+    CHECK(config::explain_out_of_range(section_of(basket).keys) == "weight_kg: nan, allowed 0 to 50 kg");
+}
