@@ -33,6 +33,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_capture();
 [[nodiscard]] std::unique_ptr<Verb> make_grab();
 [[nodiscard]] std::unique_ptr<Verb> make_check();
+[[nodiscard]] std::unique_ptr<Verb> make_keys();
 [[nodiscard]] std::unique_ptr<Verb> make_compare();
 [[nodiscard]] std::unique_ptr<Verb> make_import();
 [[nodiscard]] std::unique_ptr<Verb> make_bench();
