@@ -112,7 +112,7 @@ TEST_CASE("impossible bodies: NaN poses, zero size, circles of parents, textures
     check_scene("[[body]]\nshape = \"box\"\nsize_m = [1, 0, 1]\nalbedo = 0.5\n",
                 "s.toml:3:14: body[0].size_m: 0 is out of range, allowed 1e-6 to 1e12 m");
     check_scene("[[body]]\nshape = \"disc\"\nradius_m = 1\ninner_radius_m = 1\nalbedo = 0.5\n",
-                "body 'body0': radii 1 and 1 m: allowed are a positive outer and a smaller inner one");
+                "s.toml:4:18: body[0].inner_radius_m: 1 m: allowed is less than the outer radius, 1 m");
     check_scene(ball + "parent = \"a\"\n", "s.toml: body 'a': parents go in a circle: a -> a");
     check_scene(ball + "parent = \"b\"\n", "s.toml: body 'a': its parent 'b' is no body of the scene");
     check_scene(ball + "albedo_texture = \"t.png\"\n",

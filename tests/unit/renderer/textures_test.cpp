@@ -253,7 +253,7 @@ TEST_CASE("Display pictures are decoded; what is no texture is refused with one 
     };
     CHECK(refusal(folder.path() / "gone.png") == "gone.png: cannot be opened: No such file or directory");
     CHECK_THAT(refusal(folder.write("text.png", "hello")),
-               ContainsSubstring("text.png: not an image that is known"));
+               ContainsSubstring("text.png: not an image of a supported format"));
     CHECK_THAT(refusal(folder.write("cut.png", "\x89PNG\r\n\x1a\n")),
                ContainsSubstring("cut.png: not readable as PNG"));
     CHECK_THAT(refusal(folder.write("cut.tif", std::string("II*\0\x08\0\0\0", 8))),

@@ -136,9 +136,9 @@ TEST_CASE("copies of a line's settings are deep, and lines compare by all their 
 TEST_CASE("mistakes in [trigger] are named with place and path of the key") {
     const auto [text, line] = GENERATE(table<const char*, const char*>({
         {"[trigger]\nsource = \"gpio\"\n",
-         "c.toml:1:1: trigger.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is wanted"},
+         "c.toml:1:2: trigger.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is wanted"},
         {"[trigger]\n[trigger.line1]\nsource = \"gpio\"\n",
-         "c.toml:2:1: trigger.line1.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is "
+         "c.toml:2:10: trigger.line1.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is "
          "wanted"},
         {"[trigger]\nsource = \"gpio\"\nline = \"\"\n",
          "c.toml:3:8: trigger.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is wanted"},
@@ -195,7 +195,7 @@ TEST_CASE("values of sources that are not chosen are not checked against each ot
 TEST_CASE("mistakes of several lines are reported together") {
     CHECK(trigger_complaint("[trigger]\n[trigger.line1]\nsource = \"gpio\"\n"
                             "[trigger.line2]\nsource = \"udp\"\nlisten = \"a:1\"\n") ==
-          "c.toml:2:1: trigger.line1.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is "
+          "c.toml:2:10: trigger.line1.line: is missing, the name of a GPIO line or \"gpiochipN:OFFSET\" is "
           "wanted\n"
           "c.toml:6:10: trigger.line2.listen: \"a:1\": allowed is an IPv4 address and a port, "
           "\"127.0.0.1:5002\"");

@@ -272,7 +272,7 @@ TEST_CASE("PDS3 images, attached and detached, in every sample type") {
           "x.lbl:3: not a PDS3 label: a text without its closing quote");
     CHECK(
         refusal("PDS_VERSION_ID = PDS3\nOBJECT = IMAGE\n LINES = 9999999\n LINE_SAMPLES = 9999999\nEND\n") ==
-        "x.lbl: an image of 9999999 x 9999999 pixels, allowed 1 to 268435456 altogether");
+        "x.lbl: an image of 9999999 x 9999999 pixels, allowed 1 to 268435456 in total");
 }
 
 TEST_CASE("TIFF and JPEG pictures are read, and their colours one by one") {

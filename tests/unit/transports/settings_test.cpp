@@ -321,13 +321,13 @@ TEST_CASE("two cameras share no address, serial number, node or folder") {
     two.transports.check_apart(one.transports, "camera[0]", two.root, two.where, two.mistakes);
     const char* const end = " of camera[0], too; each camera needs its own";
     CHECK(two.complaint() ==
-          fmt::format("c.toml:1:1: gige.interface: \"lo\" is the address{0}\n"
-                      "c.toml:1:1: gige.serial: \"OBS000001\" is the serial number{0}\n"
+          fmt::format("c.toml:1:2: gige.interface: \"lo\" is the address{0}\n"
+                      "c.toml:1:2: gige.serial: \"OBS000001\" is the serial number{0}\n"
                       "c.toml:2:7: gige.mac: \"02:00:00:00:00:0a\" is the hardware address{0}\n"
                       "c.toml:3:14: gige.state_file: \"sets\" is the file for user sets{0}\n"
-                      "c.toml:4:1: file.directory: \"frames\" is the folder{0}\n"
-                      "c.toml:6:1: v4l2.device: \"/dev/video10\" is the video node{0}\n"
-                      "c.toml:8:1: stimulator.serial: \"\" is the stimulator{0}",
+                      "c.toml:4:2: file.directory: \"frames\" is the folder{0}\n"
+                      "c.toml:6:2: v4l2.device: \"/dev/video10\" is the video node{0}\n"
+                      "c.toml:8:2: stimulator.serial: \"\" is the stimulator{0}",
                       end));
     // Another port is another address, and what is switched off takes nothing.
     Reading three("[gige]\nport = 3957\nserial = \"B\"\n[v4l2]\ndevice = \"/dev/video10\"\n");
