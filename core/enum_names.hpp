@@ -15,6 +15,9 @@ struct EnumName {
     Enum value;
     std::string_view name;
 };
+/// Clang before 17 does not deduce the arguments of aggregates by itself.
+template<typename Enum>
+EnumName(Enum, std::string_view) -> EnumName<Enum>;
 
 /// An enumeration that has names declares them once, beside itself:
 ///     enum class LatePolicy : std::uint8_t { late, repeat };
