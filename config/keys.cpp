@@ -274,8 +274,14 @@ void Mistakes::add(const Where& where, Position at, std::string_view what) {
     collect([&] { fail(where, at, what); });
 }
 
-void Mistakes::add(std::string line) {
-    if (std::find(lines_.begin(), lines_.end(), line) == lines_.end()) lines_.push_back(std::move(line));
+void Mistakes::add(std::string text) {
+    // A ConfigError of a file that was read with mistakes of its own has several lines.
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        std::string line = text.substr(begin, end - begin);
+        if (std::find(lines_.begin(), lines_.end(), line) == lines_.end()) lines_.push_back(std::move(line));
+        begin = end + 1;
+    }
 }
 
 void Mistakes::throw_if_any() const {

@@ -162,8 +162,8 @@ template<NamedEnum Enum>
 class Mistakes {
 public:
     void add(const Where& where, Position at, std::string_view what);
-    /// A whole line, as ConfigError has it; the same line twice counts once.
-    void add(std::string line);
+    /// Whole lines, as ConfigError has them; the same line twice counts once.
+    void add(std::string text);
     /// Runs `read`; what it complains of by a ConfigError becomes a mistake. False when it did.
     template<typename F>
     bool collect(F&& read) {

@@ -97,6 +97,21 @@ TEST_CASE("all mistakes of a file are reported, a line each", "[config]") {
           "b.toml:2:1: basket.spare: allowed tables [[basket.spare]]");
 }
 
+TEST_CASE("mistakes that were thrown on the way are reported once, a line each", "[config]") {
+    config::Mistakes mistakes;
+    mistakes.add("a");
+    mistakes.add("b");
+    CHECK_FALSE(mistakes.collect([&] { mistakes.throw_if_any(); }));
+    CHECK_FALSE(mistakes.collect([] { throw ConfigError("b\nc"); }));
+    CHECK(mistakes.count() == 3);
+    try {
+        mistakes.throw_if_any();
+        FAIL("nothing was thrown");
+    } catch (const ConfigError& error) {
+        CHECK(std::string(error.what()) == "a\nb\nc");
+    }
+}
+
 TEST_CASE("a printed section reads back as it was", "[config]") {
     Basket basket{7, "B", {}, {{1, Fruit::pear}, {2, Fruit::apple}}};
     const std::string text = config::print_section(section_of(basket), "");
