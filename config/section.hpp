@@ -79,7 +79,7 @@ struct Section {
     /// Rules between keys, and conversions of what was read. Opens nothing but files. Called when all keys
     /// of the table itself could be read, also where the file does not have the table.
     std::function<void(const ReadTable& table)> check{};
-    /// Tables that somebody else reads.
+    /// Names of tables within that are read separately.
     std::vector<std::string_view> elsewhere{};
     bool annotated = false;     ///< values may stand with their provenance, see read_keys()
     bool printed = true;        ///< is part of an effective configuration

@@ -257,7 +257,7 @@ TEST_CASE("FORCEIP is for the device with its MAC, and the camera stays where it
 
 TEST_CASE("Only the controller may write") {
     Bench b;
-    CHECK(b.write(address_of("Width"), 320) == access_denied); // nobody has control
+    CHECK(b.write(address_of("Width"), 320) == access_denied); // no controlling application
     CHECK(b.write_memory(address_of("Width"), Bench::words({320})) == access_denied);
     b.take_control(alice);
     CHECK(b.write(address_of("Width"), 320, bob) == access_denied);

@@ -318,7 +318,7 @@ constexpr std::array features{
             .foreign = {.bound = true}},
     Feature{.name = "ExposureMode",
             .type = FeatureType::enumeration,
-            .tooltip = "TriggerWidth counts where a line that tells of both its edges begins the exposure; "
+            .tooltip = "TriggerWidth applies where a line that reports both its edges begins the exposure; "
                        "ExposureTime else",
             .address = 0xA18C,
             .entries = exposure_mode_entries,

@@ -115,7 +115,7 @@ constexpr std::array features{
             .selectors = {"LineSelector"}},
     Feature{.name = "LineStatusAll",
             .tooltip =
-                "An input whose source tells of one kind of edge only shows the last as a pulse of 1 ms",
+                "An input whose source reports one edge type only shows the last edge as a pulse of 1 ms",
             .access = Access::read_only,
             .address = 0xA60C,
             .get = [](const Feature&, DeviceContext& d, std::uint32_t) -> std::uint64_t {
