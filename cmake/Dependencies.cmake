@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Every third-party dependency is found here and nowhere else. Debian 12 and Debian 13 both serve.
 
 find_package(PkgConfig REQUIRED)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Target `doxygen`: reference pages of the public headers in build/.../doxygen/html. The test of that name makes them too.
 find_program(OBSCURA_DOXYGEN doxygen)
 set(OBSCURA_DOXYGEN_DIR "${PROJECT_BINARY_DIR}/doxygen")

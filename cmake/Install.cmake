@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What `cmake --install` puts where: the daemon, shipped scenes, and the libraries with headers and CMake package for
 # programs that build on them. Units and their like are installed by systemd/.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Manual pages and bash completion, made by running the programs that were just built; so not when cross-compiling.
 option(OBSCURA_BUILD_MANUAL "Make and install manual pages and bash completion" OFF)
 if(NOT OBSCURA_BUILD_MANUAL)

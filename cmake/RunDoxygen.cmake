@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -DDOXYGEN=PROGRAM -DDIR=FOLDER -P RunDoxygen.cmake: makes the reference pages by FOLDER/Doxyfile. Fails for
 # every complaint but one: members (of a class, of a namespace) may go without a comment where name and type say all.
 # Types may not.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Strict reading of comma-separated tables of numbers; every complaint names file:line:column.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The only translation unit that sees toml++.
 #include "config/document.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A parsed TOML file as a tree that remembers where everything stood, so that nobody else sees the TOML
 // library.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys of TOML tables: one row per key, from which reading, range checks, printing and documentation come.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Read this first: a section of a configuration, from which reading, checks, printing and the reference are
 // made.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera settings by their SFNC names, their limits, and the interface through which transports apply them.
 #pragma once
 

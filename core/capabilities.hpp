@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dropping of Linux capabilities in all threads of the process after start-up.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scheduling clock interface, CLOCK_MONOTONIC, and a simulated clock that runs hours of triggers in seconds.
 #pragma once
 

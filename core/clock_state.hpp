@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Synchronisation state of the clock that triggers frames: free, locked, holdover.
 #pragma once
 

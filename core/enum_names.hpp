@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Enumeration name tables, as written in files, on command lines and in GenICam descriptions.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Event count: one waiter with a deadline, many notifiers, lock-free.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frame with its metadata, fixed frame pool, and pixel formats.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frame flags as reported to clients: FrameFlag bits and the state of the trigger's clock.
 #pragma once
 

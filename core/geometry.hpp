@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Double-precision vectors, rotations and poses.
 #pragma once
 

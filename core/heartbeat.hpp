@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Watchdog heartbeat of one supervised thread; polled by the supervisor.
 #pragma once
 

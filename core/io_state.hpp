@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // State of the camera's lines, counters and timers, derived from its recorded activity.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shared libraries loaded by dlopen at the first call.
 #pragma once
 

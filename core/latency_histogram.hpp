@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lock-free histogram of time spans, for quantiles without storing every value.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Logging: text lines from ordinary threads, fixed-size records from real-time threads.
 #pragma once
 

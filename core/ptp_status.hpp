@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PTP status of this machine's clock as reported by its PTP daemon; polled by sync, published by transports.
 #pragma once
 

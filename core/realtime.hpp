@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real-time threads: name, SCHED_FIFO priority, CPU affinity, memory locking.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Solar spectral irradiance at 1 au (ASTM E490), shared by renderer and sensors.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spectral bands and tabulated curves over wavelength.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instants and spans of time: int64 nanoseconds in one scheduling clock.
 #pragma once
 

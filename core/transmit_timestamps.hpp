@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transmit timestamps of a frame: when its first and its last byte left, by transport.
 #pragma once
 

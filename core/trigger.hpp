@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger sources, activations, counters and timers of the camera by their SFNC names.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Timer thread: calls a handler at instants that other threads set.
 #pragma once
 

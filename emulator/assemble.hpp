@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Factories from a configuration: frame pipeline, trigger sources, transports.
 #pragma once
 

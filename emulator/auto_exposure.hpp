@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SFNC ExposureAuto: exposure control from the digital numbers of earlier frames.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera: control port and frame loop, from triggers to frames for the transports.
 #pragma once
 

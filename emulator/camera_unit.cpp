@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/camera_unit.hpp"
 
 #include "emulator/reload.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One camera of the daemon with its frame pipeline, row release, transports, simulator and output lines.
 #pragma once
 

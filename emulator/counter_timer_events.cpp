@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/counter_timer_events.hpp"
 
 #include <utility>

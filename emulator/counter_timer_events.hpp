@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger events from the ends of SFNC counters and timers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The daemon as an object: cameras, trigger sources and threads of a configuration, started in order and
 // stopped in reverse.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Edge ids per trigger route, renumbered so that the gate counts only lost edges as gaps.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger state of SFNC FrameBurstStart: the frames left of the current burst.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frame pipeline: readout plan, rendering and detector of one frame, in pipelined row blocks.
 #pragma once
 

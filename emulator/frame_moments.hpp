@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instants of the current frame, published by the pipeline thread.
 #pragma once
 

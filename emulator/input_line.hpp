@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One input line: its edges, level and active-edge numbering, and the pulse whose width is being measured.
 #pragma once
 

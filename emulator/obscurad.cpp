@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Main program of obscurad: command line, signals, start-up in order, shut-down in reverse.
 #include "core/capabilities.hpp"
 #include "core/clock.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GPIO output lines of the camera: TriggerReady and ExposureActive.
 #pragma once
 

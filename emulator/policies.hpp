@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Timing policies of the camera: scene time, row release, late rows.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ring buffer of time-stamped poses received at run time, with interpolation.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/releaser.hpp"
 
 #include "core/frame_flags.hpp"

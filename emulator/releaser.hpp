@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Row release: publishes finished rows at the readout times of the chip, never earlier; or at once.
 #pragma once
 

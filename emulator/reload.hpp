@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Configuration keys that differ between two configurations, and those that a running daemon accepts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/service_notify.hpp"
 
 #include "core/time.hpp"

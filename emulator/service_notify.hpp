@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Service state notification and watchdog interval of systemd: sd_notify(3) without libsystemd.
 #pragma once
 

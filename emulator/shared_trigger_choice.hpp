@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TriggerChoice shared between the control side and the threads of the trigger sources.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Line protocol of the simulator port: time-stamped poses, steps, state queries. Manual: docs/simulator.md.
 #pragma once
 

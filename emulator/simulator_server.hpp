@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TCP and UDP server for an external simulator: poses of camera, bodies and lamps, and lockstep of frames.
 #pragma once
 

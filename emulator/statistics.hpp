@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters and latencies of a run as one line of text and as JSON.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Supervision of the daemon's threads by their heartbeats, for the service manager's watchdog.
 #pragma once
 

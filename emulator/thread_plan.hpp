@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scheduling priorities and core affinities of the daemon's threads, as configured and as granted.
 #pragma once
 

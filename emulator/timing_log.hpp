@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time stamps of each frame: recorded on a real-time thread, written as CSV by an ordinary one.
 #pragma once
 

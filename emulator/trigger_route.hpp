@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Inputs of the trigger gate: one per SFNC TriggerSource, and the free-run timer.
 #pragma once
 

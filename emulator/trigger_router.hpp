@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger routing: which edge becomes a frame, on the thread of its source.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image reader for textures and measured images: FITS, PNG, TIFF, JPEG, OpenEXR, PDS3. Read this header
 // first.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lazily loaded stub of cfitsio: functions with cfitsio's names that forward to the library, which is loaded
 // by the first call. cfitsio depends on 27 libraries (it can read over the network), and a program linked to
 // it spends half of its start-up on loading them. Linked into `obscurad` only, before cfitsio, so that

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Read this first: the renderer turns a scene and row times into irradiance per pixel, W/m2 per band.
 //
 // Frames and units. Inertial frame: right-handed, metres, J2000 axes where stars matter. Camera frame: x

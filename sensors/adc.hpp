@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Analogue-to-digital converter transfer curve with INL and DNL.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/band_exposure.hpp"
 
 #include "sensors/rts_noise.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Exposure of one block of rows: from irradiance through charge to digital numbers.
 #pragma once
 

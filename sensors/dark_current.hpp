@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Temperature dependence of dark current and reset (kTC) noise.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensor description: readout timing and detector parameters as plain data, as read from a sensor file.
 #pragma once
 

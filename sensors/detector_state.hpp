@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Detector state computed once from its description: patterns, particle flux, ADC curve, buffers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Estimators of EMVA standard 1288, release 4 (2021), linear camera model, from digital numbers only.
 #pragma once
 

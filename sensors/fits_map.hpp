@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensor calibration maps as FITS images, through cfitsio.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fixed-pattern noise of one sensor specimen: response, dark current, offsets, RTS pixels, defects.
 #pragma once
 

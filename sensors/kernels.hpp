@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SIMD kernels of the detector over one row of pixels, dispatched by instruction set at run time.
 #pragma once
 

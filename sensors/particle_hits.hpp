@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particle hits (cosmic rays, protons): position, time and charge of their tracks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/photometry.hpp"
 
 #include "core/solar_spectrum.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Quantum efficiency of a spectral band: electrons per joule under the solar spectrum.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cumulative Poisson probabilities for integer means, for sampling by table inversion.
 #pragma once
 

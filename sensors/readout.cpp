@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readout planning: reset and read time of each row. Two row pointers, as on the STAR250 (data sheet, section
 // on the shift registers): the reset pointer runs ahead of the read pointer, and both act at fixed instants
 // of a row slot.

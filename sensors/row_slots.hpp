@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Line loop of a rolling shutter: a cycle of row slots that repeats without end in both directions.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sensors/rts_noise.hpp"
 
 #include "sensors/streams.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random telegraph signal (RTS) noise: state of a two-level process at any time, without its history.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Row buffers for Detector::expose(), allocated once and lent without locks.
 #pragma once
 

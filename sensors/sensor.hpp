@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensor: readout planning (when each row is reset and read) and detector (irradiance to digital numbers).
 // Read this header first.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensor files and the section [sensor] of a configuration: keys, ranges and rules of a sensor's description.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readout sequencing of successive triggers: accepted, deferred and over-triggers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Philox counters and keys of the sensor's random number streams.
 #pragma once
 

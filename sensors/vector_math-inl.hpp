@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SIMD logarithm, exponential, sine, cosine and Philox; included once per Highway target.
 //
 // The same operations in the same order on every target: no fused multiply-add (absent before AVX2), no libm,

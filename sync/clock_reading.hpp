@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Conversion of other clocks' time stamps to the scheduling clock.
 #pragma once
 

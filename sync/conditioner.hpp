@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger conditioning between source and camera: debounce, divider, delay.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface of edge inputs, whose edges have their own time stamps: GPIO line, PPS or PTP device, socket.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/edge_trigger.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source on an EdgeInput, which it reopens after the input has vanished.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fan-out of one trigger source to several sinks, such as cameras that share a line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Edge input on a GPIO line, through libgpiod.
 #pragma once
 

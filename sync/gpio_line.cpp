@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/gpio_line.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GPIO lines through libgpiod 1 or 2: search by name or offset, and requests.
 #pragma once
 

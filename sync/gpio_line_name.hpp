@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Name of a GPIO line in a configuration: the line's own name, or chip and offset.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/gpio_output.hpp"
 
 #include "sync/gpio_line.hpp"

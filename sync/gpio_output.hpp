@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GPIO output lines for status signals of the camera, through libgpiod.
 #pragma once
 

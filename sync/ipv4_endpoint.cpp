@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/ipv4_endpoint.hpp"
 
 #include "config/document.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // IPv4 address and UDP or TCP port of configuration keys named "listen".
 #pragma once
 

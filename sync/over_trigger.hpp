@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Over-trigger policy: handling of edges that come before the camera is ready.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Edge input on a pulse-per-second device (RFC 2783, /dev/ppsN).
 #pragma once
 

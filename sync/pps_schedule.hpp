@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Schedule at PPS + k/rate + phase, with holdover through missing pulses.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source on a schedule synchronised to a pulse per second.
 #pragma once
 

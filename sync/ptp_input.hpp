@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Edge input on an external time stamp channel of a PTP hardware clock (EXTTS of /dev/ptpN).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PTP management messages (IEEE 1588): GET requests to ptp4l and its responses.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Monitor of ptp4l on this machine: polls its clock state over the management socket.
 #pragma once
 

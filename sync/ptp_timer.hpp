@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source on an absolute schedule of a PTP clock, with a scheduled start.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Registry of the kinds of trigger sources.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Periodic schedule: instants computed from their number, so that no error accumulates.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings and configuration sections of [trigger], [trigger.line1] to [trigger.line3], and [ptp].
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Software trigger source: fires when fire() is called.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface of a kind of trigger source: its configuration keys, their checks, and its factory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger sources: conversion of external clocks and edges to Triggers. Read this header first.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source on an absolute schedule of the monotonic clock.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger gate: decides which edges become frames, by arming, one frame at a time, and the over-trigger
 // policy.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Edge input for trigger datagrams (UDP), for simulators without a trigger wire.
 //
 // A datagram is 16 bytes, big endian: the letters "OBTR", a 32-bit sequence number that counts from 1 (0: not

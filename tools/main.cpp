@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Main program of `obscura VERB`, the command line beside the daemon.
 #include "core/suggestion.hpp"
 #include "tools/support/interrupt.hpp"

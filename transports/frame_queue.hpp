@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lock-free single-producer, single-consumer queue of frames, from the pipeline thread to a transport thread.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Registry of transport kinds, and the transports of one camera as they are configured.
 #pragma once
 

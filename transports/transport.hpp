@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transport interface: sends frames to the outside world while their rows are produced. Read this first.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings of one kind of transport: section of the configuration, checks, identities and maker.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [camera] and [[camera.window]]: reset values of the features that a client may change over GigE Vision.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/daemon_config.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Read this first: TOML files become plain structs here, checked whole or refused with one line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs].
 #pragma once
 

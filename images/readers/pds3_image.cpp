@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "images/image.hpp"
 #include "images/readers/pds_label.hpp"

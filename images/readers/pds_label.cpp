@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "images/readers/pds_label.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDS3 labels (Planetary Data System, Standards Reference v3.8, chapter 12): keywords and values.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image metadata as named values (cards), independent of the file format.
 #pragma once
 

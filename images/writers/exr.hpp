@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenEXR files of 32-bit floats with named layers.
 #pragma once
 

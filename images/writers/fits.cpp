@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "images/writers/fits.hpp"
 
 #include "images/writers/fits_writer.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // FITS images: 16-bit digital numbers, or planes of 32-bit floats.
 #pragma once
 

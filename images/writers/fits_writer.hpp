@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // FITS file writer on cfitsio for the writers in this folder; the file appears complete or not at all.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "images/writers/frame_writer.hpp"
 
 #include "images/writers/fits.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frame writer with selectable file format, for the file transport and the command line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "images/writers/pending_file.hpp"
 
 #include <fcntl.h>

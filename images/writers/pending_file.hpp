@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Atomic file creation: a file appears under its name only when it is complete.
 #pragma once
 

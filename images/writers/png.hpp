@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grey PNG writer: 16-bit digital numbers without stretching, and 8-bit previews.
 #pragma once
 

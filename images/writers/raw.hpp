@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Raw pixel files with a TOML sidecar that describes them.
 #pragma once
 

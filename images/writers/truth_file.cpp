@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "images/writers/truth_file.hpp"
 
 #include "images/writers/card.hpp"

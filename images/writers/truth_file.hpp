@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ground truth of a frame per pixel and row, as a FITS file beside the frame.
 #pragma once
 

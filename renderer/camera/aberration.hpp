@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stellar aberration: how the observer's motion turns the directions that light comes from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a real lens departs from its ideal projection, and the way back.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gaussian PSF integrated over square pixels.
 #pragma once
 

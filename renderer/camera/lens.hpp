@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lens: five projections, distortion, a shifted and rotated sensor, a flat pupil.
 #pragma once
 

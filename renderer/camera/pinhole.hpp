@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pinhole projection without distortion, vectorised.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera projection interface: directions to image points and back.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Point spread functions other than plain Gaussians: core, sampled by field position and band, and wings.
 #pragma once
 

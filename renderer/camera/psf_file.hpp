@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Point spread functions from a FITS file: measured, or from a program for optical design.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Radially symmetric point spread functions: light per px^2 by radius.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stray light maps, added to the image.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // AOVs (truth maps): the geometry behind the centre of each pixel, beside a frame's irradiance.
 #pragma once
 

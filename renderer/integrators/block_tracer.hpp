@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Block tracer: adaptive sampling of blocks of 16 neighbouring pixels of a row.
 #pragma once
 

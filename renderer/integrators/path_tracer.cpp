@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/path_tracer.hpp"
 
 #include "renderer/lights/sunlight.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Path tracer: emission, direct light of all light sources, and any number of reflections.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/point_splatter.hpp"
 
 #include "renderer/packets/sampler.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Point splatter: stars and sub-pixel bodies, projected and spread over pixels by the PSF.
 #pragma once
 

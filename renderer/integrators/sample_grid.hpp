@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shared sample grid: one camera ray per pixel, filtered by the PSF; for smooth regions.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/tracer.hpp"
 
 #include "renderer/lights/sunlight.hpp"

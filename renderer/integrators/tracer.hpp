@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tracer interface; the direct-light tracer: nearest body and its reflection of sunlight.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light sources of a scene as the path tracer samples them: the Sun, lamps and emitting bodies.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/lights/spectrum.hpp"
 
 #include "core/solar_spectrum.hpp"

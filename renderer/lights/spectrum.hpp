@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spectral bands: transmission, irradiance of the Sun and of stars, weights of red, green and blue.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The star catalogue as the renderer needs it: directions and band irradiances.
 #pragma once
 

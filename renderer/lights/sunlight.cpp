@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/lights/sunlight.hpp"
 
 #include "core/solar_spectrum.hpp"

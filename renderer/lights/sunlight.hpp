@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Directions towards the Sun's disc, sampled uniformly in solid angle.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The materials of a body's mesh file: Lambert with their diffuse colours and textures.
 #pragma once
 

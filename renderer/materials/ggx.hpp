@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GGX microfacet law for metals, and for dielectrics with a diffuse base.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/hapke.hpp"
 
 #include "renderer/packets/vector_functions.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hapke's model of particulate surfaces, with both opposition effects, roughness and porosity.
 #pragma once
 

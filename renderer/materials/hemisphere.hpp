@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Directions drawn in the local frame of a surface (z along the normal), from two uniform numbers.
 #pragma once
 

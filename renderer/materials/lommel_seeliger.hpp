@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Lommel-Seeliger law: single scattering in a dark, porous surface.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lunar-Lambert law: a mix of Lommel-Seeliger and Lambert that depends on the phase angle.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/material.hpp"
 
 #include "renderer/materials/hemisphere.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Minnaert's empirical law.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The perfect mirror.
 #pragma once
 

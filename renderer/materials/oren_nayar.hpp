@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Oren-Nayar law: a rough surface made of Lambertian facets.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The modified Phong law, normalised so that energy is conserved.
 #pragma once
 

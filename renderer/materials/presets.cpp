@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/materials/presets.hpp"
 
 #include "renderer/materials/ggx.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real surfaces by name: the parameters that papers and handbooks give for them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Registry of all materials: scattering laws and presets, their parameters, and how they are made.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Mesh files through assimp, which is kept in a process of its own.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Mesh files of any format that is known here, as triangles in metres.
 #pragma once
 

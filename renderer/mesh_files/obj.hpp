@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wavefront OBJ, read strictly: the error names the line.
 #pragma once
 

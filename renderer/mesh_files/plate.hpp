@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plate models of the Planetary Data System (.tab, .plt), read strictly: the error names the line.
 #pragma once
 

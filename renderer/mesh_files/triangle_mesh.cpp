@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/mesh_files/triangle_mesh.hpp"
 
 #include "core/error.hpp"

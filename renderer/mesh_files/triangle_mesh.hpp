@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Triangles as plain data, and the checks every mesh passes before it is used.
 #pragma once
 

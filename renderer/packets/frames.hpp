@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Packets of vectors from one frame to another.
 #pragma once
 

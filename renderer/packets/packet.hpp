@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays and hits in structure-of-arrays packets of 16: the width every interface of the renderer works in.
 #pragma once
 

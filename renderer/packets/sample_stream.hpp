@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The random numbers of 16 samples, one pair after another along their paths.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where samples lie: Owen-scrambled Sobol points keyed by (seed, frame, pixel), the same on any thread.
 #pragma once
 

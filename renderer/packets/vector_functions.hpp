@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Exponential, logarithm, power and arc cosine in plain arithmetic: they vectorise, and give the same bits
 // everywhere.
 #pragma once

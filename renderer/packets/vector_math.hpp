@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Elementary functions in plain arithmetic: they vectorise, and give the same bits on every machine.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Description of one thing out of a family of kinds, such as a shape or a material: the name of its kind and
 // the values of its parameters.
 #pragma once

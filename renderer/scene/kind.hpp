@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Declaration of a kind of shape or material: its parameters as keys of scene files, and the rules between
 // them.
 #pragma once

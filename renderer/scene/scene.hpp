@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scene as plain data: what a scene file says and the renderer is built from.
 #pragma once
 

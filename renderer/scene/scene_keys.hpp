@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys of scene files for the plain structs of a scene: units, ranges, defaults and help of their members.
 #pragma once
 

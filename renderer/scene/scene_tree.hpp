@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which body hangs on which.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Star catalogues as CSV tables.
 #pragma once
 

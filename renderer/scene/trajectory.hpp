@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trajectories: where something is over time, from a CSV table.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/body_section.hpp"
 
 #include "renderer/materials/registry.hpp"

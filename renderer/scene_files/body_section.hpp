@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [[body]] of a scene file: the keys of every body, and those of its kinds of shape and material.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/camera_section.hpp"
 
 #include "renderer/scene/scene_keys.hpp"

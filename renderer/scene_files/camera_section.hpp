@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // [camera] of a scene file, and [camera.view] of a daemon that lays its own over it.
 #pragma once
 

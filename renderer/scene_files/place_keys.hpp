@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys of scene files for place, attitude and motion, and for the joint to a parent body.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/scene_file.hpp"
 
 #include "renderer/scene_files/camera_section.hpp"

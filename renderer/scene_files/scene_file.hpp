@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scene files: [scene] [sun] [stars] [camera] [[body]] [[lamp]] [[band]] [[stray_light]].
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene file as a section of keys: reading, checks and the reference are made from it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rules between keys that several tables of a scene file share.
 #pragma once
 

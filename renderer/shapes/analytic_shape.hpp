@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What shapes that are given by formulas for single rays have in common.
 #pragma once
 

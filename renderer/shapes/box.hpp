@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A box about the origin.
 #pragma once
 

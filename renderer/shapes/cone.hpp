@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A closed cylinder, cone or frustum along the z axis, its middle at the origin.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A disc or ring in the x-y plane, seen and lit from both sides.
 #pragma once
 

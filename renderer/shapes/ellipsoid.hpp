@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The triaxial ellipsoid, intersected analytically in double precision.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Embree 3 (Debian 12) and 4 (Debian 13) behind one spelling.
 #pragma once
 

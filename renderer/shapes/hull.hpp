@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A convex hull of few planes about a mesh: tells pixels that cannot see it from those that may.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A triangle mesh in an Embree scene of its own, in its body's frame.
 #pragma once
 

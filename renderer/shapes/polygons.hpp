@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A shape of flat convex polygons: rooms, targets, mock-ups.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small body made from noise and craters.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Registry of all kinds of shape: which there are, their parameters, and how they are made.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the bodies of one scene share while their shapes are made: the Embree device, meshes of the same file.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Triangle list: intersects packets with every triangle of a small mesh, where that is faster than a BVH.
 #pragma once
 

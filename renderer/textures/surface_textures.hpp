@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surface textures of a body: albedo, normal and parameter maps, and the colours of its mesh file's
 // materials.
 #pragma once

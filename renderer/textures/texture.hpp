@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image texture: mip pyramid, filtered anisotropically over a ray's footprint.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the scene's description to shapes and materials.
 #pragma once
 

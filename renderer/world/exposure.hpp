@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far the picture moves during an exposure, and at which instants it is therefore rendered.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies that hang on bodies: where each is in the inertial frame.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/row_state.hpp"
 
 #include "core/solar_spectrum.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything about one row's instant: poses, frames and who can shade whom.
 #pragma once
 

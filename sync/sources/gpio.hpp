@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source "gpio": edges of a GPIO line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source "lockstep": steps of a simulator, fired by the simulator port.
 #pragma once
 

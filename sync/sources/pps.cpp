@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/sources/pps.hpp"
 
 #include "sync/pps_input.hpp"

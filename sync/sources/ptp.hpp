@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source "ptp": external time stamps of a PTP hardware clock.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/sources/ptp_timer.hpp"
 
 #include "sync/ptp_timer.hpp"

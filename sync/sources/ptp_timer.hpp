@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source "ptp_timer": absolute schedule of a PTP hardware clock.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger source "timer": absolute schedule of this machine's monotonic clock.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The 200 000-facet body that speed is measured on, here and beside other renderers.
 #pragma once
 

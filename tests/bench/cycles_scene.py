@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Renders a scene file's polygons and meshes with Blender's Cycles: the peer that validation.py compares with.
 
 Usage: blender -b --factory-startup -P cycles_scene.py -- SCENE.toml BANDS SAMPLES SIZE SEEDS THREADS OUT

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long the detector takes for a frame, beside a loop over the standard library's generators. JSON.
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/sensor.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera beside Aravis's own simulator (ArvGvFakeCamera) on the loopback interface, 1024x1024 Mono16:
 // frames per second, burst time, CPU per frame, jitter and trigger latency, as JSON on standard output.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames over a lossy cable: a camera and libaravis in two network namespaces, joined by a veth pair.
 //
 // Usage (root): gige_loss_bench [FRAMES]   (1000 for each cell of the matrix if not given)

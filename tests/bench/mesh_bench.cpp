@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a large mesh costs: bytes per triangle, and the time and memory of reading it.
 //
 //   mesh_bench [FACETS]       a grid of about so many facets (default 2000000), made and built

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs both programs on a scene file and compares pictures, for validation.py."""
 import json
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scenes that validation.py renders with both programs: files of this one's kind, which cycles_scene.py reads too."""
 import os
 import pathlib

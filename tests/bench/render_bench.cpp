@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Speed of the renderer on fixed scenes, as JSON on standard output. Options: --threads N, --size PIXELS,
 // --only WORD (the scenes with it in their name), --write-asteroid FILE.ply (writes the 200k-facet body, no
 // more). Rates are per second of processor time as well as of wall time: the first hold on a busy machine.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes docs/validation.md: the renderer beside Blender's Cycles, with pictures and every figure's command.
 
 Usage: validation.py OBSCURA [--scenes NAME,...] [--samples N] [--size PIXELS] [--rounds N] [--threads N]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera before judges that nobody here wrote: the GenApi schema, Aravis's camera tester, Wireshark.
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a fuzz target over the files of folders, so that the corpus is a test with any compiler.
 #include <cstdint>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hostile datagrams at a camera that streams to a client meanwhile: not one frame may be lost.
 //
 // Usage: gige_flood [DATAGRAMS [SEED]]. A million is the long run, with -fsanitize=address,undefined (preset

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: a USB display that answers whatever it likes, set up and fed by the stimulator's link.
 //
 // Input: the answers to the control requests one after the other, each preceded by two bytes: how it ends (0

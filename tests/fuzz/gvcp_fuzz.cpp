@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: the camera's control port fed with a sequence of datagrams from two clients.
 //
 // Input: datagrams one after the other, each preceded by two bytes: its length (low byte; bit 0 of the second

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: our own readers of shape models, and what is made of what they read. The formats that
 // assimp reads are not in it: assimp breaks down easily, and is kept in a process of its own for that.
 //

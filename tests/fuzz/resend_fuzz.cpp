@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: hostile resend requests at a stream with blocks in its store, one of them in work.
 //
 // Input: a byte of options (bit 0: 64-bit ids, bit 1: chunks, bit 2: multi-part), then requests, each a byte

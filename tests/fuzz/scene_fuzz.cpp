@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: a whole scene file, from its text to a picture of a few pixels. Whatever it says, it is
 // refused with a line for each mistake or rendered to numbers from 0 up. The files beside it (mesh, textures,
 // tables) are good ones; others' readers have targets of their own.

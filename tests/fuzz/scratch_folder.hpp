@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A folder of files for fuzz targets, and what they demand of whatever reads them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: an image of any kind as a texture, then looked up.
 #include "core/error.hpp"
 #include "renderer/textures/texture.hpp"

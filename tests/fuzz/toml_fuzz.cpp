@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: a configuration, scene or sensor file from anywhere. Whatever it holds, it is read or
 // refused in one line; what was read can be printed, and the print is a configuration again.
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: a GenICam file from anywhere, bound to the camera and then written to.
 //
 // Input: the file's text, and behind its first zero byte pairs of 4 bytes, address and value, written in

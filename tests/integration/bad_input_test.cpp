@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Broken files and command lines, given to the program as a user would: one line on standard error, nothing
 // on standard output, the right exit status, and nothing half-made left behind.
 #include "tests/support/catch.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command line doing what it is asked: help, check, render, capture, bench.
 #include "images/image.hpp"
 #include "tests/integration/daemon_bench.hpp"

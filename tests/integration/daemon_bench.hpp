@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Configurations for daemons under test, and the daemon as a child process.
 #pragma once
 

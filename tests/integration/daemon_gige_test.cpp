@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole daemon inside the test, seen by an independent GigE Vision client (libaravis).
 #include "core/clock.hpp"
 #include "emulator/daemon.hpp"

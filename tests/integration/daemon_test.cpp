@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The daemon from outside: start, service manager, signals, and what it says when something is wrong.
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Holds the documents to the programs: every key, verb and option that they name exists.
 Usage: documents_test.py OBSCURA OBSCURAD"""
 import functools

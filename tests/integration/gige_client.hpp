@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small helpers around libaravis, the independent GigE Vision client of the tests.
 #pragma once
 

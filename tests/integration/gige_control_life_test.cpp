@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The life of a controller on real sockets and clocks: heartbeat, retries, who may and who may not.
 #include "tests/integration/gige_client.hpp"
 #include "tests/support/catch.hpp"

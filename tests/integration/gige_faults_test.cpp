@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults on purpose: every kind, seen as packets on the wire, and the same packets in every run.
 #include "core/clock.hpp"
 #include "tests/integration/gige_client.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera against an independent client (libaravis) over the loopback interface.
 #include "core/clock.hpp"
 #include "core/error.hpp"

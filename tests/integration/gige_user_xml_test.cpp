@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera under a description that is not ours: bound by name, driven by an independent client.
 #include "core/clock.hpp"
 #include "core/error.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Another program moves the scene and makes the steps: frames follow its poses, the same every time, and no bytes of
 its do harm.
 

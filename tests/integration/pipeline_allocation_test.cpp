@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // After start-up, threads with deadlines take nothing from the heap: trigger, pipeline, detector, release.
 #include "core/realtime.hpp"
 #include "emulator/assemble.hpp"

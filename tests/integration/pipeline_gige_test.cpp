@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole way of a frame: clock -> scene -> detector -> GigE Vision -> libaravis in another process, and
 // the same frames made again without any of that.
 #include "emulator/assemble.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Two cameras in two network namespaces, joined by a virtual cable, with a ptp4l beside each: both show the state of
 their clock, and the same scheduled action gives frames whose time stamps agree within 10 us.
 

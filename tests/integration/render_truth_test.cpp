@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `obscura render` as its users run it, its OpenEXR files held against what must come out.
 #include "core/geometry.hpp"
 #include "tests/support/catch.hpp"

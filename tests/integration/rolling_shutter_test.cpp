@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A star field that turns before a rolling shutter: every star where the time of its row puts it.
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // obscura sensor and obscura characterise: the shipped chips measured through the command line, and a real
 // camera's series.
 #include "tests/integration/daemon_bench.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The daemon as a service manager sees it: when it says READY, when it feeds the watchdog, what SIGHUP does, how fast it
 is back after SIGKILL. No systemd is needed: this program listens on the notification socket itself.
 

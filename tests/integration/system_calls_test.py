@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Which system calls the daemon's real-time threads make in steady state: waiting, sending, and nothing else.
 
 Usage: system_calls_test.py OBSCURAD OBSCURA

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One trigger, one camera, three ways out at once: GigE Vision to libaravis, a V4L2 node and a USB display.
 // Whatever leaves is the same frame everywhere.
 #include "tests/integration/gige_client.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Installs the libraries into a folder of the build and uses them from there, as a program outside the tree does:
 public headers include nothing but public headers, all of them compile, and tests/packaging/consumer builds and runs.
 Usage: installed_test.py SOURCE BUILD CMAKE CXX"""

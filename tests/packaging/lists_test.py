@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Holds the packaging to the project: same version, and every library that the build needs is in debian/control."""
 import pathlib
 import re

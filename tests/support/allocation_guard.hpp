@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts what real-time threads must not do: take memory from the heap.
 #pragma once
 

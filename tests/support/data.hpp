@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the third-party data lie, if they are there at all.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A GigE camera before a camera made of numbers, from construction to destruction.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A GigE Vision camera that sends a test pattern until its standard input closes: for tests that drive
 // foreign programs (arv-test, tshark) or other network namespaces.
 //

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Stops threads of a running program, as if they hung, and leaves the others running (ptrace, as a debugger does).
 
 Usage: hang_thread.py PID NAME [SECONDS]    stops the threads called NAME until SECONDS are over or for ever

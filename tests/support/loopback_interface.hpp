@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loopback interface as a GigE Vision transport sees it, for senders that are tested alone.
 #pragma once
 

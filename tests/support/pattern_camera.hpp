@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera made of numbers: obeys CameraControl and hands a transport frames whose every pixel is known.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The description of a frame of one whole window, for tests that make frames of their own.
 #pragma once
 

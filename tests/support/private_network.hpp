@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A network of one's own for a test: a namespace with nothing but a loopback interface.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """An independent reader of PNG, FITS and OpenEXR files, written from the format specifications.
 
     read_image.py FILE EXPECTED [KEY=TEXT]...

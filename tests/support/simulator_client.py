@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A client of the simulator port: what another program needs to move the scene and to make steps.
 
     with Simulator("127.0.0.1", 5003) as simulator:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A wavy ground of any number of triangles, for measuring what meshes cost.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Usage: format_test.sh CLANG-FORMAT. Fails, naming the places, when a source file is not laid out as .clang-format says.
 cd "$(dirname "$0")/../.." || exit 1
 find core config images renderer sensors sync transports emulator tools tests \( -name '*.hpp' -o -name '*.cpp' \) -print0 |

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Holds the tree to its own rules: which folder may include which, that public headers include only
 public headers, and that documents name only what exists."""
 import pathlib
@@ -53,9 +54,16 @@ for folder, allowed in ALLOWED.items():
                 complaints.append(f"{name}:{number}: {folder}/ may not include {match[1]}/")
             if file.suffix == ".hpp" and re.match(r"\s*using namespace ", line):
                 complaints.append(f"{name}:{number}: no 'using namespace' in a header")
-        if file.suffix == ".hpp" and not text.startswith("// "):
-            complaints.append(f"{name}:1: a header begins with one line that says what it is for")
+        if file.suffix == ".hpp" and not text.partition("\n")[2].startswith("// "):
+            complaints.append(f"{name}:2: a header begins with one line that says what it is for")
 
+# Every source file names its licence in a form that tools read (SPDX).
+for file in sorted(ROOT.rglob("*")):
+    path = file.relative_to(ROOT)
+    is_source = file.suffix in {".cpp", ".hpp", ".c", ".py", ".sh", ".cmake"} or file.name == "CMakeLists.txt"
+    if is_source and path.parts[0] not in {"build", "shared"} and not path.parts[0].startswith("."):
+        if "SPDX-License-Identifier: " not in "".join(file.open().readlines()[:2]):
+            complaints.append(f"{path}:1: no line 'SPDX-License-Identifier: Apache-2.0'")
 
 
 def place_of(path, level_of):

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs clang-tidy on the lines that were changed: by the last commit (on a branch: since it left main) and in the
 working tree. Old findings do not fail a change beside them; `cmake --preset tidy` looks at everything.
 Usage: tidy_test.py CLANG-TIDY BUILD [SECONDS]. Files that do not fit into SECONDS (default 50) are named and left out.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scene file from the header of a NEAR Shoemaker Multi-Spectral Imager (MSI) frame.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Conversion of UTC text to TDB days from J2000, the time argument of IAU rotation models.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GUD display served through FunctionFS, the kernel's interface for USB devices in user space.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Device side of the GUD protocol for a display in memory, shared by the reference device and the tests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Main program of obscura-stimulator-sim: reference device of the stimulator, a USB display (GUD) on
 // FunctionFS.
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // USB gadget in configfs: identity, FunctionFS function, and binding to a USB device controller.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Built-in workload of `obscura bench`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/support/bench_stream.hpp"
 
 #include "core/clock.hpp"

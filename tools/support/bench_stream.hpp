@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Benchmark of the GigE Vision stream alone, with complete frames made in advance.
 #pragma once
 

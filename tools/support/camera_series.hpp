@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // EMVA 1288 image series taken from a GigE Vision camera: constant light, varying exposure time.
 #pragma once
 

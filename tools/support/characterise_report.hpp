@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Report of an EMVA 1288 characterisation as text, JSON or one self-contained HTML page.
 #pragma once
 

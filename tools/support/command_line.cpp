@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Command-line parsing on CLI11; the only translation unit that includes it.
 #include "tools/support/command_line.hpp"
 

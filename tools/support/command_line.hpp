@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Declaration of a verb's command-line arguments: parsing, checks and --help; hides the parsing library.
 #pragma once
 

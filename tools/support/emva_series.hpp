@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reader of image series in the layout of the EMVA 1288 reference sets.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Orderly end of a verb on SIGINT or SIGTERM: it stops, reports its results so far and exits.
 #pragma once
 

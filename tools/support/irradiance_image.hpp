@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // EXR channels and FITS cards of an irradiance image with several spectral bands.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/support/key_reference.hpp"
 
 #include "emulator/config/daemon_config.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reference of every key of configurations, scene files and sensor files, made from the sections of their
 // owners.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress line with the remaining time, shown on a terminal only.
 #pragma once
 

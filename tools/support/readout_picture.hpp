@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readout diagram of a frame as SVG: sensor rows against time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GigE Vision client on libaravis; the only translation unit that includes its client API.
 #include "tools/support/receiver.hpp"
 

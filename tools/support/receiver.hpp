@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GigE Vision client on libaravis: controls a camera and receives its frames.
 #pragma once
 

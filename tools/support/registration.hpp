@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image registration: sub-pixel shift, brightness scale and offset, correlation and residual of two images.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results of a verb as a table or as one JSON object.
 #pragma once
 

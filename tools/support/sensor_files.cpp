@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/support/sensor_files.hpp"
 
 #include "core/error.hpp"

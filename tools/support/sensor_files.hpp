@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Look-up of shipped sensor files by name.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/support/sequence.hpp"
 
 #include "tools/support/command_line.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frame numbers, scene times and file names of a rendered sequence.
 #pragma once
 

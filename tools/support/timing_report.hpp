@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Report on the timing file of a run (obscurad --timing): spans, quantiles, the worst frames and why.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura bench`: benchmark of rendering, detector, GigE Vision stream and trigger latency.
 #include "core/error.hpp"
 #include "core/log.hpp"

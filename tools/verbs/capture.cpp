@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura capture`: offline rendering and detection of the frames that the daemon would send.
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"

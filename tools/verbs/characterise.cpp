@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura characterise`: EMVA 1288 characterisation of a sensor file, an image series or a camera.
 #include "core/error.hpp"
 #include "sensors/dark_current.hpp"

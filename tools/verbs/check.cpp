@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura check`: validation of a configuration or scene file.
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura compare`: sub-pixel registration, correlation and residual of two images.
 #include "images/image.hpp"
 #include "images/writers/fits.hpp"

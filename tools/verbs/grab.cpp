@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
 #include "images/writers/frame_writer.hpp"
 #include "images/writers/pending_file.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura import`: scene file from the header of a flight image.
 #include "core/error.hpp"
 #include "images/writers/pending_file.hpp"

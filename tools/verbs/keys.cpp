@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // obscura keys: every key of configurations, scene files and sensor files.
 #include "core/suggestion.hpp"
 #include "tools/support/key_reference.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura render`: irradiance images of a scene, single or as a sequence.
 #include "images/writers/exr.hpp"
 #include "images/writers/fits.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura sensor`: list of sensors, sensor parameters with provenance, readout plans, fixed patterns.
 #include "sensors/sensor.hpp"
 

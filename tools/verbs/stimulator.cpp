@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura stimulator`: USB displays (GUD), test patterns, calibration of screen and camera.
 #include "images/image.hpp"
 #include "images/writers/pending_file.hpp"

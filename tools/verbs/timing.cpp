@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verb `obscura timing`: latency statistics of a run, and self-test of the machine's release jitter.
 #include "core/clock.hpp"
 #include "core/frame.hpp"

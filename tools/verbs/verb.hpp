@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface and list of the verbs of the `obscura` command line. Read this first: a verb is one source file
 // in this folder, a maker declared below and a row in verbs.cpp.
 #pragma once

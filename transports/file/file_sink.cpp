@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/file/file_sink.hpp"
 
 #include "core/clock.hpp"

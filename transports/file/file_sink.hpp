@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // File transport: writes every frame to a file. Read this first.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings of the file transport: section [file], its checks and its maker.
 #pragma once
 

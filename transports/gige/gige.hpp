@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Read this first: a software GigE Vision camera (GVCP control, GVSP stream) as a Transport.
 #pragma once
 

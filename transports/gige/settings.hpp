@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings of a GigE Vision camera: section [gige] with [[gige.faults]], their checks and the maker.
 #pragma once
 

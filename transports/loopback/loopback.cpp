@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/loopback/loopback.hpp"
 
 #include "core/realtime.hpp"

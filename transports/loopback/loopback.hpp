@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // In-process transport for tests: keeps frames and calls back for each.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calibration of a screen in front of a camera: from captures of the test patterns to the calibration table.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calibration table of one screen in front of one camera, and its FITS file.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/stimulator/display_link.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Host side of a GUD display session: set-up, updates and status over USB.
 #pragma once
 

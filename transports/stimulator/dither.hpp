@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ordered dithering of fractional drive levels, spatial (Bayer matrix) and temporal (van der Corput
 // sequence).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grey coding: packing of grey levels into display pixels.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wire format of GUD, the Generic USB Display protocol: plain data, encoders and validating decoders.
 #pragma once
 

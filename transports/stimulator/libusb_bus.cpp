@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/stimulator/libusb_bus.hpp"
 
 #include "core/error.hpp"

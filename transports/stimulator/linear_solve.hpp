@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Normal equations of a linear least-squares fit, solved by Cholesky decomposition.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/stimulator/optical.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Optical stage of the stimulator: drive levels of a screen from the digital numbers the camera must see.
 #pragma once
 

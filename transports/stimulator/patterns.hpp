@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Test patterns of the stimulator calibration: flat fields, Gray codes, dots.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Radiometric curve of a screen: relative luminance of each drive level, and its inverse.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warnings about beats between the screen's refresh and the camera's shutter.
 #pragma once
 

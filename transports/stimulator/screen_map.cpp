@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/stimulator/screen_map.hpp"
 
 #include "transports/stimulator/linear_solve.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Geometric map from screen pixels to camera pixels: homography plus residual distortion.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings of the stimulator transport: section [stimulator], its checks and its maker.
 #pragma once
 

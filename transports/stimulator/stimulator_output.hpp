@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stimulator transport: shows every frame on a USB display (GUD) in front of the real camera. Read this
 // first.
 #pragma once

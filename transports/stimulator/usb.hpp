@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // USB bus and device interfaces that a GUD host needs, so that tests can replace the hardware.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/v4l2/settings.hpp"
 
 #include "transports/v4l2/v4l2_output.hpp"

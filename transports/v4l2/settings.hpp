@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings of the V4L2 transport: section [v4l2], its checks and its maker.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // System calls of the V4L2 transport behind an interface, so that a test can replace the driver.
 #pragma once
 

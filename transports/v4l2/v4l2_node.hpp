@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opened V4L2 output node: format negotiation, mapped buffers, output of single images.
 #pragma once
 

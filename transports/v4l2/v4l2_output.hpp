@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // V4L2 transport: feeds a Linux video output node (v4l2loopback or another). Read this first.
 #pragma once
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # GPIO edges to the real daemon to v4l2loopback to v4l2-ctl, ffmpeg and GStreamer: every edge, every pixel, stamps are the edges
 # lane: video
 # time limit: 400 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The daemon's own lines: trigger ready and exposure active on simulated GPIO
 # lane: clocks
 # time limit: 240 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The real daemon with a video node that is no output, one that is not there, one that is none: a line each, its files go on
 # lane: screen
 # time limit: 120 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # PPS through the real daemon: slots in step with the pulses, holdover without them
 # lane: clocks
 # time limit: 300 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Edges on a PTP clock's input and a scheduled start on that clock through the real daemon
 # lane: video
 # time limit: 300 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Pulses on simulated GPIO to the real daemon in ExposureMode TriggerWidth: exposed for as long as each lasts
 # lane: clocks
 # time limit: 120 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # GPIO edges, rising and falling, to the real daemon to the USB stimulator, raw, LZ4 and partial: a frame each, all on the screen
 # lane: screen
 # time limit: 400 s

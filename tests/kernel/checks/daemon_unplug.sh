@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The real daemon's USB stimulator pulled out 100 times: back within 2 s, nothing leaks, every frame of the others is stored
 # lane: usb
 # time limit: 300 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The GPIO chip of trigger and lines removed under the real daemon and given back: edges, ready and exposure within 2 s
 # lane: last
 # time limit: 120 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The kernel's own gud driver draws on the reference device: an independent referee of what both take GUD to be
 # lane: firstusb
 # time limit: 120 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The rig itself: simulated GPIO chip, PPS and PTP sources and the loopback driver are there and work
 # lane: first
 gpio_up rig-self 8 3=SELF_IN

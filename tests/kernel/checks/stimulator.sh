@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # USB stimulator: the transport to the reference device raw, LZ4, windows and whole frames
 # lane: screen
 # time limit: 240 s

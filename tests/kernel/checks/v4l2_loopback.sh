@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # V4L2 transport to v4l2loopback of Debian 12 and 13: v4l2-ctl, ffmpeg and GStreamer get every pixel, stamps are edges
 # lane: video
 # time limit: 300 s

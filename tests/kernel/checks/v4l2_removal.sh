@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # A video node removed and returned 100 times under the running V4L2 transport; the file transport beside it is undisturbed
 # lane: screen
 # time limit: 300 s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # V4L2 transport to vivid, a driver that enforces every rule of the interface: Y12, Y16 and GREY by mmap
 # lane: screen
 # time limit: 240 s

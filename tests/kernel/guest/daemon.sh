@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # For checks with the real daemon: daemon_start WIDTH HEIGHT TOML [ADC-BITS], daemon_stop, daemon_counters TRANSPORT,
 # daemon_undisturbed TRANSPORT (none was dropped while it ran). Frames are also
 # written to ./frames as raw files, in memory. The scene is light: floating-point arithmetic is slow in the emulated machine.

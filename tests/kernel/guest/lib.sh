@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What every check may use; read before the check. A check is a bash script that runs as root in a folder of its own
 # under /out: it exits 0 when everything is as it must be. Set: RIG (this folder's parent), RIG_BUILD (CMake's build
 # folder), RIG_MODULES (modules that Debian's kernel lacks).

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # For checks with a USB stimulator: the reference device on a simulated USB bus. A check that sets STIMULATOR (0, 1) before it
 # reads this has a bus and a device of that number; both may be used at once, the device's serial number is $SERIAL.
 PATH=$RIG_BUILD/tools/stimulator-sim:$PATH

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # For checks that read a video node with other people's programs: take_with TOOL SIZE FORMAT COUNT saves COUNT images of
 # /dev/video10 to TOOL.raw (FORMAT GREY or Y16; TOOL v4l2-ctl, ffmpeg or gstreamer). ffmpeg also tells their time stamps
 # as the driver gave them, in microseconds, in the file `stamps`.

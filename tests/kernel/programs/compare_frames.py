@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Compares images that a video consumer saved with the frames that the daemon's file transport wrote (raw), and their time
 stamps with the trigger edges told beside those: compare_frames.py CAPTURED FRAMES-FOLDER WIDTH HEIGHT COUNT [STAMPS]
 

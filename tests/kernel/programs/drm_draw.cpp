@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws on a display through the kernel's own driver, by DRM requests alone:
 //     drm_draw /dev/dri/cardN FRAMES
 // Sets the first mode of the first connector with an 8-bit grey buffer (R8), draws FRAMES pictures, whole

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Raises and lowers a simulated GPIO line, one pulse after another, each as soon as the daemon has written the frame of the
 one before: fire_edges.py FILE FRAMES-FOLDER FIRST COUNT [ON [OFF]]
 

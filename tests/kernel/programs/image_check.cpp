@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compares images that a video consumer saved with the pattern of v4l2_stream, pixel by pixel, and their time
 // stamps with the edges. The frame number of each image is in the low bytes of its first four pixels.
 //   image_check FILE --size WxH --format GREY|Y16 --bits N --count N [--stamps FILE --edges FILE] [--repeats

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The picture that v4l2_stream sends and image_check expects: every pixel depends on place and frame.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Tells a PPS source one pulse a second, each with the instant that it stands for, and looks at the frames that a daemon in
 step with them makes: pps_frames.py FILE FRAMES-FOLDER RATE PULSES
 

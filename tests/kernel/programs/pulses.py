@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Gives pulses on a simulated GPIO line to a daemon that exposes for as long as they last: pulses.py PULL FRAMES-FOLDER MS...
 
 Fails when a pulse gives no frame, or one that does not begin with it or was not exposed for as long.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Takes a device away from under a running daemon and gives it back, again and again:
 
     returns.py DAEMON-PID TIMES gpio CHIP-FOLDER LINE FRAMES-FOLDER

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Compares what a stimulator showed, update by update, with the frames that the daemon's file transport wrote (raw):
 
     shown_frames.py DEVICE-LOG FRAMES-FOLDER WIDTH HEIGHT COUNT [WxH+X+Y...]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Feeds a USB stimulator through the transport and says what its screen must show:
 //     stimulator_feed SERIAL WIDTHxHEIGHT raw|lz4|windows FRAMES
 // Exit status 0 when every frame arrived.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Takes a video node away from under the V4L2 transport, by unbinding its driver, and gives it back, again
 // and again. Fails when the transport does not recover within 2 s, when the file transport beside it is
 // disturbed, or when something leaks.

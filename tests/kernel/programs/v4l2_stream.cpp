@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Feeds a video output node through the V4L2 transport with frames of a known pattern, one per edge of a
 // timer, until the given number is out or it is told to stop (SIGTERM). Writes "frame_id edge_us" per frame,
 // then the counters.

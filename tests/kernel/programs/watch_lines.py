@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Fires edges at a daemon and watches the lines that it drives: watch_lines.py LINES-FOLDER TRIGGER READY EXPOSURE
 EXPOSURE-MS COUNT (numbers of lines of a simulated chip)
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program outside the tree, built on the installed libraries: renders the shipped scene, or that of its
 // argument.
 #include "renderer/renderer.hpp"

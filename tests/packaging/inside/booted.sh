@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Runs in the virtual machine as a service of the booted system. Exit status 0 only if every check passed.
 # Processor emulation: floating point is up to a hundred times slower here, so the frames are small, and times are figures,
 # not promises (tests/integration/service_test.py takes them on the machine itself).

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Runs in a bare Debian that has what obscura depends on, as root and without a network: installs, looks, runs, purges.
 # Prints one line a check; exit status 0 only if all passed.
 set -uo pipefail

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sections: reading with all mistakes collected, printing, documenting.
 #include "config/section.hpp"
 #include "core/error.hpp"

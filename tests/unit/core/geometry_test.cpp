@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "core/geometry.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"

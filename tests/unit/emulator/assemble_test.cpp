@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a configuration asks for is a camera that can be.
 #include "emulator/assemble.hpp"
 #include "tests/support/catch.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/auto_exposure.hpp"
 #include "tests/support/catch.hpp"
 

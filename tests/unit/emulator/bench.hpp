@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small camera on the test bench: everything of the pipeline around the test renderer.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "emulator/frame_maker.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/emulator/bench.hpp"

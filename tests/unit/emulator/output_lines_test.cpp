@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lines that tell the bench what the camera does.
 #include "core/error.hpp"
 #include "emulator/output_lines.hpp"

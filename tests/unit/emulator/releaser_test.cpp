@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The releasing thread under a clock that only moves when told to.
 #include "emulator/releaser.hpp"
 #include "tests/support/catch.hpp"

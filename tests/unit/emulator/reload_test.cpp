@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which keys two configurations differ in, and which of them a running daemon takes on.
 #include "emulator/reload.hpp"
 #include "tests/support/catch.hpp"

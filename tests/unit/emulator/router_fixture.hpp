@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigger router under a fake clock: edges in, frame requests out, without frames.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Poses from outside, and the lines they come in.
 #include "core/philox.hpp"
 #include "emulator/pose_ring.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who feeds the watchdog, and which threads get what they ask for.
 #include "core/error.hpp"
 #include "emulator/supervisor.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/unit/emulator/test_renderer.hpp"
 
 #include "renderer/renderer.hpp"

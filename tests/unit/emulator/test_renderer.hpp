@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A renderer for pipeline tests: light that is known in closed form, and that can be held back.
 #pragma once
 

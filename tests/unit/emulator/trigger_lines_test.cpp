@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Further lines, levels, the width of a pulse, and the ends of counters and timers as triggers.
 #include "emulator/camera.hpp"
 #include "tests/support/catch.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TriggerRouter: levels, ExposureMode TriggerWidth, ends of counters and timers.
 #include "tests/unit/emulator/router_fixture.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TriggerRouter: SFNC TriggerSelector, TriggerDivider, gaps in the ids, over-trigger policies, threads.
 #include "tests/unit/emulator/router_fixture.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the renderer promises to its users in numbers, each against a closed formula.
 #include "renderer/materials/ggx.hpp"
 #include "renderer/materials/hapke.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adaptive sampling: the error it promises, at fewer samples, with the same bytes for any window.
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Truth maps of a known ball against plane trigonometry.
 #include "renderer/materials/hapke.hpp"
 #include "renderer/materials/lambert.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same bytes whatever the threads, bands or window; cancelling; counters; ground truth.
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"

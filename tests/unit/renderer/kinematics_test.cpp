@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies on bodies: poses against matrices multiplied out, joints from tables and from outside, instances.
 #include "core/error.hpp"
 #include "renderer/materials/lambert.hpp"

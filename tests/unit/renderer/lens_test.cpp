@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lenses: each projection and distortion against its formula written from the angles, there and back, and in
 // pictures.
 #include "core/error.hpp"

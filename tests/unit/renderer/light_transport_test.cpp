@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light of every kind against closed formulas and against a plain double-precision path tracer.
 #include "core/error.hpp"
 #include "renderer/materials/lambert.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same body through every mesh format; materials, axes, units; files that are no meshes.
 #include "core/error.hpp"
 #include "renderer/materials/file_materials.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What moves during an exposure: against the mean of many pictures without exposure.
 #include "renderer/materials/lambert.hpp"
 #include "renderer/world/exposure.hpp"

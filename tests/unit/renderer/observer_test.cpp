@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A moving observer, light that takes its time, filters and stray light.
 #include "core/error.hpp"
 #include "images/writers/exr.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parameters of scattering laws from images: lane by lane against the law made with that lane's numbers, and
 // pictures against pictures with constants.
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The renderer's parts: mesh reading, samples, psf, ellipsoid, spectra, refusal of bad scenes.
 #include "core/error.hpp"
 #include "renderer/camera/gaussian_psf.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Flux and geometry of rendered frames against closed formulas.
 #include "renderer/camera/pinhole.hpp"
 #include "renderer/lights/star_field.hpp"

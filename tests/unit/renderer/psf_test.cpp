@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Point spread functions: diffraction, defocus, tables by place and band; drawn and splatted alike.
 #include "core/error.hpp"
 #include "renderer/camera/psf.hpp"

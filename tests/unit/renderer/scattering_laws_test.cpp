@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every scattering law against formulas written another way, reciprocity, energy, and its own sampling.
 #include "core/philox.hpp"
 #include "renderer/materials/ggx.hpp"

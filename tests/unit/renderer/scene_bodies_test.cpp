@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What scene files say about bodies: named materials against their published albedos, textures, joints.
 #include "core/error.hpp"
 #include "renderer/materials/file_materials.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The keys of scene files: every kind of shape and material is documented and makes what its defaults say,
 // and every mistake of a file is reported.
 #include "config/section.hpp"

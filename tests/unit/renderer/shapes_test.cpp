@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes, discs, rings and cones against areas and formulas; the Sun's limb darkening.
 #include "core/error.hpp"
 #include "renderer/lights/sunlight.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes and whole-frame rendering for the renderer's tests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Textures against plain averages, maps against longitude and latitude, normal maps against cosines.
 #include "core/error.hpp"
 #include "images/writers/fits.hpp"

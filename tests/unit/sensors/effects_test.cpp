@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Each effect of the detector on its own, against its formula.
 #include "core/error.hpp"
 #include "sensors/adc.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plan against a simulation of the chip that shares no code and no closed form with it: the row slots are
 // laid out one by one, the reset pointer is placed by searching them, and the charge clock of every row is
 // started by whatever event comes along.

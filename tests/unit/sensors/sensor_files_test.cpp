@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The shipped sensors: every number says where it comes from, and the chip they describe works.
 #include "config/document.hpp"
 #include "core/error.hpp"

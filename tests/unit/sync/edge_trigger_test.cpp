@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "sync/clock_reading.hpp"
 #include "sync/edge_trigger.hpp"

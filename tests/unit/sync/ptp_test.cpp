@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sync/ptp_management.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "tests/support/catch.hpp"

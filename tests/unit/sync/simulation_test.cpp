@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A thousand hours of triggering on a fake clock: jitter, bounces, bursts, gaps, lost edges, clock steps and
 // leap seconds. Every edge must become a frame or a counted miss, and no stamp may move.
 #include "core/clock.hpp"

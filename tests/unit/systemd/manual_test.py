@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the manual pages and the completion from the programs that were built, and reads them with other programs:
 man for the pages, bash for the completion.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Every line that the daemon can log stands in the table of messages of docs/appliance.md, and the table has no others."""
 import pathlib
 import re

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Judges the units as systemd itself does: exposure at most 2.0, no unknown setting, no capability, valid account.
 
 Usage: units_test.py UNIT-DIRECTORY SOURCE-DIRECTORY SYSTEM-CONFIGURATION-DIRECTORY

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image readers against the writers' own independent checks, hostile files, and registration against shifts
 // that are known because they were put in.
 #include "core/error.hpp"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The reference of keys: docs/reference holds what `obscura keys` prints, and the loaders accept every key of it.
 
 Usage: key_reference_test.py OBSCURA DOCS/REFERENCE [--update]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // obscura stimulator: the patterns, taken as captures of a perfect camera, calibrate to the identity.
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"

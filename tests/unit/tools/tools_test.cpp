@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts the verbs are made of.
 #include "core/frame.hpp"
 #include "tests/support/catch.hpp"

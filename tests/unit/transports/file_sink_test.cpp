@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The file transport: order, bounded queue, partial frames, failures.
 #include "core/error.hpp"
 #include "core/log.hpp"

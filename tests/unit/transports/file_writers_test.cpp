@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image files, read back by readers of other people (fitsverify) and by tests/support/read_image.py, which
 // was written from the format specifications.
 #include "core/error.hpp"

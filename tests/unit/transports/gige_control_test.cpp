@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The control port without sockets: one datagram in, its answer out, on a fresh device each time.
 #include "core/clock.hpp"
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines, counters, timers and sequencer: against a camera whose activity the test makes up.
 #include "core/clock.hpp"
 #include "core/io_state.hpp"

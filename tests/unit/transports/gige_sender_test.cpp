@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stream sender by the bytes that leave it.
 #include "core/clock.hpp"
 #include "tests/support/catch.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The wire format against bytes laid out by hand from the protocol's tables, and against nonsense.
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"

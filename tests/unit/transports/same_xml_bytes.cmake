@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -DGENERATOR=obscura_describe_features -DSOURCE=... -DFOLDER=... -P same_xml_bytes.cmake: camera.xml becomes the
 # same bytes whenever it is made and embedded.
 foreach(time first second)

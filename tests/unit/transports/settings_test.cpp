@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sections of all kinds of transports: defaults, printing, mistakes at their places, identities, makers.
 #include "core/clock.hpp"
 #include "core/error.hpp"

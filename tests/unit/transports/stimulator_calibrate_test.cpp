@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calibration on a simulated bench: a screen with a gamma, uneven light and dead pixels, seen through a
 // tilted, distorting and vignetting camera with noise. What is found is compared with what was put in, and
 // the optical stage with the table found must make the camera see the scene.

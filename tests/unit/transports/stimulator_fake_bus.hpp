@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A USB bus in memory with one GUD display on it that can be unplugged, held up and made to misbehave.
 #pragma once
 

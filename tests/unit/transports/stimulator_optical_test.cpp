@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The optical stage against cases that can be worked out by hand, and through a simulated screen and camera.
 #include "core/error.hpp"
 #include "core/philox.hpp"

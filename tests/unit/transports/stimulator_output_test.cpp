@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stimulator transport against a display in memory: pictures, windows, compression, faults, hot plugging.
 #include "core/frame.hpp"
 #include "core/philox.hpp"

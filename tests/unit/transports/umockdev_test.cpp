@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Discovery, use and loss of a USB display and of a video node through the real system calls, libusb and
 // sysfs, which umockdev answers in place of the kernel. To be run by umockdev-wrapper. GPIO lines cannot be
 // had that way (a request for one gives a new descriptor); tests/kernel has those.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/unit/transports/v4l2_fake_driver.hpp"
 
 #include <linux/videodev2.h>

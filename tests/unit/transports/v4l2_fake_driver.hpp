@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A V4L2 output driver for tests, behind the transport's system calls: three temperaments and every fault.
 #pragma once
 

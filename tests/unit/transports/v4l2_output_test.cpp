@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "core/frame.hpp"
 #include "core/philox.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Digital binning: the numbers of neighbouring pixels become one, on a frame's way out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/channels/chunk_data.hpp"
 
 #include "core/frame_flags.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chunk data: what the camera says about a frame, appended to its pixels and read through the GenICam XML.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults on purpose: which packet or frame a rule strikes is a pure function of seed, block and packet.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stream thread: frames in, GVSP packets out, and the last blocks kept for resends.
 #pragma once
 

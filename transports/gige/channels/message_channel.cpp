@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/channels/message_channel.hpp"
 
 #include "core/clock.hpp"

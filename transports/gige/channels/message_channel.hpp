@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The message channel: tells the controlling application of events, again and again until it acknowledges.
 #pragma once
 

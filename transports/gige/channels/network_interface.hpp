@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network interface a camera lives on: found by name or by one of its IPv4 addresses.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stream's UDP socket: collects packets as header and body pieces and sends them in batches.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of one block: pixels laid out for the wire as rows become ready, chunks after them, cut into
 // packets.
 #pragma once

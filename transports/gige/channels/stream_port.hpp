@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The seam between the control side of the camera and its stream sender.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/control/control_port.hpp"
 
 #include "transports/gige/device/feature_table.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The control channel without its sockets: datagram in, datagram out, with privilege, heartbeat and retries.
 #pragma once
 

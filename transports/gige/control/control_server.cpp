@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/control/control_server.hpp"
 
 #include "core/error.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The control thread: sockets for GVCP on one interface, and the heartbeat timer.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who may talk to the camera, and how often: keeps it from being made an amplifier or a cannon.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Getters and setters for rows of the feature table that show a member of the camera's settings or limits.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // AcquisitionControl: acquisition, frame rate, triggers, exposure.
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/stream_channel.hpp"

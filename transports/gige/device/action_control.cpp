@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ActionControl. The registers are bootstrap registers.
 #include "transports/gige/device/accessors.hpp"
 

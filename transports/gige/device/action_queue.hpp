@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ACTION commands: run at once, or queued until their instant.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // AnalogControl: gain and black level.
 #include "transports/gige/device/accessors.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bootstrap registers of GigE Vision: identity, network, capabilities, time stamps, stream and message
 // channel.
 #pragma once

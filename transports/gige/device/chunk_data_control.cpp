@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ChunkDataControl. Layouts of the chunks: wire/chunk.hpp.
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/region_entries.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // obscura_describe_features camera|page FILE: writes camera.xml or docs/reference/features.md.
 #include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/genicam/description.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera behind the registers: bootstrap and feature registers, and what writing them does.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/device_context.hpp"
 
 #include "transports/gige/device/stream_channel.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // State of the GigE Vision device that its features and bootstrap registers share.
 #pragma once
 

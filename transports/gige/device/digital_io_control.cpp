@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DigitalIOControl. Line0 to Line3 are inputs, Line4 is an output that is only shown.
 #include "core/io_state.hpp"
 #include "transports/gige/device/accessors.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // EventControl: notification, and the identifiers of wire/event.hpp.
 #include "transports/gige/device/accessors.hpp"
 

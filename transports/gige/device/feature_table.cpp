@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/feature_table.hpp"
 
 #include "transports/gige/device/device_context.hpp"

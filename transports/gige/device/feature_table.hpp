@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GenICam feature table: every category, and where each feature's register lies.
 #pragma once
 

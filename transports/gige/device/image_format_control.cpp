@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ImageFormatControl: sensor, regions, pixel format, binning.
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/region_binning.hpp"

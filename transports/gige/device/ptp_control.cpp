@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PtpControl: state of the PTP clock of this machine, live or as it was at the last latch.
 #include "transports/gige/device/accessors.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binning of Region0: extents in binned pixels, and what becomes of the region when binning changes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Items of RegionSelector and ChunkRegionID.
 #pragma once
 

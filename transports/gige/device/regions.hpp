@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Regions (SFNC) of the sensor: the windows that the camera reads.
 #pragma once
 

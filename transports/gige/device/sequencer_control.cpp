@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SequencerControl. Sets hold the features that are enabled; what is saved is what the features show.
 #include "transports/gige/device/sequencer_control.hpp"
 

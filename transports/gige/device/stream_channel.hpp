@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stream channel of the device: what a stream is sent with, its start and its end.
 #pragma once
 

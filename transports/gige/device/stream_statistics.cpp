@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // StreamStatistics: counters of the stream sender.
 #include "transports/gige/device/accessors.hpp"
 

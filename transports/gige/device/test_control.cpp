@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TestControl: PENDING_ACK, test event, and faults, which take effect at the next AcquisitionStart.
 #include "transports/gige/device/test_control.hpp"
 

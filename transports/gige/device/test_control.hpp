@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Injected faults: rules of the configuration and those set live in TestControl.
 #pragma once
 

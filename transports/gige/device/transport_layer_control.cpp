@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TransportLayerControl and GigEVision: mostly what the bootstrap registers are called.
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/stream_channel.hpp"

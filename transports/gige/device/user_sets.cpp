@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/user_sets.hpp"
 
 #include "transports/gige/device/accessors.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // User sets: the saved features as text, in memory and in the state file.
 #pragma once
 

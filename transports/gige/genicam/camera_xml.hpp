@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GenICam description of this camera, zipped at build time from camera.xml.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/genicam/description.hpp"
 
 #include <fmt/format.h>

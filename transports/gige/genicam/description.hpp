@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // camera.xml, the GenICam description of the camera, made from the feature table.
 #pragma once
 

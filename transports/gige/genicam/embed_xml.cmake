@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake -DXML=camera.xml -DZIP=camera.zip -DOUT=camera_xml.cpp -P embed_xml.cmake
 # Zips the XML with a fixed time stamp (same source, same bytes) and writes it as a C++ array.
 get_filename_component(folder "${XML}" DIRECTORY)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // docs/reference/features.md, the list of GenICam features for people, made from the feature table.
 #pragma once
 

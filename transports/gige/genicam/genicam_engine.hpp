@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A GenICam description evaluated by Aravis on memory of our own, by feature name.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The functions of Aravis that the GenICam engine calls, under their own names: see images/late_cfitsio.cpp.
 // Only the description of another camera (`gige.xml`) needs the engine. Without one nine libraries are
 // spared, and 30 MB of character tables that would be locked in memory.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The description of a real camera in place of ours: its registers as memory, its SFNC features bound to
 // ours.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One row of the GenICam feature table: SFNC name, register, unit, range, getter and setter.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The device's address space as a table: what lies where, who may touch it when, and what a write does.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Big-endian words in byte buffers, as GVCP and GVSP carry them.
 #pragma once
 

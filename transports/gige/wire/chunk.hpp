@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chunk ids and layouts: the data appended to the pixels of a frame.
 #pragma once
 

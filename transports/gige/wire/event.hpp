@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Events of the message channel and their identifiers on the wire.
 #pragma once
 

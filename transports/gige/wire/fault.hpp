@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults that can be injected into stream and control, and the rule that says when one occurs.
 #pragma once
 

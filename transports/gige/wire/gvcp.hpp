@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of the control protocol (GVCP): commands, flags, status codes and bootstrap register addresses.
 #pragma once
 

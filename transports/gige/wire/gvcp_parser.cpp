@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/wire/gvcp_parser.hpp"
 
 #include "transports/gige/wire/bytes.hpp"

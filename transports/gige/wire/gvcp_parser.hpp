@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the bytes of one datagram to a checked GVCP request: a pure function, safe for any input.
 #pragma once
 

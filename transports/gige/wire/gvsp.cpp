@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/wire/gvsp.hpp"
 
 #include "transports/gige/wire/bytes.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The packets of the stream protocol (GVSP): sizes, codes and header writers.
 #pragma once
 

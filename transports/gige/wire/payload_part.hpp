@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One part of a multi-part payload: a sensor window or the chunks.
 #pragma once
 

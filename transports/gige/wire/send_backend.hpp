@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ways for packets to reach the kernel, and their names in the configuration.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files that must be refused: each with its exact one-line message and exit status.
 #include "core/error.hpp"
 #include "emulator/config/daemon_config.hpp"

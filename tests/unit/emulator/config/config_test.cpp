@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Configurations that must load, and what must come out of them.
 #include "emulator/config/daemon_config.hpp"
 #include "renderer/materials/ggx.hpp"
