@@ -267,20 +267,22 @@ void BandExposure::add_smear(float* out) noexcept {
                             out);
 }
 
-/// Adds the source followers' RTS noise to a sample at time `sample` with weight `weight`.
-void BandExposure::add_follower_rts(std::int32_t array_row, Time sample, double weight,
-                                    float* charge) const noexcept {
-    constexpr std::uint64_t follower_key = 0x666f6c6c6f776572; // "follower": independent of dark-current RTS
-    // RTS time advances by the frame period per frame, as for dark current.
-    const double now_s =
+/// Adds the errors of a sample at time `sample` with weight `weight` to `sum`. `signal`: charge in the
+/// sample, null: reset level.
+void BandExposure::add_sample_effects(std::int32_t array_row, Time sample, double weight, const float* signal,
+                                      float* sum) const noexcept {
+    if (d_.sample_effects.empty()) return;
+    RowSample row;
+    row.array_row = array_row;
+    row.first_column = plan_.windows[window_].sensor.x;
+    row.columns = n_;
+    row.seed = d_.seed;
+    row.time_s =
         static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns) + to_seconds(sample - plan_.trigger);
-    const std::int32_t x0 = plan_.windows[window_].sensor.x;
-    for (const FollowerRtsPixel& p : d_.pattern.follower_rts.row(array_row)) {
-        const std::int32_t x = p.x - x0;
-        if (x < 0 || x >= static_cast<std::int32_t>(n_)) continue;
-        if (rts_is_high(d_.seed ^ follower_key, p.pixel, static_cast<double>(p.time_constant_s), now_s))
-            charge[x] += static_cast<float>(weight) * p.step_e;
-    }
+    row.weight = static_cast<float>(weight);
+    row.signal_e = signal;
+    for (const auto& effect : d_.sample_effects)
+        effect->add(row, sum);
 }
 
 void BandExposure::add_lag(std::int32_t array_row, float* charge) noexcept {
@@ -394,11 +396,11 @@ void BandExposure::sample_once(std::int32_t row, bool difference, std::uint16_t*
     if (s.lag > 0 && !difference) add_lag(array_row, charge);
     note(mean, charge, truth);
     kernels::collect_row(chain_, n_, charge);
-    if (!d_.pattern.follower_rts.first.empty()) {
-        const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
-        add_follower_rts(array_row, t.read, 1, charge);
-        if (two) add_follower_rts(array_row, difference ? t.reset : t.read + d_.reset_sample_ns, -1, charge);
-    }
+    const RowTime& t = plan_.rows[static_cast<std::size_t>(row)];
+    add_sample_effects(array_row, t.read, 1, charge, charge);
+    if (two)
+        add_sample_effects(array_row, difference ? t.reset : t.read + d_.reset_sample_ns, -1, nullptr,
+                           charge);
     const float* const offset =
         difference ? nullptr
                    : d_.pattern.row_of(d_.pattern.offset_e, array_row, plan_.windows[window_].sensor.x);
@@ -433,7 +435,7 @@ void BandExposure::sample_read(std::int32_t row, std::uint16_t* dn, const Exposu
     }
     note(total_mean, charge, truth);
     kernels::collect_row(chain_, n_, charge);
-    if (!d_.pattern.follower_rts.first.empty()) add_follower_rts(array_row, plan_.rows[i].read, 1, charge);
+    add_sample_effects(array_row, plan_.rows[i].read, 1, charge, charge);
     kernels::Chain chain = chain_;
     chain.sigma0_e = static_cast<float>(s.read_noise_e);
     chain.sigma1_e = static_cast<float>(d_.reset_e);
@@ -455,8 +457,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         std::fill_n(row_buffer, n_ + kernels::padding, 0.0F);
     const std::int64_t span = plan_.rows[i].exposure_ns();
     double squares = ramp_weight(0, window.reads) * ramp_weight(0, window.reads);
-    if (!d_.pattern.follower_rts.first.empty())
-        add_follower_rts(array_row, plan_.rows[i].reset, ramp_weight(0, window.reads), fitted);
+    add_sample_effects(array_row, plan_.rows[i].reset, ramp_weight(0, window.reads), nullptr, fitted);
     for (std::int32_t k = 1; k < window.reads; ++k) {
         const Time from = plan_.rows[i].reset + span * (k - 1) / (window.reads - 1);
         const Time to = plan_.rows[i].reset + span * k / (window.reads - 1);
@@ -470,7 +471,7 @@ void BandExposure::sample_ramp(std::int32_t row, std::uint16_t* dn, const Exposu
         kernels::collect_row(chain_, n_, scratch_.signal());
         const double weight = ramp_weight(k, window.reads);
         squares += weight * weight;
-        if (!d_.pattern.follower_rts.first.empty()) add_follower_rts(array_row, to, weight, fitted);
+        add_sample_effects(array_row, to, weight, scratch_.signal(), fitted);
         kernels::accumulate_row(scratch_.signal(), static_cast<float>(weight), n_, fitted);
     }
     note(total_mean, charge, truth);

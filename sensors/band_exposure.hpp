@@ -41,7 +41,8 @@ private:
     void add_hits(std::int32_t array_row, Time begin, Time end, float* out) const noexcept;
     [[nodiscard]] float* bloom(std::int32_t row, float* mean, float* out) noexcept;
     void add_smear(float* out) noexcept;
-    void add_follower_rts(std::int32_t array_row, Time sample, double weight, float* charge) const noexcept;
+    void add_sample_effects(std::int32_t array_row, Time sample, double weight, const float* signal,
+                            float* sum) const noexcept;
     void add_lag(std::int32_t array_row, float* charge) noexcept;
     void draw(const float* mean, std::int32_t array_row, std::uint32_t read, float* counts) noexcept;
     void draw_merged(const float* mean, std::int32_t array_row, kernels::Chain& chain,

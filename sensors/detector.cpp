@@ -35,6 +35,7 @@ DetectorState::DetectorState(const SensorDescription& d, std::span<const Spectra
       global_shutter(d.readout.shutter == Shutter::global),
       seed(noise_seed ^ temporal_key),
       pattern(d),
+      sample_effects(make_sample_effects(d)),
       particles(d, seed),
       adc(d),
       scratch(static_cast<std::size_t>(d.readout.width)),

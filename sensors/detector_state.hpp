@@ -5,6 +5,7 @@
 #include "sensors/adc.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/particle_hits.hpp"
+#include "sensors/sample_effects.hpp"
 #include "sensors/scratch.hpp"
 #include "sensors/sensor.hpp"
 
@@ -23,6 +24,7 @@ struct DetectorState {
     bool global_shutter;
     std::uint64_t seed;
     FixedPattern pattern;
+    SampleEffects sample_effects;
     ParticleFlux particles;
     AdcCurve adc;
     ScratchPool scratch;

@@ -196,22 +196,6 @@ FixedPattern::FixedPattern(const SensorDescription& d) : width(d.readout.width),
         dark_rts.first.push_back(static_cast<std::uint32_t>(dark_rts.items.size()));
         stuck.first.push_back(static_cast<std::uint32_t>(stuck.items.size()));
     }
-    if (s.follower_rts_fraction > 0 && s.follower_rts_e > 0) {
-        const kernels::Stream drawn = stream_of(Effect::follower_rts_pixels, seed, 0, 0);
-        for (std::size_t i = 0; i < n; ++i) {
-            if (i % w == 0)
-                follower_rts.first.push_back(static_cast<std::uint32_t>(follower_rts.items.size()));
-            const auto index = static_cast<std::uint32_t>(i);
-            const auto words = words_of(drawn, index);
-            if (!(uniform_double(words[0]) < s.follower_rts_fraction)) continue;
-            // Time constants from 1 us to 10 ms, uniform in the logarithm.
-            follower_rts.items.push_back(
-                {static_cast<std::int32_t>(i % w),
-                 static_cast<float>(-s.follower_rts_e * std::log(uniform_double(words[1]))),
-                 static_cast<float>(1e-6 * std::pow(1e4, uniform_double(words[2]))), index});
-        }
-        follower_rts.first.push_back(static_cast<std::uint32_t>(follower_rts.items.size()));
-    }
     for (Map* map : {&response, &dark_e_per_s, &offset_e})
         if (!map->empty()) map->resize(n + kernels::padding);
     dead_row = dead_lines(s.dead_rows, height, seed, 0);

@@ -19,14 +19,6 @@ struct DarkRtsPixel {
     std::uint32_t pixel = 0; ///< number on the array
 };
 
-/// A pixel with two-level RTS noise of its source follower.
-struct FollowerRtsPixel {
-    std::int32_t x = 0;
-    float step_e = 0; ///< distance of the levels
-    float time_constant_s = 1;
-    std::uint32_t pixel = 0; ///< number on the array
-};
-
 /// A pixel with a constant digital number.
 struct StuckPixel {
     std::int32_t x = 0;
@@ -54,7 +46,6 @@ struct FixedPattern {
     std::vector<float> dark_e_per_s; ///< at the reference temperature
     std::vector<float> offset_e;
     PerRow<DarkRtsPixel> dark_rts;
-    PerRow<FollowerRtsPixel> follower_rts;
     PerRow<StuckPixel> stuck;
     std::vector<bool> dead_row, dead_column; ///< empty: none
 
