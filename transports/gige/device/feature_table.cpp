@@ -38,7 +38,7 @@ Addresses all_addresses() {
 }
 
 bool locked(const Feature& f, std::uint32_t index) {
-    return f.lock == FeatureLock::streaming || f.lock == FeatureLock::streaming_untold ||
+    return f.lock == FeatureLock::streaming || f.lock == FeatureLock::streaming_unmarked ||
            (f.lock == FeatureLock::streaming_but_first && index > 0);
 }
 

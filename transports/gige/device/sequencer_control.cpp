@@ -94,7 +94,7 @@ constexpr std::array features{
             .address = 0xA820,
             .selectors = {"SequencerFeatureSelector"},
             .stride = 4,
-            .lock = FeatureLock::streaming_untold,
+            .lock = FeatureLock::streaming_unmarked,
             .in_user_set = false,
             .get = get_feature_enable,
             .set = set_feature_enable},
@@ -124,7 +124,7 @@ constexpr std::array features{
             .address = 0xA808,
             .minimum = fixed(0),
             .maximum = fixed(Sequence::max_steps - 1),
-            .lock = FeatureLock::streaming_untold,
+            .lock = FeatureLock::streaming_unmarked,
             .in_user_set = false,
             .get = [](const Feature&, DeviceContext& d, std::uint32_t) -> std::uint64_t {
                 return d.sequence.start;
@@ -138,7 +138,7 @@ constexpr std::array features{
             .stride = 4,
             .minimum = fixed(0),
             .maximum = fixed(Sequence::max_steps - 1),
-            .lock = FeatureLock::streaming_untold,
+            .lock = FeatureLock::streaming_unmarked,
             .in_user_set = false,
             .get = [](const Feature&, DeviceContext& d, std::uint32_t i) -> std::uint64_t {
                 return d.sequence.steps[i].next;

@@ -87,17 +87,17 @@ enum class FeatureType : std::uint8_t { integer, floating, enumeration, boolean,
 
 enum class Visibility : std::uint8_t { beginner, expert, guru, invisible };
 
-/// Whether writes are refused (WRITE_PROTECT) during acquisition, and whether clients are told so
+/// Whether writes are refused (WRITE_PROTECT) during acquisition, and whether the description says so
 /// (pIsLocked).
 enum class FeatureLock : std::uint8_t {
     none,
     streaming,
-    streaming_but_first, ///< free for the first item of the selector
-    streaming_untold,    ///< refused, but not marked in the description
+    streaming_but_first, ///< writable for the first item of the selector
+    streaming_unmarked,  ///< refused, but not marked in the description
 };
 
-/// Everything that is known of one feature. camera.xml, the registers, the binding of user-supplied GenICam
-/// files and docs/reference/features.md are made from the rows. Static storage.
+/// Complete definition of one feature. camera.xml, the registers, the binding of user-supplied GenICam files
+/// and docs/reference/features.md are made from the rows. Static storage.
 ///
 /// Registers from `manufacturer_begin` on are added to the RegisterBank from the row; those below are the
 /// bootstrap registers, which the row only describes. A writable register without getter and setter stores
@@ -109,45 +109,46 @@ struct Feature {
     bool listed = true;  ///< false: a register or formula that other rows refer to
     Visibility visibility = Visibility::beginner;
     std::string_view tooltip = {};
-    Access access = Access::read_write; ///< commands are write-only whatever it says
+    Access access = Access::read_write; ///< ignored by commands, which are write-only
 
-    // Where it lies.
+    // Register.
     std::uint32_t address = 0;
-    bool bootstrap_zero = false; ///< `address` 0 is meant: the Version register
+    bool bootstrap_zero = false; ///< `address` 0 is valid: the Version register
     std::uint32_t bytes = 4;     ///< 8: unsigned or signed 64 bits; strings: length of the field
     RegisterBits bits = {};
     std::optional<Chunk> chunk = {}; ///< `address` counts from the beginning of this chunk's data
-    bool cached = false;             ///< changes by being written only
+    bool cached = false;             ///< changes only when a client writes it
     std::string_view value_of = {};  ///< shows the value of this feature or formula instead of a register
-    /// Items of the first selector lie `stride` bytes apart; 0: the selector has one item of this.
     std::array<std::string_view, 2> selectors = {};
+    /// Bytes between the registers of successive items of the first selector; 0: one register for all.
     std::uint32_t stride = 0;
 
-    // What the words mean.
+    // Value.
     std::string_view unit = {};
-    double scale = 1; ///< words per unit, of floating
+    double scale = 1; ///< words per unit; floating only
     bool is_signed = false;
     std::string_view representation = {}; ///< of GenApi, e.g. IPV4Address
     FeatureBound minimum = {}, maximum = {}, increment = {};
     std::span<const FeatureEntry> entries = {};
-    std::string_view entries_below = {}; ///< entries are available below the value of this feature
-    std::uint32_t constant = 0;          ///< value without register; at first, of selectors
+    /// Entries below the value of this feature are available.
+    std::string_view entries_below = {};
+    std::uint32_t constant = 0; ///< value without register; of selectors the first value
     std::uint32_t command_value = 1;
     std::string_view formula = {};
     std::array<FormulaVariable, 3> variables = {};
 
-    // When it can be written.
+    // Conditions of writing.
     std::string_view available = {}; ///< formula
     FeatureLock lock = FeatureLock::none;
     std::string_view locked_by = {}; ///< formula in place of TLParamsLocked
     bool in_user_set = true;         ///< saved if it can be written
 
-    // What it does.
+    // Access and effects.
     GetFeature get = nullptr;
     SetFeature set = nullptr;
     Status (*run)(DeviceContext& device, std::uint32_t index) = nullptr;   ///< commands
     void (*written)(DeviceContext& device, std::uint32_t index) = nullptr; ///< after a stored word changed
-    std::uint32_t (*reset)(const DeviceContext& device) = nullptr;         ///< of stored words; none: 0
+    std::uint32_t (*reset)(const DeviceContext& device) = nullptr;         ///< of stored words; null: 0
     std::string (*text)(const DeviceContext& device) = nullptr;            ///< strings; constant
 
     ForeignBinding foreign = {};
@@ -165,27 +166,27 @@ struct FeatureCategory {
     bool custom = false;
 };
 
-/// Where registers are left to the manufacturer by the standard.
+/// First address that the standard leaves to the manufacturer.
 constexpr std::uint32_t manufacturer_begin = 0xA000;
-/// The zipped camera.xml.
+/// Address of the zipped camera.xml.
 constexpr std::uint32_t xml_file_address = 0x0010'0000;
 
-/// A register that holds a limit is called after the feature: WidthMin, WidthMax, WidthStep.
+/// A register that holds a limit is named after the feature: WidthMin, WidthMax, WidthStep.
 constexpr std::string_view minimum_suffix = "Min", maximum_suffix = "Max", increment_suffix = "Step";
 
 /// Null when there is no such row.
 [[nodiscard]] const Feature* find_feature(std::span<const FeatureCategory> table, std::string_view name);
-/// How many items a selector has: entries, or values from 0 to the maximum.
+/// Number of items of a selector: entries, or values from 0 to the maximum.
 [[nodiscard]] std::uint32_t item_count(const Feature& selector);
 /// Whether `word` is in the fixed range of `feature` or one of its entries.
 [[nodiscard]] bool in_range(const Feature& feature, std::uint32_t word);
-/// The fixed range as words; all there are without one.
+/// Limits of the fixed range as words; 0 and the largest word where there is none.
 [[nodiscard]] std::uint32_t smallest_word(const Feature& feature);
 [[nodiscard]] std::uint32_t largest_word(const Feature& feature);
 /// A quantity in the feature's unit as the word of its register, and back.
 [[nodiscard]] std::uint32_t to_word(const Feature& feature, double value);
 [[nodiscard]] double from_word(const Feature& feature, std::uint32_t word);
-/// The same of durations (unit us, scale words per us); instants outside what 32 bits hold are clamped.
+/// A duration as the word of its register, and back (unit us, scale words per us); clamped to 32 bits.
 [[nodiscard]] std::uint32_t duration_to_word(const Feature& feature, std::int64_t ns);
 [[nodiscard]] std::int64_t duration_from_word(const Feature& feature, std::uint32_t word);
 

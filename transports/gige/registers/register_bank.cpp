@@ -67,7 +67,7 @@ Register* RegisterBank::find_mutable(std::uint32_t address) noexcept {
 Status RegisterBank::read(std::uint32_t address, std::span<std::uint8_t> out) const {
     if (address % 4 != 0) return Status::bad_alignment;
     if (out.size() % 4 != 0) return Status::invalid_parameter;
-    std::uint64_t at = address; // 64 bits: address + length may pass 2^32
+    std::uint64_t at = address; // 64 bits: address + length may exceed 2^32
     for (std::size_t done = 0; done < out.size();) {
         const Register* r = at > 0xFFFFFFFF ? nullptr : find(static_cast<std::uint32_t>(at));
         if (r == nullptr) return Status::invalid_address;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The device's address space as a table: what lies where, who may touch it when, and what a write does.
+// Register bank: the device's address space as a table of registers with access rights, locks and effects.
 #pragma once
 
 #include "transports/gige/wire/gvcp.hpp"
@@ -15,8 +15,9 @@ namespace obscura::transports::gige {
 
 enum class Access : std::uint8_t { read_only, write_only, read_write };
 
-/// One entry of the table. Without `read` a register gives back what is stored (at first `reset`); without
-/// `write` a written word is stored if it lies in [minimum, maximum]. All calls come on the control thread.
+/// One register or block of registers. Without `read` a register returns its stored word, `reset` at first;
+/// without `write` a written word is stored if it lies in [minimum, maximum]. All functions are called on the
+/// control thread.
 struct Register {
     std::string_view name; ///< bootstrap or SFNC name, static storage
     std::uint32_t address = 0;
@@ -27,14 +28,14 @@ struct Register {
     std::uint32_t reset = 0;
     std::uint32_t minimum = 0, maximum = 0xFFFFFFFF;
     std::function<std::uint32_t()> read = {}; ///< words only
-    std::function<Status(std::uint32_t)> write =
-        {};                                  ///< words only: checks, then does; nothing changes on refusal
-    std::function<void()> written = {};      ///< blocks: after a write
+    /// Words only: checks the word, then applies it; nothing changes on refusal.
+    std::function<Status(std::uint32_t)> write = {};
+    std::function<void()> written = {};      ///< called after a write
     std::vector<std::uint8_t> contents = {}; ///< blocks (bytes != 4): stored bytes
 };
 
-/// READREG and READMEM, WRITEREG and WRITEMEM all come down to read() and write() here, so that both ways
-/// have the same effects. Not thread safe: control thread only.
+/// Address space of the device. READREG and READMEM both use read(), WRITEREG and WRITEMEM both write(), so
+/// that they have the same effects. Thread-bound: control thread.
 class RegisterBank {
 public:
     /// Adds an entry. Throws std::logic_error when it overlaps another or is misaligned (a bug in the table).
@@ -45,7 +46,7 @@ public:
     /// Read-only bytes of any length (the XML file), padded to a multiple of 4.
     Register& add_block(std::string_view name, std::uint32_t address, std::span<const std::uint8_t> contents);
 
-    /// Tells whether writes to locked registers are to be refused now.
+    /// `streaming` returns whether writes to locked registers are refused now.
     void set_lock(std::function<bool()> streaming) { streaming_ = std::move(streaming); }
 
     /// Fills `out` (length and address multiples of 4) from as many entries as it spans.
@@ -55,7 +56,7 @@ public:
     Status write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done);
     Status write_word(std::uint32_t address, std::uint32_t value);
 
-    /// For the device itself: sets what is stored, past access rights and side effects.
+    /// Access of the device itself to what is stored, without access rights, checks and side effects.
     void poke(std::uint32_t address, std::uint32_t value);
     [[nodiscard]] std::uint32_t peek(std::uint32_t address) const;
     [[nodiscard]] std::string text(std::uint32_t address) const;

@@ -11,7 +11,7 @@ namespace obscura::transports::gige {
 /// low part of the chunk id (chunk_id()); the image itself is chunk_id_base. All numbers are big endian,
 /// instants are device time in ns.
 enum class Chunk : std::uint8_t {
-    timestamp,     ///< u64: the trigger's edge
+    timestamp,     ///< u64: time of the trigger edge
     exposure_time, ///< f64, us, as requested
     gain,          ///< f64, dB
     frame_id,      ///< u64
@@ -21,7 +21,8 @@ enum class Chunk : std::uint8_t {
     offset_y,      ///< u32
     pixel_format,  ///< u32, PFNC
     trigger_id,    ///< u64
-    frame_flags, ///< u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/frame_flags.hpp)
+    /// u32: core's FrameFlag; bits 8 and 9: state of the trigger's clock (core/frame_flags.hpp)
+    frame_flags,
     /// u32 count, u32 0, then 32 x {u32 x, y, width, height, image_y, flags; u64 exposure in ns: requested,
     /// least and most obtained over its rows}
     regions,
@@ -30,9 +31,10 @@ enum class Chunk : std::uint8_t {
     /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 0; then 16 x {char name[32], f64[3]
     /// position, f64[4] attitude}
     ground_truth,
-    line_status_all,      ///< u32: the lines at the trigger's edge, inputs only
+    line_status_all,      ///< u32: levels of the inputs at the trigger edge
     sequencer_set_active, ///< u32
-    region_id,            ///< u32 count, then 32 x u32: of each window in the image, the number of its region
+    /// u32 count, then 32 x u32: region number of each window in the image
+    region_id,
 };
 constexpr std::size_t chunk_count = 17;
 constexpr std::uint32_t chunk_id_base = 0x4F420000;

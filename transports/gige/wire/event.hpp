@@ -7,7 +7,7 @@
 
 namespace obscura::transports::gige {
 
-/// What can be notified, in the order of EventSelector.
+/// Events that can be notified, in the order of EventSelector.
 enum class Event : std::uint8_t {
     frame_start,
     exposure_start,
@@ -20,7 +20,8 @@ enum class Event : std::uint8_t {
 };
 constexpr std::size_t event_count = 8;
 
-/// The identifier on the wire: standard ones where the standard has them, else in the device's own range.
+/// Identifier on the wire: that of the standard where it defines the event, else one of the range for
+/// devices.
 constexpr std::uint16_t event_id(Event e) noexcept {
     switch (e) {
     case Event::application_switch:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults that can be injected into stream and control, and the rule that says when one occurs.
+// Kinds of faults injected into stream and control, and the rules that select when they occur.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -11,24 +11,24 @@
 namespace obscura::transports::gige {
 
 enum class Fault : std::uint8_t {
-    lose,          ///< payload packets are left out at first sending; resends deliver them
-    lose_for_good, ///< the same, and resends are refused
-    duplicate,     ///< payload packets go out twice
-    reorder,       ///< a payload packet changes place with the next
-    delay,         ///< the sender stands still for amount microseconds before a payload packet
-    corrupt,       ///< one bit of a payload packet is wrong
+    lose,          ///< payload packets are withheld at first sending; resends deliver them
+    lose_for_good, ///< payload packets are withheld and their resends refused
+    duplicate,     ///< payload packets are sent twice
+    reorder,       ///< a payload packet is sent after its successor
+    delay,         ///< the sender pauses for `amount` us before a payload packet
+    corrupt,       ///< one bit of a payload packet is inverted
     drop_leader,
     drop_trailer,
     skip_frame,      ///< the frame is not sent; its block id is missing
-    wrong_block_id,  ///< the block goes out under an id that is `amount` too high
+    wrong_block_id,  ///< the block id is `amount` too high
     wrong_timestamp, ///< the time stamp is `amount` us off
-    mute_control,    ///< commands are not answered; the rule's frames are commands, counted from the start
-    freeze_frame,    ///< the picture of the last frame that was not struck, under the new id and time stamp
-    repeat_frame,    ///< the frame goes out once more, whole, under the next block id
-    heartbeat_loss,  ///< the controller's commands do not keep its control alive; counted like mute_control
+    mute_control,    ///< commands are not answered; frames of the rule are commands since the start
+    freeze_frame,    ///< pixels of the last unaffected frame, with the new id and time stamp
+    repeat_frame,    ///< the full frame is sent once more under the next block id
+    heartbeat_loss,  ///< commands do not restart the controller's heartbeat; counted like mute_control
 };
 constexpr std::size_t fault_count = 15;
-/// In the order in which people read them: packets, frames, control.
+/// Names in the configuration, in the order of messages and help: packets, frames, control.
 constexpr auto enum_names(Fault /*type*/) {
     return std::array{
         EnumName{Fault::lose, "lose"},

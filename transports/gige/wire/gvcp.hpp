@@ -10,7 +10,8 @@ namespace obscura::transports::gige {
 constexpr std::uint16_t gvcp_port = 3956;
 constexpr std::uint8_t gvcp_key = 0x42;
 constexpr std::size_t gvcp_header_bytes = 8;
-constexpr std::size_t gvcp_max_payload = 540; ///< datagram of 548 bytes: what every IPv4 path carries whole
+/// 576 bytes, which every IPv4 host accepts, less the headers of IP, UDP and GVCP.
+constexpr std::size_t gvcp_max_payload = 540;
 constexpr std::size_t gvcp_max_datagram = gvcp_header_bytes + gvcp_max_payload;
 constexpr std::size_t gvcp_max_memory = 536; ///< data bytes of one READMEM or WRITEMEM
 
@@ -18,7 +19,7 @@ namespace gvcp_flag {
 constexpr std::uint8_t ack_required = 0x01;
 constexpr std::uint8_t extended_ids = 0x10;          ///< PACKETRESEND with 64-bit block ids
 constexpr std::uint8_t broadcast_ack_allowed = 0x10; ///< DISCOVERY, FORCEIP
-constexpr std::uint8_t scheduled = 0x80;             ///< ACTION with an instant
+constexpr std::uint8_t scheduled = 0x80;             ///< ACTION with a time of execution
 } // namespace gvcp_flag
 
 /// Command codes; the acknowledge of a command is its code plus one.
@@ -56,8 +57,8 @@ enum class Status : std::uint16_t {
     error = 0x8FFF,
 };
 
-/// Which status codes a client has asked for in the GVCP configuration register: those that came with
-/// versions 1.1 and 2.0 of the protocol, or what stood for them before.
+/// Status codes that a client has enabled in the GVCP configuration register: those added by versions 1.1 and
+/// 2.0 of the protocol. Disabled ones are replaced by the codes used before.
 struct StatusCodes {
     bool v1_1 = true, v2_0 = true;
 
@@ -88,7 +89,8 @@ constexpr std::uint32_t device_version = 0x0088;
 constexpr std::uint32_t manufacturer_info = 0x00A8;
 constexpr std::uint32_t serial = 0x00D8;
 constexpr std::uint32_t user_name = 0x00E8;
-constexpr std::uint32_t discovery_bytes = 0x00F8; ///< a DISCOVERY acknowledge is the registers below this
+/// A DISCOVERY acknowledge holds the registers below this address.
+constexpr std::uint32_t discovery_bytes = 0x00F8;
 constexpr std::uint32_t xml_url_first = 0x0200;
 constexpr std::uint32_t xml_url_second = 0x0400;
 constexpr std::uint32_t interface_count = 0x0600;
@@ -147,13 +149,13 @@ constexpr std::uint32_t big_endian = 0x80000000;
 constexpr std::uint32_t utf_8 = 0x00000001;
 } // namespace device_mode
 
-/// How addresses are got: reg::ip_options says what there is, reg::ip_current what is on.
+/// Sources of the IP address: supported ones in reg::ip_options, enabled ones in reg::ip_current.
 namespace ip_configuration {
 constexpr std::uint32_t persistent = 0x1;
 constexpr std::uint32_t link_local = 0x4;
 } // namespace ip_configuration
 
-/// What a device can do (reg::gvcp_capability).
+/// Optional functions of the device (reg::gvcp_capability).
 namespace gvcp_capability {
 constexpr std::uint32_t user_name = 0x80000000;
 constexpr std::uint32_t serial_number = 0x40000000;
@@ -174,7 +176,7 @@ constexpr std::uint32_t write_memory = 0x00000002;
 constexpr std::uint32_t concatenation = 0x00000001; ///< of several reads or writes in one command
 } // namespace gvcp_capability
 
-/// What of it is switched on (reg::gvcp_configuration).
+/// Optional functions that are enabled (reg::gvcp_configuration).
 namespace gvcp_configuration {
 constexpr std::uint32_t ieee1588 = 0x00080000;
 constexpr std::uint32_t status_codes_2_0 = 0x00040000;
@@ -183,7 +185,8 @@ constexpr std::uint32_t status_codes_1_1 = 0x00000004;
 constexpr std::uint32_t pending_ack = 0x00000002;
 } // namespace gvcp_configuration
 
-/// Of all stream channels (reg::gvsp_capability) and what is switched on (reg::gvsp_configuration).
+/// Optional functions of all stream channels (reg::gvsp_capability), and those that are enabled
+/// (reg::gvsp_configuration).
 namespace gvsp_capability {
 constexpr std::uint32_t source_port = 0x80000000; ///< reg::stream_source_port
 constexpr std::uint32_t short_block_ids = 0x40000000;
@@ -192,7 +195,7 @@ namespace gvsp_configuration {
 constexpr std::uint32_t extended_ids = 0x40000000;
 } // namespace gvsp_configuration
 
-/// Of all message channels (reg::message_capability).
+/// Optional functions of all message channels (reg::message_capability).
 namespace message_capability {
 constexpr std::uint32_t source_port = 0x80000000; ///< reg::message_source_port
 } // namespace message_capability

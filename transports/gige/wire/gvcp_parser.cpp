@@ -110,7 +110,7 @@ Request parse_gvcp(std::span<const std::uint8_t> datagram, bool broadcast) noexc
     r.flags = datagram[1];
     r.command = static_cast<Command>(load_be16(datagram.data() + 2));
     r.id = load_be16(datagram.data() + 6);
-    // Acknowledges have odd codes: answering one could make two devices talk to each other for ever.
+    // Acknowledges have odd codes: if they were answered, two devices could answer each other for ever.
     if (r.id == 0 || (static_cast<std::uint16_t>(r.command) & 1) != 0) return r;
     const bool broadcastable =
         r.command == Command::discovery || r.command == Command::force_ip || r.command == Command::action;

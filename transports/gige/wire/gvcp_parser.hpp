@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the bytes of one datagram to a checked GVCP request: a pure function, safe for any input.
+// Parser of GVCP requests: one datagram to a checked request. A pure function, safe for any input.
 #pragma once
 
 #include "transports/gige/wire/gvcp.hpp"
@@ -9,13 +9,14 @@
 
 namespace obscura::transports::gige {
 
-/// Which packets of which block a receiver misses.
+/// PACKETRESEND: packets of one block that a receiver misses.
 struct ResendRequest {
     std::uint16_t channel = 0;
     std::uint64_t block_id = 0;
     std::uint32_t first = 0, last = 0; ///< inclusive; all ones in `last` means "to the end of the block"
-    bool extended = false;             ///< asked with 64-bit ids
-    /// Asked from the socket that receives the stream or the controller's own, not only from such a host.
+    bool extended = false;             ///< the request has 64-bit ids
+    /// Sent from the socket that receives the stream or from the controller's socket, not only from the host
+    /// of one.
     bool trusted = true;
 };
 
@@ -30,12 +31,12 @@ struct ForceIpRequest {
     std::uint32_t ip = 0, mask = 0, gateway = 0;
 };
 
-/// What one datagram asks for.
+/// Request of one datagram.
 struct Request {
     enum class Kind : std::uint8_t {
-        ignore, ///< say nothing
+        ignore, ///< send no answer
         reject, ///< acknowledge with `status`
-        run,    ///< well formed
+        run,    ///< well formed; execute it
     };
     Kind kind = Kind::ignore;
     Status status = Status::success;
@@ -52,9 +53,9 @@ struct Request {
     [[nodiscard]] bool wants_ack() const noexcept { return (flags & gvcp_flag::ack_required) != 0; }
 };
 
-/// `broadcast`: the datagram was not sent to this device alone; then only DISCOVERY, FORCEIP and ACTION
-/// count. Answers after the GVCP rules: garbage is ignored, what has a sound header but wrong contents is
-/// rejected.
+/// `broadcast`: the datagram was sent to a broadcast address; then only DISCOVERY, FORCEIP and ACTION are
+/// accepted. By the rules of GVCP a datagram without a valid header is ignored, and one with a valid header
+/// and invalid contents is rejected.
 [[nodiscard]] Request parse_gvcp(std::span<const std::uint8_t> datagram, bool broadcast) noexcept;
 
 } // namespace obscura::transports::gige

@@ -35,7 +35,7 @@ constexpr std::uint16_t previous_block_dropped = 0x0002; ///< a frame before thi
 constexpr std::uint16_t resend_range_error = 0x0004;     ///< the block has no such packet
 } // namespace gvsp_flag
 
-/// The id of the `count`-th block of a stream (from 1) as it goes on the wire; never 0.
+/// Id on the wire of the `count`-th block of a stream, counted from 1; never 0.
 constexpr std::uint64_t wire_block_id(std::uint64_t count, bool extended) noexcept {
     return extended ? count : (count - 1) % 0xFFFF + 1;
 }
@@ -58,10 +58,10 @@ std::size_t write_image_trailer(std::uint8_t* out, PayloadType type, std::int32_
 std::size_t write_multipart_leader(std::uint8_t* out, const FrameInfo& info,
                                    std::span<const PayloadPart> parts, std::uint64_t timestamp_ns) noexcept;
 std::size_t write_multipart_trailer(std::uint8_t* out) noexcept;
-/// In a written extended GVSP header.
+/// Sets the number of parts in an extended GVSP header that has been written.
 void set_part_count(std::uint8_t* header, std::size_t parts) noexcept;
-/// What precedes the data in a multi-part payload packet; `offset` counts from the start of the whole payload
-/// (so Aravis reads it).
+/// Header of the data in a multi-part payload packet; `offset` counts from the start of the whole payload, as
+/// Aravis reads it.
 std::size_t write_part_header(std::uint8_t* out, std::uint8_t part, std::uint64_t offset, bool last) noexcept;
 
 } // namespace obscura::transports::gige

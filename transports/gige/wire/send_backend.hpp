@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ways for packets to reach the kernel, and their names in the configuration.
+// System calls that pass packets to the kernel (sendmmsg, sendto, UDP segmentation offload), and their names.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -10,8 +10,8 @@
 namespace obscura::transports::gige {
 
 /// One system call for a batch, one for each packet, or super-packets that the kernel or the network card
-/// cuts (UDP segmentation offload). `automatic` stands for gso except on interfaces where receivers that
-/// capture packets would see them uncut (loopback, veth, bridge, tap), and there for sendmmsg.
+/// segments (UDP segmentation offload). `automatic` means gso, but sendmmsg on interfaces where receivers
+/// that capture packets would see them unsegmented (loopback, veth, bridge, tap).
 enum class SendBackend : std::uint8_t { sendmmsg, sendto, gso, automatic };
 /// Names in the configuration.
 constexpr auto enum_names(SendBackend /*type*/) {
