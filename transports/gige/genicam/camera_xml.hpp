@@ -7,7 +7,7 @@
 
 namespace obscura::transports::gige {
 
-/// The zip archive that clients fetch; static storage.
+/// The zip archive that clients read; static storage.
 [[nodiscard]] std::span<const std::uint8_t> zipped_camera_xml() noexcept;
 
 } // namespace obscura::transports::gige

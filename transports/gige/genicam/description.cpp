@@ -83,7 +83,7 @@ private:
         return !f.listed ? "" : f.custom ? "Custom" : "Standard";
     }
 
-    /// Whether the feature is the node of its register itself.
+    /// Whether the feature and its register are one node.
     static bool direct(const Feature& f) {
         if (f.type == FeatureType::string) return true;
         if (f.chunk) return f.type == FeatureType::integer || f.type == FeatureType::floating;
@@ -93,8 +93,8 @@ private:
 
     static std::string_view lock_of(const Feature& f) {
         if (!f.locked_by.empty()) return f.locked_by;
-        const bool told = f.lock == FeatureLock::streaming || f.lock == FeatureLock::streaming_but_first;
-        return told ? locked_node : std::string_view();
+        const bool marked = f.lock == FeatureLock::streaming || f.lock == FeatureLock::streaming_but_first;
+        return marked ? locked_node : std::string_view();
     }
 
     [[nodiscard]] const Feature& row(std::string_view name) const {
@@ -142,7 +142,7 @@ private:
             if (f.listed) element("pFeature", f.name);
     }
 
-    /// What all nodes begin with.
+    /// Elements at the beginning of every node.
     void write_beginning(const Feature& f) {
         constexpr std::array<std::string_view, 4> names{"", "Expert", "Guru", "Invisible"};
         element_if("ToolTip", f.tooltip);

@@ -9,8 +9,8 @@
 
 namespace obscura::transports::gige {
 
-/// The file, by the GenApi schema 1.1. The same table gives the same bytes. Throws std::logic_error when a
-/// row refers to another that does not exist.
+/// Text of the file by the GenApi schema 1.1. The same table gives the same bytes. Throws std::logic_error
+/// when a row refers to another that does not exist.
 [[nodiscard]] std::string describe_camera(std::span<const FeatureCategory> table);
 
 } // namespace obscura::transports::gige

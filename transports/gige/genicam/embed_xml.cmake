@@ -9,7 +9,8 @@ if(failed)
     message(FATAL_ERROR "cannot zip ${XML}")
 endif()
 file(READ "${ZIP}" bytes HEX)
-# The archive also tells when the file was last read and changed, and whose it is: that is nobody's business.
+# The archive also records access and change times and the owner of the file: replace them by constants, so that
+# builds are reproducible.
 string(REGEX REPLACE "55540d0007(........)................" "55540d0007\\1\\1\\1" bytes "${bytes}")
 string(REGEX REPLACE "75780b000104........04........" "75780b000104000000000400000000" bytes "${bytes}")
 string(REGEX REPLACE "(................................)" "\\1\n" bytes "${bytes}")

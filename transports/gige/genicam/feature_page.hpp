@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/reference/features.md, the list of GenICam features for people, made from the feature table.
+// Reference page of the GenICam features, docs/reference/features.md, made from the feature table.
 #pragma once
 
 #include "transports/gige/registers/feature.hpp"
@@ -9,7 +9,7 @@
 
 namespace obscura::transports::gige {
 
-/// Markdown, one table a category.
+/// Text of the page in Markdown, one table per category.
 [[nodiscard]] std::string feature_page(std::span<const FeatureCategory> table);
 
 } // namespace obscura::transports::gige

@@ -18,13 +18,12 @@ namespace {
 
 using Memory = GenicamEngine::Memory;
 
-// Whoever wrote the file is not to bring the daemon down with it.
-constexpr int chain_max = 100;             // nodes that refer to nodes that ...
+// Limits for untrusted files, so that none exhausts stack, time or memory of the daemon.
+constexpr int chain_max = 100;             // depth of references between nodes
 constexpr std::uint64_t steps_max = 20000; // nodes visited to evaluate one
 constexpr std::uint64_t length_max = 65536;
 
-// An ArvDevice with nothing behind it but Memory. Aravis asks for a GObject class.
-
+/// ArvDevice whose registers are a Memory. Aravis requires a GObject class.
 struct MemoryDevice {
     ArvDevice parent;
     Memory* memory;
@@ -43,7 +42,7 @@ gboolean done(bool good, GError** error) {
 gboolean read_memory(ArvDevice* device, guint64 address, guint32 size, void* buffer, GError** error) {
     return done(memory_of(device).load(address, {static_cast<std::uint8_t*>(buffer), size}), error);
 }
-// Aravis of Debian 13 hands the bytes over as const, that of Debian 12 does not.
+// Aravis of Debian 13 passes the bytes as const, that of Debian 12 does not.
 template<typename Bytes>
 gboolean write_memory(ArvDevice* device, guint64 address, guint32 size, Bytes* buffer, GError** error) {
     return done(memory_of(device).store(address, {static_cast<const std::uint8_t*>(buffer), size}), error);
@@ -98,13 +97,13 @@ std::string text_of(ArvDomNode* element) {
     return text;
 }
 
-/// What the checks need to know of a node.
+/// Properties of a node that the checks use.
 struct Node {
     std::vector<std::string> uses;       // nodes evaluated to get or set its value
     std::vector<std::string> conditions; // nodes that may be evaluated to see whether it is available
     std::string port, access;
     bool chunk_port = false, indexed = false, variable_length = false;
-    // Worked out on the way.
+    // Results of judge().
     bool visiting = false, safe = true;
     int judged = 0; // round
     std::uint64_t steps = 1;
@@ -146,17 +145,18 @@ void collect(ArvDomNode* element, const std::string& owner, Nodes& nodes) {
             node.variable_length |= tag == "pLength";
             node.indexed |= tag == "pIndex" || tag == "pAddress";
         } else if (tag == "IntSwissKnife") {
-            node.indexed = true; // an address worked out on the spot
+            node.indexed = true; // a computed address
         }
-        // Swiss knives inside a register, struct entries and the like.
+        // Descend into formulas inside a register and into struct entries.
         if (tag == "IntSwissKnife" || tag == "StructEntry") collect(n, owner, nodes);
     }
 }
 
 constexpr int values_only = 1, with_conditions = 2; // rounds
 
-/// Works out whether a node can be evaluated, in sensible time. A value that depends on itself is an error of
-/// the file; conditions do so in files of real cameras, whose nodes are then left alone.
+/// Determines whether a node can be evaluated within chain_max and steps_max. A value that depends on itself
+/// is an error of the file; conditions that do so occur in files of real cameras, and their nodes count as
+/// absent.
 bool judge(const std::string& name, Nodes& nodes, int round, int depth) {
     Node& node = nodes[name];
     if (node.visiting) {
@@ -182,7 +182,7 @@ bool judge(const std::string& name, Nodes& nodes, int round, int depth) {
     return node.safe;
 }
 
-/// Throws ConfigError unless `xml` is well-formed. Aravis takes what it gets up to the first fault.
+/// Throws ConfigError unless `xml` is well-formed. Aravis accepts a file up to its first error.
 void check_well_formed(const std::string& xml) {
     const GMarkupParser ignore{};
     GMarkupParseContext* context = g_markup_parse_context_new(&ignore, GMarkupParseFlags{}, nullptr, nullptr);
@@ -199,19 +199,19 @@ void check_well_formed(const std::string& xml) {
     throw ConfigError(fmt::format("no XML: {}", what.substr(0, 200)));
 }
 
-/// Keeps to ourselves what GLib, Aravis and libxml2 have to say about somebody's file.
-class Hush {
+/// Suppresses messages of GLib, Aravis and libxml2 while it lives.
+class MessageSuppression {
 public:
-    Hush() : before_(g_log_set_default_handler([](auto...) {}, nullptr)) {}
-    ~Hush() { g_log_set_default_handler(before_, nullptr); }
-    Hush(const Hush&) = delete;
-    Hush& operator=(const Hush&) = delete;
+    MessageSuppression() : before_(g_log_set_default_handler([](auto...) {}, nullptr)) {}
+    ~MessageSuppression() { g_log_set_default_handler(before_, nullptr); }
+    MessageSuppression(const MessageSuppression&) = delete;
+    MessageSuppression& operator=(const MessageSuppression&) = delete;
 
 private:
     GLogFunc before_;
 };
 
-/// An error that is only asked whether it came.
+/// Error of a GLib call of which only the occurrence matters.
 struct Outcome {
     GError* error = nullptr;
     ~Outcome() { g_clear_error(&error); }
@@ -256,8 +256,8 @@ GenicamEngine::GenicamEngine(const std::string& xml, Memory& memory) : impl_(std
 
 GenicamEngine::~GenicamEngine() = default;
 
-std::shared_ptr<void> GenicamEngine::hush() {
-    return std::make_shared<Hush>();
+std::shared_ptr<void> GenicamEngine::suppress_messages() {
+    return std::make_shared<MessageSuppression>();
 }
 
 GenicamEngine::Kind GenicamEngine::kind(const std::string& feature) const {
@@ -370,7 +370,8 @@ std::vector<GenicamEngine::RegisterRange> GenicamEngine::registers() {
         const std::uint64_t bytes = arv_gc_register_get_length(ARV_GC_REGISTER(found), &length.error);
         if (!address.good() || !length.good() || bytes == 0 || bytes > length_max) continue;
         r.end = r.begin + bytes;
-        if (r.begin > UINT32_MAX || r.end > std::uint64_t{UINT32_MAX} + 1) continue; // GVCP has 32 bits
+        if (r.begin > UINT32_MAX || r.end > std::uint64_t{UINT32_MAX} + 1)
+            continue; // addresses of GVCP have 32 bits
         r.writable = node.access != "RO";
         r.indexed = node.indexed;
         ranges.push_back(r);

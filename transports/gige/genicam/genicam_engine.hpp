@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A GenICam description evaluated by Aravis on memory of our own, by feature name.
+// GenICam engine: features of a camera description by name, evaluated by Aravis on registers in memory.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,11 @@
 
 namespace obscura::transports::gige {
 
-/// Reads and writes the features of a description that somebody else wrote. Not thread safe: control thread
-/// only. Getters and setters return false when the feature is not there, of another kind, or cannot be
-/// evaluated.
+/// Reads and writes the features of a description from an untrusted file. Thread-bound: control thread.
+/// Getters and setters return false when the feature is absent, of another kind, or cannot be evaluated.
 class GenicamEngine {
 public:
-    /// Where registers lie. False: no such address.
+    /// Address space of the registers. The functions return false when an address does not exist.
     class Memory {
     public:
         virtual ~Memory() = default;
@@ -23,24 +22,24 @@ public:
         virtual bool store(std::uint64_t address, std::span<const std::uint8_t> bytes) = 0;
     };
     enum class Kind : std::uint8_t { absent, number, choice, flag, command, text };
-    /// What one register node covers.
+    /// Addresses of one register node.
     struct RegisterRange {
         std::uint64_t begin = 0, end = 0;
         bool writable = false;
-        bool indexed = false; ///< lies elsewhere, too, when a selector changes
+        bool indexed = false; ///< the addresses depend on a selector
     };
 
     /// `memory` must outlive the engine. Throws ConfigError with one line that does not name the file: not a
-    /// GenICam description, values that refer to themselves, registers of no sensible length. Features that
-    /// take too many steps to evaluate count as absent.
+    /// GenICam description, a value that refers to itself, a register of length 0 or above the limit.
+    /// Features that take too many steps to evaluate count as absent.
     GenicamEngine(const std::string& xml, Memory& memory);
     ~GenicamEngine();
     GenicamEngine(const GenicamEngine&) = delete;
     GenicamEngine& operator=(const GenicamEngine&) = delete;
 
-    /// While the result lives, what GLib, Aravis and libxml2 have to say about somebody's file is not
-    /// printed by anybody in this process. For start-up, on one thread.
-    [[nodiscard]] static std::shared_ptr<void> hush();
+    /// Suppresses messages of GLib, Aravis and libxml2 in the whole process while the result lives. For
+    /// start-up, on one thread.
+    [[nodiscard]] static std::shared_ptr<void> suppress_messages();
 
     [[nodiscard]] Kind kind(const std::string& feature) const;
     bool get(const std::string& feature, double& number);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of Aravis that the GenICam engine calls, under their own names: see images/late_cfitsio.cpp.
-// Only the description of another camera (`gige.xml`) needs the engine. Without one nine libraries are
-// spared, and 30 MB of character tables that would be locked in memory.
+// Lazily loaded stub of Aravis: the functions that the GenICam engine calls, as in images/late_cfitsio.cpp.
+// Only the description of another camera (`gige.xml`) needs the engine. Without one, nine libraries are not
+// loaded, nor 30 MB of their character tables, which would be locked in memory.
 #include "core/late_library.hpp"
 
 #include <arv.h>

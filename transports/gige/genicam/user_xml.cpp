@@ -18,11 +18,11 @@
 namespace obscura::transports::gige {
 namespace {
 
-/// How far behind its first place a register may lie that moves with a selector.
+/// Largest distance of an indexed register from its address for the first item of the selector.
 constexpr std::uint64_t indexed_reach = 0x10000;
 constexpr std::size_t pages_max = 4096; // 16 MiB
 
-/// No register holds this for a choice: an unknown name is refused by it.
+/// Word for an unknown entry of an enumeration; every register refuses it.
 constexpr std::uint32_t unknown_choice = 0xFFFFFFFF;
 
 bool overlap(std::uint64_t a_begin, std::uint64_t a_end, std::uint64_t b_begin, std::uint64_t b_end) {
@@ -43,7 +43,7 @@ std::string contents_of(const std::string& file) {
     return contents;
 }
 
-/// Registers that cannot be reached: enough for the description itself.
+/// Memory without addresses, sufficient to check a description.
 struct NoMemory final : GenicamEngine::Memory {
     bool load(std::uint64_t /*address*/, std::span<std::uint8_t> /*out*/) override { return false; }
     bool store(std::uint64_t /*address*/, std::span<const std::uint8_t> /*bytes*/) override { return false; }
@@ -92,7 +92,7 @@ std::string read_xml_file(const std::string& file) {
 
 std::string explain_invalid_xml(const std::string& file) {
     NoMemory memory;
-    const auto quiet = GenicamEngine::hush();
+    const auto quiet = GenicamEngine::suppress_messages();
     std::string contents;
     try {
         contents = contents_of(file);
@@ -109,7 +109,7 @@ std::string explain_invalid_xml(const std::string& file) {
 
 std::string explain_invalid_values(const std::string& file, const std::string& values) {
     NoMemory memory;
-    const auto quiet = GenicamEngine::hush();
+    const auto quiet = GenicamEngine::suppress_messages();
     const GenicamEngine engine(contents_of(file), memory);
     for (const Preset& preset : presets_of(values)) {
         if (!preset.has_value) return bad_preset(preset, "no =", file);
@@ -124,7 +124,7 @@ std::vector<UserXml::Target> UserXml::make_targets(std::span<const FeatureCatego
     for (const FeatureCategory& category : table)
         for (const Feature& f : category.features)
             if (f.foreign.bound) bound.push_back(&f);
-    // Texts, then values with those first that others depend on, then commands.
+    // Sort: strings, then values by rank, because values depend on those of lower rank, then commands.
     const auto rank = [](const Feature* f) {
         const int group = f->type == FeatureType::string ? 0 : f->type == FeatureType::command ? 2 : 1;
         return std::pair{group, f->foreign.rank};
@@ -141,7 +141,7 @@ std::vector<UserXml::Target> UserXml::make_targets(std::span<const FeatureCatego
                  : f->access == Access::read_only ? Target::Kind::shown
                                                   : Target::Kind::setting;
         t.entries = f->foreign.entries.empty() ? f->entries : f->foreign.entries;
-        // Of several triggers or regions ours is the first.
+        // Bind the first of several triggers or regions.
         const Feature* selector = f->selectors[0].empty() ? nullptr : find_feature(table, f->selectors[0]);
         if (selector != nullptr && selector->entries.size() > 1) {
             t.selector = selector->name;
@@ -163,7 +163,7 @@ UserXml::UserXml(const std::string& file, std::string xml, const std::string& va
       xml_(std::move(xml)),
       native_(native),
       targets_(make_targets(table)) {
-    const auto quiet = GenicamEngine::hush();
+    const auto quiet = GenicamEngine::suppress_messages();
     try {
         engine_ = std::make_unique<GenicamEngine>(xml_, static_cast<GenicamEngine::Memory&>(*this));
     } catch (const ConfigError& e) {
@@ -175,7 +175,7 @@ UserXml::UserXml(const std::string& file, std::string xml, const std::string& va
 }
 
 std::string UserXml::url() const {
-    // The name is for people; what a URL cannot hold is left out.
+    // The name is informative; leave out characters that a URL cannot contain.
     std::string name;
     for (const char c : name_)
         if ((std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.') &&
@@ -195,7 +195,7 @@ void UserXml::map_registers() {
         for (std::uint64_t page = r.begin / page_bytes; page <= last / page_bytes; ++page)
             known_pages_[page] = true;
     }
-    // The file itself goes where nothing else is.
+    // Place the file itself at a free address.
     const std::uint64_t room = (xml_.size() + page_bytes) / page_bytes;
     for (xml_address_ = 0x0010'0000; xml_address_ < 0xF000'0000; xml_address_ += 0x0010'0000) {
         const auto next = known_pages_.lower_bound(xml_address_ / page_bytes);
@@ -211,7 +211,7 @@ bool UserXml::known(std::uint64_t address) const {
 }
 
 bool UserXml::may_write(std::uint64_t address, std::size_t bytes) const {
-    // A byte that any register makes writable, or that none knows of (indexed ones), is.
+    // A byte is writable if one of its registers is, or if it belongs to none (indexed registers).
     for (std::uint64_t at = address; at < address + bytes; ++at) {
         bool named = false, writable = false;
         auto r =
@@ -294,7 +294,7 @@ bool UserXml::value_of(const Target& t, std::uint32_t& word) {
     if (!engine_->get(t.name, value)) return false;
     value = std::round(value * f.scale);
     const double low = f.is_signed ? INT32_MIN : 0, high = f.is_signed ? INT32_MAX : UINT32_MAX;
-    // Out of range in a way that the register behind refuses.
+    // Clamp to a word that the native register refuses, too.
     if (value < low || value > high) value = f.is_signed ? low : high;
     word = f.is_signed ? static_cast<std::uint32_t>(static_cast<std::int32_t>(value))
                        : static_cast<std::uint32_t>(value);
@@ -314,7 +314,7 @@ bool UserXml::show(Binding& b) {
     }
     bool taken = false;
     if (!t.entries.empty()) {
-        // Of several names for the same thing the first that the file has.
+        // Of several names for the value use the first that the file has.
         for (const FeatureEntry& e : t.entries)
             if (e.value == word && !taken) taken = engine_->set(t.name, std::string(e.name));
     } else {
@@ -360,7 +360,7 @@ bool UserXml::record_command(Binding& b) {
         return false;
     b.address = first[0].address;
     b.bytes = first[0].bytes;
-    // Bits that come out the same whatever was there before are the command's.
+    // Bits that do not depend on the previous contents belong to the command.
     for (std::size_t i = 0; i < b.bytes.size(); ++i)
         b.mask.push_back(static_cast<std::uint8_t>(~(first[0].bytes[i] ^ second[0].bytes[i])));
     return true;
@@ -378,7 +378,7 @@ void UserXml::bind() {
     using Kind = GenicamEngine::Kind;
     std::string driven, absent, odd;
     const auto list = [](std::string& to, const std::string& what) { to += (to.empty() ? "" : ", ") + what; };
-    // Where the file's camera has several triggers or regions, what is selected at first is ours.
+    // Select the bound item of each selector.
     for (const Target& t : targets_)
         if (!t.selector.empty()) engine_->set(t.selector, t.selected);
     for (const Target& t : targets_) {
@@ -408,7 +408,8 @@ void UserXml::bind() {
             std::uint32_t shows = 0, is = 0;
             native_.read_word(t.feature->address, is);
             if (applies(t) && (!value_of(t, shows) || shows != is)) {
-                // The file cannot say what the camera does, so the camera does what the file says, if it can.
+                // The file cannot represent the camera's value: set the camera to the file's value if
+                // possible.
                 const bool good = t.kind == Target::Kind::setting && shows != unknown_choice &&
                                   native_.write_word(t.feature->address, shows) == Status::success;
                 if (!good) {
@@ -481,7 +482,7 @@ Status UserXml::run_commands(std::uint64_t address, std::size_t bytes) {
         for (std::size_t i = 0; i < b.bytes.size(); ++i)
             given = given && ((peek(b.address + i) ^ b.bytes[i]) & b.mask[i]) == 0;
         if (!given) continue;
-        // Done as soon as answered: the register shows something else than the command again.
+        // Commands complete at once: clear the command's bits in the register.
         for (std::size_t i = 0; i < b.bytes.size(); ++i)
             if (std::uint8_t* c = cell(b.address + i, true)) *c = static_cast<std::uint8_t>(*c & ~b.mask[i]);
         const Status status = native_.write_word(b.target->feature->address, 1);
@@ -495,7 +496,7 @@ Status UserXml::write(std::uint32_t address, std::span<const std::uint8_t> bytes
     done = 0;
     if (address % 4 != 0) return Status::bad_alignment;
     if (bytes.size() % 4 != 0) return Status::invalid_parameter;
-    // Stretches that are either bootstrap registers or memory.
+    // Split into ranges that are either bootstrap registers or memory.
     const auto is_native = [this](std::uint64_t at) {
         return at < manufacturer_begin && native_.find(static_cast<std::uint32_t>(at)) != nullptr;
     };
@@ -512,7 +513,7 @@ Status UserXml::write(std::uint32_t address, std::span<const std::uint8_t> bytes
             const Status status = native_.write(static_cast<std::uint32_t>(at), part, written);
             done += written;
             if (status != Status::success) return status;
-            show_all(); // a bootstrap register may be a feature's, PayloadSize may follow
+            show_all(); // the register may belong to a bound feature or change another, like PayloadSize
             continue;
         }
         if (at >= xml_address_ && at < xml_address_ + xml_.size()) return Status::write_protect;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The description of a real camera in place of ours: its registers as memory, its SFNC features bound to
-// ours.
+// User-supplied GenICam description of a real camera: its registers as memory, its SFNC features bound to
+// those of this camera.
 #pragma once
 
 #include "transports/gige/genicam/genicam_engine.hpp"
@@ -18,25 +18,23 @@
 
 namespace obscura::transports::gige {
 
-/// The text of a GenICam file. Throws ConfigError: not readable, or larger than any such file.
+/// The text of a GenICam file. Throws ConfigError when it is not readable, empty or too large.
 [[nodiscard]] std::string read_xml_file(const std::string& file);
-/// Why the file is no description that could be bound; empty when it is one. Names no key.
+/// Reason why the file is not a GenICam description; empty when it is one. Names no key.
 [[nodiscard]] std::string explain_invalid_xml(const std::string& file);
-/// Why `values` are no "Feature=value, ..." of features in the good description `file`; empty when they are.
-/// Whether the features take these values is seen by UserXml only. Names no key.
+/// Reason why `values` is not a list "Feature=value, ..." of features in the valid description `file`; empty
+/// when it is one. Only UserXml checks whether the features accept the values. Names no key.
 [[nodiscard]] std::string explain_invalid_values(const std::string& file, const std::string& values);
 
-/// What clients see of a camera whose GenICam file is somebody else's. Bootstrap registers are those of
-/// `native`; every other register that the file names is memory. When a client has written there, each
-/// feature that is bound by its SFNC name is evaluated; where its value has changed, the register of `native`
-/// that is behind our own description gets it, and when that refuses, the write is refused and undone.
-/// Control thread only.
+/// Address space that clients see with a user-supplied description. Bootstrap registers are those of
+/// `native`; every other register that the file names is memory. After a client's write to memory each
+/// feature bound by its SFNC name is evaluated; a changed value is written to the feature's register in
+/// `native`, and when that refuses, the client's write is refused and undone. Thread-bound: control thread.
 class UserXml final : private GenicamEngine::Memory {
 public:
-    /// `file` is for messages and for the name that clients see. `values` is "Feature=value, ...": what
-    /// registers hold after reset beyond the camera's own settings. `native` must outlive this and is
-    /// complete but for registers that are never bound. What is bound is `table`'s ForeignBindings. Throws
-    /// ConfigError.
+    /// `file` is for messages and for the name that clients see. `values`, "Feature=value, ...", gives values
+    /// after reset of features besides the camera's own settings. `native` must outlive this and contain
+    /// every register that can be bound. The ForeignBindings of `table` are bound. Throws ConfigError.
     UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native,
             std::span<const FeatureCategory> table);
 
@@ -44,32 +42,32 @@ public:
     Status read(std::uint32_t address, std::span<std::uint8_t> out);
     Status write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done);
 
-    /// For the bootstrap register.
+    /// Contents of the bootstrap register XMLFirstURL.
     [[nodiscard]] std::string url() const;
-    /// Which features are driven and which are not there, in one line.
+    /// Bound, absent and unusable features, in one line.
     [[nodiscard]] const std::string& report() const noexcept { return report_; }
 
 private:
-    /// A feature under one of the names that cameras know it by.
+    /// A feature under one of the names that cameras use for it.
     struct Target {
         enum class Kind : std::uint8_t { setting, shown, command, text };
         std::string name;
         const Feature* feature = nullptr;
         Kind kind = Kind::setting;
         std::span<const FeatureEntry> entries = {}; ///< of a choice
-        /// Only the item of a selector that is ours is bound.
+        /// Selector of the feature, and its item that is bound; empty: no selector.
         std::string selector = {}, selected = {};
     };
     struct Binding {
         const Target* target = nullptr;
         std::uint32_t last = 0; ///< native word that the file's value stands for
-        // Where the feature's value lies, as far as it was seen.
+        // Registers read to evaluate the feature.
         std::vector<GenicamEngine::RegisterRange> touched;
-        // Commands: the bytes that they write, and which of their bits.
+        // Commands: the bytes that they write, and the mask of the bits that they determine.
         std::uint64_t address = 0;
         std::vector<std::uint8_t> bytes, mask;
     };
-    /// Stores that GenICam makes while we want to know where.
+    /// A store by the engine while stores are recorded.
     struct Recorded {
         std::uint64_t address;
         std::vector<std::uint8_t> bytes;
@@ -101,15 +99,15 @@ private:
 
     const std::string name_, xml_;
     RegisterBank& native_;
-    const std::vector<Target> targets_; ///< in the order in which the file is made to show them
+    const std::vector<Target> targets_; ///< in the order in which show() writes them
     std::uint64_t xml_address_ = 0;
-    std::map<std::uint64_t, Page> pages_;              // touched so far
+    std::map<std::uint64_t, Page> pages_;              // written so far
     std::map<std::uint64_t, bool> known_pages_;        // page number; value unused
     std::vector<GenicamEngine::RegisterRange> ranges_; // sorted by begin
     std::uint64_t longest_range_ = 0;
     std::vector<Recorded>* recording_ = nullptr;
     std::vector<GenicamEngine::RegisterRange>* noting_loads_ = nullptr;
-    std::uint8_t fill_ = 0; // what loads give while recording
+    std::uint8_t fill_ = 0; // returned by loads while stores are recorded
     std::unique_ptr<GenicamEngine> engine_;
     std::vector<Binding> bindings_, commands_;
     std::string report_;
