@@ -11,7 +11,8 @@ namespace obscura::transports::gige {
 
 namespace {
 
-/// The control thread stands above the sender: an acknowledge must not wait for a burst to end.
+/// Settings of the control thread: one priority above the sender, because an acknowledge must not wait for
+/// the end of a burst.
 ThreadSettings control_thread(const ThreadSettings& sender) {
     return {sender.priority > 0 ? sender.priority + 1 : 0, sender.cores};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Read this first: a software GigE Vision camera (GVCP control, GVSP stream) as a Transport.
+// GigE Vision camera in software (GVCP control, GVSP stream) as a Transport. Read this first.
 #pragma once
 
 #include "core/camera.hpp"
@@ -16,28 +16,28 @@
 
 namespace obscura::transports::gige {
 
-/// TransportCounters and what only a GigE camera has.
+/// Counters of a GigE Vision camera: those of every transport, then those of stream and control.
 struct GigeCounters {
     TransportCounters frames;
-    std::uint64_t packets = 0;         ///< that the kernel took, resent ones included
-    std::uint64_t send_errors = 0;     ///< packets the kernel refused
-    std::uint64_t injected_losses = 0; ///< left out on purpose
+    std::uint64_t packets = 0;         ///< accepted by the kernel, resent ones included
+    std::uint64_t send_errors = 0;     ///< packets refused by the kernel
+    std::uint64_t injected_losses = 0; ///< packets and frames withheld by injected faults
     std::uint64_t resend_requests = 0; ///< PACKETRESEND commands accepted
     std::uint64_t resent_packets = 0;
-    std::uint64_t control_lost = 0; ///< controllers that fell silent
-    std::uint64_t retries = 0;      ///< repeated commands answered without running them again
+    std::uint64_t control_lost = 0; ///< heartbeat time-outs of controllers
+    std::uint64_t retries = 0;      ///< repeated commands, answered but not executed again
     std::uint64_t commands = 0, denied = 0;
-    std::uint64_t throttled = 0; ///< answers kept back, see SourcePolicy
+    std::uint64_t throttled = 0; ///< answers withheld by the rate limit of SourcePolicy
     std::uint64_t events_acknowledged = 0, events_lost = 0;
     std::int64_t trigger_to_first_p50_ns = 0, trigger_to_first_p99_ns = 0; ///< edge to leader sent
     std::int64_t trigger_to_last_p50_ns = 0, trigger_to_last_p99_ns = 0;   ///< edge to trailer sent
 };
 
-/// What a camera is made from besides its settings.
+/// Resources of a camera besides its settings.
 struct GigeContext {
-    ThreadSettings thread{}; ///< of the sender; the control thread stands one priority above
+    ThreadSettings thread{}; ///< of the sender; the control thread runs one priority above
     std::uint64_t seed = 1;  ///< of random choices of faults without a seed of their own
-    /// Where the Ptp* features come from; asked on the control thread. Empty: there is no PTP clock.
+    /// Source of the Ptp* features, called on the control thread. Empty: no PTP clock.
     std::function<PtpStatus()> ptp_status{};
 };
 
@@ -53,14 +53,14 @@ struct GigeContext {
 /// A client's writes reach `control` on the camera's control thread; AcquisitionStart there makes the
 /// producer submit frames. The producer fills `info` before submit() (width, height, pixel_format,
 /// bits_per_pixel, trigger_edge, tai_offset_ns, windows[0].sensor) and publishes rows afterwards; packets
-/// leave as rows are published. A frame that is abandoned goes out with zeros below its last row. Block ids
-/// count the frames sent since the client opened its stream channel, from 1: every connection starts at 1,
-/// but a second AcquisitionStart on the same open channel goes on counting, because receivers (Aravis for
-/// one) take a block id lower than the last for a late packet and throw the frame away.
+/// are sent as rows are published. An abandoned frame is sent with zeros below its last row. Block ids count
+/// the frames sent since the client opened its stream channel, from 1: every connection starts at 1, but a
+/// second AcquisitionStart on the same open channel continues counting, because receivers (Aravis for one)
+/// take a block id lower than the last for a late packet and discard the frame.
 ///
 /// Ownership: `control` and `clock` must outlive the camera. The camera holds references to the last
-/// `history_frames` frames and the one in work, so the pool needs history_frames + 2 more than the producer
-/// itself, and must outlive stop(). The producer must have let go of its frames before the camera is
+/// `history_frames` frames and the one being sent, so the pool needs history_frames + 2 more than the
+/// producer itself, and must outlive stop(). The producer must have released its frames before the camera is
 /// destroyed.
 class GigeCamera final : public Transport {
 public:
@@ -71,11 +71,11 @@ public:
 
     [[nodiscard]] std::string_view kind() const override { return "gige"; }
     void start() override;
-    /// Ends the acquisition of a connected client, too.
+    /// Also ends the acquisition of a connected client.
     void stop() override;
     bool submit(const FrameRef& frame) noexcept override;
-    /// Tells the controlling application, if it has switched the event's notification on. Frame and exposure
-    /// events, and errors of frames that were given up half way, the camera makes itself.
+    /// Notifies the controlling application if it has enabled the event. The camera itself generates frame
+    /// and exposure events, and errors of frames that were cut short.
     void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
     [[nodiscard]] TransportStatistics statistics() const override;

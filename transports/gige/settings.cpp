@@ -18,7 +18,7 @@
 namespace obscura::transports::gige {
 namespace {
 
-/// `limit`: size of the bootstrap register, one byte less for the closing zero.
+/// `limit`: size of the bootstrap register less one byte for the terminating zero.
 void check_text(const config::ReadTable& table, std::string_view key, const std::string& text,
                 std::size_t limit) {
     const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7f; });
@@ -26,7 +26,7 @@ void check_text(const config::ReadTable& table, std::string_view key, const std:
         table.refuse(key, fmt::format("allowed are at most {} printable ASCII characters", limit));
 }
 
-/// Only what no machine could have: which interfaces there are is seen at start.
+/// Checks the text only: whether the interface exists is checked at start.
 void check_interface(const config::ReadTable& table, const GigeSettings& s) {
     const std::string& text = s.interface;
     if (text.empty()) {
@@ -101,13 +101,13 @@ config::Section section_of(FaultRule& r) {
     using config::key;
     return {
         .name = "faults",
-        .help = "One rule of what goes wrong on purpose. The same rules and seed strike the same packets.",
+        .help = "One rule of fault injection. The same rules and seed strike the same packets in every run.",
         .keys =
             {
                 key("kind", &r.fault)
                     .required()
-                    .help("What goes wrong: with payload packets, with whole frames, or with the answers to "
-                          "commands"),
+                    .help(
+                        "Kind of fault: in payload packets, in whole frames, or in the answers to commands"),
                 key("percent", &r.percent)
                     .unit("%")
                     .range(0, 100)
@@ -172,7 +172,7 @@ config::Section section_of(GigeSettings& s) {
                 key("drop_percent", &s.drop_percent)
                     .unit("%")
                     .range(0, 100)
-                    .help("Fault: packets left out on purpose when first sent"),
+                    .help("Injected fault: share of payload packets withheld when first sent"),
                 key("throughput_limit_mbit_s", &s.throughput_limit_mbit_s)
                     .unit("Mbit/s")
                     .range(0, 100000)
@@ -185,11 +185,12 @@ config::Section section_of(GigeSettings& s) {
                 key("allow", &s.allow)
                     .help("Hosts that may talk to the camera, like \"192.168.7.0/24, 192.168.8.4\"; empty: "
                           "all on the link"),
-                key("off_link", &s.off_link).help("Answer sources behind a router, too"),
+                key("off_link", &s.off_link).help("Also answer hosts behind a router"),
                 key("read_only", &s.read_only).help("Refuse control to all clients; they may read only"),
                 key("xml", config::Path{&s.xml, true, true})
-                    .help("GenICam file of a real camera to show in place of our own; its features are bound "
-                          "by SFNC name; empty: our own"),
+                    .help(
+                        "GenICam file of a real camera that replaces the built-in description; its features "
+                        "are bound by SFNC name; empty: built-in"),
                 key("xml_values", &s.xml_values)
                     .help("With xml: values of other features after reset, like \"HeaterSetPoint=20, "
                           "SerialText=FM-03\""),
@@ -197,7 +198,7 @@ config::Section section_of(GigeSettings& s) {
                     .help("File in which user sets are kept; empty: in memory only"),
             },
         .lists = {config::list<FaultRule>(
-            "faults", "Faults on purpose: each [[gige.faults]] is one rule, and all rules apply at once.",
+            "faults", "Injected faults: each [[gige.faults]] is one rule, and all rules apply at once.",
             s.faults, section_of)},
         .check = [&s](const config::ReadTable& table) { check(s, table); },
     };

@@ -16,45 +16,49 @@
 
 namespace obscura::transports::gige {
 
-/// Section [gige]: where the camera is found, what it says of itself, and how it sends.
+/// Section [gige]: network address, identity, stream and injected faults of the camera.
 struct GigeSettings {
     static constexpr std::string_view kind = "gige";
 
     bool enabled = true;
-    std::string interface = "lo"; ///< interface name or one of its IPv4 addresses; any 127.x.y.z on loopback
-    std::int32_t port = 3956;     ///< clients know no other
+    /// Interface name or one of its IPv4 addresses; any 127.x.y.z on loopback.
+    std::string interface = "lo";
+    std::int32_t port = 3956; ///< clients look for cameras on no other
     std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name;
-    std::string mac; ///< hardware address to show, see parse_mac(); empty: the interface's own
-    std::int32_t packet_size = 1500; ///< reset value of GevSCPSPacketSize; taken down to the interface's MTU
+    std::string mac; ///< hardware address shown, see parse_mac(); empty: the interface's own
+    /// Reset value of GevSCPSPacketSize; reduced to the interface's MTU.
+    std::int32_t packet_size = 1500;
     std::int32_t heartbeat_timeout_ms = 3000;
-    std::int32_t history_frames = 4; ///< frames kept for packet resend; each holds a frame of the pool
-    double drop_percent = 0;         ///< fault: payload packets left out on purpose at first sending
+    std::int32_t history_frames = 4; ///< frames of the pool kept for packet resend
+    double drop_percent = 0;         ///< fault: payload packets withheld at first sending
 
-    /// Reset value of DeviceLinkThroughputLimit. Receivers have room for a fraction of a frame, so a camera
-    /// that sends faster than they read loses packets; a gigabit is what they are used to. 0: no limit.
+    /// Reset value of DeviceLinkThroughputLimit. Receivers buffer a fraction of a frame, so packets are lost
+    /// when the camera sends faster than they read; they are made for a gigabit link. 0: no limit.
     double throughput_limit_mbit_s = 1000;
     SendBackend backend = SendBackend::sendmmsg;
-    std::string allow;      ///< hosts that may talk to the camera, see parse_ranges(); empty: all on the link
+    /// Hosts whose requests are answered, see parse_ranges(); empty: all on the link.
+    std::string allow;
     bool off_link = false;  ///< also answer sources behind a router
     bool read_only = false; ///< no client gets control
-    std::string xml;        ///< GenICam file of a real camera to be shown in place of our own; empty: our own
-    std::string xml_values; ///< with `xml`: "Feature=value, ..." after reset
-    std::string state_file; ///< where user sets are kept; empty: in memory only
-    std::vector<FaultRule> faults; ///< beside drop_percent
+    /// GenICam file of a real camera that replaces the built-in description; empty: built-in.
+    std::string xml;
+    std::string xml_values;        ///< with `xml`: "Feature=value, ..." after reset
+    std::string state_file;        ///< file of the user sets; empty: in memory only
+    std::vector<FaultRule> faults; ///< in addition to drop_percent
 };
 
-/// "02:4f:00:00:00:01" as 48 bits; nothing for anything else, for group addresses and for zero.
+/// "02:4f:00:00:00:01" as 48 bits; no value for any other text, for group addresses and for zero.
 [[nodiscard]] std::optional<std::uint64_t> parse_mac(std::string_view text);
 
 /// One element of [[gige.faults]].
 [[nodiscard]] config::Section section_of(FaultRule& rule);
-/// The check reads the file `xml`, if there is one.
+/// Section bound to `settings`. Its check reads the file `xml` unless that is empty.
 [[nodiscard]] config::Section section_of(GigeSettings& settings);
 /// Address, serial number, hardware address and file for user sets.
 [[nodiscard]] std::vector<Identity> identities_of(const GigeSettings& settings);
-/// The history, the frame in work and one waiting.
+/// The history, the frame being sent and one waiting.
 [[nodiscard]] std::size_t frames_held_by(const GigeSettings& settings);
-/// Always: clients start and stop it.
+/// True: clients start and stop the acquisition.
 [[nodiscard]] bool acquisition_controlled_by(const GigeSettings& settings);
 /// A GigeCamera, not started.
 [[nodiscard]] std::unique_ptr<Transport> make_transport(const GigeSettings& settings,
