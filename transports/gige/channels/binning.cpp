@@ -28,8 +28,8 @@ std::span<const std::uint16_t> RowBinner::row(const Frame& frame, std::int32_t i
         (binning.horizontal_mode == BinningMode::average ? static_cast<std::uint32_t>(binning.horizontal)
                                                          : 1U) *
         (binning.vertical_mode == BinningMode::average ? static_cast<std::uint32_t>(binning.vertical) : 1U);
-    // Deeper numbers than the format's lose their low bits when they are packed, so the full scale of both is
-    // the same.
+    // Packing drops the low bits of numbers that are deeper than the format, so both have the same full
+    // scale.
     const std::uint32_t largest =
         (1U << std::clamp(std::max(significant_bits(format), frame.info.bits_per_pixel), 1, 16)) - 1;
     std::transform(totals.begin(), totals.end(), binned_.begin(), [=](std::uint32_t total) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Digital binning: the numbers of neighbouring pixels become one, on a frame's way out.
+// Digital binning (SFNC): digital numbers of neighbouring pixels are combined when a frame is sent.
 #pragma once
 
 #include "core/frame.hpp"
@@ -14,26 +14,26 @@ namespace obscura::transports::gige {
 /// SFNC BinningHorizontalMode, BinningVerticalMode.
 enum class BinningMode : std::uint8_t { sum, average };
 
-/// SFNC BinningHorizontal, BinningVertical and their modes. Nobody bins the chip: it exposes and reads every
-/// pixel, and its numbers are put together.
+/// SFNC BinningHorizontal, BinningVertical and their modes. The sensor exposes and reads every pixel; only
+/// its digital numbers are binned, not its charge.
 struct Binning {
     std::int32_t horizontal = 1, vertical = 1; ///< 1, 2 or 4
     BinningMode horizontal_mode = BinningMode::sum, vertical_mode = BinningMode::sum;
 
     constexpr bool operator==(const Binning&) const = default;
     [[nodiscard]] constexpr bool active() const noexcept { return horizontal > 1 || vertical > 1; }
-    /// The rectangle of the binned image; columns and rows that fill no whole pixel are left out.
+    /// The rectangle of the binned image; columns and rows that do not fill a binned pixel are left out.
     [[nodiscard]] constexpr Region of(const Region& pixels) const noexcept {
         return {pixels.x / horizontal, pixels.y / vertical, pixels.width / horizontal,
                 pixels.height / vertical};
     }
 };
 
-/// What Width, Height or an offset may be, in binned pixels.
+/// Range and step of Width, Height or an offset, in binned pixels.
 struct BinnedExtent {
     std::int32_t minimum = 1, maximum = 1, step = 1;
 };
-/// Along a side of `pixels` sensor pixels, of which at least `minimum` are read, in steps of `step`.
+/// Extent along a side of `pixels` sensor pixels, of which at least `minimum` are read, in steps of `step`.
 [[nodiscard]] constexpr BinnedExtent binned_extent(std::int32_t pixels, std::int32_t minimum,
                                                    std::int32_t step, std::int32_t binning) noexcept {
     const std::int32_t common = std::lcm(step, binning);
@@ -41,13 +41,13 @@ struct BinnedExtent {
             common / binning};
 }
 
-/// Puts rows together. One thread; only reserve() allocates.
+/// Combines sensor rows into binned rows. Thread-bound; only reserve() allocates.
 class RowBinner {
 public:
     void reserve(std::int32_t width);
-    /// Row `image_row` of the binned image of `frame`, as numbers of its ADC: a sum stops at the largest that
-    /// `format` or the ADC has, whichever is more; an average rounds half up, once for both directions.
-    /// Valid until the next call. `width` binned pixels of reserve() at most.
+    /// Row `image_row` of the binned image of `frame`, as digital numbers of its ADC: a sum saturates at the
+    /// largest number of `format` or of the ADC, whichever is larger; an average rounds half up, once for
+    /// both directions. Valid until the next call. `width` is in binned pixels, at most that of reserve().
     std::span<const std::uint16_t> row(const Frame& frame, std::int32_t image_row, std::int32_t width,
                                        PixelFormat format, const Binning& binning) noexcept;
 

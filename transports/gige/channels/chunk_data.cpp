@@ -39,10 +39,10 @@ std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
     }
 }
 
-/// Writes numbers one after the other.
-class Pen {
+/// Encoder of consecutive big-endian numbers.
+class BigEndianWriter {
 public:
-    explicit Pen(std::uint8_t* at) : at_(at) {}
+    explicit BigEndianWriter(std::uint8_t* at) : at_(at) {}
     void u32(std::uint32_t v) {
         store_be32(at_, v);
         at_ += 4;
@@ -99,111 +99,111 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
     const auto device_time = [&](Time t) {
         return static_cast<std::uint64_t>(t.ns + info.tai_offset_ns - timestamp_origin_ns);
     };
-    Pen pen(out.data());
+    BigEndianWriter writer(out.data());
     if (tag_image) {
-        pen.u32(chunk_id_base);
-        pen.u32(static_cast<std::uint32_t>(image_bytes));
+        writer.u32(chunk_id_base);
+        writer.u32(static_cast<std::uint32_t>(image_bytes));
     }
     for (unsigned i = 0; i < chunk_count; ++i) {
         if ((selection >> i & 1) == 0) continue;
         const auto chunk = static_cast<Chunk>(i);
-        const std::uint8_t* const begin = pen.at();
+        const std::uint8_t* const begin = writer.at();
         switch (chunk) {
         case Chunk::timestamp:
-            pen.u64(device_time(info.trigger_edge));
+            writer.u64(device_time(info.trigger_edge));
             break;
         case Chunk::exposure_time:
-            pen.f64(static_cast<double>(info.exposure_ns) / 1000);
+            writer.f64(static_cast<double>(info.exposure_ns) / 1000);
             break;
         case Chunk::gain:
-            pen.f64(info.gain_db);
+            writer.f64(info.gain_db);
             break;
         case Chunk::frame_id:
-            pen.u64(frame_id);
+            writer.u64(frame_id);
             break;
         case Chunk::width:
-            pen.i32(image.width);
+            writer.i32(image.width);
             break;
         case Chunk::height:
-            pen.i32(image.height);
+            writer.i32(image.height);
             break;
         case Chunk::offset_x:
-            pen.i32(image.x);
+            writer.i32(image.x);
             break;
         case Chunk::offset_y:
-            pen.i32(image.y);
+            writer.i32(image.y);
             break;
         case Chunk::pixel_format:
-            pen.u32(static_cast<std::uint32_t>(info.pixel_format));
+            writer.u32(static_cast<std::uint32_t>(info.pixel_format));
             break;
         case Chunk::trigger_id:
-            pen.u64(info.trigger_id);
+            writer.u64(info.trigger_id);
             break;
         case Chunk::frame_flags:
-            pen.u32(reported_flags(frame));
+            writer.u32(reported_flags(frame));
             break;
         case Chunk::regions:
-            pen.u32(info.window_count);
-            pen.u32(0);
+            writer.u32(info.window_count);
+            writer.u32(0);
             for (std::uint32_t w = 0; w < max_windows; ++w) {
                 const FrameWindow window = w < info.window_count ? info.windows[w] : FrameWindow{};
-                pen.i32(window.sensor.x);
-                pen.i32(window.sensor.y);
-                pen.i32(window.sensor.width);
-                pen.i32(window.sensor.height);
-                pen.i32(window.image_y / binning.vertical);
-                pen.u32(w < info.window_count ? frame.window_flags(w) : 0);
+                writer.i32(window.sensor.x);
+                writer.i32(window.sensor.y);
+                writer.i32(window.sensor.width);
+                writer.i32(window.sensor.height);
+                writer.i32(window.image_y / binning.vertical);
+                writer.u32(w < info.window_count ? frame.window_flags(w) : 0);
                 for (const std::int64_t ns :
                      {window.exposure_requested_ns, window.exposure_min_ns, window.exposure_max_ns})
-                    pen.u64(static_cast<std::uint64_t>(ns));
+                    writer.u64(static_cast<std::uint64_t>(ns));
             }
             break;
         case Chunk::row_times:
-            pen.i32(image.height);
-            pen.u32(0);
+            writer.i32(image.height);
+            writer.u32(0);
             for (std::int32_t row = 0; row < image.height; ++row) {
                 const auto rows = frame.row_times().subspan(static_cast<std::size_t>(row * binning.vertical),
                                                             static_cast<std::size_t>(binning.vertical));
-                pen.u64(device_time(rows.front().reset));
-                pen.u64(device_time(rows.back().read));
+                writer.u64(device_time(rows.front().reset));
+                writer.u64(device_time(rows.back().read));
             }
             break;
         case Chunk::line_status_all:
-            pen.u32(info.line_status);
+            writer.u32(info.line_status);
             break;
         case Chunk::sequencer_set_active:
-            pen.u32(info.sequence_step);
+            writer.u32(info.sequence_step);
             break;
         case Chunk::region_id:
-            pen.u32(info.window_count);
+            writer.u32(info.window_count);
             for (std::uint32_t w = 0; w < max_windows; ++w)
-                pen.u32(w < info.window_count ? regions[info.windows[w].request % max_windows] : 0U);
+                writer.u32(w < info.window_count ? regions[info.windows[w].request % max_windows] : 0U);
             break;
         case Chunk::ground_truth: {
             const GroundTruth& truth = info.truth;
-            pen.u64(device_time(truth.mid_exposure));
-            pen.pose(truth.camera);
-            pen.vector(truth.sun_position_m);
-            pen.u64(truth.seed);
-            pen.u32(truth.body_count);
-            pen.u32(0);
+            writer.u64(device_time(truth.mid_exposure));
+            writer.pose(truth.camera);
+            writer.vector(truth.sun_position_m);
+            writer.u64(truth.seed);
+            writer.u32(truth.body_count);
+            writer.u32(0);
             for (std::uint32_t b = 0; b < max_truth_bodies; ++b) {
                 if (b < truth.body_count) {
-                    pen.bytes(truth.bodies[b].name.data(), 32);
-                    pen.pose(truth.bodies[b].pose);
+                    writer.bytes(truth.bodies[b].name.data(), 32);
+                    writer.pose(truth.bodies[b].pose);
                 } else {
-                    pen.zeros(truth_body_bytes);
+                    writer.zeros(truth_body_bytes);
                 }
             }
             break;
         }
         }
-        const auto bytes = static_cast<std::size_t>(pen.at() - begin);
+        const auto bytes = static_cast<std::size_t>(writer.at() - begin);
         assert(bytes == data_bytes(chunk, image.height));
-        pen.u32(chunk_id(static_cast<Chunk>(i)));
-        pen.u32(static_cast<std::uint32_t>(bytes));
+        writer.u32(chunk_id(static_cast<Chunk>(i)));
+        writer.u32(static_cast<std::uint32_t>(bytes));
     }
-    const auto written = static_cast<std::size_t>(pen.at() - out.data());
+    const auto written = static_cast<std::size_t>(writer.at() - out.data());
     assert(written <= out.size());
     return written;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chunk data: what the camera says about a frame, appended to its pixels and read through the GenICam XML.
+// Chunk data: metadata of a frame, appended to its pixels and read through the GenICam XML.
 #pragma once
 
 #include "core/frame.hpp"
@@ -13,15 +13,15 @@
 
 namespace obscura::transports::gige {
 
-/// The number of the region behind each window that was asked for: regions that are off leave gaps.
+/// Region number of each requested window; disabled regions leave gaps.
 using RegionNumbers = std::array<std::uint8_t, max_windows>;
 
 /// Bytes of the chunks in `selection` with their tags, the image's tag included; 0 for an empty selection.
 [[nodiscard]] std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept;
 
 /// Writes the image's tag (when `tag_image`) and the selected chunks; `out` has room for chunk_bytes().
-/// `timestamp_origin_ns` is taken from TAI to get device time. A binned row is reset with the first of its
-/// rows and read with the last; regions are in sensor pixels still.
+/// Device time is TAI minus `timestamp_origin_ns`. The reset of a binned row is that of its first sensor row,
+/// the readout that of the last; regions stay in sensor pixels.
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
                          std::int64_t timestamp_origin_ns, const RegionNumbers& regions,

@@ -14,7 +14,7 @@ const FaultRule* FaultInjector::strikes(Fault fault, std::uint64_t frame,
         if (rule.fault != fault || frame < rule.first_frame) continue;
         if (rule.last_frame != 0 && frame > rule.last_frame) continue;
         if (rule.every_frames > 1 && (frame - rule.first_frame) % rule.every_frames != 0) continue;
-        // A burst is drawn once for all its packets.
+        // All packets of a burst share one random number.
         const std::uint32_t draw = packet / std::max(rule.burst, 1U);
         const auto words =
             philox4x32({static_cast<std::uint32_t>(frame), static_cast<std::uint32_t>(frame >> 32), draw,

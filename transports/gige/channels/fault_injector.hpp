@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults on purpose: which packet or frame a rule strikes is a pure function of seed, block and packet.
+// Fault injector: the packets and frames that a rule strikes are a pure function of seed, block and packet.
 #pragma once
 
 #include "transports/gige/wire/fault.hpp"
@@ -10,7 +10,7 @@
 
 namespace obscura::transports::gige {
 
-/// Evaluates rules; const and pure, any thread.
+/// Evaluates fault rules. strikes() is thread-safe and real-time safe while the rules do not change.
 class FaultInjector {
 public:
     void set_rules(std::vector<FaultRule> rules) { rules_ = std::move(rules); }

@@ -12,11 +12,12 @@ namespace {
 
 // Ethernet header, frame check, preamble and gap around each IP datagram.
 constexpr std::int64_t ethernet_overhead_bytes = 38;
-// Batches of paced packets span about this long: short enough to look even, long enough to be worth a sleep.
+// Time span of a batch of paced packets: short enough for even spacing, long enough to outweigh the cost of a
+// sleep.
 constexpr std::int64_t paced_batch_ns = 100 * ns_per_us;
-// How often a block may be sent again in total, so that forged requests cannot turn the camera into a cannon:
-// for who has the receiver's address but another port, and for the receiver. What the first asks for does not
-// use up what the second needs.
+// Resend budget of a block, in multiples of its packets, against amplification by spoofed requests: {same
+// host, other port; receiver or controller}, indexed by ResendRequest::trusted. The budgets are separate, so
+// that untrusted requests do not use up that of the receiver.
 constexpr std::array<std::uint32_t, 2> resend_budget{1, 4};
 
 } // namespace
@@ -48,7 +49,7 @@ void GvspSender::stop() {
     for (FrameRef left; queue_.pop(left);)
         counters_.dropped.fetch_add(1, std::memory_order_relaxed);
     session_ = nullptr;
-    owned_session_.reset(); // gives the history's frames back to their pool
+    owned_session_.reset(); // returns the frames of the history to their pool
     socket_.close();
 }
 
@@ -118,7 +119,7 @@ void GvspSender::abort() noexcept {
 }
 
 bool GvspSender::idle() const noexcept {
-    // In this order: the sender says that it works before it takes from the queue.
+    // In this order: the sender sets working_ before it takes a frame from the queue.
     return queue_.empty() && !working_.load(std::memory_order_seq_cst);
 }
 
@@ -141,7 +142,7 @@ void GvspSender::resend(const ResendRequest& request) noexcept {
 }
 
 bool GvspSender::send_test_packet(const StreamConfig& config) noexcept {
-    // On a socket of its own: the stream's belongs to the sender thread. Same address, any source port.
+    // Use another socket, because the stream's belongs to the sender thread. Same address, any source port.
     try {
         PacketSocket once;
         once.open(network_, 1U << 20);
@@ -189,7 +190,7 @@ void GvspSender::install_session() noexcept {
     socket_.set_do_not_fragment(next->config.do_not_fragment);
     for (ResendRequest stale; resends_.pop(stale);) {
     }
-    // Only now may the control thread free the session before.
+    // Release the previous session: the control thread may free it from now on.
     incoming_.store(nullptr, std::memory_order_release);
     rest_.notify();
 }
@@ -207,7 +208,7 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     Block& block = session_->blocks[session_->frames % session_->blocks.size()];
     if (!prepare(block, frame)) return false;
     const Time edge = frame->info.trigger_edge;
-    ++session_->frames; // from here on in the history
+    ++session_->frames; // puts the block into the history
     if (fault(Fault::skip_frame, block) != nullptr) {
         block.frame = block.live = {};
         counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
@@ -235,7 +236,7 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     const Time now = clock_.now();
     counters_.trigger_to_last.add(now - edge);
     frame->info.note_transmit(slot_, now);
-    // What goes out is not what was asked for: cut short or a repetition.
+    // Report a frame that was cut short or repeats another.
     if (!frame->complete() || (frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
         post(Event::error, block, clock_.now());
     const auto rows = frame->row_times();
@@ -250,7 +251,7 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     block.sent = 0;
     block.resent = {};
     block.count = session_->frames + 1;
-    // The producer numbers all frames, those too that nobody could take.
+    // The producer also numbers frames that no transport accepted.
     const std::uint64_t before = std::exchange(session_->last_frame_id, frame->info.frame_id);
     block.flags = before != 0 && frame->info.frame_id > before + 1 ? gvsp_flag::previous_block_dropped : 0;
     std::uint64_t shown_id = block.count;
@@ -262,7 +263,7 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     if (old && fault(Fault::freeze_frame, block) != nullptr && old->info.width == frame->info.width &&
         old->info.height == frame->info.height && old->info.pixel_format == frame->info.pixel_format)
         block.frame = old;
-    // Geometry and chunks are the picture's, the time stamp is the trigger's.
+    // Geometry and chunks describe the pixels sent, the time stamp is that of the submitted frame's trigger.
     const FrameInfo& info = block.frame->info;
     if (!block.payload.begin(*block.frame, info.frame_id, session_->packet_payload)) {
         block.frame = block.live = {};
@@ -290,7 +291,7 @@ void GvspSender::write_trailer(Block& block) noexcept {
 
 bool GvspSender::send_payload(Block& block) noexcept {
     const std::uint32_t end = block.payload.packets() + 1; // payload has the ids 1 .. end - 1
-    std::uint32_t held = 0;                                // by a reorder fault
+    std::uint32_t held = 0;                                // id delayed by a reorder fault; 0: none
     Time due = clock_.now();
     while (block.sent < end) {
         const std::uint32_t seen = wake_.value();
@@ -298,7 +299,7 @@ bool GvspSender::send_payload(Block& block) noexcept {
         serve_resends();
         block.payload.update(*block.frame);
         std::uint32_t ready = block.payload.ready_packets();
-        // A frozen picture still leaves at the pace of the readout.
+        // Send a frozen image at the pace of the submitted frame's readout.
         const Frame& live = *block.live;
         if (&live != block.frame.get() && !live.complete() && !live.abandoned())
             ready = std::min(ready, static_cast<std::uint32_t>(std::uint64_t{block.payload.packets()} *
@@ -312,7 +313,7 @@ bool GvspSender::send_payload(Block& block) noexcept {
         }
         pace(due, until - block.sent);
         for (std::uint32_t id = block.sent; id < until; ++id) {
-            // One that changes places waits for the next, which may be in another batch.
+            // A reordered packet waits for its successor, which may be in another batch.
             if (held == 0 && id + 1 < end && fault(Fault::reorder, block, id) != nullptr) {
                 held = id;
                 continue;
@@ -333,7 +334,7 @@ void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
         const Time now = clock_.now();
         if (giving_up()) return;
         if (now >= due) {
-            // A schedule that fell behind because rows were late is not made up for by a burst.
+            // Restart a schedule that fell behind because rows were late: catching up would be a burst.
             if (now - due > ns_per_ms) due = now;
             break;
         }
@@ -345,7 +346,7 @@ void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
 }
 
 void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt) noexcept {
-    // The scratch packet is in use until a flush.
+    // A corrupted packet that is still queued occupies the scratch buffer.
     if (corrupt) socket_.flush();
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
@@ -387,7 +388,7 @@ void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent,
 
 void GvspSender::queue_error(const ResendRequest& request, Status status, std::uint16_t flags) noexcept {
     counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
-    // It goes to the receiver, who takes it as the end of all hope for the block: not because others ask.
+    // A receiver may give the block up when it gets an error, so untrusted requests do not cause one.
     if (!request.trusted) return;
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
     std::uint8_t* header = headers_[socket_.queued()].data();
@@ -405,13 +406,14 @@ void GvspSender::serve_resends() noexcept {
 }
 
 void GvspSender::serve_resend(const ResendRequest& request) noexcept {
-    // Cut to the 16 bits of the stream, an answer would be about another block.
+    // Truncated to the stream's 16-bit ids, the answer would name another block.
     if (!session_->config.extended_ids && request.block_id > 0xFFFF) return;
     Block* found = nullptr;
     for (Block& b : session_->blocks)
         if (b.count != 0 && b.frame && b.wire_id == request.block_id) found = &b;
-    // Receivers take a packet of a block long past for a jump of the stream and throw away every block that
-    // follows, so a forged request could stop it. Likewise an answer about a block that never was.
+    // Receivers take a packet of a block long past for a jump of the stream and discard every block that
+    // follows, so a spoofed request could stop the stream. The same holds for an answer about a block that
+    // never existed.
     constexpr std::uint64_t recent = 64;
     const std::uint64_t newest = wire_block_id(session_->frames, session_->config.extended_ids);
     const std::uint64_t age = session_->config.extended_ids
@@ -432,7 +434,7 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
     const std::uint32_t last = std::min(request.last, last_of_block);
     for (std::uint32_t id = request.first; id <= last; ++id) {
         if (id >= found->sent) {
-            // Of the block in work: the client takes this for "wait", any other refusal for "never".
+            // A packet that is not sent yet: the client waits on this status and gives up on any other.
             ResendRequest rest = request;
             rest.first = id;
             queue_error(rest, Status::packet_not_yet_available);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stream thread: frames in, GVSP packets out, and the last blocks kept for resends.
+// GVSP stream sender: turns frames into packets on one thread and keeps the last blocks for resends.
 #pragma once
 
 #include "core/clock.hpp"
@@ -29,12 +29,12 @@ struct SenderCounters {
     LatencyHistogram trigger_to_first, trigger_to_last;
 };
 
-/// Sends each block as its rows become ready and answers resends between batches, all on one thread, so that
-/// packets of different origin never race. A block is in the history before its first packet leaves. After
-/// start() the thread neither allocates, locks nor logs; begin() allocates on the control thread.
+/// Sends each block as its rows become ready and answers resend requests between batches, all on one thread,
+/// so that packets of different origin never race. A block is in the history before its first packet is sent.
+/// After start() the thread neither allocates, locks nor logs; begin() allocates on the control thread.
 class GvspSender final : public StreamPort {
 public:
-    /// `slot`: of the camera in TransmitTimestamps.
+    /// `slot`: index of the camera in TransmitTimestamps.
     GvspSender(const GigeSettings& settings, const NetworkInterface& network, MessageChannel& messages,
                const Clock& clock, const ThreadSettings& thread = {}, std::size_t slot = 0);
     ~GvspSender() override { stop(); }
@@ -58,16 +58,17 @@ public:
     [[nodiscard]] const PacketSocket& socket() const noexcept { return socket_; }
 
 private:
-    /// A frame on its way out or kept for resends.
+    /// A frame that is being sent or kept for resends.
     struct Block {
-        FrameRef frame; // whose picture goes out
-        FrameRef live;  // while it is sent: the frame that was to go out; another only under freeze_frame
+        FrameRef frame; // its pixels are sent
+        // The submitted frame, while it is sent; differs from `frame` only under freeze_frame.
+        FrameRef live;
         std::uint64_t count = 0;   // from 1; 0: unused
-        std::uint64_t wire_id = 0; // as the client knows it
+        std::uint64_t wire_id = 0; // block id on the wire
         std::uint16_t flags = 0;   // of its packets
         Payload payload;
-        std::uint32_t sent = 0; // packets that have left or were left out on purpose: ids below this
-        // Packets sent again so far, for others and for those whom the stream is for.
+        std::uint32_t sent = 0; // packets with ids below this are sent or withheld by a fault
+        // Packets resent so far, by ResendRequest::trusted.
         std::array<std::uint32_t, 2> resent{};
         std::array<std::uint8_t, gvsp_max_leader> leader{};
         std::array<std::uint8_t, gvsp_max_trailer> trailer{};
@@ -83,8 +84,8 @@ private:
         std::vector<Block> blocks; // ring; the newest is blocks[(frames - 1) % size]
         std::vector<std::uint8_t> zeros;
         std::vector<std::uint8_t> scratch; // one packet, for corrupting it
-        FrameRef shown;                    // with fault rules: the last frame that went out unfrozen
-        std::uint64_t last_frame_id = 0;   // of the producer's
+        FrameRef shown;                    // with fault rules: the last frame sent without freeze_frame
+        std::uint64_t last_frame_id = 0;   // id that the producer gave to the last frame
         std::uint64_t frames = 0;          // sent so far on this channel; the newest block's count
     };
 

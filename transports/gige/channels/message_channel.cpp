@@ -137,7 +137,7 @@ void MessageChannel::deliver(const EventMessage& message, const MessageConfig& c
             if (left <= 0) break;
             heartbeat_.beat();
             pollfd p{socket_.get(), POLLIN, 0};
-            // Short naps, so that stop() is not kept waiting.
+            // Wait in short steps, so that stop() returns soon.
             if (poll(&p, 1, static_cast<int>(std::min<long>(left, 50))) <= 0) continue;
             std::array<std::uint8_t, 64> answer{};
             sockaddr_in from{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The message channel: tells the controlling application of events, again and again until it acknowledges.
+// GVCP message channel: sends events to the controlling application and repeats them until it acknowledges.
 #pragma once
 
 #include "core/event_count.hpp"
@@ -19,19 +19,20 @@ namespace obscura::transports::gige {
 
 struct EventMessage {
     Event event = Event::test;
-    std::uint64_t block_id = 0;     ///< 0: of no block
+    std::uint64_t block_id = 0;     ///< 0: not about a block
     std::uint64_t timestamp_ns = 0; ///< device time
 };
 
-/// Where and how stubbornly to notify.
+/// Destination and retries of event messages.
 struct MessageConfig {
     std::uint32_t destination_ip = 0;
     std::uint16_t destination_port = 0; ///< 0: channel closed
-    std::uint32_t timeout_ms = 300;     ///< 0: no acknowledge wanted
+    std::uint32_t timeout_ms = 300;     ///< 0: no acknowledge is requested
     std::uint32_t retries = 3;
 };
 
-/// A thread of its own, because waiting for acknowledges must hold up neither control nor stream.
+/// Sender of event messages. Has a thread of its own, because waiting for acknowledges must delay neither
+/// control nor stream.
 class MessageChannel {
 public:
     explicit MessageChannel(const NetworkInterface& network) : network_(network) {}
@@ -45,8 +46,8 @@ public:
     [[nodiscard]] bool enabled(Event e) const noexcept {
         return (enabled_.load(std::memory_order_relaxed) >> static_cast<unsigned>(e) & 1) != 0;
     }
-    /// Any thread; neither blocks, locks nor allocates. Events that are not enabled are nothing; what does
-    /// not fit the queue is counted as lost.
+    /// Queues an event; ignores it when it is not enabled, and counts it as lost when the queue is full.
+    /// Thread-safe, real-time safe.
     void post(const EventMessage& message) noexcept;
     [[nodiscard]] std::uint16_t source_port() const noexcept { return port_; }
 
@@ -59,7 +60,7 @@ private:
     void deliver(const EventMessage& message, const MessageConfig& config);
     bool pop(EventMessage& message) noexcept;
 
-    // Vyukov's bounded queue: each cell carries the turn on which it may be written or read.
+    // Vyukov's bounded queue: each cell holds the turn at which it may be written or read.
     static constexpr std::size_t capacity = 256;
     struct Cell {
         std::atomic<std::size_t> turn{0};

@@ -85,8 +85,8 @@ NetworkInterface find_interface(const std::string& wanted) {
         found->broadcast = found->address | ~mask;
         found->loopback = loopback;
         ask_kernel(*found);
-        // Every camera needs a hardware address of its own; clients tell devices apart by it. 0x02: locally
-        // administered.
+        // Every camera needs its own hardware address, because clients distinguish devices by it. 0x02:
+        // locally administered.
         if (found->mac == 0 || !first_of_interface || found->address != ip)
             found->mac = 0x024F00000000ULL | found->address;
     }

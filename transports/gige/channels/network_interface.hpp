@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network interface a camera lives on: found by name or by one of its IPv4 addresses.
+// Network interface of a camera, found by name or by one of its IPv4 addresses.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ struct NetworkInterface {
     int index = 0;
     std::uint32_t address = 0, mask = 0, broadcast = 0;
     std::uint32_t mtu = 1500;
-    std::uint64_t mac = 0;             ///< 48 bits; made up from the address where the interface has none
-    std::uint32_t speed_mbit_s = 1000; ///< as the kernel reports it; 10000 where it does not know
+    std::uint64_t mac = 0;             ///< 48 bits; derived from `address` if the interface has none
+    std::uint32_t speed_mbit_s = 1000; ///< as the kernel reports it; 10000 if it reports none
     bool loopback = false;
 
     /// Whether `ip` can be reached without a router.

@@ -13,7 +13,7 @@ namespace obscura::transports::gige {
 
 SendBackend choose_backend(SendBackend wanted, const NetworkInterface& network) {
     if (wanted != SendBackend::automatic) return wanted;
-    // A real card has a device behind it; lo, veth, bridges and taps have none.
+    // Network cards have a device entry in sysfs; lo, veth, bridges and taps have none.
     const std::string device = "/sys/class/net/" + network.name + "/device";
     const bool card = !network.loopback && access(device.c_str(), F_OK) == 0;
     return card ? SendBackend::gso : SendBackend::sendmmsg;
@@ -22,7 +22,7 @@ SendBackend choose_backend(SendBackend wanted, const NetworkInterface& network) 
 void PacketSocket::open(const NetworkInterface& network, std::size_t send_buffer_bytes) {
     fd_ = FileDescriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     if (fd_.get() < 0)
-        throw HardwareError(fmt::format("gige: no socket to be had: {}", std::strerror(errno)));
+        throw HardwareError(fmt::format("gige: cannot open a stream socket: {}", std::strerror(errno)));
     sockaddr_in a{};
     a.sin_family = AF_INET;
     a.sin_addr.s_addr = htonl(network.address);
@@ -34,7 +34,7 @@ void PacketSocket::open(const NetworkInterface& network, std::size_t send_buffer
     port_ = ntohs(a.sin_port);
     const int buffer = static_cast<int>(std::min<std::size_t>(send_buffer_bytes, 1U << 30));
     setsockopt(fd_.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
-    // A link that stands still must not hold the sender for ever.
+    // A stalled link must not block the sender for ever.
     timeval patience{};
     patience.tv_usec = 50'000;
     setsockopt(fd_.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
@@ -100,7 +100,7 @@ void PacketSocket::coalesce() noexcept {
         message.msg_namelen = sizeof destination_;
         message.msg_iov = &gso_pieces_[used];
         std::size_t packets = 0;
-        // All segments have the first one's size; a shorter one may only be the last.
+        // All segments have the size of the first; only the last may be shorter.
         for (bool open = true; open && i < queued_ && packets < std::max<std::size_t>(most, 1); ++i) {
             const std::size_t n = bytes_of(i);
             if (n > size) break;
@@ -143,7 +143,8 @@ void PacketSocket::flush() noexcept {
             queued_ = 0;
             return;
         }
-        // The path does not take super-packets (or not this one): the rest one by one, and no more of them.
+        // The path refuses super-packets, or this one: send the remaining packets singly and use no further
+        // ones.
         backend_ = SendBackend::sendmmsg;
         std::size_t first = 0;
         for (std::size_t i = 0; i < done; ++i)
@@ -165,7 +166,8 @@ void PacketSocket::send_queued(std::size_t first) noexcept {
         done += n;
         if (n != 0 || errno == EINTR) continue;
         if ((errno == EAGAIN || errno == EWOULDBLOCK) && ++timeouts < 4) continue;
-        // This one cannot be sent (link down, no route, too big): it is lost as it would be on the wire.
+        // Count a packet that cannot be sent (link down, no route, too big) as lost, as it would be on the
+        // wire.
         ++errors;
         ++done;
     }

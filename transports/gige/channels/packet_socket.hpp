@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stream's UDP socket: collects packets as header and body pieces and sends them in batches.
+// UDP socket of the stream: collects packets as header and body pieces and sends them in batches.
 #pragma once
 
 #include "core/file_descriptor.hpp"
@@ -17,11 +17,11 @@
 
 namespace obscura::transports::gige {
 
-/// What `wanted` is on this interface; never automatic.
+/// Backend for this interface; resolves SendBackend::automatic.
 [[nodiscard]] SendBackend choose_backend(SendBackend wanted, const NetworkInterface& network);
 
-/// Nothing is copied: the pieces must stay where they are until flush(). Neither add() nor flush() allocates,
-/// locks or throws. One thread at a time.
+/// Batching sender of UDP packets. Nothing is copied: the pieces must stay valid until flush(). Neither add()
+/// nor flush() allocates, locks or throws. Thread-bound except for the counters.
 class PacketSocket {
 public:
     static constexpr std::size_t batch_packets = 64;
@@ -43,7 +43,7 @@ public:
 
     [[nodiscard]] std::uint64_t packets() const noexcept { return packets_.load(std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_.load(std::memory_order_relaxed); }
-    /// Packets the kernel refused.
+    /// Packets that the kernel refused.
     [[nodiscard]] std::uint64_t errors() const noexcept { return errors_.load(std::memory_order_relaxed); }
 
 private:

@@ -31,7 +31,7 @@ constexpr std::size_t byte_group = 8;
 
 std::size_t payload_size(PixelFormat pixel_format, std::int64_t pixels, std::int32_t rows, bool multipart,
                          std::uint32_t chunks) noexcept {
-    // Every part of a packed format may end in a byte that is not full.
+    // Every part of a packed format may end in a partly filled byte.
     return packed_bytes(pixel_format, pixels) + (multipart ? max_windows : 0) + chunk_bytes(chunks, rows);
 }
 
@@ -82,7 +82,7 @@ bool Payload::begin(const Frame& frame, std::uint64_t frame_id, std::size_t pack
 
     std::size_t chunks = chunk_bytes(format_.chunks, image_.height);
     if (chunks > 0 && format_.multipart) {
-        chunks -= chunk_tag_bytes; // no image in the chunk part, so no tag of one
+        chunks -= chunk_tag_bytes; // the chunk part has no image and no tag of one
         parts_[part_count_++] = {image_bytes_, chunks, 0, 0, max_windows};
     } else if (chunks > 0) {
         parts_[0].bytes += chunks;
@@ -133,7 +133,7 @@ void Payload::finish_part(const Frame& frame) noexcept {
 
 void Payload::update(const Frame& frame) noexcept {
     if (done()) return;
-    // Before the rows: what was published before the producer gave up is then certainly seen.
+    // Read this before the row count, so that all rows published before the frame was abandoned are seen.
     const bool abandoned = frame.abandoned();
     const std::int32_t ready = frame.rows_ready();
     const FrameInfo& info = frame.info;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of one block: pixels laid out for the wire as rows become ready, chunks after them, cut into
-// packets.
+// Payload of one GVSP block: pixels in wire format as rows become ready, then chunks, divided into packets.
 #pragma once
 
 #include "core/frame.hpp"
@@ -16,30 +15,30 @@
 
 namespace obscura::transports::gige {
 
-/// What a client chose for its stream and what bounds it.
+/// Payload options that a client chose for its stream, and size limits.
 struct PayloadFormat {
     bool multipart = false;    ///< one part per sensor window instead of the composed image
-    bool packs_pixels = false; ///< the pixel format is not what a Frame holds
+    bool packs_pixels = false; ///< the pixel format differs from that of a Frame
     std::uint32_t chunks = 0;  ///< selection, see Chunk
     std::size_t max_image_bytes = 0;
     std::int32_t max_width = 0, max_height = 0;
     std::int64_t timestamp_origin_ns = 0;
     RegionNumbers regions{};
-    Binning binning; ///< none together with multipart
+    Binning binning; ///< inactive with multipart
 };
 
-/// Pixels are not copied where the frame holds them as they go out; else they are packed once, each row when
-/// it is ready. One thread; only reserve() allocates.
+/// Pixels are not copied if the frame holds them in wire format; otherwise each row is packed once, when it
+/// is ready. Thread-bound; only reserve() allocates.
 class Payload {
 public:
     using Part = PayloadPart;
-    /// A stretch of the payload in up to three pieces of memory.
+    /// A range of the payload in up to three pieces of memory.
     using Pieces = std::array<std::span<const std::uint8_t>, 3>;
 
     void reserve(const PayloadFormat& format);
-    /// Lays `frame` out for packets of `packet_bytes`. False when it does not fit what was reserved.
+    /// Lays `frame` out for packets of `packet_bytes`. Returns false when it does not fit what was reserved.
     bool begin(const Frame& frame, std::uint64_t frame_id, std::size_t packet_bytes) noexcept;
-    /// Takes up the rows that have become ready since; after an abandoned frame's last row come zeros.
+    /// Adds the rows that have become ready since the last call; zeros follow an abandoned frame's last row.
     void update(const Frame& frame) noexcept;
 
     [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
@@ -49,13 +48,13 @@ public:
     [[nodiscard]] std::span<const Part> parts() const noexcept { return {parts_.data(), part_count_}; }
     /// The part that holds packet `i`.
     [[nodiscard]] const Part& part_of(std::uint32_t i) const noexcept;
-    /// Contents of packet `i`; `zeros` is at least packet_bytes of zeros. `offset` is where they lie in the
-    /// payload.
+    /// Contents of packet `i`; `zeros` is at least packet_bytes of zeros. `offset` becomes their position in
+    /// the payload.
     [[nodiscard]] Pieces packet(std::uint32_t i, std::span<const std::uint8_t> zeros,
                                 std::size_t& offset) const noexcept;
     [[nodiscard]] std::uint32_t chunks() const noexcept { return format_.chunks; }
     [[nodiscard]] bool multipart() const noexcept { return format_.multipart; }
-    /// The image as the client gets it: its first window's offset, its own size.
+    /// The image as sent: offset of the first window, size of the whole image.
     [[nodiscard]] const Region& image() const noexcept { return image_; }
 
 private:
@@ -75,7 +74,7 @@ private:
     std::uint32_t packets_ = 0;
     std::array<Part, max_parts> parts_{};
     std::size_t part_count_ = 0;
-    // Packing: where the next row goes.
+    // Packing: position of the next row.
     std::size_t packing_part_ = 0;
     std::int32_t packing_row_ = 0; // of the part
     std::size_t carried_ = 0;      // pixels in carry_ that do not yet fill whole bytes
