@@ -84,7 +84,7 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
         last_reply_bytes_ = reply.size();
     }
     if (!request.wants_ack() || reply.empty()) return {};
-    // Answers longer than their question are what an amplifier is made of.
+    // Limit answers longer than their request: only they amplify.
     if (reply.size() > datagram.size() && !policy_.spend(from.ip, reply.size(), now)) {
         counters_.throttled.fetch_add(1, std::memory_order_relaxed);
         return {};
@@ -101,7 +101,7 @@ std::span<const std::uint8_t> ControlPort::postpone(std::span<const std::uint8_t
     pending_peer_ = from;
     pending_due_ = now + std::int64_t{delay_ms} * ns_per_ms;
     if (!device_.announces_slow_commands()) return {};
-    // The client is to wait half as long again as we mean to take.
+    // Announce 1.5 times the delay and 100 ms more, so that the client does not give up early.
     const std::uint16_t id = load_be16(reply.data() + 6);
     store_be16(reply_.data(), static_cast<std::uint16_t>(Status::success));
     store_be16(reply_.data() + 2, static_cast<std::uint16_t>(Command::pending_ack) + 1);
@@ -155,7 +155,7 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
         return acknowledge(request, Status::access_denied);
     };
     const bool locked_out = (privilege_ & privilege::exclusive) != 0 && !is_controller(from);
-    // Anybody may try to take control; everything else is for who has it.
+    // Every source may request control; all other writes require it.
     const auto may_write = [&](std::uint32_t address) {
         return is_controller(from) || address == reg::control_privilege;
     };
@@ -211,10 +211,10 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
 }
 
 Status ControlPort::force_ip(const ForceIpRequest& wanted) const {
-    // Nobody moves a camera from under its application.
+    // The address of a controlled device stays.
     if (controlled()) return Status::access_denied;
-    // The host's address is the host's business: the camera can be told to be where it is, or to configure
-    // itself as ever (address 0), which comes to the same.
+    // The host owns its address: FORCEIP can only confirm it or request the usual configuration (address 0),
+    // which leaves it unchanged.
     const bool stays = wanted.ip == 0 || (wanted.ip == network_.address && wanted.mask == network_.mask);
     return stays ? Status::success : Status::invalid_parameter;
 }
@@ -225,7 +225,7 @@ Status ControlPort::write_privilege(std::uint32_t value) {
     if ((bits & ~known) != 0) return Status::invalid_parameter;
     if (read_only_) return Status::access_denied;
     if (controlled() && !is_controller(asking_)) {
-        // Switchover: the controller has left the door open for whoever knows the key.
+        // Switchover: the controller has permitted takeover by an application that presents the key.
         const bool open = (privilege_ & privilege::switchover_enable) != 0 && bits != 0 &&
                           value >> 16 == bank_.peek(reg::switchover_key);
         if (!open) return Status::access_denied;

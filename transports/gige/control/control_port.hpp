@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The control channel without its sockets: datagram in, datagram out, with privilege, heartbeat and retries.
+// GVCP control channel without sockets: answers datagrams; privilege, heartbeat, retries, PENDING_ACK.
 #pragma once
 
 #include "core/time.hpp"
@@ -14,21 +14,21 @@
 
 namespace obscura::transports::gige {
 
-/// Who sent a datagram; host byte order.
+/// Sender of a datagram; host byte order.
 struct Peer {
     std::uint32_t ip = 0;
     std::uint16_t port = 0;
     constexpr bool operator==(const Peer&) const = default;
 };
 
-/// Counted for the log and for tests.
+/// Counters of datagrams and of losses of control; readable from any thread.
 struct ControlCounters {
     std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_lost{0},
         throttled{0}, muted{0};
 };
 
-/// Runs requests against a Device and decides who may. Control thread only, but for counters() and
-/// controller().
+/// Checks the rights of requests and executes them on a Device. Thread-bound: control thread, except
+/// counters().
 class ControlPort {
 public:
     ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network);
@@ -38,7 +38,7 @@ public:
     std::span<const std::uint8_t> handle(std::span<const std::uint8_t> datagram, Peer from, bool broadcast,
                                          Time now);
 
-    /// When on_timer() wants to be called; Time::max when nothing is awaited.
+    /// Time of the next call of on_timer(); INT64_MAX ns when nothing is pending.
     [[nodiscard]] Time deadline() const noexcept;
     /// The final acknowledge of a command that was first answered with PENDING_ACK, once it is due; empty
     /// otherwise.
@@ -46,7 +46,7 @@ public:
     /// Runs scheduled actions that are due, and takes control from a controller that has been
     /// silent for the heartbeat time-out.
     void on_timer(Time now);
-    /// Gives up control whoever has it (shutdown).
+    /// Ends control of the device by its controller, if any.
     void release();
 
     [[nodiscard]] const ControlCounters& counters() const noexcept { return counters_; }
@@ -69,21 +69,22 @@ private:
     const NetworkInterface network_;
     SourcePolicy policy_;
     const bool read_only_;
-    std::uint64_t commands_ = 0; // datagrams from those who may, for fault rules
+    std::uint64_t commands_ = 0; // datagrams from admitted sources, counted for fault rules
     RegisterBank& bank_;
     ControlCounters counters_;
-    Peer controller_; // ip 0: nobody
+    Peer controller_; // ip 0: none
     std::uint32_t privilege_ = 0;
     Time last_heard_;
-    Peer asking_; // sender of the request in work
+    Peer asking_; // sender of the current request
     Time asked_;
 
     std::array<std::uint8_t, gvcp_max_datagram> reply_{};
-    // The controller's latest request and its answer: a repeated request is answered again, not run again.
+    // The controller's latest request and its answer: a repeated request gets the same answer and is not
+    // executed.
     std::array<std::uint8_t, gvcp_max_datagram> last_request_{};
     std::array<std::uint8_t, gvcp_max_datagram> last_reply_{};
     std::size_t last_request_bytes_ = 0, last_reply_bytes_ = 0;
-    // A command answered with PENDING_ACK, and what to answer in the end.
+    // Final answer of a command that was answered with PENDING_ACK.
     std::array<std::uint8_t, gvcp_max_datagram> pending_reply_{};
     std::size_t pending_reply_bytes_ = 0;
     Peer pending_peer_;

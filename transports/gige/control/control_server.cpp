@@ -27,10 +27,11 @@ sockaddr_in socket_address(std::uint32_t ip, int port) {
 
 FileDescriptor bind_socket(const NetworkInterface& network, std::uint32_t ip, int port, bool broadcast) {
     FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    if (fd.get() < 0) throw HardwareError(fmt::format("gige: no socket to be had: {}", std::strerror(errno)));
+    if (fd.get() < 0)
+        throw HardwareError(fmt::format("gige: cannot open a control socket: {}", std::strerror(errno)));
     const int on = 1;
-    // Broadcasts go to every camera of the host; the unicast address is ours alone, so there a second
-    // camera is told that the port is taken.
+    // Broadcasts go to every camera of the host. The unicast address is exclusive, so that a second camera
+    // there fails with EADDRINUSE.
     if (broadcast) {
         setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
         // Without CAP_NET_RAW older kernels refuse this; discovery then also answers to other interfaces.
@@ -119,7 +120,7 @@ void ControlServer::loop() {
 }
 
 void ControlServer::serve(int fd, bool broadcast) {
-    // A bounded number per round, so that a flood cannot keep the timer and the stop event waiting.
+    // Read a bounded number per round, so that a flood cannot delay the timer and the stop event.
     for (int i = 0; i < 64; ++i) {
         std::array<std::uint8_t, 2048> datagram;
         sockaddr_in from{};
@@ -131,7 +132,7 @@ void ControlServer::serve(int fd, bool broadcast) {
         const Peer peer{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)};
         const auto reply =
             port_.handle({datagram.data(), static_cast<std::size_t>(n)}, peer, broadcast, clock_.now());
-        // Always from the camera's own address; a full socket buffer costs the client a retry.
+        // Answer from the camera's own address always; a full socket buffer costs the client a retry.
         if (!reply.empty())
             sendto(sockets_[0].get(), reply.data(), reply.size(), MSG_NOSIGNAL,
                    reinterpret_cast<const sockaddr*>(&from), from_bytes);
@@ -139,8 +140,7 @@ void ControlServer::serve(int fd, bool broadcast) {
 }
 
 void ControlServer::arm_heartbeat() {
-    // The deadline moves with every command; the timer is only set anew when it has fired or must fire
-    // sooner.
+    // The deadline moves with every command, so set the timer only when it has expired or must expire sooner.
     const Time due = port_.deadline();
     if (due.ns == INT64_MAX || due >= armed_) return;
     itimerspec spec{};

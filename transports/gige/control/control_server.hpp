@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The control thread: sockets for GVCP on one interface, and the heartbeat timer.
+// GVCP server: control thread with the sockets of one interface and the heartbeat timer.
 #pragma once
 
 #include "core/clock.hpp"
@@ -13,8 +13,8 @@
 
 namespace obscura::transports::gige {
 
-/// Three sockets (the interface's address, 255.255.255.255, the subnet's broadcast address), so that several
-/// cameras can share a host and each hears only what is for it or for everybody.
+/// Control thread. Has three sockets (the interface's address, 255.255.255.255, the subnet's broadcast
+/// address), so that several cameras can share a host and each receives only its own requests and broadcasts.
 class ControlServer {
 public:
     ControlServer(ControlPort& port, const NetworkInterface& network, const Clock& clock, int udp_port,
@@ -23,9 +23,9 @@ public:
     ControlServer(const ControlServer&) = delete;
     ControlServer& operator=(const ControlServer&) = delete;
 
-    /// Throws HardwareError when the port cannot be had.
+    /// Throws HardwareError when the port cannot be bound.
     void start();
-    /// Joins the thread; the controller, if any, loses control first.
+    /// Joins the thread; a controller loses control.
     void stop();
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
 

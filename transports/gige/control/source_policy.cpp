@@ -53,7 +53,7 @@ bool SourcePolicy::admits(std::uint32_t ip) const noexcept {
 }
 
 bool SourcePolicy::spend(std::uint32_t ip, std::size_t bytes, Time now) noexcept {
-    // Direct mapped: two sources that share a place share an allowance, which errs on the safe side.
+    // Direct mapped: two sources with the same bucket share its allowance, which errs on the safe side.
     Bucket& bucket = buckets_[ip * 2654435761U >> 26];
     const std::int64_t span_ns = std::clamp<std::int64_t>(now - bucket.updated, 0, ns_per_s);
     bucket.bytes = std::min(burst_bytes, bucket.bytes + span_ns * (bytes_per_s / 1000) / (ns_per_s / 1000));

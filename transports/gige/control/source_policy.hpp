@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may talk to the camera, and how often: keeps it from being made an amplifier or a cannon.
+// Access by source address, and rate limit of answers against amplification by spoofed requests.
 #pragma once
 
 #include "core/time.hpp"
@@ -19,19 +19,18 @@ struct AddressRange {
 };
 /// Throws ConfigError with one line that names no key.
 [[nodiscard]] AddressRange parse_range(const std::string& text);
-/// "192.168.7.0/24, 192.168.8.4": separated by commas, blanks do not count. Throws as parse_range().
+/// "192.168.7.0/24, 192.168.8.4": separated by commas, blanks are ignored. Throws as parse_range() does.
 [[nodiscard]] std::vector<AddressRange> parse_ranges(const std::string& list);
 
-/// Sources off the link are ignored, and so is who is not in a given allow-list. Answers that are longer than
-/// their question (DISCOVERY 32 times, READMEM 34 times) come out of a token bucket per source: spoofed
-/// requests cannot turn the camera on a third party. Control thread only; a fixed table, nothing allocated
-/// after construction.
+/// Sources off the link, and those missing in a given allow-list, are ignored. Answers longer than their
+/// request (DISCOVERY 32 times, READMEM 34 times) are limited by a token bucket per source, so that spoofed
+/// requests cannot flood a third party. Thread-bound: control thread. No allocation after construction.
 class SourcePolicy {
 public:
     SourcePolicy(const NetworkInterface& network, std::vector<AddressRange> allow, bool off_link);
 
     [[nodiscard]] bool admits(std::uint32_t ip) const noexcept;
-    /// Whether `bytes` of answer to `ip` are within its allowance now; takes them off if so.
+    /// Whether an answer of `bytes` to `ip` is within its allowance at `now`; if so, subtracts them.
     bool spend(std::uint32_t ip, std::size_t bytes, Time now) noexcept;
 
     static constexpr std::int64_t bytes_per_s = 4'000'000; ///< an XML file every 2 ms
@@ -39,7 +38,6 @@ public:
 
 private:
     struct Bucket {
-        std::uint32_t ip = 0;
         std::int64_t bytes = burst_bytes;
         Time updated;
     };
