@@ -28,7 +28,7 @@ constexpr FeatureEntry entry(std::string_view name, T v) {
 inline constexpr std::array off_on{entry("Off", 0), entry("On", 1)};
 
 /// A member of settings as the word of its register: double by the row's scale, std::int64_t as a duration in
-/// ns, others as they are.
+/// ns, other types unchanged.
 template<typename T>
 std::uint64_t encode(const Feature& f, T v) {
     if constexpr (std::is_same_v<T, double>) {
@@ -69,7 +69,7 @@ std::uint64_t get_limit(const Feature& f, DeviceContext& d, std::uint32_t /*inde
     return encode(f, d.limits.*member);
 }
 
-/// The word that a feature without getter stores; `name` is of the table.
+/// The word that a feature without getter stores; `name` must be in the table.
 [[nodiscard]] inline std::uint32_t stored(const DeviceContext& d, std::string_view name,
                                           std::uint32_t index = 0) {
     return d.bank.peek(address_of(name, index));

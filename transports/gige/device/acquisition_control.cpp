@@ -46,12 +46,12 @@ Status set_trigger(const Feature& f, DeviceContext& d, std::uint32_t i, std::uin
     return apply_settings(d, wanted);
 }
 Status run_trigger_software(DeviceContext& d, std::uint32_t i) {
-    // One that comes too early or when none is awaited is counted by the camera, not an error of the command.
+    // The camera counts a trigger that comes too early or is not awaited; the command succeeds.
     (d.control.*triggers[i].software)(d.clock.now());
     return Status::success;
 }
 
-/// Two bits per input: rising edges are reported, falling ones.
+/// Two bits per input: whether rising edges are reported, whether falling ones are.
 std::uint64_t get_line_edges(const Feature&, DeviceContext& d, std::uint32_t) {
     std::uint32_t edges = 0;
     for (std::size_t i = 0; i < line_count; ++i)
@@ -76,12 +76,12 @@ Status set_exposure_time(const Feature& f, DeviceContext& d, std::uint32_t, std:
     decode(f, word, wanted.exposure_ns);
     return d.control.apply(wanted) ? Status::success : Status::invalid_parameter;
 }
-/// Rounded up, so that it is allowed.
+/// Shortest exposure as a word, rounded up, so that the word is a valid exposure.
 std::uint64_t get_exposure_min(const Feature& f, DeviceContext& d, std::uint32_t) {
     return duration_to_word(f, d.limits.exposure_min_ns + duration_from_word(f, 1) - 1);
 }
 
-/// The camera has one trigger line, whatever the number that the real one calls it by.
+/// Every line number of a real camera is bound to Line0.
 constexpr std::array foreign_trigger_sources{
     entry("Line0", TriggerSource::line0),       entry("Line1", TriggerSource::line0),
     entry("Line2", TriggerSource::line0),       entry("Line3", TriggerSource::line0),
@@ -195,7 +195,7 @@ constexpr std::array features{
             .foreign = {.bound = true}},
     Feature{.name = "AcquisitionFrameRate",
             .type = FeatureType::floating,
-            .tooltip = "Of the free run, TriggerMode Off",
+            .tooltip = "Frame rate of the free run (TriggerMode Off)",
             .address = 0xA114,
             .unit = "Hz",
             .scale = 1000,
@@ -206,7 +206,7 @@ constexpr std::array features{
             .foreign = {.bound = true, .other_names = {"AcquisitionFrameRateAbs"}}},
     Feature{.name = "AcquisitionFrameRateEnable",
             .type = FeatureType::boolean,
-            .tooltip = "Off: the free run is as fast as the chip",
+            .tooltip = "Off: the free run has the highest rate of the sensor",
             .address = 0xA124,
             .get = get_setting<&CameraSettings::frame_rate_enabled>,
             .set = set_setting<&CameraSettings::frame_rate_enabled>,
@@ -214,7 +214,7 @@ constexpr std::array features{
     Feature{.name = "ResultingFrameRate",
             .type = FeatureType::floating,
             .custom = true,
-            .tooltip = "Highest rate of the chip with these windows and exposures",
+            .tooltip = "Highest rate of the sensor with these windows and exposures",
             .access = Access::read_only,
             .address = 0xA128,
             .unit = "Hz",
@@ -268,8 +268,8 @@ constexpr std::array features{
             .foreign = {.bound = true, .entries = foreign_trigger_sources}},
     Feature{.name = "TriggerActivation",
             .type = FeatureType::enumeration,
-            .tooltip = "Of lines; what their source does not tell of cannot be chosen. While a level holds, "
-                       "frames follow each other at AcquisitionFrameRate",
+            .tooltip = "Edge or level of a line; only edges that its source reports can be selected. While a "
+                       "level holds, frames follow each other at AcquisitionFrameRate",
             .address = 0xAA18,
             .selectors = {"TriggerSelector"},
             .stride = 64,
@@ -319,8 +319,9 @@ constexpr std::array features{
             .foreign = {.bound = true}},
     Feature{.name = "ExposureMode",
             .type = FeatureType::enumeration,
-            .tooltip = "TriggerWidth applies where a line that reports both its edges begins the exposure; "
-                       "ExposureTime else",
+            .tooltip =
+                "TriggerWidth applies if a line that reports both edges begins the exposure; otherwise "
+                "ExposureTime applies",
             .address = 0xA18C,
             .entries = exposure_mode_entries,
             .get = get_exposure_mode,
@@ -338,8 +339,8 @@ constexpr std::array features{
             .foreign = {.bound = true, .other_names = {"ExposureTimeAbs"}, .moves = true}},
     Feature{.name = "ExposureAuto",
             .type = FeatureType::enumeration,
-            .tooltip =
-                "From frame to frame, until ExposureAutoPercentile of Region0 is at ExposureAutoTarget",
+            .tooltip = "Adjusts ExposureTime after each frame to bring ExposureAutoPercentile of Region0 to "
+                       "ExposureAutoTarget",
             .address = 0xA15C,
             .entries = exposure_auto_entries,
             .get = get_setting<&CameraSettings::exposure_auto>,
@@ -361,7 +362,7 @@ constexpr std::array features{
             .type = FeatureType::floating,
             .custom = true,
             .visibility = Visibility::expert,
-            .tooltip = "So many of the pixels of Region0 are to stay at or below the target",
+            .tooltip = "Share of the pixels of Region0 at or below the target",
             .address = 0xA188,
             .unit = "%",
             .scale = 1000,

@@ -44,7 +44,7 @@ Time next_action(const DeviceContext& d) noexcept {
 
 void run_actions(DeviceContext& d, Time now) {
     for (Time next = next_action(d); next <= now; next = next_action(d)) {
-        // The edge is the instant that was asked for: every camera on the link gets the same one.
+        // The edge is the scheduled time, which is the same for every camera on the link.
         d.control.action_trigger(next);
         *std::find(d.actions.begin(), d.actions.end(), next) = {};
     }

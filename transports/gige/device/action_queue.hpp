@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ACTION commands: run at once, or queued until their instant.
+// ACTION commands: executed at once, or queued until their scheduled time.
 #pragma once
 
 #include "transports/gige/device/device_context.hpp"

@@ -67,7 +67,7 @@ Status write_gvcp_configuration(DeviceContext& d, std::uint32_t value) {
     using namespace gvcp_configuration;
     constexpr std::uint32_t choices =
         pending_ack | status_codes_1_1 | unconditional_action | status_codes_2_0;
-    // The clock is steered from outside: PTP is on or off as the configuration says.
+    // The configuration, not the client, enables PTP: a daemon outside this process steers the clock.
     if ((value & ~choices) != (d.ptp ? ieee1588 : 0U)) return Status::invalid_parameter;
     d.bank.poke(reg::gvcp_configuration, value);
     return Status::success;
@@ -234,12 +234,12 @@ void add_ptp(DeviceContext& d) {
     d.bank.add({.name = "GevIEEE1588Status", .address = reg::ptp_status, .read = [&d] {
                     return static_cast<std::uint32_t>(d.ptp ? d.ptp().state : PtpState::disabled);
                 }});
-    const auto where_ptp_is = [&d](std::string_view name, std::uint32_t address, std::uint32_t value) {
+    const auto add_with_ptp = [&d](std::string_view name, std::uint32_t address, std::uint32_t value) {
         d.bank.add({.name = name, .address = address, .read = [&d, value] { return d.ptp ? value : 0U; }});
     };
-    where_ptp_is("GevIEEE1588ExtendedCapability", reg::ptp_extended_capability,
+    add_with_ptp("GevIEEE1588ExtendedCapability", reg::ptp_extended_capability,
                  ptp_capability::profile_registers);
-    where_ptp_is("GevIEEE1588SupportedProfiles", reg::ptp_supported_profiles,
+    add_with_ptp("GevIEEE1588SupportedProfiles", reg::ptp_supported_profiles,
                  ptp_capability::default_profile);
     constant(d, "GevIEEE1588SelectedProfile", reg::ptp_selected_profile, 0);
 }

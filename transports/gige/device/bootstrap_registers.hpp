@@ -7,11 +7,11 @@
 
 namespace obscura::transports::gige {
 
-/// Adds the registers below manufacturer_begin, but for those of the control channel (control/control_port)
+/// Adds the registers below manufacturer_begin, except those of the control channel (control/control_port)
 /// and the URLs of the description.
 void add_bootstrap_registers(DeviceContext& d);
 
-/// Opens or closes the message channel as its registers say.
+/// Configures the message channel from its registers.
 void configure_messages(DeviceContext& d);
 
 } // namespace obscura::transports::gige

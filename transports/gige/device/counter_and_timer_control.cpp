@@ -71,7 +71,7 @@ constexpr std::array counter_reset_source_entries{
     entry("AcquisitionStart", CounterReset::acquisition_start),
     FeatureEntry{.name = "CounterEnd",
                  .value = value(CounterReset::counter_end),
-                 .tooltip = "Its own: it ends every CounterDuration events",
+                 .tooltip = "End of this counter, after every CounterDuration events",
                  .custom = true},
 };
 

@@ -84,7 +84,7 @@ void Device::control_lost() {
     context_.actions = {};
     context_.channel_fresh = true;
     context_.controller_ip = 0;
-    clear_control_faults(context_); // no client could: commands are ignored
+    clear_control_faults(context_); // no client can do that, as commands are ignored
 }
 
 bool Device::action(const ActionRequest& request, Time now, Status& status) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera behind the registers: bootstrap and feature registers, and what writing them does.
+// GigE Vision device: bootstrap and feature registers, and the effects of writing them.
 #pragma once
 
 #include "transports/gige/device/device_context.hpp"
@@ -15,9 +15,9 @@
 
 namespace obscura::transports::gige {
 
-/// Ties the register table to a CameraControl and a StreamPort. Knows nothing of sockets or commands.
-/// Control thread only; `control`, `stream`, `messages` and `clock` must outlive it. `seed`: of random
-/// choices of faults without a seed of their own.
+/// Connects the registers to a CameraControl and a StreamPort; independent of sockets and GVCP commands.
+/// Thread-bound: control thread. `control`, `stream`, `messages` and `clock` must outlive it. `seed`: of
+/// random choices of faults without a seed of their own.
 class Device {
 public:
     Device(const GigeSettings& settings, const NetworkInterface& network, CameraControl& control,
@@ -26,36 +26,38 @@ public:
     [[nodiscard]] RegisterBank& registers() noexcept { return context_.bank; }
     [[nodiscard]] const RegisterBank& registers() const noexcept { return context_.bank; }
 
-    /// What clients read and write: the registers, or what a user's own XML makes of them.
+    /// Access of clients: to the registers, or to those of a user-supplied description (UserXml).
     Status read(std::uint32_t address, std::span<std::uint8_t> out);
     Status write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done);
     Status read_word(std::uint32_t address, std::uint32_t& value);
     Status write_word(std::uint32_t address, std::uint32_t value);
-    /// What a user's own XML has turned out to hold, in one line; empty without one.
+    /// Bound, absent and unusable features of a user-supplied description, in one line; empty without one.
     [[nodiscard]] std::string xml_report() const;
 
-    /// The controlling application's address, 0 without one; streams may go there even when off link.
+    /// Sets the address of the controlling application, 0 without one; streams may go there even off the
+    /// link.
     void set_controller(std::uint32_t ip) noexcept { context_.controller_ip = ip; }
-    /// The controller left or fell silent: acquisition ends, the stream channel closes, features stay.
+    /// Called when the controller releases control or times out: ends the acquisition and closes the stream
+    /// and message channels; features keep their values.
     void control_lost();
-    /// An ACTION command. True when it concerns one of this device's signals; then it is run now, or queued
-    /// when scheduled, and `status` tells how that went.
+    /// Executes an ACTION command, or queues it when it is scheduled. Returns whether it addresses one of
+    /// this device's signals; then `status` is the result.
     bool action(const ActionRequest& request, Time now, Status& status);
     /// When the next scheduled action is due; Time::max without one.
     [[nodiscard]] Time next_action() const noexcept;
-    /// Runs what is due.
+    /// Runs scheduled actions that are due.
     void run_actions(Time now);
-    /// A rule for commands themselves (mute_control), see FaultInjector.
+    /// Fault rules, of which mute_control and heartbeat_loss concern commands.
     [[nodiscard]] const FaultInjector& control_faults() const noexcept { return context_.faults; }
     /// Posts an event of the control side.
     void post(Event e, Time t) { gige::post(context_, e, t); }
     /// Whether PENDING_ACK is switched on.
     [[nodiscard]] bool announces_slow_commands() const;
-    /// Those that answers may have.
+    /// Status codes that answers may have.
     [[nodiscard]] StatusCodes status_codes() const;
-    /// How long a client wants TestPendingAck to take, once; 0 when it does not.
+    /// Delay of the acknowledge that a client has requested by TestPendingAck, returned once; 0: none.
     std::uint32_t take_pending_ack_ms() { return std::exchange(context_.pending_ack_ms, 0U); }
-    /// PACKETRESEND is only served for who controls the device or receives the stream.
+    /// Whether PACKETRESEND of this host is served: only of the controller's and of receivers of the stream.
     [[nodiscard]] bool may_ask_resend(std::uint32_t ip) const noexcept;
     void resend(const ResendRequest& request) noexcept { context_.stream.resend(request); }
     void set_statistics(std::function<StreamStatistics()> source) { context_.statistics = std::move(source); }

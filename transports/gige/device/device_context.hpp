@@ -27,7 +27,7 @@ struct StreamStatistics {
     std::uint32_t submitted = 0, delivered = 0, dropped = 0, resent = 0;
 };
 
-/// What the free functions of device/ work on. Owned by Device; control thread only, but for
+/// State that the free functions of device/ share. Owned by Device. Thread-bound: control thread, except
 /// `timestamp_origin_ns`. `control`, `stream`, `messages` and `clock` must outlive it.
 struct DeviceContext {
     DeviceContext(const GigeSettings& settings_, const NetworkInterface& network_, CameraControl& control_,
@@ -42,8 +42,8 @@ struct DeviceContext {
     const Clock& clock;
     const CameraLimits limits;
     RegisterBank bank;
-    std::function<StreamStatistics()> statistics; ///< none: all 0
-    std::function<PtpStatus()> ptp;               ///< none: no PTP daemon is asked
+    std::function<StreamStatistics()> statistics; ///< empty: all 0
+    std::function<PtpStatus()> ptp;               ///< empty: no PTP daemon
     PtpStatus ptp_latched;
     std::uint32_t controller_ip = 0; ///< host byte order; 0: none
     std::uint32_t packet_size_max;
@@ -56,7 +56,7 @@ struct DeviceContext {
     std::array<Time, action_queue_size> actions{}; ///< scheduled, in no order; 0: free
     std::string default_set, user_set_1;           ///< features as text, see saved_features()
 
-    /// Regions from the second on; Region0 is on and as the camera's settings say.
+    /// Regions from the second on; Region0 is always enabled and its window is in the camera's settings.
     struct RegionSlot {
         bool enabled = false;
         CameraWindow window;
@@ -65,7 +65,7 @@ struct DeviceContext {
     Binning binning;
     bool sequencer_configuring = false;
     Sequence sequence;
-    /// What the chip makes of the settings it was last asked about; see readout_answer().
+    /// The sensor's last answer and the settings it belongs to; see readout_answer().
     CameraSettings answered_settings;
     ReadoutAnswer answer;
     bool answered = false;
@@ -77,7 +77,7 @@ struct DeviceContext {
 void post(DeviceContext& d, Event e, Time t);
 /// Applies all of `wanted` or nothing.
 Status apply_settings(DeviceContext& d, const CameraSettings& wanted);
-/// What the chip makes of the current settings.
+/// The sensor's answer to the current settings: windows, exposures and times obtained.
 [[nodiscard]] const ReadoutAnswer& readout_answer(DeviceContext& d);
 
 } // namespace obscura::transports::gige

@@ -141,7 +141,7 @@ constexpr std::array features{
     Feature{.name = "DeviceTemperature",
             .type = FeatureType::floating,
             .visibility = Visibility::expert,
-            .tooltip = "What the configuration says that the sensor has",
+            .tooltip = "Sensor temperature as configured",
             .access = Access::read_only,
             .address = 0xA180,
             .selectors = {"DeviceTemperatureSelector"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// DigitalIOControl. Line0 to Line3 are inputs, Line4 is an output that is only shown.
+// DigitalIOControl. Line0 to Line3 are inputs; Line4 is an output that exists as a status only.
 #include "core/io_state.hpp"
 #include "transports/gige/device/accessors.hpp"
 

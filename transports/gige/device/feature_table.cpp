@@ -42,7 +42,7 @@ bool locked(const Feature& f, std::uint32_t index) {
            (f.lock == FeatureLock::streaming_but_first && index > 0);
 }
 
-/// How many items of the feature the device has.
+/// Number of registers of the feature on this device.
 std::uint32_t items_of(const Feature& f, const DeviceContext& d) {
     if (f.stride == 0) return 1;
     const std::string_view selector = f.selectors[0];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GenICam feature table: every category, and where each feature's register lies.
+// The GenICam feature table: every category, and the address of each feature's register.
 #pragma once
 
 #include "transports/gige/registers/feature.hpp"
@@ -23,7 +23,7 @@ namespace obscura::transports::gige {
 /// Adds the registers of all rows from manufacturer_begin on to the bank of `d`.
 void add_feature_registers(DeviceContext& d);
 
-// One function per category, defined with its rows and what they do.
+// One function per category, defined in its own file with its rows and their functions.
 [[nodiscard]] FeatureCategory device_control();
 [[nodiscard]] FeatureCategory image_format_control();
 [[nodiscard]] FeatureCategory acquisition_control();

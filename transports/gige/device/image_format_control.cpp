@@ -49,7 +49,7 @@ std::uint64_t get_region_mode(const Feature&, DeviceContext& d, std::uint32_t i)
     return i == 0 || d.regions[i].enabled ? 1 : 0;
 }
 Status set_region_mode(const Feature&, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
-    if (i == 0 && word == 0) return Status::invalid_parameter; // the first cannot be switched off
+    if (i == 0 && word == 0) return Status::invalid_parameter; // Region0 is always enabled
     return write_region(d, i, region_window(d, i), i > 0 && word == 1);
 }
 
@@ -70,7 +70,7 @@ std::uint64_t get_region_sampling(const Feature&, DeviceContext& d, std::uint32_
 Status set_region_sampling(const Feature& f, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
     CameraWindow w = region_window(d, i);
     decode(f, word, w.sampling);
-    // The fewest reads that make sense, as one cannot be set without the other.
+    // Set a number of reads that the sampling allows, as the client cannot write both at once.
     const bool difference = w.sampling == Sampling::cds || w.sampling == Sampling::ramp;
     w.reads = w.sampling == Sampling::destructive ? 1 : std::max(w.reads, difference ? 2 : 1);
     return write_region(d, i, w, d.regions[i].enabled);
@@ -85,7 +85,7 @@ Status set_region_reads(const Feature& f, DeviceContext& d, std::uint32_t i, std
     return write_region(d, i, w, d.regions[i].enabled);
 }
 
-/// What the chip makes of a region.
+/// Value that the sensor obtains for a region.
 template<auto member>
 std::uint64_t get_obtained(const Feature& f, DeviceContext& d, std::uint32_t i) {
     return encode(f, region_obtained(d, i).*member);
@@ -270,7 +270,7 @@ constexpr std::array features{
     Feature{.name = "RegionExposureTimeMin",
             .type = FeatureType::floating,
             .custom = true,
-            .tooltip = "Obtained, the shortest over the rows; 0 when the region is off",
+            .tooltip = "Shortest exposure obtained over the rows; 0 when the region is off",
             .access = Access::read_only,
             .address = 0xB020,
             .selectors = {"RegionSelector"},
@@ -281,7 +281,7 @@ constexpr std::array features{
     Feature{.name = "RegionExposureTimeMax",
             .type = FeatureType::floating,
             .custom = true,
-            .tooltip = "Obtained, the longest over the rows; 0 when the region is off",
+            .tooltip = "Longest exposure obtained over the rows; 0 when the region is off",
             .access = Access::read_only,
             .address = 0xB024,
             .selectors = {"RegionSelector"},

@@ -11,7 +11,7 @@ PtpStatus ptp_now(const DeviceContext& d) {
     return d.ptp ? d.ptp() : PtpStatus{};
 }
 
-/// The words of one latch belong together, however they are read.
+/// Member of the status at the last latch, so that all features read after it belong together.
 template<auto member>
 std::uint64_t get_latched(const Feature&, DeviceContext& d, std::uint32_t) {
     return static_cast<std::uint64_t>(d.ptp_latched.*member);

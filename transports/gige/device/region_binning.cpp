@@ -8,7 +8,7 @@
 namespace obscura::transports::gige {
 namespace {
 
-/// `at` and `length` in whole binned pixels within `pixels`, as near as can be to what they are.
+/// Rounds `at` and `length` down to whole steps of binned pixels, within the extent and `pixels`.
 void fit(std::int32_t& at, std::int32_t& length, std::int32_t pixels, const BinnedExtent& e,
          std::int32_t binning) {
     const std::int32_t step = e.step * binning;

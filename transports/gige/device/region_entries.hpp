@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Items of RegionSelector and ChunkRegionID.
+// Entries of RegionSelector and ChunkRegionID.
 #pragma once
 
 #include "transports/gige/device/accessors.hpp"

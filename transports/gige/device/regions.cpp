@@ -28,11 +28,11 @@ CameraWindow region_window(const DeviceContext& d, std::uint32_t i) {
 }
 
 Status write_region(DeviceContext& d, std::uint32_t i, const CameraWindow& window, bool enabled) {
-    // A region that is off has to be possible, too, on its own.
+    // A disabled region must be valid, too, as the only one.
     CameraSettings alone = d.control.settings();
     alone.set_windows({&window, 1});
     if (!explain_invalid(alone, d.limits).empty()) return Status::invalid_parameter;
-    // What is binned is one picture of one window.
+    // Binning supports a single image of a single window.
     if (d.binning.active() && (i == 0 ? window.sampling == Sampling::non_destructive : enabled))
         return Status::write_protect;
     const DeviceContext::RegionSlot before = d.regions[i];
@@ -49,7 +49,7 @@ FrameWindow region_obtained(DeviceContext& d, std::uint32_t i) {
     const ReadoutAnswer& answer = readout_answer(d);
     const auto& regions = d.regions;
     if (i > 0 && !regions[i].enabled) return {};
-    // The chip numbers what it was asked for: Region0, then those that are on.
+    // The sensor numbers the windows requested: Region0, then the enabled regions.
     const auto request =
         static_cast<std::uint32_t>(std::count_if(regions.begin() + 1, regions.begin() + std::max(i, 1U),
                                                  [](const auto& r) { return r.enabled; }) +

@@ -10,11 +10,12 @@ namespace obscura::transports::gige {
 
 [[nodiscard]] std::uint32_t region_count(const DeviceContext& d) noexcept;
 [[nodiscard]] CameraWindow region_window(const DeviceContext& d, std::uint32_t i);
-/// Replaces region `i`, or switches it on or off; nothing changes on refusal.
+/// Replaces region `i`, enables or disables it; nothing changes on refusal.
 Status write_region(DeviceContext& d, std::uint32_t i, const CameraWindow& window, bool enabled);
-/// What the chip makes of region `i`; of several reads of it the extremes. All 0 while it is off.
+/// Window and exposure that the sensor obtains for region `i`; extremes over several reads of it. All 0 while
+/// the region is disabled.
 [[nodiscard]] FrameWindow region_obtained(DeviceContext& d, std::uint32_t i);
-/// Regions from the second on as the camera's settings have them, the others off.
+/// Sets the regions from the second on as in the camera's settings and disables the others.
 void reset_regions(DeviceContext& d);
 
 } // namespace obscura::transports::gige

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SequencerControl. Sets hold the features that are enabled; what is saved is what the features show.
+// SequencerControl. Sets hold the enabled features; SequencerSetSave stores their current values.
 #include "transports/gige/device/sequencer_control.hpp"
 
 #include "transports/gige/device/accessors.hpp"
@@ -9,7 +9,7 @@
 namespace obscura::transports::gige {
 namespace {
 
-/// SFNC: sets are written in configuration mode only, and that excludes running.
+/// SFNC: sets are written in configuration mode only, which excludes SequencerMode On.
 Status configure(DeviceContext& d, std::uint32_t& member, std::uint32_t word) {
     if (!d.sequencer_configuring && word != member) return Status::write_protect;
     member = word;

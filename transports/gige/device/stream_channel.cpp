@@ -55,7 +55,7 @@ StreamConfig stream_config(const DeviceContext& d) {
         if (i == 0 || d.regions[i].enabled) c.payload.regions[request++] = static_cast<std::uint8_t>(i);
     c.faults = d.faults;
     const PixelFormat format = d.control.settings().pixel_format;
-    // Frames hold 16-bit words; these formats want them as they are, unless the ADC is deeper.
+    // Frames hold 16-bit words; these formats send them unchanged, unless the ADC is deeper.
     const int format_bits = format == PixelFormat::mono10   ? 10
                             : format == PixelFormat::mono12 ? 12
                             : format == PixelFormat::mono14 ? 14
@@ -83,8 +83,8 @@ Status acquisition_start(DeviceContext& d) {
 }
 
 Status acquisition_stop(DeviceContext& d) {
-    // The block in work has to be off the wire before the answer: what is left of it would reach the port of
-    // the next stream and make its receiver take every new block for a late one.
+    // Wait for the current block to leave before the answer: its remaining packets would reach the port of
+    // the next stream, whose receiver would then take every new block for a late one.
     d.stream.abort();
     d.control.acquisition_stop(true);
     return d.stream.wait_idle(stop_patience_ns) ? Status::success : Status::busy;

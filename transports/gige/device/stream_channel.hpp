@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stream channel of the device: what a stream is sent with, its start and its end.
+// Stream channel of the device: configuration of the stream, start and stop of the acquisition.
 #pragma once
 
 #include "transports/gige/device/device_context.hpp"
@@ -8,7 +8,7 @@
 
 namespace obscura::transports::gige {
 
-/// GevSCPSPacketSize: the smallest IP datagram every host must take, and the largest offered.
+/// GevSCPSPacketSize: the IP datagram that every host must accept, and the largest offered.
 constexpr std::uint32_t packet_size_min = 576;
 constexpr std::uint32_t packet_size_limit = 16'384;
 
@@ -23,7 +23,7 @@ constexpr std::uint32_t packet_size_limit = 16'384;
 Status acquisition_start(DeviceContext& d);
 Status acquisition_stop(DeviceContext& d);
 
-/// Whether packets may be sent to `ip`: otherwise a controller could aim a gigabit at any address.
+/// Whether packets may be sent to `ip`. The check keeps a controller from flooding arbitrary hosts.
 [[nodiscard]] Status check_destination(const DeviceContext& d, std::uint32_t ip);
 [[nodiscard]] constexpr bool is_multicast(std::uint32_t ip) {
     return ip >> 28 == 0xE;

@@ -6,9 +6,9 @@
 
 namespace obscura::transports::gige {
 
-/// Hands all rules to the fault injector; the stream takes them at the next AcquisitionStart.
+/// Passes all rules to the fault injector; the stream applies them from the next AcquisitionStart on.
 void publish_faults(DeviceContext& d);
-/// Switches live faults off that keep commands from being answered or control alive.
+/// Disables those faults set in TestControl that leave commands unanswered or let the heartbeat time out.
 void clear_control_faults(DeviceContext& d);
 
 } // namespace obscura::transports::gige

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TransportLayerControl and GigEVision: mostly what the bootstrap registers are called.
+// TransportLayerControl and GigEVision: mostly names of bootstrap registers.
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/stream_channel.hpp"
 

@@ -41,13 +41,13 @@ std::string saved_features(const DeviceContext& d) {
 
 Status load_features(DeviceContext& d, const std::string& text) {
     if (d.control.acquiring()) return Status::write_protect;
-    // A binned picture comes in one part, and that is the stream's, not the set's.
+    // Binning excludes multi-part payload, which is a setting of the stream, not of user sets.
     if (multipart(d) && binned(text)) return Status::write_protect;
     publish_sequence(d, {});
     d.sequencer_configuring = false;
     d.bank.write_word(address_of("ExposureAuto"), value(ExposureAuto::off)); // locks ExposureTime
-    // Regions but the first go off and offsets to 0, so that any width and height fit; what does not fit the
-    // sensor is left alone.
+    // Disable all regions but the first and set offsets to 0, so that any width and height fit; words that do
+    // not fit the sensor are refused and change nothing.
     for (std::uint32_t i = region_count(d); i-- > 1;)
         d.bank.write_word(address_of("RegionMode", i), 0);
     for (std::uint32_t i = 0; i < region_count(d); ++i) {
@@ -86,7 +86,8 @@ void read_state_file(DeviceContext& d) {
 
 bool write_state_file(const DeviceContext& d) {
     if (d.settings.state_file.empty()) return true;
-    // Written beside and renamed: whatever happens, the file holds the old sets or the new ones.
+    // Write a new file and rename it, so that the state file always holds either the old sets or the new
+    // ones.
     const std::string beside = d.settings.state_file + ".new";
     const std::string text = fmt::format("name {}\ndefault {}\n{}", d.bank.text(reg::user_name),
                                          stored(d, "UserSetDefault"), d.user_set_1);

@@ -10,7 +10,8 @@ namespace obscura::transports::gige {
 
 /// Every saved register as "address value" lines in hexadecimal, by address.
 [[nodiscard]] std::string saved_features(const DeviceContext& d);
-/// Writes what saved_features() gave; what is refused keeps its value. WRITE_PROTECT during acquisition.
+/// Writes a result of saved_features(); registers that refuse their word keep their value. WRITE_PROTECT
+/// during acquisition.
 Status load_features(DeviceContext& d, const std::string& text);
 /// DeviceUserID, UserSetDefault and UserSet1 from settings.state_file; loads UserSet1 if it is the default.
 void read_state_file(DeviceContext& d);
