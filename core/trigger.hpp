@@ -70,9 +70,9 @@ constexpr auto enum_names(TriggerActivation /*type*/) {
 }
 /// Whether an edge triggers under `activation`; for a level, whether it begins with that edge.
 [[nodiscard]] constexpr bool activates(TriggerActivation activation, bool falling) noexcept {
-    const bool wants_falling =
+    const bool on_falling =
         activation == TriggerActivation::falling_edge || activation == TriggerActivation::level_low;
-    return activation == TriggerActivation::any_edge || wants_falling == falling;
+    return activation == TriggerActivation::any_edge || on_falling == falling;
 }
 
 /// SFNC TriggerOverlap: when the next edge is accepted. `off`: after the readout of the previous frame;
@@ -86,8 +86,8 @@ struct TriggerChoice {
     TriggerSource source = TriggerSource::line0;
     TriggerActivation activation = TriggerActivation::rising_edge; ///< applies to lines only
     constexpr bool operator==(const TriggerChoice&) const = default;
-    /// Whether an edge of source `from` is this trigger.
-    [[nodiscard]] constexpr bool wants(TriggerSource from, bool falling) const noexcept {
+    /// Whether an edge of source `from` fires this trigger.
+    [[nodiscard]] constexpr bool accepts(TriggerSource from, bool falling) const noexcept {
         return enabled && source == from && (line_of(from) == line_count || activates(activation, falling));
     }
 };

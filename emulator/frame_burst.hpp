@@ -20,8 +20,8 @@ public:
     /// Control side: ends the current burst.
     void reset() noexcept { left_.store(0, std::memory_order_relaxed); }
 
-    [[nodiscard]] bool wants(TriggerSource from, bool falling) const noexcept {
-        return trigger_.wants(from, falling);
+    [[nodiscard]] bool accepts(TriggerSource from, bool falling) const noexcept {
+        return trigger_.accepts(from, falling);
     }
     /// Frames require a burst trigger first.
     [[nodiscard]] bool awaited() const noexcept {

@@ -23,9 +23,9 @@ public:
     [[nodiscard]] TriggerActivation activation() const noexcept {
         return activation_.load(std::memory_order_relaxed);
     }
-    /// TriggerChoice::wants().
-    [[nodiscard]] bool wants(TriggerSource from, bool falling) const noexcept {
-        return get().wants(from, falling);
+    /// TriggerChoice::accepts().
+    [[nodiscard]] bool accepts(TriggerSource from, bool falling) const noexcept {
+        return get().accepts(from, falling);
     }
 
 private:

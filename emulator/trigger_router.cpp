@@ -82,8 +82,8 @@ void TriggerRouter::acquisition_stop(bool and_finished) noexcept {
 bool TriggerRouter::software_frame_start(Time edge) noexcept {
     const sync::Trigger trigger{software_ids_.fetch_add(1) + 1, edge, clock_.now()};
     if (acquisition_start_awaited() || burst_.awaited()) return false;
-    return frame_trigger_.wants(TriggerSource::software, false) ? start_frame(trigger, software_route)
-                                                                : offer(trigger, software_route);
+    return frame_trigger_.accepts(TriggerSource::software, false) ? start_frame(trigger, software_route)
+                                                                  : offer(trigger, software_route);
 }
 
 bool TriggerRouter::software_acquisition_start() noexcept {
@@ -91,12 +91,12 @@ bool TriggerRouter::software_acquisition_start() noexcept {
 }
 
 bool TriggerRouter::software_burst_start(Time edge) noexcept {
-    return burst_.wants(TriggerSource::software, false) && start_burst({0, edge, clock_.now()});
+    return burst_.accepts(TriggerSource::software, false) && start_burst({0, edge, clock_.now()});
 }
 
 bool TriggerRouter::software_exposure_start(Time edge) noexcept {
     if (acquisition_start_awaited() || burst_.awaited() ||
-        !exposure_trigger_.wants(TriggerSource::software, false))
+        !exposure_trigger_.accepts(TriggerSource::software, false))
         return false;
     return start_exposure({exposure_ids_.fetch_add(1) + 1, edge, clock_.now()}, software_route);
 }
@@ -136,16 +136,16 @@ bool TriggerRouter::route_edge(const sync::Trigger& trigger, TriggerSource sourc
     if (start_acquisition(source, trigger.falling)) return true;
     if (acquisition_start_awaited()) return false;
     // FrameBurstStart.
-    const bool for_burst = burst_.wants(source, trigger.falling);
+    const bool for_burst = burst_.accepts(source, trigger.falling);
     if (burst_.awaited()) {
         if (!for_burst || !start_burst(trigger)) return false;
         numbers_.consume(route);
         return true;
     }
     // FrameStart, unless it has armed the exposure already.
-    const bool for_exposure = exposure_trigger_.wants(source, trigger.falling);
+    const bool for_exposure = exposure_trigger_.accepts(source, trigger.falling);
     const bool armed = exposure_armed_.load(std::memory_order_acquire);
-    if (frame_trigger_.wants(source, trigger.falling) && !(for_exposure && armed)) {
+    if (frame_trigger_.accepts(source, trigger.falling) && !(for_exposure && armed)) {
         if (level_holds(frame_trigger_)) {
             continue_level(trigger.edge);
             return true;
@@ -163,7 +163,7 @@ bool TriggerRouter::route_edge(const sync::Trigger& trigger, TriggerSource sourc
 }
 
 bool TriggerRouter::start_acquisition(TriggerSource source, bool falling) noexcept {
-    if (!acquisition_start_awaited() || !start_trigger_.wants(source, falling)) return false;
+    if (!acquisition_start_awaited() || !start_trigger_.accepts(source, falling)) return false;
     if (!start_awaited_.exchange(false, std::memory_order_acq_rel)) return false;
     moments_changed_.notify();
     continue_level(clock_.now());

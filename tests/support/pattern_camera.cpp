@@ -93,7 +93,7 @@ void PatternCamera::reset_timer(std::size_t i) {
 }
 
 bool PatternCamera::take_start(TriggerSource source, bool falling) {
-    if (!acquiring_ || !start_awaited_ || !settings_.start_trigger.wants(source, falling)) return false;
+    if (!acquiring_ || !start_awaited_ || !settings_.start_trigger.accepts(source, falling)) return false;
     start_awaited_ = false;
     next_ = clock_.now();
     changed_.notify_all();
@@ -112,7 +112,7 @@ bool PatternCamera::trigger(TriggerSource source, Time edge, bool falling) {
         activity_.lines[0].edge = edge;
     }
     if (take_start(source, falling)) return true;
-    if (!acquiring_ || start_awaited_ || !settings_.frame_trigger.wants(source, falling)) return false;
+    if (!acquiring_ || start_awaited_ || !settings_.frame_trigger.accepts(source, falling)) return false;
     triggers_.fetch_add(1);
     ++activity_.frame_triggers;
     ++pending_;
