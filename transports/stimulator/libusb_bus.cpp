@@ -58,7 +58,7 @@ using Context = std::shared_ptr<libusb_context>;
 Context new_context() {
     libusb_context* raw = nullptr;
     if (const int code = libusb_init(&raw); code < 0)
-        throw HardwareError(fmt::format("USB is not to be had: {}", libusb_strerror(code)));
+        throw HardwareError(fmt::format("USB is not available: {}", libusb_strerror(code)));
     return {raw, libusb_exit};
 }
 

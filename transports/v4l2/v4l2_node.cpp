@@ -220,8 +220,8 @@ void V4l2Node::map_buffers(unsigned count) {
     if (const int result = call(VIDIOC_REQBUFS, &request); result == -EBUSY)
         refuse("another program streams to it");
     else if (result < 0)
-        refuse(fmt::format("no buffers to be had: {}", std::strerror(-result)));
-    if (request.count == 0) refuse("no buffers to be had");
+        refuse(fmt::format("no buffers available: {}", std::strerror(-result)));
+    if (request.count == 0) refuse("no buffers available");
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(request.count, VIDEO_MAX_FRAME); ++i) {
         v4l2_buffer buffer = mapped_buffer(i);
         if (const int result = call(VIDIOC_QUERYBUF, &buffer); result < 0)

@@ -290,7 +290,7 @@ TEST_CASE("A node that will not do is refused with one line") {
     CHECK(with("S_FMT", EBUSY) == node + "another program uses it and holds its format; Y16 20x6 is needed");
     CHECK(with("S_FMT", EINVAL) == node + "Y16 20x6 refused: Invalid argument");
     CHECK(with("REQBUFS", EBUSY) == node + "another program streams to it");
-    CHECK(with("REQBUFS", ENOMEM) == node + "no buffers to be had: Cannot allocate memory");
+    CHECK(with("REQBUFS", ENOMEM) == node + "no buffers available: Cannot allocate memory");
     CHECK(with("QUERYBUF", EINVAL) == node + "buffer 0 cannot be asked for: Invalid argument");
     CHECK(with("mmap", ENOMEM) == node + "buffer 0 cannot be mapped: Cannot allocate memory");
     // Only a hint, so its failure is none.
