@@ -19,7 +19,8 @@ namespace obscura::sync {
 struct EdgeTriggerSettings {
     std::string name = "edge";
     ThreadSettings thread{};
-    std::int64_t poll_ns = 100 * ns_per_ms; ///< longest wait, so that stop() and a vanished input are noticed
+    /// Longest wait, so that stop() and a vanished input are noticed.
+    std::int64_t poll_ns = 100 * ns_per_ms;
     std::int64_t reopen_every_ns = 200 * ns_per_ms;
     /// Nominal period of the edges; the state is free after an interval of more than 1.5 periods. 0: always
     /// free.

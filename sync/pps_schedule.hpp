@@ -43,8 +43,9 @@ public:
 
 private:
     const PpsSettings settings_;
-    const Schedule nominal_;             ///< slot m after 0
-    std::optional<std::int64_t> second_; ///< number of the last pulse's second; the first pulse is second 0
+    const Schedule nominal_; ///< slot m after 0
+    /// Number of the last pulse's second; the first pulse is second 0.
+    std::optional<std::int64_t> second_;
     Time last_pulse_;
     std::int64_t last_offset_ns_ = 0;
     bool consistent_ = false; ///< the last pulse came within the tolerance
