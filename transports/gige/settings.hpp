@@ -25,7 +25,7 @@ struct GigeSettings {
     std::string interface = "lo";
     std::int32_t port = 3956; ///< clients look for cameras on no other
     std::string vendor = "Obscura", model = "Obscura-1", serial = "OBS000001", user_name;
-    std::string mac; ///< hardware address shown, see parse_mac(); empty: the interface's own
+    std::string mac; ///< shown, see parse_mac(); empty: the interface's own
     /// Reset value of GevSCPSPacketSize; reduced to the interface's MTU.
     std::int32_t packet_size = 1500;
     std::int32_t heartbeat_timeout_ms = 3000;

@@ -71,8 +71,8 @@ StreamConfig stream_config(const DeviceContext& d) {
 
 Status acquisition_start(DeviceContext& d) {
     if (d.control.acquiring()) return Status::success; // SFNC: starting twice changes nothing
-    // Receivers take a block id lower than the last for a late packet, so ids go on for as long as the
-    // channel stays open.
+    // Receivers take a block id lower than the last for a late packet, so ids continue as long as the channel
+    // stays open.
     StreamConfig config = stream_config(d);
     config.continue_blocks = !d.channel_fresh;
     if (!d.stream.begin(config)) return Status::busy;

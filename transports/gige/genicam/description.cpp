@@ -42,7 +42,7 @@ std::string escaped(std::string_view text) {
 }
 
 /// Writes the nodes of the rows. A feature that needs a range, a lock or a conversion has its register in a
-/// node of its own, called after it.
+/// node of its own, named after it.
 class Writer {
 public:
     explicit Writer(std::span<const FeatureCategory> table) : table_(table) {}

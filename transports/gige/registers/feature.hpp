@@ -27,7 +27,7 @@ using SetFeature = Status (*)(const Feature& feature, DeviceContext& device, std
 struct FeatureEntry {
     std::string_view name;
     std::uint32_t value = 0;
-    std::string_view available = {}; ///< formula that says whether clients may choose it
+    std::string_view available = {}; ///< formula: nonzero if clients may select it
     std::string_view tooltip = {};
     bool custom = false; ///< not a name of SFNC
 };
@@ -77,7 +77,7 @@ struct ForeignBinding {
     bool bound = false;
     std::array<std::string_view, 1> other_names = {}; ///< beside the SFNC name
     std::span<const FeatureEntry> entries = {};       ///< in place of the feature's own
-    bool moves = false;                               ///< the camera changes it by itself
+    bool moves = false;                               ///< the camera changes the value without a write
     /// Features of a lower rank are shown first: others depend on them.
     int rank = 0;
 };
@@ -118,7 +118,8 @@ struct Feature {
     RegisterBits bits = {};
     std::optional<Chunk> chunk = {}; ///< `address` counts from the beginning of this chunk's data
     bool cached = false;             ///< changes only when a client writes it
-    std::string_view value_of = {};  ///< shows the value of this feature or formula instead of a register
+    /// Feature or formula whose value is shown; empty: the register's.
+    std::string_view value_of = {};
     std::array<std::string_view, 2> selectors = {};
     /// Bytes between the registers of successive items of the first selector; 0: one register for all.
     std::uint32_t stride = 0;

@@ -11,7 +11,7 @@
 namespace obscura::transports::gige {
 
 enum class Fault : std::uint8_t {
-    lose,          ///< payload packets are withheld at first sending; resends deliver them
+    lose,          ///< payload packets are withheld when first sent, not in resends
     lose_for_good, ///< payload packets are withheld and their resends refused
     duplicate,     ///< payload packets are sent twice
     reorder,       ///< a payload packet is sent after its successor
@@ -22,10 +22,12 @@ enum class Fault : std::uint8_t {
     skip_frame,      ///< the frame is not sent; its block id is missing
     wrong_block_id,  ///< the block id is `amount` too high
     wrong_timestamp, ///< the time stamp is `amount` us off
-    mute_control,    ///< commands are not answered; frames of the rule are commands since the start
-    freeze_frame,    ///< pixels of the last unaffected frame, with the new id and time stamp
-    repeat_frame,    ///< the full frame is sent once more under the next block id
-    heartbeat_loss,  ///< commands do not restart the controller's heartbeat; counted like mute_control
+    /// Commands are not answered. The rule's frames are commands, counted from the start.
+    mute_control,
+    freeze_frame, ///< pixels of the last unaffected frame, new id and time stamp
+    repeat_frame, ///< the full frame is sent once more under the next block id
+    /// Commands do not restart the controller's heartbeat time-out. Counted like mute_control.
+    heartbeat_loss,
 };
 constexpr std::size_t fault_count = 15;
 /// Names in the configuration, in the order of messages and help: packets, frames, control.

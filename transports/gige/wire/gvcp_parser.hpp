@@ -13,8 +13,9 @@ namespace obscura::transports::gige {
 struct ResendRequest {
     std::uint16_t channel = 0;
     std::uint64_t block_id = 0;
-    std::uint32_t first = 0, last = 0; ///< inclusive; all ones in `last` means "to the end of the block"
-    bool extended = false;             ///< the request has 64-bit ids
+    /// Packet ids, inclusive; `last` is all ones for the rest of the block.
+    std::uint32_t first = 0, last = 0;
+    bool extended = false; ///< the request has 64-bit ids
     /// Sent from the socket that receives the stream or from the controller's socket, not only from the host
     /// of one.
     bool trusted = true;
