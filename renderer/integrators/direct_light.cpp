@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrators/direct_light.hpp"
+
+#include "renderer/lights/sunlight.hpp"
+#include "renderer/packets/frames.hpp"
+#include "renderer/world/motion.hpp"
+
+#include <algorithm>
+
+namespace obscura::renderer {
+namespace {
+
+/// out += throughput * colour * light * scale, lane by lane.
+OBSCURA_VECTOR_CLONES
+void add_light(const Doubles& throughput, const Doubles& colour, const Doubles& light, double scale,
+               Doubles& out) {
+    for (int i = 0; i < packet_size; ++i)
+        out.v[i] += throughput.v[i] * light.v[i] * (colour.v[i] * scale);
+}
+
+} // namespace
+
+DirectLight::DirectLight(const RowState& row, const Lighting& lighting, const scene::Sun& sun,
+                         RayCounts& counts)
+    : row_(row),
+      lighting_(lighting),
+      sun_(sun),
+      sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)),
+      counts_(counts) {}
+
+void DirectLight::add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
+                               const RayPacket& view, const HitPacket& hits, PathPacket& paths,
+                               Channels& out) const {
+    const std::size_t channels = lighting_.sun_w_m2.size();
+    if (body.material == nullptr) {
+        for (int i = 0; i < packet_size; ++i) {
+            if (here.on[i] == 0) continue;
+            if (paths.pdf[i] == delta_pdf) {
+                const double mu = -dot(surface.normal.lane(i), view.direction.lane(i));
+                const double radiance = sun_radiance_ * limb_factor(sun_.limb_darkening, mu);
+                for (std::size_t c = 0; c < channels; ++c)
+                    out.v[c][i] += paths.throughput.v[c][i] * radiance * lighting_.sun_w_m2[c];
+            }
+            paths.alive.on[i] = 0;
+        }
+        return;
+    }
+    if (body.built->emission.empty()) return;
+    const bool sampled = body.shape->sampled_area_m2() > 0;
+    for (int i = 0; i < packet_size; ++i) {
+        if (here.on[i] == 0 || surface.outside.on[i] == 0) continue;
+        // Compute the MIS weight of a BSDF-sampled emitter hit: balance heuristic, pdfs per steradian.
+        double weight = 1;
+        if (sampled && paths.pdf[i] != delta_pdf) {
+            const double cosine = -dot(surface.facet_normal.lane(i), view.direction.lane(i));
+            const double area_pdf = hits.t[i] * hits.t[i] / (std::max(cosine, 1e-12) * lighting_.area_m2);
+            weight = paths.pdf[i] / (paths.pdf[i] + area_pdf);
+        }
+        for (std::size_t c = 0; c < channels; ++c)
+            out.v[c][i] += weight * paths.throughput.v[c][i] * body.built->emission[c];
+    }
+}
+
+void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v,
+                          const PathPacket& paths, Channels& out) {
+    // Sample the Sun's disc.
+    RayPacket light;
+    Doubles solid_angle;
+    sample_sun(vertex.surface.position, vertex.body->sun_m, sun_, u, v, light.direction, solid_angle);
+    // Evaluate the BRDF.
+    Doubles r;
+    evaluate_brdf(row_, vertex, light.direction, r);
+    // Trace shadow rays.
+    for (int i = 0; i < packet_size; ++i) {
+        light.active.on[i] = vertex.here.on[i] != 0 && r[i] > 0 ? -1 : 0;
+        light.t_max[i] = no_hit;
+    }
+    if (!light.active.any()) return;
+    block(vertex, false, light);
+    // Add throughput times BRDF times radiance over the pdf.
+    for (int i = 0; i < packet_size; ++i)
+        r[i] = light.active.on[i] != 0 ? r[i] * solid_angle[i] : 0;
+    for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
+        add_light(paths.throughput.v[c], vertex.colour.v[c], r, sun_radiance_ * lighting_.sun_w_m2[c],
+                  out.v[c]);
+}
+
+void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, Channels& out) {
+    for (std::size_t k = 0; k < lighting_.lamps.size(); ++k) {
+        const scene::Lamp& lamp = lighting_.lamps[k];
+        const Mat3& from_inertial = vertex.body->from_inertial;
+        const Vec3 position = from_inertial * (row_.lamps[k].position_m - vertex.body->position_m);
+        const Vec3 axis = from_inertial * rotate(row_.lamps[k].orientation, {0, 0, 1});
+        RayPacket light;
+        Doubles share;
+        for (int i = 0; i < packet_size; ++i) {
+            const Vec3 to_lamp = position - vertex.surface.position.lane(i);
+            const double distance = length(to_lamp);
+            const Vec3 d = distance > 0 ? to_lamp / distance : Vec3{0, 0, 1};
+            light.direction.set(i, d);
+            light.t_max[i] = distance;
+            share[i] = distance > 0 ? beam_share(lamp, -dot(axis, d)) / (distance * distance) : 0;
+        }
+        Doubles r;
+        evaluate_brdf(row_, vertex, light.direction, r);
+        for (int i = 0; i < packet_size; ++i)
+            light.active.on[i] = vertex.here.on[i] != 0 && r[i] * share[i] > 0 ? -1 : 0;
+        if (!light.active.any()) continue;
+        block(vertex, true, light);
+        for (int i = 0; i < packet_size; ++i)
+            r[i] = light.active.on[i] != 0 ? r[i] * share[i] : 0;
+        for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
+            add_light(paths.throughput.v[c], vertex.colour.v[c], r, lamp.intensity_w_sr[c], out.v[c]);
+    }
+}
+
+void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, const Doubles& v,
+                                 const PathPacket& paths, bool weighted, Channels& out) {
+    RayPacket light;
+    Doubles share;
+    for (int i = 0; i < packet_size; ++i) {
+        light.direction.set(i, {0, 0, 1});
+        light.t_max[i] = share[i] = 0;
+    }
+    // Sample a point of the emitting area: u selects the body by its area, its remainder and v the point.
+    std::int32_t source[packet_size] = {};
+    double before_m2 = 0;
+    for (std::size_t k = 0; k < lighting_.area_lights.size(); ++k) {
+        const AreaLight& area_light = lighting_.area_lights[k];
+        const BodyState& lamp = row_.bodies[static_cast<std::size_t>(area_light.body)];
+        const double area_m2 = area_light.area_m2;
+        const bool last = k + 1 == lighting_.area_lights.size();
+        const bool here = lamp.frame == vertex.body->frame;
+        const Mat3 turn = here ? Mat3{} : relative_rotation(lamp, *vertex.body);
+        const Vec3 offset = here ? Vec3{} : relative_origin(lamp, *vertex.body);
+        const double resolved_m = lamp.shape->bounding_radius_m() * 0x1p-20;
+        for (int i = 0; i < packet_size; ++i) {
+            const double at_m2 = u[i] * lighting_.area_m2 - before_m2;
+            if (vertex.here.on[i] == 0 || at_m2 < 0 || (at_m2 >= area_m2 && !last)) continue;
+            source[i] = area_light.body;
+            Vec3 point;
+            Vec3 normal;
+            lamp.shape->sample_area(std::min(at_m2 / area_m2, 0x1.fffffffffffffp-1), v[i], point, normal);
+            if (!here) {
+                point = turn * point + offset;
+                normal = turn * normal;
+            }
+            const Vec3 to_light = point - vertex.surface.shadow_origin.lane(i);
+            const double distance = length(to_light);
+            if (!(distance > 0)) continue;
+            const Vec3 d = to_light / distance;
+            const double cosine = -dot(normal, d);
+            light.direction.set(i, d);
+            // Stop short of the light, by what float coordinates cannot resolve, so that it does not shadow
+            // itself.
+            light.t_max[i] = distance * (1 - 1e-6) - resolved_m;
+            share[i] = cosine > 0 ? cosine * lighting_.area_m2 / (distance * distance) : 0.0;
+        }
+        before_m2 += area_m2;
+    }
+    // Evaluate the BRDF.
+    Doubles r;
+    evaluate_brdf(row_, vertex, light.direction, r);
+    // Trace shadow rays.
+    for (int i = 0; i < packet_size; ++i)
+        light.active.on[i] = vertex.here.on[i] != 0 && r[i] * share[i] > 0 && light.t_max[i] > 0 ? -1 : 0;
+    if (!light.active.any()) return;
+    block(vertex, true, light);
+    for (int i = 0; i < packet_size; ++i) {
+        if (light.active.on[i] == 0) continue;
+        double value = r[i] * share[i];
+        // Compute the MIS weight against BSDF sampling.
+        if (weighted) {
+            const Vec3 n = vertex.surface.normal.lane(i);
+            Vec3 a;
+            Vec3 b;
+            orthonormal_basis(n, a, b);
+            const auto local = [&](Vec3 w) { return Vec3{dot(w, a), dot(w, b), dot(w, n)}; };
+            const Material& material = *row_.bodies[static_cast<std::size_t>(vertex.of[i])].material;
+            const Vec3 seen = local(-vertex.view.direction.lane(i));
+            const Vec3 lit = local(light.direction.lane(i));
+            const ParameterPacket* const varied = vertex.varied_at(i);
+            const double bsdf_pdf =
+                varied != nullptr ? material.pdf_varied(*varied, i, seen, lit) : material.pdf(seen, lit);
+            const double area_pdf = 1 / share[i]; // per steradian
+            value *= area_pdf / (area_pdf + bsdf_pdf);
+        }
+        const std::vector<double>& emission =
+            row_.bodies[static_cast<std::size_t>(source[i])].built->emission;
+        for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
+            out.v[c][i] += paths.throughput.v[c][i] * value * vertex.colour.v[c][i] * emission[c];
+    }
+}
+
+void DirectLight::block(const PathVertex& vertex, bool all_bodies, RayPacket& light) {
+    light.origin = vertex.surface.shadow_origin;
+    light.coherent = vertex.coherent;
+    RayPacket turned; // in the frame `turned_to`
+    turned.coherent = vertex.coherent;
+    std::int32_t turned_to = -1;
+    for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
+        const BodyState& other = row_.bodies[b];
+        if (other.material == nullptr) continue;
+        const auto index = static_cast<std::int32_t>(b);
+        Lanes asked{};
+        for (int k = 0; k < vertex.count; ++k) {
+            const BodyState& own = row_.bodies[static_cast<std::size_t>(vertex.bodies[k])];
+            if (vertex.bodies[k] != index && !all_bodies &&
+                !std::binary_search(own.occluders.begin(), own.occluders.end(), index))
+                continue;
+            // A convex body never shades its own outside, always its inside.
+            const bool inside_only = vertex.bodies[k] == index && !own.shape->shadows_itself();
+            for (int i = 0; i < packet_size; ++i)
+                asked.on[i] |= vertex.on[k].on[i] & light.active.on[i] &
+                               (inside_only ? ~vertex.surface.outside.on[i] : -1);
+        }
+        if (!asked.any()) continue;
+        counts_.rays += static_cast<std::uint64_t>(asked.count());
+        Lanes open;
+        if (other.frame == vertex.body->frame) {
+            const Lanes all = light.active;
+            light.active = asked;
+            other.shape->occlude(light);
+            open = light.active;
+            light.active = all;
+        } else {
+            if (turned_to != other.frame) {
+                const Mat3 turn = relative_rotation(*vertex.body, other);
+                transform(turn, light.origin, relative_origin(*vertex.body, other), turned.origin);
+                transform(turn, light.direction, {}, turned.direction);
+                turned.t_max = light.t_max;
+                turned_to = other.frame;
+            }
+            turned.active = asked;
+            other.shape->occlude(turned);
+            open = turned.active;
+        }
+        for (int i = 0; i < packet_size; ++i)
+            light.active.on[i] &= open.on[i] | ~asked.on[i];
+        if (!light.active.any()) return;
+    }
+}
+
+} // namespace obscura::renderer

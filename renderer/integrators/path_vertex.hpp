@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Path vertices on the surfaces of bodies that share a frame: BRDF evaluation and BSDF sampling.
+#pragma once
+
+#include "renderer/integrators/path_packet.hpp"
+#include "renderer/packets/packet.hpp"
+#include "renderer/world/row_state.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::renderer {
+
+/// Path vertices on bodies that share a frame; everything in that frame.
+struct PathVertex {
+    const BodyState* body = nullptr;  ///< any body of the frame
+    Lanes here;                       ///< the lanes that scatter light
+    std::int32_t of[packet_size];     ///< index of each lane's body in the row
+    std::int32_t bodies[packet_size]; ///< the bodies that were hit, `count` of them
+    Lanes on[packet_size];            ///< the lanes on each of `bodies`
+    int count = 0;
+    bool coherent = true; ///< reached by camera rays
+    RayPacket view;
+    SurfacePacket surface;
+    Channels colour;                     ///< factor on the material's reflectance
+    bool varies[packet_size];            ///< whether the parameters of each of `bodies` differ by lane
+    ParameterPacket varied[packet_size]; ///< the parameters of those that do
+    std::int32_t slot[packet_size];      ///< index of each lane's body in `bodies`
+
+    /// Material parameters of one lane; null: the material's constants.
+    [[nodiscard]] const ParameterPacket* varied_at(int lane) const {
+        return varies[slot[lane]] ? &varied[slot[lane]] : nullptr;
+    }
+};
+
+/// BRDF of each lane's material towards the viewer for light from `light` (unit, the vertex's frame), 1/sr; 0
+/// on mirrors.
+void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& light, Doubles& r);
+
+/// Samples the BSDF: next ray and throughput of `next`, whose paths end where nothing is scattered.
+void sample_bsdf(const RowState& row, const PathVertex& vertex, const Doubles& u, const Doubles& v,
+                 std::size_t channels, PathPacket& next);
+
+} // namespace obscura::renderer
