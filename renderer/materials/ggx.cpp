@@ -16,10 +16,9 @@ scene::ParameterList declare(GgxParameters& p) {
         scene::image_or(config::key("reflectance_f0", &p.reflectance_f0)
                             .range(0, 1)
                             .help("Fresnel reflectance at normal incidence, F0")),
-        scene::image_or(
-            config::key("base_albedo", &p.base_albedo)
-                .range(0, 1)
-                .help("Albedo of the diffuse base under a dielectric; 0: a metal, which has none")),
+        scene::image_or(config::key("base_albedo", &p.base_albedo)
+                            .range(0, 1)
+                            .help("Albedo of the diffuse base under a dielectric; 0: metal, without a base")),
     };
 }
 
@@ -38,7 +37,8 @@ inline double smith_lambda(double c, double alpha2) {
     return 0.5 * (__builtin_sqrt(1 + alpha2 * (tan2 > 0 ? tan2 : 0.0)) - 1);
 }
 
-inline double ggx_density(double cos_h, double alpha2) {
+/// Distribution D of the microfacet normals, 1/sr.
+inline double ggx_distribution(double cos_h, double alpha2) {
     const double q = cos_h * cos_h * (alpha2 - 1) + 1;
     return alpha2 * std::numbers::inv_pi / (q * q);
 }
@@ -61,7 +61,7 @@ template<typename Parameter>
         double cos_h = (mu0 + mu) * inv;
         cos_h = cos_h > 1 ? 1.0 : cos_h;
         const double cos_d = 0.5 / inv;
-        const double d = ggx_density(cos_h, alpha2);
+        const double d = ggx_distribution(cos_h, alpha2);
         const double g2 = 1 / (1 + smith_lambda(mu0, alpha2) + smith_lambda(mu, alpha2));
         const double f = f0[i] + (1 - f0[i]) * fifth_power(1 - (cos_d < 1 ? cos_d : 1.0));
         const double diffuse =
@@ -123,7 +123,7 @@ double Ggx::pdf(Vec3 out, Vec3 in) const {
     const double alpha2 = alpha_ * alpha_;
     const Vec3 h = normalized(in + out);
     const double g1 = 1 / (1 + smith_lambda(out.z, alpha2));
-    const double visible = g1 * ggx_density(h.z, alpha2) / (4 * out.z);
+    const double visible = g1 * ggx_distribution(h.z, alpha2) / (4 * out.z);
     return specular_share_ * visible + (1 - specular_share_) * in.z * std::numbers::inv_pi;
 }
 

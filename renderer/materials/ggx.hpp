@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GGX microfacet law for metals, and for dielectrics with a diffuse base.
+// GGX microfacet BRDF for metals, and for dielectrics over a diffuse base.
 #pragma once
 
 #include "renderer/materials/material.hpp"
@@ -21,11 +21,11 @@ struct GgxParameters {
 };
 [[nodiscard]] scene::ParameterList declare(GgxParameters& p);
 
-/// r = mu0 [D G2 F / (4 mu0 mu) + diffuse]. D after Trowbridge and Reitz (Walter et al., EGSR 2007, eq. 33),
-/// height- correlated Smith G2 (Heitz, JCGT 3(2) 2014), Fresnel after Schlick (1994), visible normals sampled
-/// after Heitz (JCGT 7(4) 2018). The base under a dielectric is Ashikhmin and Shirley's (2000, eq. 5):
-/// reciprocal, and loses what the surface reflects. Metals have no base. Single scattering between facets
-/// only: energy is lost at high roughness.
+/// r = mu0 [D G2 F / (4 mu0 mu) + diffuse]. D by Trowbridge and Reitz (Walter et al., EGSR 2007, eq. 33),
+/// height-correlated Smith G2 (Heitz, JCGT 3(2) 2014), Fresnel by Schlick (1994), visible normals sampled by
+/// Heitz (JCGT 7(4) 2018). The base under a dielectric is Ashikhmin and Shirley's (2000, eq. 5): reciprocal,
+/// and loses what the surface reflects. Metals have no base. Single scattering between facets only: energy is
+/// lost at high roughness.
 class Ggx final : public Material {
 public:
     using Parameters = GgxParameters;
@@ -40,13 +40,13 @@ public:
                                     Vec3 in) const override;
 
 private:
-    /// The loop itself: a virtual function cannot be compiled for several instruction sets.
+    /// Loop over the lanes, compiled for several instruction sets, which a virtual function cannot be.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
     void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     double alpha_;          ///< square of the roughness
     double f0_;             ///< reflectance at normal incidence
     double base_;           ///< albedo of the base, 0 for metals
-    double specular_share_; ///< of the samples
+    double specular_share_; ///< fraction of samples that go to the specular lobe
 };
 
 } // namespace obscura::renderer

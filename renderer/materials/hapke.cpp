@@ -44,15 +44,16 @@ scene::ParameterList declare(HapkeParameters& p) {
                             .unit("deg")
                             .range(0, 45)
                             .help("Mean slope angle of the macroscopic roughness, theta-bar; 0: smooth")),
-        scene::image_or(config::key("filling_factor", &p.filling_factor)
-                            .range(0, 0.74) // densest packing of equal spheres
-                            .help("Share of the volume that particles fill, phi; 0: no porosity correction")),
+        scene::image_or(
+            config::key("filling_factor", &p.filling_factor)
+                .range(0, 0.74) // densest packing of equal spheres
+                .help("Fraction of the volume filled by particles, phi; 0: no porosity correction")),
     };
 }
 
 namespace {
 
-/// Below this the surface is smooth for every purpose, and the cotangent would overflow.
+/// Below this the surface counts as smooth; the cotangent would overflow.
 constexpr double least_roughness_rad = 1e-4;
 
 inline double clamp(double x, double least, double most) {
@@ -60,12 +61,12 @@ inline double clamp(double x, double least, double most) {
     return x > most ? most : x;
 }
 
-/// sqrt that the vectoriser knows as one instruction (std::sqrt may set errno).
+/// sqrt that vectorises to one instruction (std::sqrt may set errno).
 inline double root(double x) {
     return __builtin_sqrt(x > 0 ? x : 0.0);
 }
 
-/// What the law is computed from; Value is a number that is the same in all lanes, or one for each.
+/// Terms of the law; Value is a number that is the same in all lanes, or one for each.
 template<typename Value>
 struct Terms {
     Value w, phase_b, phase_c, shadow_hiding_b0, shadow_hiding_h, backscatter_b0, backscatter_h;
@@ -86,14 +87,14 @@ template<typename Value>
 [[gnu::always_inline]] inline void loops(const ScatterPacket& s, const Terms<Value>& p, bool rough,
                                          Doubles& r) {
     constexpr double inv_pi = std::numbers::inv_pi;
-    // Divisions cost most here: numerators and denominators are kept apart, and one division ends it all.
+    // Divisions cost most here: keep numerators and denominators apart, divide once at the end.
     Doubles mu0e;
     Doubles mue;
     Doubles over; // mu0e / (mu0e + mue) times the shadowing function, as a quotient
     Doubles under;
 
     if (rough) {
-        // Several short loops: each vectorises, and none runs out of registers.
+        // Several short loops: each vectorises without running out of registers.
         Doubles ci;
         Doubles ce;
         Doubles si_tan;
@@ -104,16 +105,16 @@ template<typename Value>
         Doubles psi_over_pi;
         Doubles f;
         for (int i = 0; i < packet_size; ++i) {
-            // Grazing within 1e-5 is as good as grazing, and keeps every quotient finite.
+            // Clamp at 1e-5, which looks the same as grazing and keeps every quotient finite.
             ci[i] = clamp(s.cos_in[i], 1e-5, 1);
             ce[i] = clamp(s.cos_out[i], 1e-5, 1);
             const double si = root(1 - ci[i] * ci[i]);
             const double se = root(1 - ce[i] * ce[i]);
             si_tan[i] = si * p.tan_roughness[i];
             se_tan[i] = se * p.tan_roughness[i];
-            // Azimuth between the planes of incidence and emission, from the phase angle. With the Sun or the
-            // viewer in the zenith there is none: the added tiny number makes it 0, and keeps the cotangents
-            // as large as they need to be.
+            // Azimuth between the planes of incidence and emission, from the phase angle. It is undefined
+            // with the Sun or the viewer in the zenith: the tiny number added makes it 0, and the cotangents
+            // stay large.
             const double inverse = 1 / (si * se + 1e-12);
             cot_i[i] = clamp(ci[i] * se * inverse, si > 1e-5 ? 0 : 1e5, 1e12);
             cot_e[i] = clamp(ce[i] * si * inverse, se > 1e-5 ? 0 : 1e5, 1e12);
@@ -177,7 +178,7 @@ template<typename Value>
     Doubles exp_z;
     for (int i = 0; i < packet_size; ++i) {
         const double cos_g = clamp(s.cos_phase[i], -1, 1);
-        // Beyond 1e6 the surges are over, and products would leave the range of numbers.
+        // Beyond 1e6 the surges are negligible, and products would overflow.
         tan_half_g[i] = clamp(root((1 - cos_g) / (1 + cos_g + 1e-300)), 0, 1e6);
     }
     for (int i = 0; i < packet_size; ++i)
@@ -258,7 +259,7 @@ OBSCURA_VECTOR_CLONES void Hapke::evaluate_varied(const ScatterPacket& s, Double
     Terms<Doubles> terms{v[0], v[1], v[2], v[3], v[4], v[5], v[6], {}, {}, {}, {}, {}};
     bool rough = false;
     for (int i = 0; i < packet_size; ++i) {
-        // Where some lanes are rough, the smooth ones are as good as smooth.
+        // Smooth lanes beside rough ones get the least roughness, which looks smooth.
         const double slope = v[7][i] > least_roughness_rad ? v[7][i] : least_roughness_rad;
         rough = rough || v[7][i] > least_roughness_rad;
         terms.tan_roughness[i] = slope == d_.roughness_rad && rough_ ? tan_roughness_ : std::tan(slope);

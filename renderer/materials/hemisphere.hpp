@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Directions drawn in the local frame of a surface (z along the normal), from two uniform numbers.
+// Sampling of directions in the local frame of a surface (z along the normal) from two uniform numbers.
 #pragma once
 
 #include "core/geometry.hpp"
@@ -9,7 +9,7 @@
 
 namespace obscura::renderer {
 
-/// Cosine-weighted: density cos(theta) / pi per steradian.
+/// Cosine-weighted direction: pdf cos(theta) / pi, 1/sr.
 inline Vec3 cosine_hemisphere(double u, double v) {
     double s = 0;
     double c = 0;
@@ -18,8 +18,8 @@ inline Vec3 cosine_hemisphere(double u, double v) {
     return {radius * c, radius * s, std::sqrt(1 - u)};
 }
 
-/// The direction at the angle of cosine `cos_angle` from the unit vector `axis`, `turn` in [0,1) of the way
-/// round.
+/// Direction at an angle of cosine `cos_angle` to the unit vector `axis`; azimuth `turn` in [0,1), in full
+/// turns.
 inline Vec3 around(Vec3 axis, double cos_angle, double turn) {
     Vec3 a;
     Vec3 b;

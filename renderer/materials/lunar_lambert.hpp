@@ -34,9 +34,9 @@ public:
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
 
 private:
-    /// The loop itself: a virtual function cannot be compiled for several instruction sets.
+    /// Loop over the lanes, compiled for several instruction sets, which a virtual function cannot be.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
-    /// L is a number of its own in each lane, whatever the phase angle.
+    /// As evaluate(), with a weight L given for each lane instead of by the phase angle.
     void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     LunarLambertParameters d_;
 };

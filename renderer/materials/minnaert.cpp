@@ -33,7 +33,7 @@ template<typename Parameter>
 [[gnu::always_inline]] inline void loop(const ScatterPacket& s, double albedo, const Parameter& exponent,
                                         Doubles& r) {
     const double scale = albedo * std::numbers::inv_pi;
-    constexpr double least = 1e-12; // keeps the logarithm finite; the light there is below any detector
+    constexpr double least = 1e-12; // keeps the logarithm finite; the light there is too faint to detect
     for (int i = 0; i < packet_size; ++i) {
         const double mu0 = s.cos_in[i] > least ? s.cos_in[i] : least;
         const double mu = s.cos_out[i] > least ? s.cos_out[i] : least;

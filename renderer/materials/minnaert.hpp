@@ -30,7 +30,7 @@ public:
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
 
 private:
-    /// The loop itself: a virtual function cannot be compiled for several instruction sets.
+    /// Loop over the lanes, compiled for several instruction sets, which a virtual function cannot be.
     void evaluate(const ScatterPacket& s, Doubles& r) const;
     void evaluate_varied(const ScatterPacket& s, Doubles& r) const;
     MinnaertParameters d_;

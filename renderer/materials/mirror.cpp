@@ -6,7 +6,7 @@ namespace obscura::renderer {
 scene::ParameterList declare(MirrorParameters& p) {
     return {config::key("reflectance", &p.reflectance)
                 .range(0, 1)
-                .help("Share of the light that the mirror reflects")};
+                .help("Fraction of the light that the mirror reflects")};
 }
 
 void Mirror::reflectance(const ScatterPacket& /*s*/, Doubles& r) const {

@@ -12,15 +12,15 @@ namespace obscura::renderer {
 struct MirrorParameters {
     static constexpr std::string_view kind = "mirror";
     static constexpr std::string_view help =
-        "Perfect mirror; what it shows is seen only where light may bounce (max_bounces above 0).";
+        "Perfect mirror; reflections are seen only with max_bounces above 0.";
     using Family = scene::MaterialFamily;
 
     double reflectance = 0.9;
 };
 [[nodiscard]] scene::ParameterList declare(MirrorParameters& p);
 
-/// Sends light back in one direction only, so that no lamp is ever met by chance: its light is found by
-/// following the reflected ray.
+/// BRDF is a delta distribution: light sampling never finds its light, which comes from following the
+/// mirrored ray.
 class Mirror final : public Material {
 public:
     using Parameters = MirrorParameters;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real surfaces by name: the parameters that papers and handbooks give for them.
+// Material presets: parameters of real surfaces from papers and handbooks.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
 
 namespace obscura::renderer {
 
-// One function for each; the source and what is typical rather than measured stands with its figures.
+// One function for each preset. Its comment in presets.cpp gives the source and says what is typical rather
+// than measured.
 [[nodiscard]] scene::Material moon();
 [[nodiscard]] scene::Material eros();
 [[nodiscard]] scene::Material itokawa();

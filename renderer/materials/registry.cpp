@@ -48,7 +48,7 @@ const std::vector<MaterialKind>& laws() {
     return kinds;
 }
 
-/// A real surface by name, with the keys of its law.
+/// Preset: a real surface by name, with the keys of its law.
 MaterialKind preset(std::string_view name, std::string_view help, scene::Material (*parameters)()) {
     MaterialKind kind = *find_kind(laws(), parameters().kind());
     kind.name = name;
@@ -83,7 +83,7 @@ double& first_of(const config::Target& target) {
     return *std::get<double*>(target);
 }
 
-/// Those of `material` that an image may give.
+/// Parameters of `material` that an image may give.
 scene::ParameterList varying(scene::Material& material) {
     scene::ParameterList parameters = law_of(material, "texture").parameters(material);
     parameters.erase(std::remove_if(parameters.begin(), parameters.end(),

@@ -20,26 +20,27 @@ struct MaterialKind : scene::Kind<scene::MaterialFamily> {
     bool preset = false;
 };
 
-/// In the order in which messages and the reference list them. A body has the first where neither it nor its
-/// shape chooses one.
+/// All kinds in the order in which messages and the reference list them. The first is the default material of
+/// a body whose shape has none of its own.
 [[nodiscard]] const std::vector<MaterialKind>& material_kinds();
 
 /// Checks the description and makes its law. Throws ConfigError that names `place`.
 [[nodiscard]] std::unique_ptr<Material> make_material(const scene::Material& description,
                                                       const std::string& place);
 
-/// A parameter of a law that may differ from place to place.
+/// A parameter of a law that may vary over the surface.
 struct VaryingParameter {
     std::string_view name; ///< in scene files, without the unit
-    double value;          ///< of the description that was asked, in SI units
+    double value;          ///< in the description passed, SI units
 };
 
-/// The parameters of `material` that an image may give, in the order in which its law declares them, which
-/// is that of ParameterPacket. None where the law has none beside its albedo, which textures multiply anyway.
+/// Parameters of `material` that may be textured, in the order in which its law declares them, which is that
+/// of ParameterPacket. Empty for a law with no parameter beside its albedo, on which every albedo texture is
+/// a factor.
 [[nodiscard]] std::vector<VaryingParameter> varying_parameters(const scene::Material& material);
 
-/// Sets the parameter at `index` of varying_parameters(). Of one with several coefficients, such as the
-/// weight of the lunar-Lambert law, the first is set and the others become 0.
+/// Sets the parameter at `index` of varying_parameters(). If it has several coefficients, such as the weight
+/// of the lunar-Lambert law, the first is set and the others become 0.
 void set_varying_parameter(scene::Material& material, std::size_t index, double value);
 
 } // namespace obscura::renderer
