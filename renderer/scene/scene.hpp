@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene as plain data: what a scene file says and the renderer is built from.
+// Scene description as plain data: bodies, light sources, stars and the camera of a scene file.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -17,70 +17,77 @@
 
 namespace obscura::scene {
 
-/// A pose at an instant of scene time. Scene time is seconds from the start of the scene; the emulator maps
-/// the scheduling clock onto it.
+/// Pose at an instant of scene time: seconds from the start of the scene, onto which the emulator maps the
+/// scheduling clock. The pose is relative to the inertial frame, or to the parent body; its quaternion turns
+/// vectors of the moving frame into that frame.
 struct TimedPose {
-    double time_s = 0;
+    double time_s = 0; ///< scene time
     Pose pose;
 };
 
-/// Poses that come from outside while the program runs.
+/// Source of poses that are received while the program runs. Thread-safe, real-time safe.
 class LivePose {
 public:
     virtual ~LivePose() = default;
-    /// The pose at `time_s`, with a unit quaternion; false when none is known yet. Any thread; neither
-    /// allocates nor locks.
+    /// Sets `pose` to the pose at `time_s`, with a unit quaternion; false: none is known yet.
     [[nodiscard]] virtual bool at(double time_s, Pose& pose) const noexcept = 0;
 };
 
-/// Where something is over time: a fixed pose, a table, or a uniform spin about an axis of the thing's own
-/// frame. Between samples position is linear and attitude slerp; outside the table the end pose holds.
+/// Motion of a body, a lamp or the camera: a fixed pose, a trajectory, or a uniform spin about an axis of the
+/// moving frame. Between samples position is linear and attitude slerp; outside the table the end pose holds.
 struct Motion {
     std::vector<TimedPose> samples{{}}; ///< at least one, strictly increasing in time
-    Vec3 spin_axis{0, 0, 1};            ///< own frame
+    Vec3 spin_axis{0, 0, 1};            ///< moving frame, any length above 0
     double spin_rate_rad_s = 0;
-    std::shared_ptr<const LivePose> live{}; ///< if any, instead of all that as soon as it knows
+    /// Overrides all of the above once it has a pose; null: none.
+    std::shared_ptr<const LivePose> live{};
 };
 
-/// The kinds of shape are listed in renderer/shapes/registry.hpp, each with a struct of its parameters.
+/// Family of shapes: renderer/shapes/registry.hpp lists the kinds, each with a struct of its parameters.
 struct ShapeFamily;
+/// Shape of a body: kind and parameter values, lengths in metres in the body frame.
 using Shape = Description<ShapeFamily>;
 
-/// The kinds of material are listed in renderer/materials/registry.hpp, each with a struct of its parameters.
+/// Family of materials: renderer/materials/registry.hpp lists the kinds, each with a struct of its
+/// parameters.
 struct MaterialFamily;
+/// Material of a body: scattering law and parameter values, angles in radians.
 using Material = Description<MaterialFamily>;
 
-/// Images on a body. A map covers the whole body by longitude and latitude where the shape has no texture
-/// coordinates of its own.
+/// Texture files of a body. Where the shape has no texture coordinates of its own, a map covers the whole
+/// body by longitude and latitude.
 struct Textures {
-    std::string albedo;        ///< image file: factor on the material's reflectance; empty: none
-    std::string normal;        ///< image file: normal map; empty: none
-    bool srgb = false;         ///< the albedo image is coded for display
-    bool by_longitude = false; ///< even where the shape has coordinates
-    double left_longitude_rad = -3.141592653589793; ///< of the image's left edge
-    /// A parameter of the scattering law from an image of one plane, in the parameter's SI unit.
+    std::string albedo;                             ///< albedo map, a factor on the reflectance; empty: none
+    std::string normal;                             ///< normal map; empty: none
+    bool srgb = false;                              ///< the albedo map is coded as sRGB, not linear
+    bool by_longitude = false;                      ///< also where the shape has texture coordinates
+    double left_longitude_rad = -3.141592653589793; ///< longitude of the image's left edge
+    /// Parameter map: a parameter of the material from an image of one plane, in SI units.
     struct Parameter {
-        std::string name; ///< of the material's key, without the unit
+        std::string name; ///< the material's key without its unit
         std::string file;
-        double at_zero = 0, at_one = 1; ///< what a texel of 0 and one of 1 (integers: full scale) stand for
+        /// Values for a texel of 0 and a texel of 1 (integers: full scale).
+        double at_zero = 0, at_one = 1;
     };
     std::vector<Parameter> parameters{};
 };
 
-/// How a body hangs on its parent.
+/// Joint between a body, a lamp or the camera and its parent, of one degree of freedom or none.
 struct Joint {
+    /// Degree of freedom.
     enum class Kind : std::uint8_t {
-        fixed,
-        hinge, ///< turns about `axis`
-        slide, ///< moves along `axis`
+        fixed, ///< none
+        hinge, ///< rotation about `axis`
+        slide, ///< translation along `axis`
     };
+    /// Joint value at an instant.
     struct Sample {
-        double time_s = 0;
-        double value = 0; ///< angle, rad, or offset, m
+        double time_s = 0; ///< scene time
+        double value = 0;  ///< hinge: angle, rad; slide: offset, m
     };
     Kind kind = Kind::fixed;
-    Vec3 axis{0, 0, 1};            ///< the body's own frame
-    std::vector<Sample> samples{}; ///< increasing in time, linear between, ends held; empty: 0
+    Vec3 axis{0, 0, 1};            ///< moving frame, any length above 0
+    std::vector<Sample> samples{}; ///< times increase; linear between, ends held; empty: 0
 };
 constexpr auto enum_names(Joint::Kind /*type*/) {
     using Kind = Joint::Kind;
@@ -88,36 +95,41 @@ constexpr auto enum_names(Joint::Kind /*type*/) {
                       EnumName{Kind::slide, "slide"}};
 }
 
+/// Body: shape, material and motion. Body frame: right-handed, metres, origin and axes as the shape defines
+/// them.
 struct Body {
-    std::string name;
+    std::string name; ///< unique in the scene
     Shape shape;
     Material material;
     Motion motion;
-    /// Factor on the material's reflectance in each spectral band, 0..1 / the law's albedo; empty: 1 in all.
+    /// Factor on the material's reflectance in each spectral band, 0 .. 1 / albedo; empty: 1 in all.
     std::vector<double> colour{};
-    /// Radiance that the outer side sends out by itself, W m-2 sr-1 in each band; empty: none. For thermal
-    /// emission as well.
+    /// Radiance that the outer side emits, W m-2 sr-1 in each spectral band, for thermal emission too; empty:
+    /// none.
     std::vector<double> emission_w_m2_sr{};
     Textures textures{};
-    /// Name of the body in whose frame `motion` is; empty: the inertial frame. A live pose is relative to the
-    /// parent too, and of it a hinge takes the turn about its axis alone, a slide the way along it.
+    /// Parent: name of the body in whose frame `motion` is; empty: the inertial frame. A live pose is
+    /// relative to the parent too; a hinge uses only its rotation about the joint's axis, a slide only its
+    /// translation along it.
     std::string parent{};
     Joint joint{};
 };
 
-/// A small lamp: a point, or a beam about the +z axis of its own frame. It lights, but is not itself seen.
+/// Lamp of negligible size: a point source, or a beam about the +z axis of its own frame. It illuminates
+/// bodies, but is not visible itself.
 struct Lamp {
+    /// Angular distribution of the intensity.
     enum class Beam : std::uint8_t {
-        point,    ///< the same in all directions
-        uniform,  ///< within `half_angle_rad` of the axis, nothing outside
-        gaussian, ///< exp(-2 (angle / half_angle)^2)
+        point,    ///< isotropic
+        uniform,  ///< constant within `half_angle_rad` of the axis
+        gaussian, ///< exp(-2 (angle / half_angle_rad)^2)
     };
     std::string name;
     Motion motion;
     Beam beam = Beam::point;
     double half_angle_rad = 0.17453292519943295; ///< 10 degrees
-    std::vector<double> intensity_w_sr;          ///< on the axis, in each band
-    std::string parent{};                        ///< as of a body
+    std::vector<double> intensity_w_sr;          ///< on the axis, in each spectral band
+    std::string parent{};                        ///< see Body::parent
     Joint joint{};
 };
 constexpr auto enum_names(Lamp::Beam /*type*/) {
@@ -126,28 +138,31 @@ constexpr auto enum_names(Lamp::Beam /*type*/) {
                       EnumName{Beam::gaussian, "gaussian"}};
 }
 
+/// The Sun: a sphere with the ASTM E490 spectrum.
 struct Sun {
-    Vec3 position_m{-149597870700.0, 0, 0}; ///< inertial
+    Vec3 position_m{-149597870700.0, 0, 0}; ///< centre, inertial frame
     double radius_m = 695'700'000.0;        ///< nominal solar radius, IAU 2015 B3
-    double irradiance_scale = 1;            ///< times ASTM E490
-    /// u of the linear law I(mu) = I(1) (1 - u (1 - mu)); 0: a uniform disc. The irradiance is the same.
+    double irradiance_scale = 1;            ///< factor on the spectrum; 0: no Sun
+    /// Limb darkening u of the linear law I(mu) = I(1) (1 - u (1 - mu)); 0: a uniform disc. The irradiance
+    /// does not depend on it.
     double limb_darkening = 0;
 };
 
-/// Stars as an infinitely far catalogue.
+/// Star at infinite distance: J2000 direction, Johnson V and B-V magnitudes.
 struct Star {
-    double right_ascension_rad = 0, declination_rad = 0; ///< J2000
+    double right_ascension_rad = 0, declination_rad = 0; ///< J2000 equator and equinox
     double magnitude_v = 0;
     double colour_b_v = 0;
 };
 
-/// How far from the centre, over the focal length, a direction at the angle t to the boresight is seen.
+/// Projection: image distance from the centre over the focal length, for a direction at the angle t to the
+/// boresight.
 enum class Projection : std::uint8_t {
     pinhole,       ///< tan t
     equidistant,   ///< t
     equisolid,     ///< 2 sin(t/2)
     stereographic, ///< 2 tan(t/2)
-    orthographic,  ///< sin t: a hemisphere seen from far outside
+    orthographic,  ///< sin t
 };
 constexpr auto enum_names(Projection /*type*/) {
     return std::array{
@@ -156,9 +171,10 @@ constexpr auto enum_names(Projection /*type*/) {
         EnumName{Projection::orthographic, "orthographic"}};
 }
 
-/// How the real image departs from the ideal projection. All lengths are over the focal length, r is the
-/// distance from the centre, x to the right, y down.
+/// Lens distortion: deviation of the real image points from the ideal projection. Lengths are over the focal
+/// length; r is the distance from the centre, x to the right, y down.
 struct Distortion {
+    /// Formula or table.
     enum class Model : std::uint8_t {
         none,
         /// From real to ideal: x + x (k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 x^2) + 2 p2 x y, and likewise
@@ -169,11 +185,11 @@ struct Distortion {
         /// From ideal to real: r (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8); OpenCV's fisheye model, together
         /// with the equidistant projection.
         radial,
-        table, ///< distances from the centre, monotone between the entries
+        table, ///< real distance from the centre by ideal distance, monotone cubic between entries
     };
     Model model = Model::none;
-    std::vector<double> coefficients; ///< those not given are 0
-    std::vector<double> ideal_mm, real_mm;
+    std::vector<double> coefficients;      ///< those left out are 0
+    std::vector<double> ideal_mm, real_mm; ///< table: distances from the centre, in the focal plane
 };
 constexpr auto enum_names(Distortion::Model /*type*/) {
     using Model = Distortion::Model;
@@ -182,20 +198,21 @@ constexpr auto enum_names(Distortion::Model /*type*/) {
                       EnumName{Model::table, "table"}};
 }
 
-/// How the light of a point spreads over the sensor, before pixels integrate it.
+/// Point spread function of the optics, before integration over pixels.
 struct PointSpread {
+    /// Source of the function.
     enum class Model : std::uint8_t {
-        gaussian, ///< of Camera::psf_sigma_px
-        airy,     ///< diffraction at the aperture, at the wavelengths of each band
-        table,    ///< images from a file, by place in the field and by band
+        gaussian, ///< sigma: Camera::psf_sigma_px
+        airy,     ///< diffraction at the aperture, over the wavelengths of each band
+        table,    ///< images from a file, by field position and spectral band
     };
     Model model = Model::gaussian;
-    double obscuration = 0; ///< diameter of the central obscuration over the aperture's
-    double defocus_m = 0;   ///< focus to sensor, along the axis; not for tables
+    double obscuration = 0; ///< central obscuration: diameter over the aperture's
+    double defocus_m = 0;   ///< distance of the focus from the sensor; not for tables
     std::string file{};     ///< FITS, see renderer/camera/psf_file.hpp
-    /// Camera samples are spread within this radius; light beyond it goes into the wings.
+    /// Core radius, within which camera samples are displaced; light beyond it is in the wings.
     double core_px = 16;
-    double wings_px = 0; ///< how far wings are followed; 0: no wings, and all light is in the core
+    double wings_px = 0; ///< wing radius; 0: no wings, all light is in the core
 };
 constexpr auto enum_names(PointSpread::Model /*type*/) {
     using Model = PointSpread::Model;
@@ -203,47 +220,49 @@ constexpr auto enum_names(PointSpread::Model /*type*/) {
                       EnumName{Model::table, "table"}};
 }
 
+/// Camera: sensor, optics and motion. Camera frame: right-handed, x right, y down, z boresight.
 struct Camera {
-    std::int32_t width = 1024, height = 1024; ///< the whole sensor
+    std::int32_t width = 1024, height = 1024; ///< of the whole sensor, px
     double pixel_pitch_m = 18e-6;
     double focal_length_m = 0.05;
     double aperture_m = 0.025; ///< entrance pupil diameter
-    double psf_sigma_px = 0.5; ///< Gaussian; 0 puts every star into one pixel
+    double psf_sigma_px = 0.5; ///< Gaussian PSF; 0: each star in one pixel
     PointSpread psf{};
     Motion motion;
-    std::string parent{}; ///< as of a body
+    std::string parent{}; ///< see Body::parent
     Joint joint{};
-    /// With Scene::aberration: if not zero, instead of the motion's own velocity.
+    /// Inertial velocity for Scene::aberration; zero: that of `motion`.
     Vec3 velocity_m_s{};
     Projection projection = Projection::pinhole;
     Distortion distortion{};
-    /// Where the optical axis meets the sensor, from its centre.
+    /// Principal point from the centre of the sensor: right, down.
     std::array<double, 2> principal_offset_px{0, 0};
-    double sensor_rotation_rad = 0; ///< of the sensor about the optical axis, x towards y
-    /// Light is weakened by the cosine of its angle to the boresight, as a flat pupil does. Together with the
-    /// solid angle of a pinhole's pixels, which falls with the cube, this is the cos^4 law.
+    double sensor_rotation_rad = 0; ///< about the optical axis, x towards y
+    /// Vignetting of a flat pupil: light is attenuated by the cosine of its angle to the boresight. Together
+    /// with the solid angle of a pinhole's pixels, which falls with the cube, this is the cos^4 law.
     bool pupil_cosine = false;
 };
 
-/// Light that the optics put where it does not belong: ghosts, reflections in the housing.
+/// Stray light map: ghosts and reflections of the optics, added to the image.
 struct StrayLight {
-    std::string file; ///< FITS or OpenEXR of the sensor's size, one plane or one for each band
-    double w_m2_per_unit = 1;
-    bool follows_sun = false; ///< times the Sun's irradiance at the camera over that at 1 au
+    std::string file;         ///< FITS or OpenEXR of the sensor's size, one plane or one for each band
+    double w_m2_per_unit = 1; ///< irradiance that a value of 1 adds to a pixel
+    bool follows_sun = false; ///< scaled by the Sun's irradiance at the camera over that at 1 au
 };
 
-/// What the pixels of a frame hold.
+/// Quantity in the pixels of a frame.
 enum class Quantity : std::uint8_t {
-    irradiance, ///< at the entrance pupil from the pixel's solid angle, W/m2: what a detector needs
-    radiance,   ///< the same over the pixel's solid angle, W m-2 sr-1: for comparing with other programs
+    irradiance, ///< at the entrance pupil from the pixel's solid angle, W/m2: input of a detector
+    radiance,   ///< irradiance over the pixel's solid angle, W m-2 sr-1: for comparison with other programs
 };
 constexpr auto enum_names(Quantity /*type*/) {
     return std::array{EnumName{Quantity::irradiance, "irradiance"}, EnumName{Quantity::radiance, "radiance"}};
 }
 
+/// Largest number of spectral bands of a scene.
 constexpr std::size_t most_bands = 16;
 
-/// Everything that can be seen, and the camera that looks.
+/// Scene: bodies, light sources, stars and the camera. Inertial frame: right-handed, metres, J2000 axes.
 struct Scene {
     std::string name;
     Camera camera;
@@ -253,11 +272,11 @@ struct Scene {
     std::vector<Lamp> lamps{};
     std::vector<SpectralBand> bands{SpectralBand{}};
     std::vector<StrayLight> stray_light{};
-    /// Bodies are seen where they were when the light left them. (Not between bodies: shadows and light of
-    /// one on another are those of the places where the camera sees them.)
+    /// Light-time correction: bodies are seen where they were when the light left them. Not between bodies:
+    /// shadows and light of one on another use the positions that the camera sees.
     bool light_time = false;
-    bool aberration = false;       ///< directions as seen from the moving camera
-    std::uint32_t max_bounces = 0; ///< reflections after the first that light is followed over
+    bool aberration = false;       ///< stellar aberration by the camera's velocity
+    std::uint32_t max_bounces = 0; ///< largest number of reflections after the first
     Quantity quantity = Quantity::irradiance;
 };
 
