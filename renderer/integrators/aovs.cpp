@@ -37,7 +37,7 @@ private:
 /// Texture coordinates, albedo and material slot of one body at 16 hits.
 struct SurfaceLook {
     Doubles u, v, albedo;
-    std::size_t part[packet_size];
+    std::size_t slot[packet_size];
 };
 
 /// Fills `look` and applies the normal map to `surface`.
@@ -45,9 +45,12 @@ void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacke
                     double ray_width_rad, SurfacePacket& surface, SurfaceLook& look) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const SurfaceTextures* const textures = body.built->textures.get();
-    ChartPacket chart;
-    const bool charted = textures != nullptr ? textures->chart(*body.shape, hits, index, surface, chart)
-                                             : body.shape->chart(hits, index, surface, chart);
+    UvPacket uv;
+    bool has_uv = true;
+    if (textures != nullptr)
+        textures->texture_coordinates(*body.shape, hits, index, surface, uv);
+    else
+        has_uv = body.shape->texture_coordinates(hits, index, surface, uv);
     Channels factor;
     ParameterPacket varied;
     if (textures != nullptr) {
@@ -72,11 +75,11 @@ void apply_textures(const BodyState& body, const RayPacket& rays, const HitPacke
             albedo[i] = (mirror >= 0 ? mirror : r[i] * std::numbers::pi) * colour;
     }
     for (int i = 0; i < packet_size; ++i) {
-        look.u[i] = charted ? chart.u[i] : unknown;
-        look.v[i] = charted ? chart.v[i] : unknown;
+        look.u[i] = has_uv ? uv.u[i] : unknown;
+        look.v[i] = has_uv ? uv.v[i] : unknown;
         look.albedo[i] = textures != nullptr ? albedo[i] * factor.v[0][i] : albedo[i];
-        look.part[i] = textures != nullptr && textures->parts() > 1 && hits.body[i] == index
-                           ? body.shape->part(hits.primitive[i])
+        look.slot[i] = textures != nullptr && textures->slots() > 1 && hits.body[i] == index
+                           ? body.shape->material_slot(hits.primitive[i])
                            : 0;
     }
 }
@@ -188,7 +191,7 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
             pixel.set(Aov::u, look.u[i]);
             pixel.set(Aov::v, look.v[i]);
             pixel.set(Aov::albedo, look.albedo[i]);
-            pixel.set(Aov::material, body.built->first_material + look.part[i]);
+            pixel.set(Aov::material, body.built->first_material + look.slot[i]);
             pixel.set(Aov::phase_deg,
                       is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(to_sun, to_camera));
         }

@@ -28,15 +28,15 @@ namespace obscura::renderer {
 namespace {
 
 constexpr std::uint64_t most_triangles = 200'000'000;
-constexpr unsigned most_depth = 1000; ///< of nodes in nodes
-/// What even the smallest file may take: twenty times what small files do.
+constexpr unsigned most_depth = 1000; ///< of nested nodes
+/// CPU time allowed for the smallest file: twenty times what small files need.
 #ifdef OBSCURA_SANITIZED
 constexpr rlim_t least_cpu_s = 5;
 #else
 constexpr rlim_t least_cpu_s = 1;
 #endif
 
-/// The scene's triangles as one mesh. Runs in the child only.
+/// Collects the triangles of an assimp scene as one mesh. Runs in the child process only.
 class Collector {
 public:
     Collector(const aiScene& scene, double metres_per_unit) : scene_(scene), scale_(metres_per_unit) {}
@@ -78,15 +78,14 @@ private:
                 mesh_.normals.push_back({n.x, n.y, n.z});
             }
             if (with_uvs_) {
-                // assimp counts v upwards from the last row, except that glTF's reader has turned it
-                // likewise.
+                // assimp counts v upwards from the last row, but for glTF, whose reader flips v to that.
                 const bool has = m.HasTextureCoords(0);
                 const aiVector3D t = has ? m.mTextureCoords[0][i] : aiVector3D();
                 const bool finite = std::isfinite(t.x) && std::isfinite(t.y);
                 mesh_.uvs.push_back(finite ? std::array<float, 2>{t.x, 1 - t.y} : std::array<float, 2>{});
             }
         }
-        const auto part = static_cast<std::uint16_t>(std::min(m.mMaterialIndex, 65535U));
+        const auto slot = static_cast<std::uint16_t>(std::min(m.mMaterialIndex, 65535U));
         for (unsigned i = 0; i < m.mNumFaces; ++i) {
             const aiFace& f = m.mFaces[i];
             if (f.mNumIndices != 3) continue;
@@ -94,7 +93,7 @@ private:
                                            first + f.mIndices[2]};
             if (mirrored) std::swap(t[1], t[2]);
             mesh_.triangles.push_back(t);
-            mesh_.parts.push_back(part);
+            mesh_.material_slots.push_back(slot);
         }
     }
 
@@ -121,7 +120,7 @@ private:
         }
         if (!any) {
             mesh_.materials.clear();
-            mesh_.parts.clear();
+            mesh_.material_slots.clear();
         }
     }
 
@@ -150,7 +149,7 @@ TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, b
     importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, removed);
     const aiScene* scene = importer.ReadFile(file.string(), 0);
     if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
-    // assimp turns 3DS files, whose z is up, on their side.
+    // assimp rotates 3DS files, whose z is up: undo that.
     if (end == ".3ds" && scene->mRootNode != nullptr)
         scene->mRootNode->mTransformation =
             aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1) * scene->mRootNode->mTransformation;
@@ -158,19 +157,19 @@ TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, b
                      aiProcess_SortByPType;
     if (normals) steps |= aiProcess_GenSmoothNormals;
     scene = importer.ApplyPostProcessing(steps);
-    // Apart from the others, because an index of a damaged file must have been checked before.
+    // A step of its own: it needs the indices of a damaged file to have been validated.
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
     if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
     TriangleMesh mesh = Collector(*scene, metres_per_unit).collect();
     if (end == ".stl" || end == ".ply") {
-        // What assimp gives them as a material is no more than a default.
+        // These formats have no materials; assimp gives a default one.
         mesh.materials.clear();
-        mesh.parts.clear();
+        mesh.material_slots.clear();
     }
     return mesh;
 }
 
-// What the child writes into a file in memory and the parent reads: a length, then bytes, for each member.
+// Protocol from child to parent, through a file in memory: a length, then bytes, for each member.
 
 class Writer {
 public:
@@ -180,7 +179,7 @@ public:
         while (size > 0) {
             const ssize_t done = write(fd_, at, std::min(size, std::size_t{1} << 30));
             if (done < 0 && errno == EINTR) continue;
-            if (done <= 0) throw std::runtime_error("too little memory");
+            if (done <= 0) throw std::runtime_error("not enough memory");
             at += done;
             size -= static_cast<std::size_t>(done);
         }
@@ -200,7 +199,7 @@ class Reader {
 public:
     Reader(const char* data, std::size_t size) : at_(data), left_(size) {}
     void bytes(void* to, std::size_t size) {
-        if (size > left_) throw std::runtime_error("its reader ended early");
+        if (size > left_) throw std::runtime_error("the result of its reader is truncated");
         if (size > 0) std::memcpy(to, at_, size);
         at_ += size;
         left_ -= size;
@@ -209,7 +208,8 @@ public:
     void list(T& values) {
         std::uint64_t count = 0;
         bytes(&count, sizeof count);
-        if (count > left_ / sizeof values[0]) throw std::runtime_error("its reader ended early");
+        if (count > left_ / sizeof values[0])
+            throw std::runtime_error("the result of its reader is truncated");
         values.resize(count);
         bytes(values.data(), count * sizeof values[0]);
     }
@@ -229,7 +229,7 @@ void put(int fd, const TriangleMesh& mesh) {
     out.list(mesh.normals);
     out.list(mesh.triangles);
     out.list(mesh.uvs);
-    out.list(mesh.parts);
+    out.list(mesh.material_slots);
     const std::uint64_t count = mesh.materials.size();
     out.bytes(&count, sizeof count);
     for (const MeshMaterial& m : mesh.materials) {
@@ -254,7 +254,7 @@ TriangleMesh get(const char* data, std::size_t size) {
     in.list(mesh.normals);
     in.list(mesh.triangles);
     in.list(mesh.uvs);
-    in.list(mesh.parts);
+    in.list(mesh.material_slots);
     std::uint64_t count = 0;
     in.bytes(&count, sizeof count);
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -268,13 +268,13 @@ TriangleMesh get(const char* data, std::size_t size) {
         m.normal_texture = path;
         mesh.materials.push_back(std::move(m));
     }
-    // The child may have been taken over by the file: what it says about counts is checked like the file.
+    // The file may have taken over the child: check its counts like those of a file.
     const auto fits = [](std::size_t n, std::size_t wanted) { return n == 0 || n == wanted; };
     if (!fits(mesh.normals.size(), mesh.vertices.size()) || !fits(mesh.uvs.size(), mesh.vertices.size()) ||
-        !fits(mesh.parts.size(), mesh.triangles.size()))
-        throw std::runtime_error("its reader contradicts itself");
-    for (const std::uint16_t part : mesh.parts)
-        if (part >= mesh.materials.size()) throw std::runtime_error("a face of a material that is not there");
+        !fits(mesh.material_slots.size(), mesh.triangles.size()))
+        throw std::runtime_error("the result of its reader is inconsistent");
+    for (const std::uint16_t slot : mesh.material_slots)
+        if (slot >= mesh.materials.size()) throw std::runtime_error("a face refers to a missing material");
     return mesh;
 }
 
@@ -288,7 +288,7 @@ struct Descriptor {
     Descriptor& operator=(const Descriptor&) = delete;
 };
 
-/// The child's whole life.
+/// Body of the child process.
 [[noreturn]] void read_in_child(int fd, const std::filesystem::path& file, double metres_per_unit,
                                 bool normals) {
     const auto limit = [](auto resource, rlim_t value) {
@@ -296,7 +296,7 @@ struct Descriptor {
         setrlimit(resource, &both);
     };
     limit(RLIMIT_CORE, 0);
-    // It reads some 5 MB of text a second; damaged PLY files keep it busy for ever.
+    // assimp reads about 5 MB of text a second; damaged PLY files keep it busy without end.
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
     limit(RLIMIT_CPU, least_cpu_s + (unknown ? 0 : static_cast<rlim_t>(bytes >> 18)));
@@ -311,11 +311,11 @@ struct Descriptor {
         put(fd, import(file, metres_per_unit, normals));
         _exit(0);
     } catch (const std::bad_alloc&) {
-        why = "it takes more memory than there is";
+        why = "not enough memory";
     } catch (const std::exception& error) {
         why = error.what();
     } catch (...) {
-        why = "an error without a name";
+        why = "unknown error";
     }
     if (ftruncate(fd, 0) == 0 && lseek(fd, 0, SEEK_SET) == 0) {
         Writer out(fd);
@@ -326,7 +326,7 @@ struct Descriptor {
     _exit(0);
 }
 
-/// One line without odd characters, of a bearable length.
+/// One line without control characters, of limited length.
 std::string tidy(std::string_view text) {
     std::string out;
     for (const char c : text.substr(0, 300))
@@ -344,12 +344,12 @@ TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_p
         throw InputError(fmt::format("{}: cannot open: a readable mesh file is wanted", file.string()));
     const Descriptor memory(memfd_create("mesh", MFD_CLOEXEC));
     if (memory.fd < 0)
-        throw Error(exit_software,
-                    fmt::format("{}: no memory to read it: {}", file.string(), std::strerror(errno)));
+        throw Error(exit_software, fmt::format("{}: cannot create the memory file to read it into: {}",
+                                               file.string(), std::strerror(errno)));
     const pid_t child = fork();
     if (child < 0)
-        throw Error(exit_software,
-                    fmt::format("{}: no process to read it: {}", file.string(), std::strerror(errno)));
+        throw Error(exit_software, fmt::format("{}: cannot start a process to read it: {}", file.string(),
+                                               std::strerror(errno)));
     if (child == 0) read_in_child(memory.fd, file, metres_per_unit, normals);
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
@@ -359,12 +359,12 @@ TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_p
     };
     if (WIFSIGNALED(status))
         refuse(WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL
-                   ? std::string("it takes too long or too much memory")
-                   : fmt::format("assimp broke down on it (signal {})", WTERMSIG(status)));
+                   ? std::string("it takes too much time or memory")
+                   : fmt::format("assimp crashed (signal {})", WTERMSIG(status)));
     const off_t size = lseek(memory.fd, 0, SEEK_END);
-    if (size <= 0) refuse("assimp broke down on it");
+    if (size <= 0) refuse("assimp returned no result");
     void* const mapped = mmap(nullptr, static_cast<std::size_t>(size), PROT_READ, MAP_PRIVATE, memory.fd, 0);
-    if (mapped == MAP_FAILED) refuse("it takes more memory than there is");
+    if (mapped == MAP_FAILED) refuse("not enough memory");
     const auto unmap = [&](const void*) { munmap(mapped, static_cast<std::size_t>(size)); };
     const std::unique_ptr<const void, decltype(unmap)> hold(mapped, unmap);
     TriangleMesh mesh;

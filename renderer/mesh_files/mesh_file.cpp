@@ -46,7 +46,7 @@ TriangleMesh read(const MeshFileParameters& description) {
     constexpr std::array known{".obj", ".stl", ".ply", ".3ds", ".dae", ".gltf", ".glb"};
     if (std::find(known.begin(), known.end(), end) == known.end())
         throw InputError(fmt::format(
-            "{}: a mesh file whose name ends in \"{}\" is not known here, allowed are {}, .tab, .plt",
+            "{}: mesh files whose names end in \"{}\" are not supported, allowed are {}, .tab, .plt",
             file.string(), end, fmt::join(known, ", ")));
     return read_with_assimp(file, description.metres_per_unit, description.smooth_normals);
 }

@@ -13,7 +13,7 @@
 namespace obscura::renderer {
 namespace {
 
-/// The words of one line, taken from the left.
+/// Splits a line into words, from the left.
 class Words {
 public:
     explicit Words(std::string_view line) : rest_(line) {}
@@ -88,8 +88,8 @@ private:
         if (error != std::errc{} || end != number.data() + number.size())
             fail(fmt::format("'{}' is not a vertex index", word));
         if (index < 0) index += count + 1;
-        // OBJ lets a face name a vertex of a later line, but no writer does so and strictness finds typing
-        // errors where they are.
+        // OBJ lets a face refer to a vertex of a later line, but no writer does so, and strictness finds
+        // typing errors where they are.
         if (index < 1 || index > count)
             fail(fmt::format("vertex index {} out of range: allowed 1 to {}", number, count));
         return static_cast<std::uint32_t>(index - 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefront OBJ, read strictly: the error names the line.
+// Wavefront OBJ reader for shape models: strict, errors name the line.
 #pragma once
 
 #include "renderer/mesh_files/triangle_mesh.hpp"

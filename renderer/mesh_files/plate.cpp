@@ -91,7 +91,7 @@ private:
                 fail(fmt::format("the number of {} is wanted", counts_ == 0 ? "vertices" : "plates"));
             for (const std::string_view word : words) {
                 const std::int64_t n = integer(word);
-                // No model is larger, and no file that claims so may make us wait for it.
+                // No model is larger: bound the memory that a hostile count can request.
                 if (counts_ == 2 || n < 1 || n > 200'000'000)
                     fail(fmt::format("'{}' {}: allowed 1 to 200000000", word,
                                      counts_ == 0 ? "vertices" : "plates"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of a text in memory, for readers of mesh files.
+// Line splitter for readers of mesh files in memory.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace obscura::renderer {
 
-/// Takes the first line off `text` and returns it without its end.
+/// Removes the first line from `text` and returns it without its line end.
 inline std::string_view take_line(std::string_view& text) {
     const auto end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);

@@ -40,14 +40,14 @@ void validate(TriangleMesh& mesh, const std::string& source) {
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         const auto& t = mesh.triangles[i];
         const Vec3 a = widen(mesh.vertices[t[0]]);
-        // Less has no direction even in double precision.
+        // A smaller area has no direction even in double precision.
         if (length_squared(cross(widen(mesh.vertices[t[1]]) - a, widen(mesh.vertices[t[2]]) - a)) < 1e-280)
             continue;
-        if (!mesh.parts.empty()) mesh.parts[kept] = mesh.parts[i];
+        if (!mesh.material_slots.empty()) mesh.material_slots[kept] = mesh.material_slots[i];
         mesh.triangles[kept++] = t;
     }
     mesh.triangles.resize(kept);
-    if (!mesh.parts.empty()) mesh.parts.resize(kept);
+    if (!mesh.material_slots.empty()) mesh.material_slots.resize(kept);
     if (mesh.triangles.empty())
         throw InputError(fmt::format("{}: every triangle has zero area: nothing could be seen", source));
 }
@@ -68,7 +68,7 @@ void smooth_normals(TriangleMesh& mesh) {
     mesh.normals.resize(mesh.vertices.size());
     for (std::size_t i = 0; i < sums.size(); ++i) {
         const double n = length(sums[i]);
-        // Opposite facets that share a vertex can cancel; any unit vector will do there.
+        // The normals of opposite facets at a vertex can cancel: use any unit vector there.
         mesh.normals[i] = n > 1e-9 ? narrow(sums[i] / n) : Vec3f{0, 0, 1};
     }
 }

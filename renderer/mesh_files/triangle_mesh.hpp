@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles as plain data, and the checks every mesh passes before it is used.
+// Triangle mesh as plain data, with the checks that every mesh passes before use.
 #pragma once
 
 #include "core/geometry.hpp"
@@ -16,7 +16,7 @@ struct Vec3f {
     float x = 0, y = 0, z = 0;
 };
 
-/// A material as a mesh file describes it.
+/// Material of a mesh file.
 struct MeshMaterial {
     std::string name;
     std::array<float, 3> diffuse{0.6F, 0.6F, 0.6F};       ///< red, green, blue reflectance
@@ -28,14 +28,16 @@ struct TriangleMesh {
     std::vector<Vec3f> vertices;
     std::vector<Vec3f> normals; ///< one per vertex, unit; empty: flat
     std::vector<std::array<std::uint32_t, 3>> triangles;
-    /// One per vertex, texture coordinates: u to the right, v down from the image's first row; empty: none.
+    /// Texture coordinates, one pair per vertex: u to the right, v down from the first row of the image;
+    /// empty: none.
     std::vector<std::array<float, 2>> uvs;
-    std::vector<std::uint16_t> parts; ///< one per triangle, index into `materials`; empty: all 0
+    /// One per triangle: index into `materials`; empty: all 0.
+    std::vector<std::uint16_t> material_slots;
     std::vector<MeshMaterial> materials;
 };
 
 /// Throws InputError (`source: what is wrong`) unless the mesh has triangles, all indices are in range and
-/// all vertices and texture coordinates are finite. Triangles without area are taken out.
+/// all vertices and texture coordinates are finite. Removes triangles without area.
 void validate(TriangleMesh& mesh, const std::string& source);
 
 /// Fills `normals` with the means of the adjoining facets' normals, weighted by the facets' angles at the

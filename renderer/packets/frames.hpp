@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packets of vectors from one frame to another.
+// Packets of vectors: transformation between frames, filling.
 #pragma once
 
 #include "renderer/packets/packet.hpp"
@@ -9,6 +9,7 @@ namespace obscura::renderer {
 /// out = m in + offset, lane by lane.
 void transform(const Mat3& m, const Vec3s& in, Vec3 offset, Vec3s& out);
 
+/// Sets all lanes to `value`.
 inline void set_all(Vec3s& packet, Vec3 value) {
     for (int i = 0; i < packet_size; ++i) {
         packet.x.v[i] = value.x;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays and hits in structure-of-arrays packets of 16: the width every interface of the renderer works in.
+// Rays and hits in structure-of-arrays packets of 16, the width of all interfaces of the renderer.
 #pragma once
 
 #include "core/geometry.hpp"
@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <limits>
 
-/// Compiles a hot loop for several instruction sets and picks one at start-up. The results are the same on
-/// all of them: IEEE operations only, no fusing (-ffp-contract=off). Off under sanitizers, whose run time is
-/// not up when the loader resolves the choice.
+/// Compiles a hot loop for several instruction sets, selected at start-up. All give the same results: IEEE
+/// operations only, no contraction (-ffp-contract=off). Off under sanitizers, whose runtime is not ready yet
+/// when the loader resolves the selection.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(OBSCURA_SANITIZED)
 #define OBSCURA_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
@@ -27,7 +27,7 @@ struct alignas(64) Doubles {
     double operator[](int i) const { return v[i]; }
 };
 
-/// Which lanes of a packet take part: -1 or 0 each, as Embree wants it.
+/// Mask of active lanes of a packet: -1 or 0 each, as Embree expects.
 struct alignas(64) Lanes {
     std::int32_t on[packet_size];
 
@@ -61,15 +61,15 @@ struct RayPacket {
     Vec3s origin, direction;
     Doubles t_max;
     Lanes active;
-    bool coherent = true; ///< they go much the same way: a hint to who looks for what they meet
+    bool coherent = true; ///< similar directions: a hint for traversal
 };
 
-/// What the rays of a packet met. A shape only ever replaces a farther hit by a nearer one.
+/// Nearest hits of the rays of a packet. A shape replaces a hit only by a nearer one.
 struct HitPacket {
-    Doubles t; ///< distance along the ray, metres; no_hit where nothing was met
+    Doubles t; ///< distance along the ray, m; no_hit: none
     alignas(64) std::int32_t body[packet_size];
     alignas(64) std::uint32_t primitive[packet_size];
-    alignas(64) float u[packet_size]; ///< barycentric, as the shape understands them
+    alignas(64) float u[packet_size]; ///< barycentric; meaning set by the shape
     alignas(64) float v[packet_size];
 
     void clear() {
@@ -82,24 +82,24 @@ struct HitPacket {
     }
 };
 
-/// The surface at the hits of one body, in that body's frame.
+/// Surface at the hits of one body, in the body frame.
 struct SurfacePacket {
     Vec3s position;
-    Vec3s shadow_origin; ///< where shadow rays start: clear of the surface on its outer side
-    Vec3s normal;        ///< for shading, unit
-    Vec3s facet_normal;  ///< of the surface itself, unit
+    Vec3s shadow_origin; ///< origin of secondary rays: clear of the surface, outside
+    Vec3s normal;        ///< shading normal, unit
+    Vec3s facet_normal;  ///< geometric normal, unit
     Lanes outside;       ///< -1 where the ray came from outside
 };
 
 constexpr std::size_t max_channels = 16;
 
-/// What 16 samples carry, one Doubles per channel.
+/// Spectral values of 16 samples, one Doubles per channel.
 struct Channels {
     Doubles v[max_channels];
 };
 
-/// Where the hits of one body lie in its texture, lane by lane.
-struct ChartPacket {
+/// Texture coordinates at the hits of one body, lane by lane.
+struct UvPacket {
     Doubles u, v;         ///< u to the right, v down; 1 each across the image
     Vec3s grad_u, grad_v; ///< their gradients on the surface, body frame, 1/m
 };

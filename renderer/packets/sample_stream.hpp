@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The random numbers of 16 samples, one pair after another along their paths.
+// Sample stream: pairs of random numbers of 16 paths, one pair after another.
 #pragma once
 
 #include "renderer/packets/sampler.hpp"
 
 namespace obscura::renderer {
 
-/// Each pair comes from its own scrambled Sobol sequence, of which a sample has the point of its index: all
-/// samples of a pixel together are well spread in each pair, and the pairs are independent.
+/// Each pair of dimensions is a scrambled Sobol sequence of its own, evaluated at the index of the sample:
+/// all samples of a pixel are stratified in each pair, and the pairs are independent.
 class SampleStream {
 public:
-    /// `first_pair`: pairs to leave out.
+    /// `first_pair`: number of pairs to skip.
     SampleStream(const Words& index, const Words& seed, std::uint32_t first_pair = 0)
         : index_(index), seed_(seed), pair_(first_pair) {}
 
@@ -22,7 +22,7 @@ public:
         sobol_pair(index_, seed, u, v);
     }
 
-    /// Leaves one pair out.
+    /// Skips one pair.
     void skip() { ++pair_; }
 
 private:

@@ -78,7 +78,7 @@ void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v) {
         const std::uint32_t order = mix(seed.v[i]);
         const std::uint32_t first = mix(seed.v[i] ^ 0x68bc21ebu);
         const std::uint32_t second = mix(seed.v[i] ^ 0x02e5be93u);
-        // Shuffling keeps aligned blocks of 2^k points together, so every prefix stays well spread.
+        // Shuffling keeps aligned blocks of 2^k points together, so every prefix stays stratified.
         const std::uint32_t shuffled = reverse_bits(scramble_reversed(reverse_bits(index.v[i]), order));
         // Sobol's first dimension is the bit-reversed index: reversed again, the index itself.
         const std::uint32_t a = reverse_bits(scramble_reversed(shuffled, first));

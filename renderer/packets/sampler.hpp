@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where samples lie: Owen-scrambled Sobol points keyed by (seed, frame, pixel), the same on any thread.
+// Sampler: Owen-scrambled Sobol points keyed by (seed, frame, pixel), the same on any thread.
 #pragma once
 
 #include "renderer/packets/packet.hpp"
@@ -16,10 +16,10 @@ struct alignas(64) Words {
     std::uint32_t operator[](int i) const { return v[i]; }
 };
 
-/// What a sample is for; part of the counter, so that effects do not share numbers.
+/// Purpose of a sample: part of the Philox counter, so that effects share no numbers.
 enum class SamplePurpose : std::uint32_t { pixel = 1, body = 2, sample_grid = 3, instant = 4 };
 
-/// The random words of one pixel (or body) in one frame: each seeds one pair of dimensions.
+/// Random words of one pixel (or body) in one frame: each seeds one pair of dimensions.
 using SeedWords = std::array<std::uint32_t, 4>;
 
 [[nodiscard]] SeedWords seed_words(std::uint64_t seed, std::uint64_t frame, SamplePurpose purpose,
@@ -29,9 +29,9 @@ using SeedWords = std::array<std::uint32_t, 4>;
 void pixel_seeds(std::uint64_t seed, std::uint64_t frame, std::int32_t x, std::int32_t y, Words& first,
                  Words& second);
 
-/// The point `index` of a two-dimensional Sobol sequence, its order shuffled and its digits scrambled after
-/// Owen by hashes of `seed`; u, v in [0,1). Pairs with different seeds are independent ("padded").
-/// Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020; second dimension after Ahmed, An
+/// Point `index` of a two-dimensional Sobol sequence, its order shuffled and its digits scrambled by Owen's
+/// method with hashes of `seed`; u, v in [0,1). Pairs with different seeds are independent ("padded").
+/// Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020; second dimension by Ahmed, An
 /// Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact, EGSR 2024.
 void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v);
 

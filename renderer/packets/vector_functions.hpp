@@ -49,8 +49,8 @@ inline double vector_pow(double x, double y) {
     return vector_exp(y * vector_log(x));
 }
 
-/// e^x within 5e-10 of itself for -700 < x < 700; outside, the value at the nearer end. For laws whose
-/// parameters nobody knows so well.
+/// e^x, relative error 5e-10, for -700 < x < 700; outside, the value at the nearer end. Sufficient for
+/// empirical BRDFs.
 inline double quick_exp(double x) {
     constexpr double to_integer = 0x1.8p52;
     x = x < -700 ? -700 : x;

@@ -13,7 +13,7 @@ AnalyticShape::Crossing AnalyticShape::nearest(Vec3 origin, Vec3 direction, doub
     const Crossings all = crossings(closest, direction);
     for (std::size_t k = 0; k < all.count; ++k) {
         const double t = along + all.at[k].t;
-        if (t > 0 && t < limit && t < best.t) best = {t, all.at[k].part};
+        if (t > 0 && t < limit && t < best.t) best = {t, all.at[k].face};
     }
     return best;
 }
@@ -26,7 +26,7 @@ void AnalyticShape::intersect(const RayPacket& rays, std::int32_t body, HitPacke
         if (c.t == no_hit) continue;
         hits.t[i] = c.t;
         hits.body[i] = body;
-        hits.primitive[i] = c.part;
+        hits.primitive[i] = c.face;
     }
 }
 
@@ -50,7 +50,7 @@ void AnalyticShape::surface(const RayPacket& rays, const HitPacket& hits, std::i
         out.normal.set(i, n);
         out.facet_normal.set(i, n);
         out.outside.on[i] = behind && has_inside() ? 0 : -1;
-        // Clear of the surface for rays that go on: some units in the last place.
+        // Secondary rays start clear of the surface by some units in the last place.
         out.shadow_origin.set(i, point + 1e-13 * (bounding_radius_m_ + t) * n);
     }
 }

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// What shapes that are given by formulas for single rays have in common.
+// Base class of shapes that are intersected analytically, ray by ray.
 #pragma once
 
 #include "renderer/shapes/shape.hpp"
 
 namespace obscura::renderer {
 
-/// Calls a formula for single rays, in double precision, whose origin has first been moved to where the ray
-/// passes nearest to the body's own origin: so no precision is lost from any distance.
+/// Intersects single rays by a formula in double precision, after moving each ray's origin to its point of
+/// closest approach to the body's origin, so that precision does not depend on the distance.
 class AnalyticShape : public Shape {
 public:
-    /// Where a ray meets the surface.
+    /// Intersection of a ray with the surface.
     struct Crossing {
         double t = no_hit; ///< distance along the ray; may be negative
-        std::uint32_t part = 0;
+        std::uint32_t face = 0;
     };
     static constexpr std::size_t most_crossings = 4;
     struct Crossings {
         Crossing at[most_crossings];
         std::size_t count = 0;
 
-        void add(double t, std::uint32_t part) {
-            at[count] = {t, part};
+        void add(double t, std::uint32_t face) {
+            at[count] = {t, face};
             ++count;
         }
     };
@@ -38,9 +38,9 @@ protected:
 
     /// All crossings of the line with the surface, in any order.
     [[nodiscard]] virtual Crossings crossings(Vec3 origin, Vec3 direction) const = 0;
-    /// Outer unit normal at a point of a part.
-    [[nodiscard]] virtual Vec3 normal(Vec3 point, std::uint32_t part) const = 0;
-    /// Flat things are outside on both sides.
+    /// Outer unit normal at a point of a face.
+    [[nodiscard]] virtual Vec3 normal(Vec3 point, std::uint32_t face) const = 0;
+    /// False for flat shapes: both their sides are outside.
     [[nodiscard]] virtual bool has_inside() const { return true; }
 
 private:

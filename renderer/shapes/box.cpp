@@ -19,7 +19,7 @@ std::shared_ptr<const Shape> make(const BoxParameters& p, ShapeContext& /*contex
 
 Box::Box(const BoxParameters& d) : AnalyticShape(length(d.size_m) / 2 * (1 + 1e-12)), half_(d.size_m / 2) {}
 
-// Between three pairs of planes; parts 2 k and 2 k + 1 are the lower and upper side along axis k.
+// Between three pairs of planes; faces 2 k and 2 k + 1 are the lower and upper side along axis k.
 AnalyticShape::Crossings Box::crossings(Vec3 o, Vec3 d) const {
     const std::array<double, 3> origin{o.x, o.y, o.z};
     const std::array<double, 3> direction{d.x, d.y, d.z};
@@ -41,14 +41,14 @@ AnalyticShape::Crossings Box::crossings(Vec3 o, Vec3 d) const {
     }
     Crossings all;
     if (in.t > out.t) return all;
-    all.add(in.t, in.part);
-    all.add(out.t, out.part);
+    all.add(in.t, in.face);
+    all.add(out.t, out.face);
     return all;
 }
 
-Vec3 Box::normal(Vec3 /*point*/, std::uint32_t part) const {
-    const double sign = part % 2 == 0 ? -1 : 1;
-    return part < 2 ? Vec3{sign, 0, 0} : part < 4 ? Vec3{0, sign, 0} : Vec3{0, 0, sign};
+Vec3 Box::normal(Vec3 /*point*/, std::uint32_t face) const {
+    const double sign = face % 2 == 0 ? -1 : 1;
+    return face < 2 ? Vec3{sign, 0, 0} : face < 4 ? Vec3{0, sign, 0} : Vec3{0, 0, sign};
 }
 
 } // namespace obscura::renderer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box about the origin.
+// Axis-aligned box about the origin.
 #pragma once
 
 #include "renderer/scene/kind.hpp"
@@ -26,7 +26,7 @@ public:
 
 protected:
     [[nodiscard]] Crossings crossings(Vec3 origin, Vec3 direction) const override;
-    [[nodiscard]] Vec3 normal(Vec3 point, std::uint32_t part) const override;
+    [[nodiscard]] Vec3 normal(Vec3 point, std::uint32_t face) const override;
 
 private:
     Vec3 half_;

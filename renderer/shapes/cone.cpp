@@ -39,7 +39,7 @@ std::shared_ptr<const Shape> make(const ConeParameters& p, ShapeContext& /*conte
 
 namespace {
 
-enum Part : std::uint32_t { side, bottom, top };
+enum Face : std::uint32_t { side, bottom, top };
 
 } // namespace
 
@@ -70,21 +70,21 @@ AnalyticShape::Crossings Cone::crossings(Vec3 o, Vec3 d) const {
         add_side(c / q);
     }
     if (d.z != 0)
-        for (const Part part : {bottom, top}) {
-            const double z = part == bottom ? -half_height_ : half_height_;
-            const double r = part == bottom ? bottom_ : top_;
+        for (const Face face : {bottom, top}) {
+            const double z = face == bottom ? -half_height_ : half_height_;
+            const double r = face == bottom ? bottom_ : top_;
             const double t = (z - o.z) / d.z;
             const double x = o.x + t * d.x;
             const double y = o.y + t * d.y;
-            if (x * x + y * y <= r * r) all.add(t, part);
+            if (x * x + y * y <= r * r) all.add(t, face);
         }
     return all;
 }
 
-Vec3 Cone::normal(Vec3 p, std::uint32_t part) const {
-    if (part != side) return {0, 0, part == top ? 1.0 : -1.0};
+Vec3 Cone::normal(Vec3 p, std::uint32_t face) const {
+    if (face != side) return {0, 0, face == top ? 1.0 : -1.0};
     const double across = std::hypot(p.x, p.y);
-    // At the very tip there is no normal; the axis will do.
+    // The tip has no normal: use the axis.
     return across > 0 ? normalized(Vec3{p.x / across, p.y / across, -slope_}) : Vec3{0, 0, 1};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A closed cylinder, cone or frustum along the z axis, its middle at the origin.
+// Closed cylinder, cone or frustum along the z axis, the middle of its height at the origin.
 #pragma once
 
 #include "renderer/scene/kind.hpp"
@@ -29,7 +29,7 @@ public:
 
 protected:
     [[nodiscard]] Crossings crossings(Vec3 origin, Vec3 direction) const override;
-    [[nodiscard]] Vec3 normal(Vec3 point, std::uint32_t part) const override;
+    [[nodiscard]] Vec3 normal(Vec3 point, std::uint32_t face) const override;
 
 private:
     double bottom_, top_, half_height_;

@@ -40,8 +40,8 @@ Disc::Disc(const DiscParameters& d)
       inner_m_(d.inner_radius_m),
       breadth_m_(d.radius_m - d.inner_radius_m) {}
 
-bool Disc::chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
-                 ChartPacket& out) const {
+bool Disc::texture_coordinates(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
+                               UvPacket& out) const {
     for (int i = 0; i < packet_size; ++i) {
         const Vec3 p = hits.body[i] == body ? surface.position.lane(i) : Vec3{};
         const double r = std::max(std::sqrt(p.x * p.x + p.y * p.y), 1e-9 * breadth_m_);

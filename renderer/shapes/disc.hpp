@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disc or ring in the x-y plane, seen and lit from both sides.
+// Disc or ring in the x-y plane, seen and lit from both sides.
 #pragma once
 
 #include "renderer/scene/kind.hpp"
@@ -27,12 +27,12 @@ public:
     explicit Disc(const DiscParameters& d);
 
     /// u along the azimuth from +x towards +y, v from the inner edge to the outer one.
-    bool chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
-               ChartPacket& out) const override;
+    bool texture_coordinates(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
+                             UvPacket& out) const override;
 
 protected:
     [[nodiscard]] Crossings crossings(Vec3 origin, Vec3 direction) const override;
-    [[nodiscard]] Vec3 normal(Vec3 /*point*/, std::uint32_t /*part*/) const override { return {0, 0, 1}; }
+    [[nodiscard]] Vec3 normal(Vec3 /*point*/, std::uint32_t /*face*/) const override { return {0, 0, 1}; }
     [[nodiscard]] bool has_inside() const override { return false; }
 
 private:

@@ -97,8 +97,8 @@ void Ellipsoid::surface(const RayPacket& rays, const HitPacket& hits, std::int32
         out.normal.y[i] = out.facet_normal.y[i] = ny;
         out.normal.z[i] = out.facet_normal.z[i] = nz;
         out.outside.on[i] = facing > 0 ? 0 : -1;
-        // Clear of the surface for rays that go on: some units in the last place of the size and of the
-        // distance already travelled.
+        // Secondary rays start clear of the surface by some units in the last place of the size and of the
+        // distance travelled so far.
         const double lift = 1e-13 * (bounding_radius_m_ + t);
         out.shadow_origin.x[i] = px + lift * nx;
         out.shadow_origin.y[i] = py + lift * ny;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triaxial ellipsoid, intersected analytically in double precision.
+// Triaxial ellipsoid, intersected analytically in double precision.
 #pragma once
 
 #include "renderer/scene/kind.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree 3 (Debian 12) and 4 (Debian 13) behind one spelling.
+// Compatibility layer over Embree 3 (Debian 12) and Embree 4 (Debian 13).
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)

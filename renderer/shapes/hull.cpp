@@ -7,14 +7,15 @@
 namespace obscura::renderer {
 namespace {
 
-/// Narrows the stretch [near, far] of each ray to what lies between two planes.
+/// Clips the interval [near, far] of each ray to the slab between two planes.
 OBSCURA_VECTOR_CLONES
 void clip(const RayPacket& rays, Vec3 axis, double least, double most, Doubles& near, Doubles& far) {
     for (int i = 0; i < packet_size; ++i) {
         const double at = axis.x * rays.origin.x[i] + axis.y * rays.origin.y[i] + axis.z * rays.origin.z[i];
         const double speed =
             axis.x * rays.direction.x[i] + axis.y * rays.direction.y[i] + axis.z * rays.direction.z[i];
-        // Parallel to the planes: infinite, of the right signs; on a plane, NaN, which changes nothing.
+        // Rays parallel to the slab give infinities of the right signs; on a plane NaN, which changes
+        // nothing.
         const double a = (least - at) / speed;
         const double b = (most - at) / speed;
         const double first = a < b ? a : b;
@@ -31,7 +32,7 @@ Hull::Hull(const TriangleMesh& mesh) {
     for (int x = -1; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z) {
-                // One of each pair of opposite directions.
+                // Keep one of each pair of opposite directions.
                 if (9 * x + 3 * y + z <= 0) continue;
                 axis_[n++] =
                     normalized(Vec3{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)});
@@ -50,8 +51,8 @@ Hull::Hull(const TriangleMesh& mesh) {
 }
 
 void Hull::cull(const RayPacket& rays, double slack_rad, Lanes& near) const {
-    // A ray turned by a small angle is nowhere on the mesh farther from this one than that angle times the
-    // distance; and some more for rounding.
+    // A ray turned by a small angle lies within that angle times the distance of this one anywhere on the
+    // mesh; add a margin for rounding.
     const double slack_m = (length(rays.origin.lane(0)) + radius_) * (slack_rad + 1e-12);
     Doubles first;
     Doubles last;

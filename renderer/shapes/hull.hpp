@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A convex hull of few planes about a mesh: tells pixels that cannot see it from those that may.
+// Bounding 26-DOP of a mesh: culls rays that cannot meet it.
 #pragma once
 
 #include "core/geometry.hpp"
@@ -10,16 +10,16 @@
 
 namespace obscura::renderer {
 
-/// The 13 pairs of parallel planes across the faces, edges and corners of a cube, moved in until they touch
-/// the mesh (a "26-DOP": Klosowski et al., IEEE TVCG 4(1), 1998).
+/// 26-DOP: 13 pairs of parallel planes that touch the mesh, across the faces, edges and corners of a cube
+/// (Klosowski et al., IEEE TVCG 4(1), 1998).
 class Hull {
 public:
     static constexpr std::size_t axes = 13;
 
     explicit Hull(const TriangleMesh& mesh);
 
-    /// Switches off the active rays that pass the hull, and that any ray turned by up to `slack_rad` about
-    /// the same origin passes as well.
+    /// Switches off lanes of `near` whose rays pass the hull, also when turned by up to `slack_rad` about
+    /// their common origin.
     void cull(const RayPacket& rays, double slack_rad, Lanes& near) const;
 
 private:

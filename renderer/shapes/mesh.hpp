@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shape of a mesh file.
+// Shape made from a mesh file.
 #pragma once
 
 #include "renderer/mesh_files/mesh_file.hpp"

@@ -12,7 +12,7 @@
 namespace obscura::renderer {
 namespace {
 
-/// 16 rays as Embree wants them, in two halves of eight or one of sixteen.
+/// 16 rays in the layout of Embree: two packets of eight or one of sixteen.
 struct FloatRays {
     alignas(64) float ox[packet_size], oy[packet_size], oz[packet_size];
     alignas(64) float dx[packet_size], dy[packet_size], dz[packet_size];
@@ -114,7 +114,7 @@ struct alignas(64) Floats {
     float& operator[](int i) { return v[i]; }
 };
 
-/// The corners of the triangles that 16 rays hit, gathered.
+/// Corners of the triangles that 16 rays hit.
 struct Corners {
     struct Vectors {
         Floats x, y, z;
@@ -122,11 +122,11 @@ struct Corners {
     Vectors point[3], normal[3];
 };
 
-/// Position where the ray meets the facet's plane, in double precision: Embree's own error, a float of the
-/// body's size, would be pixels to a camera that is near a large body. By barycentric coordinates where the
-/// ray grazes the facet, or comes from so far that doubles know its origin no better. On the plane in any
-/// case; facet normal towards the ray's origin; shadow origin clear of the facet by some units in the last
-/// place of a float coordinate, which is enough at any scale.
+/// Flat surface at the hits. Position: where the ray meets the facet's plane, in double precision, because
+/// Embree's own error, a float of the body's size, would be pixels to a camera near a large body. Where the
+/// ray grazes the facet, or comes from so far that doubles are no more precise, the barycentric coordinates
+/// give it; it lies on the plane in any case. The facet normal faces the ray's origin. The shadow origin is
+/// clear of the facet by some units in the last place of a float coordinate, which is enough at any scale.
 OBSCURA_VECTOR_CLONES
 void flat_surface(const Corners& c, const RayPacket& rays, const HitPacket& hits, SurfacePacket& out) {
     for (int i = 0; i < packet_size; ++i) {
@@ -187,16 +187,16 @@ void flat_surface(const Corners& c, const RayPacket& rays, const HitPacket& hits
     }
 }
 
-/// Interpolates the normals, and raises the shadow origin onto the smooth surface that they tell of where it
-/// lies outside the facet. Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II (2021) ch. 4. Expects
-/// flat_surface()'s result in `out`.
+/// Interpolates the normals, and raises the shadow origin onto the smooth surface that they describe where
+/// that lies outside the facet. Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II (2021) ch. 4.
+/// Expects flat_surface()'s result in `out`.
 OBSCURA_VECTOR_CLONES
 void smooth_surface(const Corners& c, const HitPacket& hits, SurfacePacket& out) {
     alignas(64) double facing[packet_size];
     Vec3s sum;
     Vec3s raised;
     for (int i = 0; i < packet_size; ++i) {
-        // The facet's normal faces the viewer already; is it the outer one?
+        // The facet's normal faces the viewer: find out whether it is the outer one.
         const double inner = c.normal[0].x.v[i] * out.normal.x.v[i] + c.normal[0].y.v[i] * out.normal.y.v[i] +
                              c.normal[0].z.v[i] * out.normal.z.v[i] + c.normal[1].x.v[i] * out.normal.x.v[i] +
                              c.normal[1].y.v[i] * out.normal.y.v[i] + c.normal[1].z.v[i] * out.normal.z.v[i] +
@@ -244,7 +244,7 @@ Vec3 widen(Vec3f a) {
 
 } // namespace
 
-// No thread count: Embree would impose it on all of TBB in the process.
+// Pass no thread count: Embree would impose it on all of TBB in the process.
 EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
     if (!device_) throw Error(exit_software, "Embree could not be started: no device");
     const auto count = [](void* counter, ssize_t bytes, bool /*after*/) {
@@ -261,15 +261,15 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     for (const Vec3f& p : mesh_.vertices)
         bounding_radius_m_ = std::max(bounding_radius_m_, length(widen(p)));
     bounding_radius_m_ *= 1 + 1e-6;
-    // Embree reads vertices 16 bytes at a time: one more than there are keeps the last read inside. Arrays
-    // that grew while they were read give back what they have too much.
+    // Embree reads vertices 16 bytes at a time: an element of padding keeps the last read inside. Release the
+    // excess capacity of arrays that grew while they were read.
     mesh_.vertices.reserve(vertices + 1);
     mesh_.vertices.emplace_back();
     mesh_.vertices.shrink_to_fit();
     mesh_.normals.shrink_to_fit();
     mesh_.triangles.shrink_to_fit();
     mesh_.uvs.shrink_to_fit();
-    mesh_.parts.shrink_to_fit();
+    mesh_.material_slots.shrink_to_fit();
     if (emits) find_patches();
     if (mesh_.triangles.size() <= TriangleList::most) {
         triangle_list_.emplace(mesh_);
@@ -284,7 +284,7 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_.get(), geometry);
     rtcReleaseGeometry(geometry);
-    // Robust: no ray slips between two triangles of a closed surface.
+    // Robust mode: no ray slips between two triangles of a closed surface.
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     rtcCommitScene(scene_.get());
     if (rtcGetDeviceError(device_->get()) != RTC_ERROR_NONE)
@@ -309,7 +309,7 @@ void MeshShape::find_patches() {
             if (next[0] == t[0] && next[1] == t[2] &&
                 length(first + second - diagonal) < 1e-6 * length(diagonal)) {
                 patch.second = second;
-                patch.whole = true;
+                patch.parallelogram = true;
                 area_m2 *= 2;
                 ++i;
             }
@@ -323,7 +323,7 @@ void MeshShape::find_patches() {
 std::int64_t MeshShape::bytes() const {
     const auto size = [](const auto& list) { return list.capacity() * sizeof list[0]; };
     return static_cast<std::int64_t>(sizeof *this + size(mesh_.vertices) + size(mesh_.normals) +
-                                     size(mesh_.triangles) + size(mesh_.uvs) + size(mesh_.parts) +
+                                     size(mesh_.triangles) + size(mesh_.uvs) + size(mesh_.material_slots) +
                                      size(patches_));
 }
 
@@ -332,18 +332,18 @@ double MeshShape::sampled_area_m2() const {
 }
 
 void MeshShape::sample_area(double u, double v, Vec3& position, Vec3& normal) const {
-    // u selects the patch, and what is left of it a place there: well-spread points stay so.
+    // Select the patch by u and reuse the remainder of u, which keeps the samples stratified.
     const double at_m2 = u * patches_.back().sum_m2;
     const auto patch = std::upper_bound(patches_.begin(), patches_.end() - 1, at_m2,
                                         [](double at, const Patch& p) { return at < p.sum_m2; });
     const double before_m2 = patch == patches_.begin() ? 0 : (patch - 1)->sum_m2;
-    const double left = std::clamp((at_m2 - before_m2) / (patch->sum_m2 - before_m2), 0.0, 1.0);
+    const double rest = std::clamp((at_m2 - before_m2) / (patch->sum_m2 - before_m2), 0.0, 1.0);
     normal = patch->normal;
-    if (patch->whole) {
-        position = patch->corner + patch->first * left + patch->second * v;
+    if (patch->parallelogram) {
+        position = patch->corner + patch->first * rest + patch->second * v;
         return;
     }
-    const double root = std::sqrt(left);
+    const double root = std::sqrt(rest);
     position = patch->corner + patch->first * (root * (1 - v)) + patch->second * (root * v);
 }
 
@@ -375,9 +375,10 @@ void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& h
     }
 }
 
-// Shadow rays start wherever the camera rays ended: of sixteen at a time Embree's incoherent traversal is the
-// faster one for them. Of eight (measured on AVX2) the coherent one saves 10 % of whole frames, but costs 20
-// % where the Sun's disc lies across an axis of the body, so that the rays' directions differ in sign.
+// Shadow rays start where the camera rays ended and are less coherent: with packets of 16 Embree's incoherent
+// traversal is the faster one. With packets of 8 (measured on AVX2) the coherent traversal saves 10 % of
+// whole frames, but costs 20 % where the Sun's disc lies across an axis of the body, so that the rays'
+// directions differ in sign.
 void MeshShape::occlude(RayPacket& rays) const {
     if (triangle_list_) {
         triangle_list_->occlude(rays);
@@ -408,7 +409,7 @@ void MeshShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32
     Corners corners;
     const bool smooth = !mesh_.normals.empty();
     for (int i = 0; i < packet_size; ++i) {
-        // Lanes without a hit read some triangle too: cheaper than telling them apart.
+        // Lanes without a hit read triangle 0: cheaper than a branch.
         const auto& triangle = mesh_.triangles[hits.body[i] == body ? hits.primitive[i] : 0];
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec3f p = mesh_.vertices[triangle[k]];
@@ -426,8 +427,8 @@ void MeshShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32
     if (smooth) smooth_surface(corners, hits, out);
 }
 
-bool MeshShape::chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& /*surface*/,
-                      ChartPacket& out) const {
+bool MeshShape::texture_coordinates(const HitPacket& hits, std::int32_t body,
+                                    const SurfacePacket& /*surface*/, UvPacket& out) const {
     if (mesh_.uvs.empty()) return false;
     for (int i = 0; i < packet_size; ++i) {
         out.u[i] = out.v[i] = 0;

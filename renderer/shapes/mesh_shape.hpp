@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A triangle mesh in an Embree scene of its own, in its body's frame.
+// Triangle mesh in an Embree scene of its own, in the body frame.
 #pragma once
 
 #include "renderer/mesh_files/triangle_mesh.hpp"
@@ -25,7 +25,7 @@ public:
     EmbreeDevice(const EmbreeDevice&) = delete;
     EmbreeDevice& operator=(const EmbreeDevice&) = delete;
 
-    /// What Embree holds at the moment, as it tells.
+    /// Memory that Embree reports as allocated, in bytes.
     [[nodiscard]] std::int64_t bytes() const { return bytes_.load(); }
     [[nodiscard]] RTCDevice get() const { return device_.get(); }
     [[nodiscard]] bool has_16_wide() const { return has_16_wide_; }
@@ -34,16 +34,18 @@ private:
     struct Release {
         void operator()(RTCDevice d) const { rtcReleaseDevice(d); }
     };
-    std::atomic<std::int64_t> bytes_{0}; ///< before the device, which counts in it to its end
+    /// Declared before the device, which updates it until it is released.
+    std::atomic<std::int64_t> bytes_{0};
     std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
     bool has_16_wide_ = false;
 };
 
-/// Embree works in floats, so every ray is first moved, in double precision, to where it enters the body's
-/// bounding sphere: what Embree sees is never larger than the body, wherever the camera is.
+/// Embree works in floats, so each ray's origin is first moved, in double precision, to where it enters the
+/// body's bounding sphere: coordinates that Embree sees are never larger than the body, at any distance of
+/// the camera.
 class MeshShape final : public Shape {
 public:
-    /// `mesh` must have passed validate(). Points can be drawn from it when it `emits`.
+    /// `mesh` must have passed validate(). Its area can be sampled if it `emits`.
     MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits = false);
 
     [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
@@ -56,17 +58,17 @@ public:
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;
 
-    bool chart(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
-               ChartPacket& out) const override;
-    [[nodiscard]] std::size_t part(std::uint32_t primitive) const override {
-        return mesh_.parts.empty() ? 0 : mesh_.parts[primitive];
+    bool texture_coordinates(const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
+                             UvPacket& out) const override;
+    [[nodiscard]] std::size_t material_slot(std::uint32_t primitive) const override {
+        return mesh_.material_slots.empty() ? 0 : mesh_.material_slots[primitive];
     }
 
     [[nodiscard]] double sampled_area_m2() const override;
     void sample_area(double u, double v, Vec3& position, Vec3& normal) const override;
 
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
-    /// Of the mesh's own arrays; what Embree builds from it counts with the device.
+    /// Memory of the mesh's own arrays; that of Embree's tree counts with the device.
     [[nodiscard]] std::int64_t bytes() const;
 
 private:
@@ -74,11 +76,11 @@ private:
         void operator()(RTCScene s) const { rtcReleaseScene(s); }
     };
 
-    /// A triangle that emits, or two that make a parallelogram.
+    /// Emitting triangle, or two triangles that make a parallelogram.
     struct Patch {
         Vec3 corner, first, second, normal; ///< corner and edges from it; unit normal
-        double sum_m2;                      ///< area of the patches up to this one, itself included
-        bool whole;                         ///< a parallelogram
+        double sum_m2;                      ///< cumulative area, this patch included
+        bool parallelogram;
     };
     void find_patches();
 

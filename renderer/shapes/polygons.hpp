@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A shape of flat convex polygons: rooms, targets, mock-ups.
+// Shape of flat convex polygons: rooms, targets, mock-ups.
 #pragma once
 
 #include "renderer/scene/kind.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small body made from noise and craters.
+// Procedural small body: an icosphere displaced by noise and craters.
 #pragma once
 
 #include "renderer/mesh_files/triangle_mesh.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Registry of all kinds of shape: which there are, their parameters, and how they are made.
+// Registry of all kinds of shape: names, parameters and makers.
 #pragma once
 
 #include "renderer/scene/kind.hpp"
@@ -16,12 +16,12 @@ namespace obscura::renderer {
 /// One kind of shape.
 struct ShapeKind : scene::Kind<scene::ShapeFamily> {
     std::shared_ptr<const Shape> (*make)(const scene::Shape& description, ShapeContext& context);
-    /// Material of a body of this shape that names neither a material nor an albedo; empty: the first of
-    /// all materials.
+    /// Default material of a body of this shape that gives no albedo either; empty: the first kind of
+    /// material.
     std::string_view own_material{};
 };
 
-/// In the order in which messages and the reference list them.
+/// All kinds in the order in which messages and the reference list them.
 [[nodiscard]] const std::vector<ShapeKind>& shape_kinds();
 
 /// Checks the description and makes its shape. Throws ConfigError or InputError that names `context.place`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the bodies of one scene share while their shapes are made: the Embree device, meshes of the same file.
+// Context for making shapes: Embree device and meshes that the bodies of one scene share.
 #pragma once
 
 #include "renderer/shapes/shape.hpp"
@@ -14,15 +14,15 @@ namespace obscura::renderer {
 class EmbreeDevice;
 struct TriangleMesh;
 
-/// Handed to make() for every body in turn. Not thread-safe.
+/// Passed to make() for each body in turn. Thread-bound.
 class ShapeContext {
 public:
     std::string place;  ///< the body, for messages
-    bool emits = false; ///< the body sends out light: points are drawn from its surface
+    bool emits = false; ///< the body emits light: its surface is sampled by area
 
-    /// A shape of triangles; all of them share one Embree device.
+    /// Makes a shape of triangles; all of them share one Embree device.
     [[nodiscard]] std::shared_ptr<const Shape> mesh_shape(TriangleMesh mesh);
-    /// What `make` returned for the same `key` before, or returns now.
+    /// The shape that `make` returned for this `key`; calls it at the first request.
     [[nodiscard]] std::shared_ptr<const Shape>
     shared(const std::string& key, const std::function<std::shared_ptr<const Shape>()>& make);
 

@@ -9,12 +9,13 @@ namespace {
 
 constexpr double edge_slack = 1e-12;
 
-/// What 16 rays make of a triangle, all times the cosine against its face, whose sign is taken out.
+/// Intersection of 16 rays with the plane of a triangle: distance and barycentric coordinates, all times
+/// `scale`, the absolute cosine between ray and normal (times the length of the normal).
 struct Crossing {
     Doubles scale, distance, first, second;
 };
 
-/// Which active rays meet the triangle at 0 < t < limit; true when any does.
+/// Sets `met` to the active rays that meet the triangle at 0 < t < limit; true if any does.
 OBSCURA_VECTOR_CLONES
 bool cross_triangle(const TriangleList::Triangle& triangle, const RayPacket& rays, const Doubles& limit,
                     Crossing& out, Lanes& met) {
@@ -43,7 +44,7 @@ bool cross_triangle(const TriangleList::Triangle& triangle, const RayPacket& ray
         out.distance.v[i] = distance;
         out.first.v[i] = first;
         out.second.v[i] = second;
-        // No ray of the limit's infinite reach makes a product of 0 and infinity pass.
+        // An infinite limit times a scale of 0 is NaN, which lets no ray pass.
         const bool inside = (first >= slack) & (second >= slack) & (scale - first - second >= slack);
         const bool near = (distance > 0) & (distance < limit.v[i] * scale);
         met.on[i] = inside & near ? rays.active.on[i] : 0;
@@ -51,7 +52,7 @@ bool cross_triangle(const TriangleList::Triangle& triangle, const RayPacket& ray
     return met.any();
 }
 
-/// Which rays' lines pass a sphere, and not behind them.
+/// Whether any active ray meets a sphere.
 OBSCURA_VECTOR_CLONES
 bool any_near(const RayPacket& rays, Vec3 centre, double radius2) {
     Lanes near;
@@ -94,7 +95,7 @@ TriangleList::TriangleList(const TriangleMesh& mesh) {
             largest = {std::max(largest.x, p.x), std::max(largest.y, p.y), std::max(largest.z, p.z)};
         }
     centre_ = (least + largest) / 2;
-    // A little more than the boxes' diagonal, for the slack of edges and rounding.
+    // Slightly more than the diagonal of the bounding box, for edge_slack and rounding.
     radius2_ = length_squared(largest - centre_) * (1 + 1e-6);
     for (const auto& t : mesh.triangles) {
         const Vec3 a = widen(mesh.vertices[t[0]]);
@@ -110,7 +111,7 @@ TriangleList::TriangleList(const TriangleMesh& mesh) {
 }
 
 bool TriangleList::reached(const RayPacket& rays) const {
-    // Not worth asking for a panel.
+    // Testing the sphere does not pay for a few triangles.
     return triangles_.size() <= 4 || any_near(rays, centre_, radius2_);
 }
 

@@ -10,15 +10,14 @@
 
 namespace obscura::renderer {
 
-/// Intersects packets with every triangle, in double precision throughout. Immutable after construction.
+/// Intersects packets with every triangle, in double precision throughout. Immutable; thread-safe.
 ///
-/// Each triangle is its plane and two planes that measure the barycentric coordinates (Havel and Herout, Yet
-/// Faster Ray-Triangle Intersection (Using SSE4), IEEE TVCG 16(3), 2010); lanes are divided only where
-/// something is met. Coordinates count as inside to 1e-12 beyond an edge, so that no ray slips between
-/// neighbours.
+/// Each triangle is its plane and two planes that give the barycentric coordinates (Havel and Herout, Yet
+/// Faster Ray-Triangle Intersection (Using SSE4), IEEE TVCG 16(3), 2010); the division is done for hits only.
+/// Coordinates count as inside to 1e-12 beyond an edge, so that no ray slips between neighbours.
 class TriangleList {
 public:
-    /// Up to this many triangles.
+    /// Largest number of triangles.
     static constexpr std::size_t most = 16;
 
     explicit TriangleList(const TriangleMesh& mesh);
@@ -37,11 +36,11 @@ public:
     };
 
 private:
-    /// Whether any active ray comes near enough to look at the triangles.
+    /// Whether any active ray meets the bounding sphere.
     [[nodiscard]] bool reached(const RayPacket& rays) const;
 
     std::vector<Triangle> triangles_;
-    Vec3 centre_; ///< of a sphere about them
+    Vec3 centre_; ///< of the bounding sphere
     double radius2_ = 0;
 };
 

@@ -31,32 +31,32 @@ void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3 grad_u, Vec3 gr
 
 } // namespace
 
-std::shared_ptr<const Texture> TextureShelf::get(const std::filesystem::path& file, TextureCoding coding,
+std::shared_ptr<const Texture> TextureCache::get(const std::filesystem::path& file, TextureCoding coding,
                                                  Texture::Edge edge) {
     auto& texture = textures_[{file, coding, edge}];
     if (!texture) texture = std::make_shared<const Texture>(read_texture(file, coding, edge));
     return texture;
 }
 
-SurfaceTextures::SurfaceTextures(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
+SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<SpectralBand>& bands, bool latlon,
                                  double left_longitude_rad)
-    : parts_(std::move(parts)),
-      weights_(parts_.size()),
+    : slots_(std::move(slots)),
+      weights_(slots_.size()),
       bands_(bands.size()),
       latlon_(latlon),
       left_turns_(left_longitude_rad / (2 * std::numbers::pi)) {
     double sum = 0;
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-        const Part& part = parts_[p];
-        double value = part.factor.empty() ? 1 : part.factor[0];
-        for (const double f : part.factor)
-            grey_ = grey_ && f == part.factor[0];
-        if (part.albedo) {
-            const std::size_t planes = part.albedo->planes();
+    for (std::size_t p = 0; p < slots_.size(); ++p) {
+        const Slot& slot = slots_[p];
+        double value = slot.factor.empty() ? 1 : slot.factor[0];
+        for (const double f : slot.factor)
+            grey_ = grey_ && f == slot.factor[0];
+        if (slot.albedo) {
+            const std::size_t planes = slot.albedo->planes();
             std::vector<double>& w = weights_[p];
             w.assign(bands.size() * planes, 0);
             for (std::size_t b = 0; b < bands.size(); ++b) {
-                if (part.albedo->rgb()) {
+                if (slot.albedo->rgb()) {
                     const auto shares = colour_shares(bands[b]);
                     std::copy(shares.begin(), shares.end(), w.begin() + static_cast<std::ptrdiff_t>(3 * b));
                 } else {
@@ -67,12 +67,12 @@ SurfaceTextures::SurfaceTextures(std::vector<Part> parts, const std::vector<Spec
             }
             double mean = 0;
             for (std::size_t k = 0; k < planes; ++k)
-                mean += w[k] * part.albedo->mean(k);
+                mean += w[k] * slot.albedo->mean(k);
             value *= mean;
         }
         sum += value;
     }
-    typical_ = sum / static_cast<double>(parts_.size());
+    mean_factor_ = sum / static_cast<double>(slots_.size());
 }
 
 void SurfaceTextures::set_maps(std::vector<Map> maps, std::vector<double> constants) {
@@ -80,18 +80,17 @@ void SurfaceTextures::set_maps(std::vector<Map> maps, std::vector<double> consta
     constants_ = std::move(constants);
 }
 
-bool SurfaceTextures::chart(const Shape& shape, const HitPacket& hits, std::int32_t body,
-                            const SurfacePacket& surface, ChartPacket& out) const {
-    if (!latlon_ && shape.chart(hits, body, surface, out)) return true;
-    chart_by_longitude(surface, left_turns_, out);
-    return true;
+void SurfaceTextures::texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,
+                                          const SurfacePacket& surface, UvPacket& out) const {
+    if (!latlon_ && shape.texture_coordinates(hits, body, surface, out)) return;
+    uv_by_longitude(surface, left_turns_, out);
 }
 
 void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const HitPacket& hits,
                             std::int32_t body, const Doubles& width_m, std::size_t channels,
                             SurfacePacket& surface, Channels& factor, ParameterPacket& varied) const {
-    bool charted = false;
-    ChartPacket at;
+    bool has_uv = false;
+    UvPacket at;
     for (std::size_t k = 0; varies() && k < constants_.size(); ++k)
         for (int i = 0; i < packet_size; ++i)
             varied.value[k][i] = constants_[k];
@@ -99,15 +98,15 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = 1;
         if (hits.body[i] != body) continue;
-        const std::size_t number = part_of(shape, hits.primitive[i]);
-        const Part& part = parts_[number];
-        if (!part.factor.empty())
+        const std::size_t number = slot_of(shape, hits.primitive[i]);
+        const Slot& slot = slots_[number];
+        if (!slot.factor.empty())
             for (std::size_t c = 0; c < channels; ++c)
-                factor.v[c][i] = part.factor[c];
-        if (!part.albedo && !part.normal && maps_.empty()) continue;
-        if (!charted) {
-            chart(shape, hits, body, surface, at);
-            charted = true;
+                factor.v[c][i] = slot.factor[c];
+        if (!slot.albedo && !slot.normal && maps_.empty()) continue;
+        if (!has_uv) {
+            texture_coordinates(shape, hits, body, surface, at);
+            has_uv = true;
         }
         const Vec3 grad_u = at.grad_u.lane(i);
         const Vec3 grad_v = at.grad_v.lane(i);
@@ -116,9 +115,9 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
         footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], grad_u, grad_v, longer,
                   shorter);
         double planes[Texture::most_planes];
-        if (part.albedo) {
-            part.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
-            const std::size_t count = part.albedo->planes();
+        if (slot.albedo) {
+            slot.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
+            const std::size_t count = slot.albedo->planes();
             for (std::size_t c = 0; c < channels; ++c) {
                 double value = 0;
                 for (std::size_t k = 0; k < count; ++k)
@@ -130,8 +129,8 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
             map.texture->sample(at.u[i], at.v[i], longer, shorter, planes);
             varied.value[map.parameter][i] = map.at_zero + map.gain * planes[0];
         }
-        if (part.normal) {
-            part.normal->sample(at.u[i], at.v[i], longer, shorter, planes);
+        if (slot.normal) {
+            slot.normal->sample(at.u[i], at.v[i], longer, shorter, planes);
             const Vec3 n = surface.normal.lane(i);
             const Vec3 right = grad_u - n * dot(n, grad_u);
             const Vec3 down = grad_v - n * dot(n, grad_v);
@@ -146,7 +145,7 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
     }
 }
 
-void chart_by_longitude(const SurfacePacket& surface, double left_turns, ChartPacket& out) {
+void uv_by_longitude(const SurfacePacket& surface, double left_turns, UvPacket& out) {
     for (int i = 0; i < packet_size; ++i) {
         const Vec3 p = surface.position.lane(i);
         const double r2 = length_squared(p);

@@ -19,8 +19,8 @@
 
 namespace obscura::renderer {
 
-/// Reads textures; bodies of the same file share one. Throws InputError.
-class TextureShelf {
+/// Reads textures, each file once: bodies that name the same file share its texture. Throws InputError.
+class TextureCache {
 public:
     std::shared_ptr<const Texture> get(const std::filesystem::path& file, TextureCoding coding,
                                        Texture::Edge edge);
@@ -30,69 +30,70 @@ private:
         textures_;
 };
 
-/// Immutable; any thread may call any member.
+/// Albedo, normal and parameter maps of one body. Immutable; thread-safe.
 ///
-/// A texture of one plane counts for all bands, one with as many planes as there are bands gives each its
-/// own; red, green and blue, of textures as of the colours of a mesh file's materials, are taken for
-/// reflectances at 650, 550 and 450 nm, and each band gets the value at its middle, linear between them, held
-/// outside. Normal maps hold x, y, z in red, green and blue, -1 to 1 as 0 to full scale, x along growing u, y
-/// towards the image's first row, z out of the surface.
+/// A texture of one plane applies to all spectral bands; one with as many planes as there are bands gives
+/// each band its own. Red, green and blue, of textures and of the materials of a mesh file, are taken for
+/// reflectances at 650, 550 and 450 nm: each band gets the value at its middle wavelength, linear between the
+/// three, constant outside. Normal maps hold x, y, z in red, green and blue, -1 to 1 as 0 to full scale; x
+/// along growing u, y towards the image's first row, z out of the surface.
 class SurfaceTextures {
 public:
-    /// What one part of a body shows.
-    struct Part {
+    /// Factor and maps of one material slot.
+    struct Slot {
         std::vector<double> factor; ///< per band; empty: 1
         std::shared_ptr<const Texture> albedo, normal;
     };
-    /// One parameter of the body's law from an image of one plane: `at_zero` + texel * `gain`.
+    /// Parameter map: a parameter of the material from an image of one plane, `at_zero` + texel * `gain`.
     struct Map {
         std::size_t parameter; ///< in the order of varying_parameters()
         std::shared_ptr<const Texture> texture;
         double at_zero, gain;
     };
 
-    /// `parts`, at least one, in the order of Shape::part(). `latlon`: by the place's longitude and latitude
-    /// even where the shape has coordinates of its own; the image's left edge is at `left_longitude_rad`, its
-    /// first row at +90 degrees.
-    SurfaceTextures(std::vector<Part> parts, const std::vector<SpectralBand>& bands, bool latlon,
+    /// `slots`: at least one, indexed by Shape::material_slot(). `latlon`: map by longitude and latitude even
+    /// where the shape has texture coordinates of its own; the image's left edge is at `left_longitude_rad`,
+    /// its first row at +90 degrees.
+    SurfaceTextures(std::vector<Slot> slots, const std::vector<SpectralBand>& bands, bool latlon,
                     double left_longitude_rad);
-    /// Has `maps` give the parameters that differ from place to place; `constants` has the law's others.
+    /// Sets the parameter maps; `constants`: the values of all varying_parameters(), used where no map is.
     void set_maps(std::vector<Map> maps, std::vector<double> constants);
 
-    /// Whether the law's parameters differ from place to place.
+    /// Whether parameters of the material vary over the surface.
     [[nodiscard]] bool varies() const { return !maps_.empty(); }
-    /// Whether all bands see the same.
+    /// Whether the factor is the same in all bands.
     [[nodiscard]] bool grey() const { return grey_; }
-    /// Mean factor over parts and textures, for the first band.
-    [[nodiscard]] double typical() const { return typical_; }
-    [[nodiscard]] std::size_t parts() const { return parts_.size(); }
+    /// Mean factor over slots and texels, first band.
+    [[nodiscard]] double mean_factor() const { return mean_factor_; }
+    [[nodiscard]] std::size_t slots() const { return slots_.size(); }
 
-    /// Fills `factor[0, channels)` with what the body's reflectance is multiplied by at the hits of `body`,
-    /// seen by rays `width_m` wide there, and turns the normals of `surface` by the normal map. Other lanes
-    /// get 1. Fills `varied` if the parameters differ: 16 lanes that the law can work with.
+    /// Sets `factor[0, channels)`, by which the reflectance is multiplied, at the hits of `body`, seen by
+    /// rays `width_m` wide there, and applies the normal map to the normals of `surface`. Other lanes get 1.
+    /// Fills all 16 lanes of `varied` if varies().
     void apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
                const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
                ParameterPacket& varied) const;
-    /// The texture coordinates alone; false where the body has neither textures nor coordinates.
-    bool chart(const Shape& shape, const HitPacket& hits, std::int32_t body, const SurfacePacket& surface,
-               ChartPacket& out) const;
+    /// The texture coordinates alone.
+    void texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,
+                             const SurfacePacket& surface, UvPacket& out) const;
 
 private:
-    [[nodiscard]] std::size_t part_of(const Shape& shape, std::uint32_t primitive) const {
-        return parts_.size() == 1 ? 0 : shape.part(primitive);
+    [[nodiscard]] std::size_t slot_of(const Shape& shape, std::uint32_t primitive) const {
+        return slots_.size() == 1 ? 0 : shape.material_slot(primitive);
     }
 
-    std::vector<Part> parts_;
-    std::vector<std::vector<double>> weights_; ///< per part: band x plane, for the albedo texture
+    std::vector<Slot> slots_;
+    std::vector<std::vector<double>> weights_; ///< per slot: band x plane, for the albedo texture
     std::vector<Map> maps_;
     std::vector<double> constants_;
     std::size_t bands_;
     bool latlon_, grey_ = true;
     double left_turns_;
-    double typical_ = 1;
+    double mean_factor_ = 1;
 };
 
-/// Longitude and latitude of the surface's places as coordinates in a map that covers the whole body.
-void chart_by_longitude(const SurfacePacket& surface, double left_turns, ChartPacket& out);
+/// Texture coordinates by longitude and latitude, for a map of the whole body whose left edge is at
+/// `left_turns` (longitude in full turns).
+void uv_by_longitude(const SurfacePacket& surface, double left_turns, UvPacket& out);
 
 } // namespace obscura::renderer

@@ -17,7 +17,7 @@ constexpr double code_max = 65535;
 constexpr int most_probes = 16;
 constexpr std::int64_t most_texels = std::int64_t{1} << 26;
 
-/// Half the size along one axis, each output covering in/out inputs.
+/// Downsamples by a box filter; each output texel covers in/out input texels along an axis.
 std::vector<float> halved(const std::vector<float>& in, std::int32_t width, std::int32_t height,
                           std::int32_t out_width, std::int32_t out_height) {
     const auto shrink = [](std::int32_t from, std::int32_t to, const auto& add) {
@@ -51,7 +51,7 @@ double from_srgb(double x) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
 }
 
-/// x modulo n, for x not far outside.
+/// x modulo n, never negative.
 std::int32_t wrap(std::int32_t x, std::int32_t n) {
     x %= n;
     return x < 0 ? x + n : x;
@@ -146,19 +146,19 @@ void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* o
         std::swap(longer, shorter);
         std::swap(a, b);
     }
-    // A footprint of several turns about a pole sees the same as one of one turn.
+    // Limit the footprint to one turn: several turns about a pole have the same mean.
     const double excess = std::max({1.0, std::abs(a.u), std::abs(a.v)});
     a = {a.u / excess, a.v / excess};
     longer /= excess;
     const double wanted = std::ceil(longer / std::max(shorter, 1.0));
     const int probes = wanted >= most_probes ? most_probes : std::max(1, static_cast<int>(wanted));
     const double width = std::max({1.0, shorter, longer / probes});
-    // The logarithm, linear between powers of two: the same on every machine.
+    // Mip level: a base-2 logarithm, linear between powers of two; the same on every machine.
     int exponent = 0;
     const double mantissa = std::frexp(std::min(width, 0x1p30), &exponent);
-    const double height = static_cast<double>(exponent - 1) + (2 * mantissa - 1);
+    const double level = static_cast<double>(exponent - 1) + (2 * mantissa - 1);
     const auto last = static_cast<double>(levels_.size() - 1);
-    const double at = std::min(height, last);
+    const double at = std::min(level, last);
     const auto fine = static_cast<std::size_t>(at);
     const double coarse_share = at - static_cast<double>(fine);
 

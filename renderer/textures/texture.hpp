@@ -10,26 +10,28 @@
 
 namespace obscura::renderer {
 
-/// A direction in texture coordinates (u to the right, v down, 1 each across the image).
+/// Axis of a footprint in texture coordinates (u to the right, v down, 1 each across the image).
 struct TextureAxis {
     double u = 0, v = 0;
 };
 
-/// One or more planes of an image. Immutable; any thread may call any member. Values are kept in 16 bits
-/// between the least and the largest of each plane: an error of at most 8e-6 of that range.
+/// Mip pyramid of one or more planes of an image. Immutable; thread-safe. Texels have 16 bits between the
+/// smallest and the largest value of each plane: an error of at most 8e-6 of that range.
 ///
-/// Each level halves both sizes (odd ones rounded down, texels weighted by the area that they cover), down to
-/// one texel: the mean is the same on all of them. Between levels and texels values are linear.
+/// Each mip level halves both sizes (odd sizes rounded down, texels weighted by the area that they cover),
+/// down to one texel: all levels have the same mean. Interpolation is linear between levels and between
+/// texels.
 class Texture {
 public:
     enum class Edge : std::uint8_t { repeat, clamp };
     static constexpr std::size_t most_planes = 16;
 
-    /// `planes` are row-major, width x height each; all values finite. u repeats, v does as `edge` says.
+    /// `planes` are row-major, width x height each; all values finite. u repeats; v repeats or is clamped
+    /// (`edge`).
     Texture(std::int32_t width, std::int32_t height, const std::vector<std::vector<float>>& planes, Edge edge,
             bool rgb = false);
 
-    /// Whether the planes are red, green and blue, and not bands of their own.
+    /// Whether the planes are red, green and blue, rather than spectral bands.
     [[nodiscard]] bool rgb() const { return rgb_; }
 
     [[nodiscard]] std::size_t planes() const { return planes_.size(); }
@@ -40,15 +42,15 @@ public:
     [[nodiscard]] double largest(std::size_t plane) const;
     [[nodiscard]] std::size_t bytes() const { return texels_.size() * sizeof texels_[0]; }
 
-    /// Means over the parallelogram about (u, v) with the edges `a` and `b`: up to 16 probes along the longer
-    /// one (as McCormack et al., Feline, SIGGRAPH 1999), each from the levels of about the shorter one's
-    /// size. Fills `out[0, planes)`.
+    /// Anisotropic filtering: means over the parallelogram about (u, v) with the edges `a` and `b`, by up to
+    /// 16 probes along the longer edge (as McCormack et al., Feline, SIGGRAPH 1999), each from the mip levels
+    /// of about the length of the shorter edge. Fills `out[0, planes)`.
     void sample(double u, double v, TextureAxis a, TextureAxis b, double* out) const;
 
 private:
     struct Level {
         std::int32_t width, height;
-        std::size_t first; ///< texel, of the first plane; the others follow
+        std::size_t first; ///< first texel of the first plane; the others follow
     };
     struct Plane {
         double offset, scale;
@@ -63,14 +65,14 @@ private:
     std::vector<std::uint16_t> texels_;
 };
 
-/// How the numbers of a file become factors.
+/// Transfer function from the numbers of a file to factors.
 enum class TextureCoding : std::uint8_t {
-    linear, ///< integers over their full scale, reals as they are
-    srgb,   ///< display pictures, IEC 61966-2-1
+    linear, ///< integers over full scale; reals unchanged
+    srgb,   ///< display images, IEC 61966-2-1
 };
 
-/// Reads the colours of an image (images/image.hpp). Throws InputError when it cannot be read, has more than
-/// 16 planes or 2^26 texels, or values that are not finite.
+/// Reads the colour planes of an image (images/image.hpp). Throws InputError if it cannot be read, has more
+/// than 16 planes or 2^26 texels, or a value that is not finite.
 [[nodiscard]] Texture read_texture(const std::filesystem::path& file, TextureCoding coding,
                                    Texture::Edge edge);
 

@@ -35,7 +35,7 @@ void validate_bands(const std::vector<double>& values, std::size_t bands, const 
             fmt::format("{}: {} numbers: one for each of the {} bands", what, values.size(), bands));
 }
 
-/// Any positive focal length will do for a program, which may have the camera as far away as it likes.
+/// Unlike scene files, accepts any positive focal length: a program may place the camera at any distance.
 void validate_camera(scene::Camera camera) {
     config::Keys keys = scene::keys_of(camera);
     const auto free = std::find_if(keys.begin(), keys.end(),
@@ -47,14 +47,14 @@ void validate_camera(scene::Camera camera) {
             fmt::format("camera: focal length {} m: allowed are positive numbers", camera.focal_length_m));
 }
 
-/// Checks the numbers of `part`, a struct of a scene, by the ranges of its keys in scene files.
-template<typename Part>
-void validate_ranges(Part part, const std::string& place) {
-    scene::check_ranges(scene::keys_of(part), place);
+/// Checks the numbers of a struct of a scene by the ranges of its keys in scene files.
+template<typename Struct>
+void validate_ranges(Struct values, const std::string& place) {
+    scene::check_ranges(scene::keys_of(values), place);
 }
 
-/// Where a mesh file's word for a texture leads: from the file's own folder, whatever system wrote it, or
-/// into a folder "textures" beside.
+/// Resolves the texture path `word` of a mesh file, with either kind of slash: relative to the file's folder,
+/// or by name in that folder or in a folder "textures" beside.
 std::filesystem::path find_texture(const std::filesystem::path& mesh, const std::string& word) {
     std::string path = word;
     std::replace(path.begin(), path.end(), '\\', '/');
@@ -67,21 +67,20 @@ std::filesystem::path find_texture(const std::filesystem::path& mesh, const std:
     return folder / path;
 }
 
-/// Makes the surface textures of bodies; bodies that name the same file share one texture.
+/// Makes the surface textures of bodies; those that name the same file share one texture.
 class SurfaceTexturesMaker {
 public:
     explicit SurfaceTexturesMaker(const std::vector<SpectralBand>& bands) : bands_(bands) {}
 
-    /// None where the body is the same all over. Sets the parameters of `material` that textures give to
-    /// their means.
+    /// Null where nothing varies over the body. Sets the textured parameters of `material` to their means.
     std::shared_ptr<const SurfaceTextures> make(const scene::Body& body, const Shape& shape,
                                                 scene::Material& material) {
         const std::string place = name_of(body);
         const auto* mesh = dynamic_cast<const MeshShape*>(&shape);
-        const bool own_chart = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
-        const Texture::Edge edge = own_chart ? Texture::Edge::repeat : Texture::Edge::clamp;
+        const bool own_uv = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
+        const Texture::Edge edge = own_uv ? Texture::Edge::repeat : Texture::Edge::clamp;
         const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
-        std::vector<SurfaceTextures::Part> parts;
+        std::vector<SurfaceTextures::Slot> slots;
         if (body.material.get_if<FileMaterialsParameters>() != nullptr) {
             const auto* file = body.shape.get_if<MeshFileParameters>();
             if (file == nullptr || mesh == nullptr)
@@ -94,19 +93,19 @@ public:
                 throw ConfigError(
                     fmt::format("{}: textures cannot stand beside the materials of its file", place));
             for (const MeshMaterial& m : mesh->mesh().materials)
-                parts.push_back(part_of(file->path, m, own_chart, edge, place));
+                slots.push_back(slot_of(file->path, m, own_uv, edge, place));
         } else {
             if (body.textures.albedo.empty() && body.textures.normal.empty() &&
                 body.textures.parameters.empty())
                 return nullptr;
-            SurfaceTextures::Part part;
+            SurfaceTextures::Slot slot;
             if (!body.textures.albedo.empty())
-                part.albedo = albedo(body.textures.albedo, coding, edge, place);
-            if (!body.textures.normal.empty()) part.normal = normal(body.textures.normal, edge, place);
-            parts.push_back(std::move(part));
+                slot.albedo = albedo(body.textures.albedo, coding, edge, place);
+            if (!body.textures.normal.empty()) slot.normal = normal(body.textures.normal, edge, place);
+            slots.push_back(std::move(slot));
         }
         auto textures = std::make_shared<SurfaceTextures>(
-            std::move(parts), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
+            std::move(slots), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
         if (!body.textures.parameters.empty())
             set_maps(body.textures.parameters, edge, place, material, *textures);
         return textures;
@@ -131,21 +130,21 @@ private:
                                 map.name, names.empty() ? "" : ", ", fmt::join(names, ", ")));
             }
             const auto index = static_cast<std::size_t>(found - parameters.begin());
-            auto texture = shelf_.get(map.file, TextureCoding::linear, edge);
+            auto texture = cache_.get(map.file, TextureCoding::linear, edge);
             if (texture->planes() != 1)
                 throw InputError(fmt::format("{}: {} planes: the {} of {} needs 1", map.file,
                                              texture->planes(), map.name, place));
             const double gain = map.at_one - map.at_zero;
             const double a = map.at_zero + gain * texture->least(0);
             const double b = map.at_zero + gain * texture->largest(0);
-            // A limit that is met exactly must not be lost by rounding.
+            // The slack keeps a limit that is met exactly from failing by rounding.
             const double slack = 1e-12 * std::abs(gain);
             set_varying_parameter(least, index, std::min(a, b) + slack);
             set_varying_parameter(most, index, std::max(a, b) - slack);
             set_varying_parameter(material, index, map.at_zero + gain * texture->mean(0));
             maps.push_back({index, std::move(texture), map.at_zero, gain});
         }
-        // Whatever the law refuses, it refuses at its extremes.
+        // Check the law's rules at the extremes of the texels.
         (void)make_material(least, place + ", least texels of its parameters");
         (void)make_material(most, place + ", largest texels of its parameters");
         std::vector<double> constants;
@@ -154,9 +153,9 @@ private:
         textures.set_maps(std::move(maps), std::move(constants));
     }
 
-    SurfaceTextures::Part part_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_chart,
+    SurfaceTextures::Slot slot_of(const std::filesystem::path& file, const MeshMaterial& m, bool own_uv,
                                   Texture::Edge edge, const std::string& place) {
-        SurfaceTextures::Part part;
+        SurfaceTextures::Slot slot;
         std::array<float, 3> rgb = m.diffuse;
         const auto path = [&](const std::filesystem::path& word) {
             if (word.string().starts_with("*"))
@@ -166,26 +165,26 @@ private:
                                 file.string(), m.name));
             return find_texture(file, word.string());
         };
-        // Without coordinates textures could not be placed.
-        if (own_chart && !m.albedo_texture.empty()) {
-            part.albedo = albedo(path(m.albedo_texture), TextureCoding::srgb, edge, place);
+        // Textures need texture coordinates.
+        if (own_uv && !m.albedo_texture.empty()) {
+            slot.albedo = albedo(path(m.albedo_texture), TextureCoding::srgb, edge, place);
             // Some writers leave the colour black under a texture.
             if (rgb == std::array<float, 3>{0, 0, 0}) rgb = {1, 1, 1};
         }
-        if (own_chart && !m.normal_texture.empty()) part.normal = normal(path(m.normal_texture), edge, place);
+        if (own_uv && !m.normal_texture.empty()) slot.normal = normal(path(m.normal_texture), edge, place);
         for (const SpectralBand& band : bands_) {
             const std::array<double, 3> shares = colour_shares(band);
             double value = 0;
             for (std::size_t k = 0; k < 3; ++k)
                 value += shares[k] * static_cast<double>(rgb[k]);
-            part.factor.push_back(value);
+            slot.factor.push_back(value);
         }
-        return part;
+        return slot;
     }
 
     std::shared_ptr<const Texture> albedo(const std::filesystem::path& file, TextureCoding coding,
                                           Texture::Edge edge, const std::string& place) {
-        auto texture = shelf_.get(file, coding, edge);
+        auto texture = cache_.get(file, coding, edge);
         if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
             throw InputError(
                 fmt::format("{}: {} planes: allowed for {} are 1, red, green and blue, or one for "
@@ -195,14 +194,14 @@ private:
     }
     std::shared_ptr<const Texture> normal(const std::filesystem::path& file, Texture::Edge edge,
                                           const std::string& place) {
-        auto texture = shelf_.get(file, TextureCoding::linear, edge);
+        auto texture = cache_.get(file, TextureCoding::linear, edge);
         if (texture->planes() != 3)
             throw InputError(fmt::format("{}: {} planes: the normal map of {} needs 3", file.string(),
                                          texture->planes(), place));
         return texture;
     }
     const std::vector<SpectralBand>& bands_;
-    TextureShelf shelf_;
+    TextureCache cache_;
 };
 
 } // namespace
@@ -263,13 +262,13 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
         shapes.place = name_of(body);
         shapes.emits = !body.emission_w_m2_sr.empty();
         auto shape = make_shape(body.shape, shapes);
-        scene::Material typical = body.material;
-        auto textures = texture_maker.make(body, *shape, typical);
-        auto material = make_material(typical, name_of(body));
-        const auto parts = static_cast<std::uint32_t>(textures ? textures->parts() : 1);
+        scene::Material material_at_mean = body.material;
+        auto textures = texture_maker.make(body, *shape, material_at_mean);
+        auto material = make_material(material_at_mean, name_of(body));
+        const auto slots = static_cast<std::uint32_t>(textures ? textures->slots() : 1);
         built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
                          body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials});
-        materials += parts;
+        materials += slots;
     }
     if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the scene's description to shapes and materials.
+// Builder of shapes, materials and textures from the description of a scene.
 #pragma once
 
 #include "renderer/lights/lighting.hpp"
@@ -10,15 +10,14 @@
 
 namespace obscura::renderer {
 
-/// Throws ConfigError when a number of the scene cannot be used: one line that says where and what is
-/// allowed.
+/// Checks the numbers of a scene. Throws ConfigError with one line: place, value and what is allowed.
 void validate(const scene::Scene& scene);
 
-/// Loads the meshes (one Embree scene per file, shared by the bodies that use it) and makes the materials;
-/// the Sun, unless its irradiance is 0, is the last body. Throws InputError or ConfigError.
+/// Loads meshes (one Embree scene per file, shared by the bodies that use it) and makes materials. The Sun,
+/// unless its irradiance is 0, is the last body. Throws InputError or ConfigError.
 [[nodiscard]] std::vector<BuiltBody> build_bodies(const scene::Scene& scene);
 
-/// The bodies that emit and whose area can be sampled.
+/// The emitting bodies whose area can be sampled.
 [[nodiscard]] std::vector<AreaLight> area_lights_of(const std::vector<BuiltBody>& bodies);
 
 } // namespace obscura::renderer

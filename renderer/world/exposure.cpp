@@ -14,19 +14,19 @@ namespace {
 constexpr double step_px = 0.5;
 
 double angle_between(const Quat& a, const Quat& b) {
-    // The sine of half the angle, from the difference: exact for the smallest ones.
+    // The sine of half the angle, from the difference: accurate for the smallest angles.
     const double sign = dot(a, b) < 0 ? -1 : 1;
     const Vec3 v{a.x - sign * b.x, a.y - sign * b.y, a.z - sign * b.z};
     const double w = a.w - sign * b.w;
     return 4 * std::asin(std::min(1.0, std::sqrt(dot(v, v) + w * w) / 2));
 }
 
-/// How far body `from` to `to` moves in the picture, as an angle, beside the turn of the camera.
+/// Apparent motion of a body from pose `from` to pose `to`, as an angle, without the rotation of the camera.
 double body_angle(const Pose& camera_from, const Pose& camera_to, const Pose& from, const Pose& to,
                   double radius_m) {
     const Vec3 a = from.position_m - camera_from.position_m;
     const Vec3 b = to.position_m - camera_to.position_m;
-    // Of the part of the surface that is nearest to the camera.
+    // Distance of the nearest point of the surface.
     const double nearest = std::max(std::min(length(a), length(b)) - radius_m, 0.01 * radius_m);
     if (!(nearest > 0)) return std::numeric_limits<double>::infinity();
     return (length(b - a) + radius_m * angle_between(from.orientation, to.orientation)) / nearest;
@@ -67,15 +67,15 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
 }
 
 Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most, std::uint32_t samples,
-                      double chance) {
+                      double jitter) {
     Exposure e;
     e.row = row;
     e.points = static_cast<std::uint32_t>(
         std::clamp(std::ceil(motion_px / step_px), 1.0, static_cast<double>(most)));
-    // As many as share the samples without rest.
+    // Choose a number of instants that divides the samples without remainder.
     if (e.points > 1 && e.points < samples) e.points = std::min(most, samples / (samples / e.points));
     e.pixels = std::min(e.points, samples);
-    if (e.pixels < e.points) e.shift = chance;
+    if (e.pixels < e.points) e.shift = jitter;
     return e;
 }
 
@@ -85,10 +85,10 @@ double Exposure::point_s(std::uint32_t i) const {
     return at(0.5 + ((i + 0.5) / n - 0.5) * std::sqrt(n * n / (n * n - 1)));
 }
 
-double Exposure::at(double share) const {
-    // The middle is that of whole nanoseconds, which stands in the frame's ground truth.
-    if (share == 0.5) return to_seconds(row.mid().ns);
-    return to_seconds(row.reset.ns) + share * to_seconds(row.exposure_ns());
+double Exposure::at(double fraction) const {
+    // The middle is the instant in whole nanoseconds that the frame's ground truth states.
+    if (fraction == 0.5) return to_seconds(row.mid().ns);
+    return to_seconds(row.reset.ns) + fraction * to_seconds(row.exposure_ns());
 }
 
 } // namespace obscura::renderer

@@ -22,7 +22,7 @@ double joint_value(const scene::Joint& joint, double time_s) {
     return before->value + share * (after->value - before->value);
 }
 
-/// The joint's value in a pose that came from outside: of any other movement nothing is kept.
+/// The joint's value (rad or m) in a live pose; the rest of that pose's motion is discarded.
 double value_in(const scene::Joint& joint, const Pose& mount, const Pose& live) {
     const Vec3 axis = normalized(joint.axis);
     if (joint.kind == scene::Joint::Kind::slide)
@@ -44,7 +44,7 @@ Pose pose_in_parent(const scene::Motion& motion, const scene::Joint& joint, doub
     return pose;
 }
 
-/// The inertial pose of what has `pose` in the frame of body `parent`.
+/// Transforms `pose` from the frame of body `parent` to the inertial frame.
 Pose inertial_pose(std::span<const BuiltBody> bodies, std::int32_t parent, Pose pose, double time_s) {
     for (std::int32_t up = parent; up >= 0; up = bodies[static_cast<std::size_t>(up)].parent) {
         const BuiltBody& body = bodies[static_cast<std::size_t>(up)];
@@ -54,9 +54,9 @@ Pose inertial_pose(std::span<const BuiltBody> bodies, std::int32_t parent, Pose 
     return pose;
 }
 
-/// The bodies of `scene` and those built from it stand in the same order.
-Pose hung_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
-               const scene::Motion& motion, const scene::Joint& joint, double time_s) {
+/// Inertial pose of a motion on a parent. `scene.bodies` and `bodies` have the same order.
+Pose pose_on_parent(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
+                    const scene::Motion& motion, const scene::Joint& joint, double time_s) {
     const Pose pose = pose_in_parent(motion, joint, time_s);
     if (parent.empty()) return pose;
     return inertial_pose(bodies, scene::index_of(scene.bodies, parent), pose, time_s);
@@ -71,12 +71,12 @@ Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time
 
 Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
     const scene::Camera& camera = scene.camera;
-    return hung_pose(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
+    return pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
 }
 
 Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Lamp& lamp,
                double time_s) {
-    return hung_pose(scene, bodies, lamp.parent, lamp.motion, lamp.joint, time_s);
+    return pose_on_parent(scene, bodies, lamp.parent, lamp.motion, lamp.joint, time_s);
 }
 
 } // namespace obscura::renderer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that hang on bodies: where each is in the inertial frame.
+// Forward kinematics: poses of bodies, camera and lamps in the inertial frame through parents and joints.
 #pragma once
 
 #include "renderer/world/row_state.hpp"
@@ -8,11 +8,11 @@
 
 namespace obscura::renderer {
 
-/// The inertial pose of a body: its motion and its joint, in its parent's frame, and so on up to a body
-/// without a parent. The parents must form no circle (renderer/scene/scene_tree.hpp).
+/// Inertial pose of a body: its motion and joint in the parent's frame, and so on up to a body without a
+/// parent. The parents must not be circular (renderer/scene/scene_tree.hpp).
 [[nodiscard]] Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
 
-/// The same for the scene's camera and a lamp, which may hang on bodies. Neither allocates.
+/// As body_pose(), of the camera or a lamp, whose parent may be a body. Neither allocates.
 [[nodiscard]] Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s);
 [[nodiscard]] Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                              const scene::Lamp& lamp, double time_s);

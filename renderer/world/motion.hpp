@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where things are at an instant of scene time.
+// Interpolation of motions at an instant of scene time.
 #pragma once
 
 #include "core/time.hpp"
@@ -9,14 +9,15 @@
 
 namespace obscura::renderer {
 
-/// The pose of a motion at `time_s`: position linear and attitude slerp between samples, the end poses held
-/// outside, then turned by the spin about the thing's own axis (angle = rate x time_s).
+/// Pose of a motion at `time_s`: position linear and attitude slerp between samples, the end poses held
+/// outside, then rotated by the spin about the moving frame's own axis (angle = rate x time_s). The live pose
+/// instead, if there is one.
 [[nodiscard]] Pose pose_at(const scene::Motion& motion, double time_s);
 
-/// The same without what comes from outside.
+/// As pose_at(), without the live pose.
 [[nodiscard]] Pose scripted_pose(const scene::Motion& motion, double time_s);
 
-/// Throws ConfigError, naming `place`, unless there is a sample, times increase and everything is finite.
+/// Throws ConfigError that names `place` unless there is a sample, times increase and all numbers are finite.
 void validate(const scene::Motion& motion, const std::string& place);
 
 } // namespace obscura::renderer

@@ -29,7 +29,7 @@ bool same_pose(const BodyState& a, const BodyState& b) {
     return same;
 }
 
-/// Whether `b` can reach into the hull of the spheres of `a` and the Sun.
+/// Whether `b` can reach into the convex hull of the bounding sphere of `a` and the Sun.
 bool may_shade(const BodyState& a, const BodyState& b, Vec3 sun_m, double sun_radius_m) {
     const Vec3 axis = sun_m - a.position_m;
     const double axis_length = length(axis);
@@ -59,7 +59,7 @@ double reference_radiance(const BodyState& s) {
     }
     Doubles r;
     s.material->reflectance(scatter, r);
-    const double factor = s.built->textures ? s.built->textures->typical() : 1;
+    const double factor = s.built->textures ? s.built->textures->mean_factor() : 1;
     return r[0] * factor * astronomical_unit_m * astronomical_unit_m / (sun_distance * sun_distance);
 }
 
@@ -77,7 +77,7 @@ Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, 
                double time_s) {
     Pose pose = body_pose(bodies, i, time_s);
     if (!scene.light_time) return pose;
-    // Each step is better by the factor v / c; as many as change anything.
+    // Fixed-point iteration: each step reduces the error by the factor v / c; stop when it settles.
     double seen_s = time_s;
     for (int step = 0; step < 20; ++step) {
         const double next_s = time_s - length(pose.position_m - camera_m) / light_speed_m_s;
@@ -93,7 +93,8 @@ Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     if (!scene.aberration) return {0, 0, 0};
     Vec3 velocity = scene.camera.velocity_m_s;
     if (length(velocity) == 0) {
-        // Short against the samples of a trajectory, long against the rounding of positions at 1 au.
+        // Short compared with the sampling of a trajectory, long compared with the rounding of positions at 1
+        // au.
         constexpr double half_s = 0.05;
         velocity = (camera_pose(scene, bodies, time_s + half_s).position_m -
                     camera_pose(scene, bodies, time_s - half_s).position_m) /
@@ -105,15 +106,14 @@ Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
-                   std::uint32_t parts, double time_s, RowState& row) {
+                   std::uint32_t instants, double time_s, RowState& row) {
     row.camera = camera_pose(scene, bodies, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
     row.inertial_from_camera = inertial_from_camera;
     row.camera_from_inertial = transposed(inertial_from_camera);
     row.bodies.resize(bodies.size());
-    // The farthest a displaced sample can lie from its pixel's centre.
+    // Largest distance of a displaced sample from its pixel's centre.
     const double margin_rad = (sample_reach_px + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
-
     row.reach_rad = margin_rad;
 
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -127,7 +127,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.to_inertial = to_matrix(pose.orientation);
         const Mat3 from_inertial = transposed(s.to_inertial);
         s.from_inertial = from_inertial;
-        // Bodies that do not move against each other mostly follow each other.
+        // Bodies at rest relative to each other are mostly neighbours in the list.
         s.frame =
             i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
         s.from_camera = product(from_inertial, inertial_from_camera);
@@ -163,7 +163,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.large = radius_px > large_radius_px;
         s.samples = 0;
         if (!s.targeted) {
-            const double wanted = samples_per_body / parts / (std::numbers::pi * radius_px * radius_px);
+            const double wanted = samples_per_body / instants / (std::numbers::pi * radius_px * radius_px);
             s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
         }
     }

@@ -211,8 +211,8 @@ TEST_CASE("Every mesh format gives the same body, in the file's own axes") {
             CHECK(mesh.normals.size() == (smooth ? mesh.vertices.size() : 0));
             if (name.find(".dae") != std::string::npos || name == "t.gltf" || name == "t.3ds" ||
                 name == "rich.obj") {
-                REQUIRE(mesh.parts.size() == 4);
-                const MeshMaterial& m = mesh.materials.at(mesh.parts[0]);
+                REQUIRE(mesh.material_slots.size() == 4);
+                const MeshMaterial& m = mesh.materials.at(mesh.material_slots[0]);
                 CHECK(m.name == "blue");
                 const std::array<double, 3> wanted{0.25, 0.5, 0.75};
                 for (std::size_t k = 0; k < 3; ++k)
@@ -249,9 +249,8 @@ TEST_CASE("Files that are no meshes are refused with one line, whatever is in th
     CHECK(complaint(folder, folder.path() / "gone.obj") ==
           "gone.obj: cannot open: a readable mesh file is wanted");
     CHECK(complaint(folder, folder.write("a.blend", "x")) ==
-          "a.blend: a mesh file whose name ends in \".blend\" is not known here, allowed are .obj, .stl, "
-          ".ply, .3ds, "
-          ".dae, .gltf, .glb, .tab, .plt");
+          "a.blend: mesh files whose names end in \".blend\" are not supported, allowed are .obj, .stl, "
+          ".ply, .3ds, .dae, .gltf, .glb, .tab, .plt");
     for (const char* name : {"e.stl", "e.3ds", "e.dae", "e.gltf", "e.glb"}) {
         CHECK_THAT(complaint(folder, folder.write(name, "")), ContainsSubstring(std::string(name) + ": "));
         CHECK_THAT(complaint(folder, folder.write(name, std::string(5000, 'A'))),
