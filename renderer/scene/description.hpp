@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Description of one thing out of a family of kinds, such as a shape or a material: the name of its kind and
-// the values of its parameters.
+// Type-erased description of one kind of a family, such as shapes or materials: name of the kind and values
+// of its parameters.
 #pragma once
 
 #include <any>
@@ -19,12 +19,12 @@ namespace obscura::scene {
 template<typename P, typename Family>
 concept ParametersOf = std::same_as<typename P::Family, Family>;
 
-/// Holds the parameters of any kind of `TheFamily` by value and knows their type only at run time, so that
-/// a new kind changes nothing here. Any struct of parameters of the family converts to it.
+/// Holds the parameters of any kind of `TheFamily` by value; their type is known only at run time, so that a
+/// new kind changes nothing here. Any struct of parameters of the family converts to it.
 template<typename TheFamily>
 class Description {
 public:
-    /// Of no kind: nothing can be made of it.
+    /// Empty: has no kind.
     Description() = default;
     template<typename P>
     requires ParametersOf<P, TheFamily> Description(P parameters)

@@ -12,14 +12,14 @@
 namespace obscura::scene {
 namespace {
 
-/// Name for messages: words instead of underscores.
+/// Name of a key for messages, with spaces instead of underscores.
 std::string words_of(std::string_view name) {
     std::string words(name);
     std::replace(words.begin(), words.end(), '_', ' ');
     return words;
 }
 
-/// The end of keys with a unit: "_w_m2_sr" for "W m-2 sr-1".
+/// Suffix of keys with a unit: "_w_m2_sr" for "W m-2 sr-1".
 std::string ending_of(std::string_view unit) {
     std::string name(1, '_');
     for (std::size_t i = 0; i < unit.size(); ++i) {
@@ -33,7 +33,7 @@ std::string ending_of(std::string_view unit) {
     return name;
 }
 
-/// The SI unit of what a file gives in `unit`.
+/// SI unit of a quantity that files give in `unit`.
 std::string_view si_unit(std::string_view unit) {
     if (unit == "deg") return "rad";
     if (unit == "mm" || unit == "um" || unit == "nm") return "m";
@@ -105,7 +105,7 @@ void check_ranges(const config::Keys& keys, const std::string& place) {
             vector ? fmt::format("{}", fmt::join(numbers, " ")) : fmt::format("{}", *bad);
         const std::string_view unit = scaled != nullptr ? si_unit(key.unit()) : key.unit();
         const std::string suffix = unit.empty() ? "" : fmt::format(" {}", unit);
-        // Ranges are round in the file's unit; four digits of them are enough in another.
+        // Ranges are round numbers in the unit of the file; in SI four digits suffice.
         const std::string allowed =
             scaled != nullptr
                 ? fmt::format("{:.4g} to {:.4g}{}", key.range().min * si, key.range().max * si, suffix)

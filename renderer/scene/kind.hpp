@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Declaration of a kind of shape or material: its parameters as keys of scene files, and the rules between
-// them.
+// Declaration of a kind of shape or material: its parameters as keys of scene files, and rules between them.
 #pragma once
 
 #include "config/keys.hpp"
@@ -14,18 +13,17 @@
 
 namespace obscura::scene {
 
-/// One parameter of a kind. Its key holds the name in scene files (with the unit as its end), unit, range,
-/// help and, by the value that it is bound to, the default.
+/// One parameter of a kind. Its key holds the name in scene files (ending in the unit), unit, range and help,
+/// and through the value it is bound to the default.
 struct Parameter {
     Parameter(config::Key the_key) : key(std::move(the_key)) {}
     config::Key key;
-    /// An image may give the parameter place by place: scene files have the keys NAME_texture and
-    /// NAME_texture_range as well.
+    /// The parameter can be textured: scene files then have the keys NAME_texture and NAME_texture_range too.
     bool image = false;
 };
 using ParameterList = std::vector<Parameter>;
 
-/// A parameter that an image may give: a number, or the first of several numbers, of which the others are
+/// Declares a parameter that can be textured: a number, or the first of several numbers, whose others are
 /// then 0.
 [[nodiscard]] inline Parameter image_or(config::Key key) {
     Parameter parameter(std::move(key));
@@ -33,26 +31,26 @@ using ParameterList = std::vector<Parameter>;
     return parameter;
 }
 
-/// A rule between several parameters that does not hold: the key to complain of, and what is allowed.
+/// Violated rule between parameters: the key to report, and what is allowed.
 struct Conflict {
     std::string_view key;
     std::string what;
 };
 
-/// A kind of a family, as the family's registry lists it.
+/// One kind of a family, as the family's registry lists it.
 template<typename Family>
 struct Kind {
-    std::string_view name; ///< the word that chooses it
-    std::string_view help; ///< what it is: one sentence for the reference
+    std::string_view name; ///< value of the key that selects it
+    std::string_view help; ///< one sentence for the reference pages
     Description<Family> (*make_default)();
-    /// The parameters bound to those of a description of this kind.
+    /// Parameters, bound to those of a description of this kind.
     ParameterList (*parameters)(Description<Family>& description);
     std::vector<Conflict> (*conflicts)(const Description<Family>& description);
 };
 
-/// The kind whose parameters are a P. The pair of files of the kind declares beside P
+/// The kind whose parameters are a P. Its pair of files declares beside P
 ///     scene::ParameterList declare(P& parameters);
-/// and, where there are rules between parameters,
+/// and, if there are rules between parameters,
 ///     std::vector<scene::Conflict> conflicts_in(const P& parameters);
 template<typename P>
 [[nodiscard]] Kind<typename P::Family> kind_of() {
@@ -66,7 +64,7 @@ template<typename P>
             }};
 }
 
-/// The row of `kinds` that is called `name`; null: none.
+/// The element of `kinds` with that name; null: none.
 template<typename K>
 [[nodiscard]] const K* find_kind(const std::vector<K>& kinds, std::string_view name) {
     const auto at =
@@ -74,7 +72,7 @@ template<typename K>
     return at == kinds.end() ? nullptr : &*at;
 }
 
-/// The words that choose among `kinds`.
+/// Names of all `kinds`.
 template<typename K>
 [[nodiscard]] std::vector<std::string_view> names_of(const std::vector<K>& kinds) {
     std::vector<std::string_view> names;
@@ -85,18 +83,18 @@ template<typename K>
 
 [[nodiscard]] config::Keys keys_of(const ParameterList& parameters);
 
-/// Name of a key's quantity without the unit that ends it: "slope" of slope_deg.
+/// Name of a key without the unit that ends it: "slope" of slope_deg.
 [[nodiscard]] std::string_view quantity_of(const config::Key& key);
 
-/// Checks the values that `keys` are bound to, of a description that did not come from a file. Throws
-/// ConfigError `place: name value unit: allowed range`, in SI units, at the first that is out of its range.
+/// Checks the values that `keys` are bound to, for descriptions that do not come from a file. Throws
+/// ConfigError `place: name value unit: allowed range`, in SI units, at the first value out of range.
 void check_ranges(const config::Keys& keys, const std::string& place);
 
 /// Throws ConfigError for the first of `conflicts`, if any.
 void refuse_conflicts(const std::vector<Conflict>& conflicts, const config::Keys& keys,
                       const std::string& place);
 
-/// Checks ranges and rules of `description`, which is of that kind. Throws ConfigError.
+/// Checks ranges and rules of `description`, which must be of that kind. Throws ConfigError.
 template<typename Family>
 void check_description(const Kind<Family>& kind, Description<Family> description, const std::string& place) {
     const config::Keys keys = keys_of(kind.parameters(description));

@@ -11,7 +11,7 @@ namespace {
 constexpr double nano = 1e-9, micro = 1e-6, milli = 1e-3;
 constexpr double degree = std::numbers::pi / 180;
 
-/// A flag that files write as one of two words.
+/// Key of a flag that files write as one of two words.
 config::Key word_key(std::string_view name, bool* value, std::string_view off, std::string_view on) {
     const auto set = [value, on](std::string_view word) { *value = word == on; };
     const auto get = [value, off, on] { return std::string(*value ? on : off); };
@@ -25,8 +25,9 @@ config::Keys keys_of(Scene& s) {
         config::key("name", &s.name).help("Name of the scene; the file's own name if not given"),
         config::key("max_bounces", &s.max_bounces)
             .range(0, 1000)
-            .help("Reflections after the first that light is followed over; 0: direct light only"),
-        config::key("light_time", &s.light_time).help("Show bodies where they were when the light left them"),
+            .help("Largest number of reflections after the first; 0: direct light only"),
+        config::key("light_time", &s.light_time)
+            .help("Correct for light time: show bodies where they were when the light left them"),
         config::key("aberration", &s.aberration)
             .help("Apply stellar aberration: directions are those seen from the moving camera"),
         config::key("quantity", &s.quantity)
@@ -93,21 +94,26 @@ config::Keys keys_of(Camera& s) {
             .range(-1e5, 1e5)
             .help("Distance of the focus from the sensor, with psf gaussian and airy"),
         config::key("psf_file", config::Path{&s.psf.file})
-            .help("FITS images of a point for psf table; OVERSAMP samples a pixel, FIELDX, FIELDY, BAND"),
+            .help("FITS images of a point source, with psf table; keywords OVERSAMP (samples per pixel), "
+                  "FIELDX, "
+                  "FIELDY, BAND"),
         config::key("psf_core_px", &s.psf.core_px)
             .unit("px")
             .range(2, 128)
-            .help("Radius within which the point spread function moves camera samples, with psf airy and "
-                  "table and with defocus"),
+            .help(
+                "Radius of the core of the point spread function, within which camera samples are displaced; "
+                "with psf airy and table and with defocus"),
         config::key("psf_wings_px", &s.psf.wings_px)
             .unit("px")
             .range(0, 65536)
-            .help("How far the light beyond psf_core_px is followed; 0: all of it is put into the core"),
+            .help("Radius of the wings of the point spread function, beyond psf_core_px; 0: no wings, all "
+                  "light is "
+                  "in the core"),
         config::key("projection", &s.projection)
             .help("Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, "
                   "2 f tan t/2, f sin t"),
         config::key("distortion", &s.distortion.model)
-            .help("Departure of the lens from the projection; each model has its own coefficients or table"),
+            .help("Model of the lens distortion; each has coefficients of its own or a table"),
         config::key("distortion_coefficients", &s.distortion.coefficients)
             .range(-1e6, 1e6)
             .help(
@@ -120,19 +126,21 @@ config::Keys keys_of(Camera& s) {
         config::key("distortion_real_mm", &s.distortion.real_mm)
             .unit("mm")
             .range(0, 1e6)
-            .help("Distortion table: distances from the centre at which the lens really forms them"),
+            .help("Distortion table: real distances from the centre of the same points"),
         config::key("principal_offset_px",
                     config::Numbers{s.principal_offset_px.data(), s.principal_offset_px.size()})
             .unit("px")
             .range(-65536, 65536)
-            .help("Where the optical axis meets the sensor, from the sensor's centre: right, down"),
+            .help("Principal point, where the optical axis meets the sensor, from the sensor's centre: "
+                  "right, down"),
         config::key("sensor_rotation_deg", config::Scaled{&s.sensor_rotation_rad, degree})
             .unit("deg")
             .range(-360, 360)
             .help("Rotation of the sensor about the optical axis, right towards down"),
         word_key("vignetting", &s.pupil_cosine, "none", "cos4")
-            .help("cos4: light weakened by the cosine of its angle to the boresight, with the solid angle of "
-                  "a pinhole's pixels the cos^4 law"),
+            .help("cos4: light is attenuated by the cosine of its angle to the boresight; with the solid "
+                  "angle of "
+                  "a pinhole's pixels this is the cos^4 law"),
     };
 }
 
@@ -145,18 +153,18 @@ config::Keys keys_of(Body& s) {
         config::key("emission_w_m2_sr", &s.emission_w_m2_sr)
             .unit("W m-2 sr-1")
             .range(0, 1e15)
-            .help(
-                "Radiance that the body's outer side sends out by itself in each spectral band; empty: none"),
+            .help("Radiance that the body's outer side emits in each spectral band; empty: none"),
         config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
-            .help("Image that is a factor on the body's reflectance: FITS, PNG, TIFF, JPEG, OpenEXR or PDS3; "
+            .help("Albedo map, a factor on the body's reflectance: FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 "
+                  "image; "
                   "empty: none"),
         config::key("normal_texture", config::Path{&s.textures.normal, true, true})
-            .help("Image that turns the surface normals (a normal map); empty: none"),
+            .help("Normal map, an image that perturbs the surface normals; empty: none"),
         word_key("texture_coding", &s.textures.srgb, "linear", "srgb")
-            .help("How the texels of albedo_texture are coded"),
+            .help("Coding of the texels of albedo_texture: linear or sRGB (IEC 61966-2-1)"),
         word_key("texture_mapping", &s.textures.by_longitude, "own", "longitude")
-            .help("How textures lie on the body: by the shape's own coordinates where it has some, or by "
-                  "longitude and latitude"),
+            .help("Texture coordinates: own: those of the shape where it has any; longitude: longitude and "
+                  "latitude"),
         config::key("texture_left_deg", config::Scaled{&s.textures.left_longitude_rad, degree})
             .unit("deg")
             .range(-360, 360)
@@ -190,7 +198,7 @@ config::Keys keys_of(StrayLight& s) {
         config::key("w_m2_per_unit", &s.w_m2_per_unit)
             .unit("W/m2")
             .range(0, 1e12)
-            .help("Irradiance that 1 in the stray light map adds to a pixel"),
+            .help("Irradiance that a value of 1 in the stray light map adds to a pixel"),
         config::key("follows_sun", &s.follows_sun)
             .help("Scale the stray light map by the Sun's irradiance at the camera over that at 1 au"),
     };
@@ -210,7 +218,7 @@ config::Keys keys_of(SpectralBand& s) {
             .help("Upper end of the spectral band"),
         config::key("transmission", config::Curve{&s.transmission})
             .range(0, 1)
-            .help("Transmission of filter and optics over wavelength: [nm, share] pairs, increasing in "
+            .help("Transmission of filter and optics over wavelength: [nm, fraction] pairs, increasing in "
                   "wavelength; 1 if not given"),
     };
 }

@@ -39,7 +39,7 @@ std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies) {
     for (const Body& body : bodies)
         parents.push_back(parent_of(bodies, body.parent, body.joint, fmt::format("body '{}'", body.name)));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        // A way up that is longer than there are bodies has come round.
+        // More steps up than there are bodies: the parents are circular.
         std::size_t steps = 0;
         std::int32_t up = parents[b];
         while (up >= 0 && steps <= bodies.size()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which body hangs on which.
+// Tree of bodies: parents by name and checks of joints.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
@@ -10,15 +10,15 @@
 
 namespace obscura::scene {
 
-/// Index of each body's parent, -1 where it has none. Throws ConfigError when a parent is not there, when
-/// bodies hang on each other in a circle, or when a joint cannot be.
+/// Index of each body's parent, -1: none. Throws ConfigError if a parent does not exist, parents are circular
+/// or a joint is invalid.
 [[nodiscard]] std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies);
 
 /// Index of the body called `name`; -1: none.
 [[nodiscard]] std::int32_t index_of(const std::vector<Body>& bodies, const std::string& name) noexcept;
 
-/// Index of the body that a camera or a lamp, called `place` in messages, hangs on; -1: none. Throws
-/// ConfigError when there is no such body or the joint cannot be. (Nothing hangs on them: no circles.)
+/// Index of the parent of a camera or a lamp, called `place` in messages; -1: none. Throws ConfigError if the
+/// body does not exist or the joint is invalid. (Only bodies are parents: no circles.)
 [[nodiscard]] std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& parent,
                                      const Joint& joint, const std::string& place);
 

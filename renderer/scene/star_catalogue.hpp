@@ -12,7 +12,7 @@ namespace obscura::scene {
 /// Columns of a catalogue: J2000 right ascension and declination in degrees, Johnson V and B-V in magnitudes.
 inline constexpr const char* star_columns = "ra_deg,dec_deg,v_mag,b_v";
 
-/// The stars of `file` not fainter than `limiting_magnitude`. Throws ConfigError.
+/// Stars of `file` not fainter than `limiting_magnitude`. Throws ConfigError.
 [[nodiscard]] std::vector<scene::Star> read_stars(const std::filesystem::path& file,
                                                   double limiting_magnitude);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trajectories: where something is over time, from a CSV table.
+// Trajectories and joint tables: poses or joint values over time, from CSV files.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
@@ -10,15 +10,16 @@
 
 namespace obscura::scene {
 
-/// Columns of a trajectory file. Position in metres in the scene's inertial frame; (qw, qx, qy, qz) is the
-/// scalar-first unit quaternion that turns vectors of the thing's own frame into the inertial frame.
+/// Columns of a trajectory file. Position in metres in the scene's inertial frame (or the parent's); (qw, qx,
+/// qy, qz) is the scalar-first unit quaternion that turns vectors of the moving frame into that frame.
 inline constexpr const char* trajectory_columns = "time_s,x_m,y_m,z_m,qw,qx,qy,qz";
 
 /// Reads a trajectory: at least one row, strictly increasing times, |q| = 1 within 1e-3 (then normalised).
 /// Throws ConfigError `file:line:column: column: what`.
 [[nodiscard]] std::vector<scene::TimedPose> read_trajectory(const std::filesystem::path& file);
 
-/// The table of a joint: time_s and `value`, of which one is `unit` of the joint's own. Throws ConfigError.
+/// Reads the table of a joint: time_s and the column `value`, whose entries are multiplied by `unit` (SI).
+/// Throws ConfigError.
 [[nodiscard]] std::vector<scene::Joint::Sample> read_joint_table(const std::filesystem::path& file,
                                                                  std::string_view value, double unit);
 

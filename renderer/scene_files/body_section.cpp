@@ -23,7 +23,7 @@ using renderer::MaterialKind;
 using renderer::shape_kinds;
 using renderer::ShapeKind;
 
-/// The keys that let an image give one parameter of a body's material.
+/// Keys of a texture that gives one parameter of the material of a body.
 struct ParameterTexture {
     std::string parameter;    ///< without the unit
     std::string constant_key; ///< the key of the constant
@@ -44,11 +44,11 @@ std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
         t.unit = parameter.key.unit();
         t.file_key = t.parameter + "_texture";
         t.range_key = t.parameter + "_texture_range";
-        t.file_help = fmt::format("Image of one plane that gives {} place by place, instead of a constant; "
+        t.file_help = fmt::format("Image of one plane that gives {} over the surface, instead of a constant; "
                                   "empty: none",
                                   t.constant_key);
-        t.range_help = fmt::format("Values of {} that a texel of 0 and one of 1 (of integers: full scale) of "
-                                   "{} stand for",
+        t.range_help = fmt::format("Values of {} for a texel of 0 and a texel of 1 (integers: full scale) of "
+                                   "{}",
                                    t.constant_key, t.file_key);
         if (const auto* scaled = std::get_if<config::Scaled>(&parameter.key.target)) t.si = scaled->si;
         textures.push_back(std::move(t));
@@ -56,7 +56,7 @@ std::vector<ParameterTexture> textures_of(const ParameterList& parameters) {
     return textures;
 }
 
-/// `textures` stays where it is while the keys are used.
+/// `textures` must not move while the keys are used.
 config::Keys keys_of(std::vector<ParameterTexture>& textures) {
     config::Keys keys;
     for (ParameterTexture& t : textures) {
@@ -69,7 +69,7 @@ config::Keys keys_of(std::vector<ParameterTexture>& textures) {
     return keys;
 }
 
-/// What is read of a body beside the members of Body.
+/// Values of the keys of a body that are no members of Body.
 struct BodyKeys {
     std::string shape, material;
     std::vector<SpectralPoint> colour_curve;
@@ -78,27 +78,27 @@ struct BodyKeys {
     std::vector<ParameterTexture> textures;
 };
 
-/// The keys that every body has.
+/// Keys that every body has.
 config::Keys common_keys(Body& body, BodyKeys& read) {
     config::Keys keys = keys_of(body);
     keys.push_back(config::key("shape", &read.shape)
                        .choices(names_of(shape_kinds()))
                        .required()
-                       .help("Kind of the body's shape, whose own keys stand beside"));
+                       .help("Kind of the body's shape, which has keys of its own"));
     keys.push_back(config::key("material", &read.material)
                        .choices(names_of(material_kinds()))
-                       .help("Scattering law of the body's surface, or a real surface by name; its own keys "
-                             "stand beside"));
+                       .help("Scattering law of the body's surface, or a real surface by name; each has keys "
+                             "of its own"));
     keys.push_back(config::key("colour_curve", config::Curve{&read.colour_curve})
                        .range(0, 100)
-                       .help("Factor on the body's reflectance over wavelength, pairs of nm and factor; each "
-                             "spectral band gets its mean; instead of colour"));
+                       .help("Factor on the body's reflectance over wavelength, pairs of nm and factor, "
+                             "averaged over each spectral band; instead of colour"));
     for (const config::Keys& more : {body_place_keys(read.place), keys_of(read.joint)})
         keys.insert(keys.end(), more.begin(), more.end());
     return keys;
 }
 
-/// `key` as one that need not be given.
+/// `key` as an optional key.
 config::Key optional(const config::Key& key) {
     return config::key(key.name, key.target)
         .unit(key.unit())
@@ -107,7 +107,7 @@ config::Key optional(const config::Key& key) {
         .help(key.help());
 }
 
-/// The kind that the word at `key` of `table` chooses, or else `fallback`; null where the word is wrong.
+/// The kind that the value at `key` of `table` selects, or else `fallback`; null if the value is invalid.
 template<typename K>
 const K* chosen(const config::Value& table, std::string_view key, const std::vector<K>& kinds,
                 const K* fallback) {
@@ -117,7 +117,7 @@ const K* chosen(const config::Value& table, std::string_view key, const std::vec
                                                              : nullptr;
 }
 
-/// The names of the kinds that have `key`.
+/// Names of the kinds that have `key`.
 template<typename K>
 std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::string_view key) {
     std::vector<std::string_view> names;
@@ -129,13 +129,13 @@ std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::strin
     return names;
 }
 
-/// A key of `table` that belongs to a kind other than the chosen one, which would be ignored.
+/// Key of `table` that belongs to a kind other than the selected one, and would be ignored.
 struct Stranger {
     const config::Member* member;
     std::string what;
 };
 
-/// Whether `keys` has one called `name`.
+/// Whether `keys` has a key called `name`.
 bool has(const config::Keys& keys, std::string_view name) {
     return std::any_of(keys.begin(), keys.end(), [&](const config::Key& k) { return k.name == name; });
 }
@@ -157,7 +157,7 @@ std::vector<Stranger> strangers_in(const config::Value& table, const config::Key
     return strangers;
 }
 
-/// Adds the keys of the kinds of shape and material to those in `section`.
+/// Adds the keys of the kinds of shape and material to `section`.
 void add_kinds(config::Section& section, Body& body, BodyKeys& read, const ShapeKind& shape,
                const MaterialKind& material, const config::Value& table) {
     body.shape = shape.make_default();
@@ -177,7 +177,7 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
     section.keys.insert(section.keys.end(), textures.begin(), textures.end());
 }
 
-/// The rules of a body that images give parameters of.
+/// Checks the textures that give parameters of a body, and adds them to the body.
 void check_textures(std::vector<ParameterTexture>& textures, Body& body, const config::ReadTable& table) {
     for (const ParameterTexture& t : textures) {
         exclude(table, t.file_key, t.constant_key);
@@ -193,7 +193,7 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
     exclude(table, "colour_curve", "colour");
     for (const Conflict& c : find_kind(shape_kinds(), body.shape.kind())->conflicts(body.shape))
         table.refuse(c.key, c.what);
-    // Where images give parameters, the renderer knows their values first.
+    // With textured parameters, the renderer checks the rules at the extremes of their texels.
     if (body.textures.parameters.empty())
         for (const Conflict& c : find_kind(material_kinds(), body.material.kind())->conflicts(body.material))
             table.refuse(c.key, c.what);
@@ -207,7 +207,7 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
                              fmt::format("\"{}\" is the name of an earlier body", body.name));
 }
 
-/// The section of body `index`, with the keys of the kinds that `table` chooses.
+/// Section of body `index`, with the keys of the kinds that `table` selects.
 config::Section body_section(Scene& scene, std::size_t index, const std::shared_ptr<ColourCurves>& curves,
                              const config::Value& table) {
     Body& body = scene.bodies[index];
@@ -215,13 +215,13 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
     config::Section section{"body", "A body."};
     section.keys = common_keys(body, *read);
     const ShapeKind* shape = chosen<ShapeKind>(table, "shape", shape_kinds(), nullptr);
-    // A mesh file brings its own materials; an albedo alone is Lambert's.
+    // The default of a mesh file is its own materials, but an albedo alone selects Lambert.
     const bool own = shape != nullptr && !shape->own_material.empty() && table.find("albedo") == nullptr;
     const MaterialKind* material =
         chosen(table, "material", material_kinds(),
                own ? find_kind(material_kinds(), shape->own_material) : &material_kinds().front());
     if (shape == nullptr || material == nullptr) {
-        // Which other keys there may be is not known.
+        // Without valid kinds the other keys are unknown: accept all.
         for (const config::Member& member : table.members)
             if (!has(section.keys, member.key)) section.elsewhere.push_back(member.key);
         return section;
@@ -243,14 +243,14 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
     return section;
 }
 
-/// What the keys of a section for the reference are bound to.
+/// Targets of the keys of a section for the reference.
 struct Example {
     Body body;
     BodyKeys read;
     std::string variant;
 };
 
-/// Sections for the reference: what every body has, then each kind of shape and of material. The keys are
+/// Sections for the reference: keys of every body, then of each kind of shape and of material. The keys are
 /// bound to `bound`.
 std::vector<config::Section> make_examples(std::deque<Example>& bound) {
     std::vector<config::Section> sections;
@@ -287,7 +287,7 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
 config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves) {
     config::List list;
     list.name = "body";
-    list.help = "A body, one table for each: its shape, material, place and motion.";
+    list.help = "A body, one table for each: shape, material, position, attitude and motion.";
     list.clear = [&scene, curves] {
         scene.bodies.clear();
         curves->clear();
@@ -298,7 +298,7 @@ config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves) {
         return body_section(scene, scene.bodies.size() - 1, curves, table);
     };
     list.size = [&scene] { return scene.bodies.size(); };
-    // Scenes are not printed: of an element only what every body has.
+    // Scenes are not printed: list only the keys of every body.
     list.at = [&scene](std::size_t index) {
         config::Section section{"body", ""};
         section.keys = keys_of(scene.bodies.at(index));

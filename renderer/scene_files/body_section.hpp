@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// [[body]] of a scene file: the keys of every body, and those of its kinds of shape and material.
+// Section [[body]] of scene files: keys of every body, of its kind of shape and of its kind of material.
 #pragma once
 
 #include "config/section.hpp"
@@ -10,10 +10,11 @@
 
 namespace obscura::scene {
 
-/// Reflectance of each body over wavelength; empty: the body has colours band by band, or none.
+/// Reflectance factor of each body over wavelength; empty: the body has colours by band, or none.
 using ColourCurves = std::vector<std::vector<SpectralPoint>>;
 
-/// Reads into `scene.bodies`, and gives `curves` one element for each body. `scene` outlives the list.
+/// List of bodies that is read into `scene.bodies`, with one element of `curves` for each body. `scene` must
+/// outlive the list.
 [[nodiscard]] config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves);
 
 } // namespace obscura::scene

@@ -23,7 +23,7 @@ config::Section camera_section(Camera& camera) {
     config::Keys place_keys = camera_place_keys(read->place);
     const config::Keys joint_keys = keys_of(read->joint);
     place_keys.insert(place_keys.end(), joint_keys.begin(), joint_keys.end());
-    config::Section section{"camera", "The camera: its sensor, optics, place and motion."};
+    config::Section section{"camera", "The camera: sensor, optics, position, attitude and motion."};
     section.keys = keys_of(camera);
     section.keys.insert(section.keys.end(), place_keys.begin(), place_keys.end());
     section.check = [&camera, read, place_keys](const config::ReadTable& table) {

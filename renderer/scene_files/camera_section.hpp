@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// [camera] of a scene file, and [camera.view] of a daemon that lays its own over it.
+// Section [camera] of scene files, and [camera.view] of a daemon, which overrides it.
 #pragma once
 
 #include "config/section.hpp"
@@ -7,8 +7,8 @@
 
 namespace obscura::scene {
 
-/// Reads over `camera`: what is not given stays, and the whole place (position, attitude, motion, parent)
-/// stays when nothing of it is given. `camera` outlives the section.
+/// Section that is read over `camera`: keys that are absent leave its values, and the whole place (position,
+/// attitude, motion, parent) stays if none of its keys is given. `camera` must outlive the section.
 [[nodiscard]] config::Section camera_section(Camera& camera);
 
 } // namespace obscura::scene

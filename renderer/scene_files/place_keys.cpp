@@ -31,7 +31,7 @@ config::Keys camera_place_keys(PlaceKeys& s) {
         config::key("look_at_m", &s.look_at_m)
             .unit("m")
             .range(anywhere)
-            .help("Point that the z axis looks at, instead of orientation"),
+            .help("Point at which the z axis is aimed, instead of orientation"),
         config::key("up", &s.up)
             .range(anywhere)
             .help("Direction that is up in the image, with boresight or look_at_m"),
@@ -66,11 +66,11 @@ config::Keys keys_of(JointKeys& s) {
         config::key("parent", &s.parent)
             .help("Body in whose frame position, orientation or trajectory are; empty: the inertial frame"),
         config::key("joint", &s.kind)
-            .help("How it moves on its parent: fixed, turning about joint_axis (hinge), or moving along "
-                  "joint_axis (slide)"),
+            .help("Joint to the parent: fixed, hinge (turns about joint_axis) or slide (moves along "
+                  "joint_axis)"),
         config::key("joint_axis", &s.axis)
             .range(anywhere)
-            .help("Axis of the joint to the parent, in its own frame"),
+            .help("Axis of the joint to the parent, in the moving frame"),
         config::key("joint_angle_deg", config::Scaled{&s.angle_rad, degree})
             .unit("deg")
             .range(-1e6, 1e6)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of scene files for place, attitude and motion, and for the joint to a parent body.
+// Keys of scene files for position, attitude and motion, and for the joint to a parent body.
 #pragma once
 
 #include "config/section.hpp"
@@ -9,7 +9,7 @@
 
 namespace obscura::scene {
 
-/// Place, attitude and motion of the camera, a lamp or a body.
+/// Position, attitude and motion of the camera, a lamp or a body, as keys give them.
 struct PlaceKeys {
     Vec3 position_m;
     Quat orientation;
@@ -18,11 +18,11 @@ struct PlaceKeys {
     Vec3 spin_axis{0, 0, 1};
     double spin_rate_rad_s = 0;
 };
-/// Of the camera or a lamp, which looks along its z axis.
+/// Keys of the camera or a lamp, which look along the z axis, and of a body.
 [[nodiscard]] config::Keys camera_place_keys(PlaceKeys& place);
 [[nodiscard]] config::Keys body_place_keys(PlaceKeys& place);
 
-/// How a body, a lamp or the camera hangs on a body.
+/// Joint of a body, a lamp or the camera to its parent, as keys give it.
 struct JointKeys {
     std::string parent;
     Joint::Kind kind = Joint::Kind::fixed;
@@ -32,12 +32,10 @@ struct JointKeys {
 };
 [[nodiscard]] config::Keys keys_of(JointKeys& joint);
 
-/// The motion that was read into `place`; reads the trajectory that it names. What is wrong becomes a
-/// mistake of `table`.
+/// Motion from the values of `place`; reads the trajectory. Errors become mistakes of `table`.
 [[nodiscard]] Motion motion_of(const PlaceKeys& place, const config::ReadTable& table);
 
-/// The joint that was read into `keys`; reads the table that it names. What is wrong becomes a mistake of
-/// `table`.
+/// Joint from the values of `keys`; reads the joint table. Errors become mistakes of `table`.
 [[nodiscard]] Joint joint_of(const JointKeys& keys, const config::ReadTable& table);
 
 } // namespace obscura::scene

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene files: [scene] [sun] [stars] [camera] [[body]] [[lamp]] [[band]] [[stray_light]].
+// Scene file reader: [scene] [sun] [stars] [camera] [[body]] [[lamp]] [[band]] [[stray_light]].
 #pragma once
 
 #include "config/keys.hpp"
@@ -11,16 +11,15 @@
 
 namespace obscura::scene {
 
-/// Reads a scene file with the tables that it names. Throws ConfigError with one line for each mistake.
+/// Reads a scene file and the tables that it refers to. Throws ConfigError with one line for each mistake.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file);
 
-/// The scene that `text` would be in the scene file `file`, which need not exist: paths in it start from its
-/// folder. For programs that describe a scene, or a body of one, by the keys of scene files. Throws
-/// ConfigError.
+/// Parses `text` as the scene file `file`, which need not exist: paths are relative to its folder. For
+/// programs that describe a scene, or a body of one, by the keys of scene files. Throws ConfigError.
 [[nodiscard]] Scene parse_scene(std::string_view text, const std::filesystem::path& file);
 
-/// Reads `table` over `camera`; the place stays when none is given. Returns what was given, as TOML. Throws
-/// ConfigError.
+/// Reads `table` over `camera`; the place stays if none of its keys is given. Returns the keys given, as
+/// TOML. Throws ConfigError.
 std::string read_view(const config::Value& table, const config::Where& where, Camera& camera);
 
 } // namespace obscura::scene

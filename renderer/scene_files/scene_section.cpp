@@ -20,7 +20,7 @@ namespace {
 
 constexpr double astronomical_unit_m = 149'597'870'700.0; // IAU 2012 B2
 
-/// Where the Sun is, if not by its position.
+/// Direction and distance of the Sun, instead of its position.
 struct SunDirection {
     Vec3 direction{-1, 0, 0}; ///< from the origin towards the Sun
     double distance_au = 1;
@@ -28,7 +28,7 @@ struct SunDirection {
 
 config::Section sun_section(Sun& sun) {
     const auto read = std::make_shared<SunDirection>();
-    config::Section section{"sun", "The Sun: where it is, its disc and its spectrum."};
+    config::Section section{"sun", "The Sun: position, disc and spectrum."};
     section.keys = keys_of(sun);
     section.keys.push_back(config::key("direction", &read->direction)
                                .range(anywhere)
@@ -63,7 +63,7 @@ config::Section stars_section(std::vector<Star>& stars) {
         config::key("limiting_magnitude", &read->limiting_magnitude)
             .unit("mag")
             .range(-30, 40)
-            .help("Visual magnitude beyond which fainter stars are left out"),
+            .help("Limiting visual magnitude: fainter stars are left out"),
     };
     section.optional = true;
     section.check = [&stars, read](const config::ReadTable& table) {
@@ -72,7 +72,7 @@ config::Section stars_section(std::vector<Star>& stars) {
     return section;
 }
 
-/// What is read of a lamp beside the members of Lamp.
+/// Values of the keys of a lamp that are no members of Lamp.
 struct LampPlace {
     PlaceKeys place;
     JointKeys joint;
@@ -80,7 +80,8 @@ struct LampPlace {
 
 config::Section lamp_section(Lamp& lamp, std::size_t index) {
     const auto read = std::make_shared<LampPlace>();
-    config::Section section{"lamp", "A lamp: a point or a beam that lights, but is not itself seen."};
+    config::Section section{
+        "lamp", "A lamp: a point source or a beam that illuminates bodies, but is not visible itself."};
     section.keys = keys_of(lamp);
     for (const config::Keys& more : {camera_place_keys(read->place), keys_of(read->joint)})
         section.keys.insert(section.keys.end(), more.begin(), more.end());
@@ -96,7 +97,8 @@ config::Section lamp_section(Lamp& lamp, std::size_t index) {
 config::List lamp_list(std::vector<Lamp>& lamps) {
     config::List list;
     list.name = "lamp";
-    list.help = "A lamp, one table for each: a point or a beam that lights, but is not itself seen.";
+    list.help = "A lamp, one table for each: a point source or a beam that illuminates bodies, but is not "
+                "visible itself.";
     list.clear = [&lamps] { lamps.clear(); };
     list.append = [&lamps](const config::Value& /*table*/) {
         lamps.emplace_back();
@@ -127,7 +129,7 @@ config::Section stray_light_section(StrayLight& stray) {
     return section;
 }
 
-/// Mean over a band of a curve that is linear between its points and held outside; exact.
+/// Mean over a band of a curve that is linear between its points and constant outside; exact.
 double band_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& band) {
     const auto at = [&](double wavelength_m) {
         const auto after =
@@ -140,7 +142,7 @@ double band_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& ba
             (wavelength_m - before.wavelength_m) / (after->wavelength_m - before.wavelength_m);
         return before.value + share * (after->value - before.value);
     };
-    // Trapezoids between the ends and the points inside.
+    // Sum trapezoids between the ends and the points inside.
     double sum = 0;
     double from = band.from_m;
     const auto add_up_to = [&](double to) {
@@ -153,7 +155,7 @@ double band_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& ba
     return sum / (band.to_m - band.from_m);
 }
 
-/// Parents and joints of bodies, camera and lamps.
+/// Checks parents and joints of bodies, camera and lamps.
 void check_tree(const Scene& scene, const config::ReadTable& root) {
     const auto collect = [&](const auto& check) {
         try {
@@ -170,7 +172,7 @@ void check_tree(const Scene& scene, const config::ReadTable& root) {
         });
 }
 
-/// `values`, the key of an element of a list, has one number for each band, or none.
+/// Checks that `values`, a key of an element of a list, has one number for each band, or none.
 void check_bands(const std::vector<double>& values, const char* list, std::size_t index, const char* key,
                  std::size_t bands, const config::ReadTable& root) {
     if (values.empty() || values.size() == bands) return;
@@ -204,15 +206,15 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
 
 config::Section scene_section(Scene& scene) {
     const auto curves = std::make_shared<ColourCurves>();
-    config::Section section{"", "A scene: everything that can be seen, and the camera that looks."};
+    config::Section section{"", "A scene: bodies, light sources, stars and the camera."};
     section.keys = keys_of(scene);
     section.tables = {sun_section(scene.sun), stars_section(scene.stars), camera_section(scene.camera)};
     section.lists = {
         body_list(scene, curves),
         lamp_list(scene.lamps),
-        config::list("band", "A spectral band of the picture, one table for each; without any, one band.",
+        config::list("band", "A spectral band of the image, one table for each; without any, one band.",
                      scene.bands, band_section),
-        config::list("stray_light", "A map of light that the optics put where it does not belong.",
+        config::list("stray_light", "A stray light map: ghosts and reflections of the optics.",
                      scene.stray_light, stray_light_section),
     };
     section.printed = false;

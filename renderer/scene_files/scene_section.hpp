@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene file as a section of keys: reading, checks and the reference are made from it.
+// Root section of scene files, from which reading, checks and the reference are made.
 #pragma once
 
 #include "config/section.hpp"
@@ -7,8 +7,8 @@
 
 namespace obscura::scene {
 
-/// The root of a scene file with [sun], [stars], [camera], [[body]], [[lamp]], [[band]], [[stray_light]].
-/// `scene` has its defaults and outlives the section; it is not complete unless no mistake was found.
+/// Root section with [sun], [stars], [camera], [[body]], [[lamp]], [[band]], [[stray_light]]. `scene` has its
+/// defaults and must outlive the section; it is complete only if no mistake was found.
 [[nodiscard]] config::Section scene_section(Scene& scene);
 
 } // namespace obscura::scene

@@ -9,13 +9,13 @@
 
 namespace obscura::scene {
 
-/// `key` is a mistake where `other` is given, too.
+/// Reports `key` if `other` is given too.
 void exclude(const config::ReadTable& table, std::string_view key, std::string_view other);
 
-/// The table, which the file has, is a mistake without `key`.
+/// Reports the table, which is in the file, if `key` is missing.
 void require(const config::ReadTable& table, std::string_view key);
 
-/// `key`, where it is given, must have a direction.
+/// Reports `key` if it is given and is a zero vector.
 void require_direction(const config::ReadTable& table, Vec3 value, std::string_view key);
 
 } // namespace obscura::scene
