@@ -43,7 +43,7 @@
 namespace obscura::renderer {
 namespace {
 
-/// Denormals are flushed while rendering, as Embree asks; the thread's mode is put back at the end.
+/// Flushes denormals while rendering, as Embree recommends; restores the mode of the thread at the end.
 class FlushDenormals {
 public:
 #if defined(__SSE2__)
@@ -67,24 +67,24 @@ public:
     FlushDenormals& operator=(const FlushDenormals&) = delete;
 };
 
-/// Scratch memory of one thread; kept between rows so that nothing is allocated after the first.
+/// Scratch memory of one thread, kept between rows so that nothing is allocated after the first.
 struct Scratch {
     RowState row;
     std::optional<MovingLens> moving_lens; ///< with aberration
-    const Projection* lens = nullptr;      ///< of the row: that one, or the camera's
+    const Projection* lens = nullptr;      ///< of the row: moving_lens or the camera's
     std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight;         ///< bands x pixels, W/m2
-    std::vector<double> per_pixel;         ///< from irradiance to the quantity asked for
+    std::vector<double> per_pixel;         ///< factor from irradiance to the requested quantity
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     RowTime measured{}; ///< the exposure that `motion` belongs to
     double motion = 0;  ///< see motion_px()
 };
 
-/// Data shared by the rows of one request, a row block.
+/// Data shared by the rows of one request (a row block).
 struct RowBlock {
-    std::vector<std::uint32_t> stars;       ///< candidates: visible in some row
-    std::optional<SampleGridKernel> kernel; ///< of `grid`; none: each pixel has samples of its own
+    std::vector<std::uint32_t> stars;       ///< candidates: may be visible in some row
+    std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
 };
 
@@ -101,18 +101,18 @@ struct Renderer::Impl {
     unsigned threads;
     std::unique_ptr<const Projection> lens;
     GaussianPsf gaussian_psf;
-    std::unique_ptr<const Psf> psf; ///< if any, instead of the Gaussian
+    std::unique_ptr<const Psf> psf; ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
     PointSplatter splatter;
     std::vector<StrayMap> stray;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
-    bool plain = true; ///< direct sunlight on grey surfaces only: one channel suffices
-    /// TBB has one worker per core; more threads than that must be asked for.
+    bool plain = true; ///< direct sunlight on grey surfaces: one channel is enough
+    /// Raises the limit of TBB, one worker per core by default, to the number of threads.
     std::optional<tbb::global_control> more_threads;
     mutable tbb::task_arena arena;
     mutable tbb::enumerable_thread_specific<Scratch> scratch;
-    /// By the threads that call render().
+    /// Per thread that calls render().
     mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
@@ -145,12 +145,12 @@ struct Renderer::Impl {
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled.
     template<typename DoRow>
     bool for_rows(std::int32_t rows, const std::atomic<bool>* cancel, const DoRow& do_row) const;
-    /// The Sun's irradiance at a place over that at 1 au.
+    /// Irradiance of the Sun at a position over that at 1 au.
     [[nodiscard]] double sun_at_camera(Vec3 place_m) const {
         const double distance = length(scene.sun.position_m - place_m) / astronomical_unit_m;
         return scene.sun.irradiance_scale / (distance * distance);
     }
-    /// The instants that row `y` of the sensor is rendered at.
+    /// Instants at which row `y` of the sensor is rendered.
     [[nodiscard]] Exposure exposure(const RenderRequest& request, const RowTime& row, std::int32_t y,
                                     Scratch& s) const {
         if (settings.max_instants > 1 && s.measured != row) {
@@ -165,32 +165,33 @@ struct Renderer::Impl {
                                           : settings.samples_per_pixel;
         return Exposure::of(row, s.motion, settings.max_instants, samples, jitter);
     }
-    /// Sets the row's state and lens. `parts`: instants that share the samples of its pixels.
-    void begin_row(double time_s, std::uint32_t parts, Scratch& s) const {
+    /// Sets the row's state and lens. `instants`: instants that share the samples of its pixels.
+    void begin_row(double time_s, std::uint32_t instants, Scratch& s) const {
         s.lens = lens.get();
         const Vec3 beta = camera_beta(scene, bodies, time_s);
         if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
-        const std::uint32_t least = parts > 1 && settings.target_error > 0 ? 2 : 1;
+        const std::uint32_t least = instants > 1 && settings.target_error > 0 ? 2 : 1;
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
-                      std::max(least, settings.samples_per_pixel / parts), parts, time_s, s.row);
+                      std::max(least, settings.samples_per_pixel / instants), instants, time_s, s.row);
     }
-    /// Calls `use(tracer)` with the tracer that the scene needs.
+    /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
     template<typename Use>
     void with_tracer(Scratch& s, const Use& use) const;
-    /// Whether the rows can share one grid of samples: they see one instant.
+    /// Whether the rows can share a sample grid: they have the same instant.
     [[nodiscard]] bool shares_samples(const RenderRequest& request, Scratch& s) const;
     bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                           RowBlock& rows) const;
     void render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
-    /// Adds the light of the row's instant, number `part` of `parts` that share the samples of pixels.
-    void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows, std::uint32_t part,
-                      std::uint32_t parts, Tracer& tracer, Scratch& s) const;
-    [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t part = 0,
-                                    std::uint32_t parts = 1) const {
-        // Errors of the parts are independent and averaged: each may be larger by the root of their number.
-        return {settings.seed, request.frame_id, (settings.max_samples_per_pixel + parts - 1) / parts,
-                settings.target_error * std::sqrt(parts), part};
+    /// Adds the light of instant `instant` of the `instants` that share the samples of the row's pixels.
+    void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
+                      std::uint32_t instant, std::uint32_t instants, Tracer& tracer, Scratch& s) const;
+    [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t instant = 0,
+                                    std::uint32_t instants = 1) const {
+        // Errors of the instants are independent and averaged: each may be larger by the root of their
+        // number.
+        return {settings.seed, request.frame_id, (settings.max_samples_per_pixel + instants - 1) / instants,
+                settings.target_error * std::sqrt(instants), instant};
     }
     /// Largest displacement of a camera sample by the PSF, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
@@ -215,8 +216,8 @@ bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* c
         }
     };
 #ifdef __SANITIZE_THREAD__
-    // ThreadSanitizer cannot look into TBB: it would report every fork and join of it, or, those suppressed,
-    // nothing that rows share. Plain threads show it the rows.
+    // ThreadSanitizer does not understand TBB: it would report every fork and join, or, with those
+    // suppressed, no race between rows. Plain threads let it check the rows.
     std::vector<std::jthread> workers;
     const auto first_row_of = [&](unsigned worker) {
         return static_cast<std::int32_t>(static_cast<std::int64_t>(row_count) * worker / threads);
@@ -284,11 +285,12 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
 }
 
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
-                                  std::uint32_t part, std::uint32_t parts, Tracer& tracer, Scratch& s) const {
+                                  std::uint32_t instant, std::uint32_t instants, Tracer& tracer,
+                                  Scratch& s) const {
     if (!resolves_any(s.row)) return;
     const auto width = static_cast<std::size_t>(request.window.width);
-    const Sampling how = sampling(request, part, parts);
-    const double share = 1.0 / parts;
+    const Sampling how = sampling(request, instant, instants);
+    const double share = 1.0 / instants;
     BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {

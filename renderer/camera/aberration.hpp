@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stellar aberration: how the observer's motion turns the directions that light comes from.
+// Stellar aberration: directions as seen by a moving observer.
 #pragma once
 
 #include "renderer/camera/projection.hpp"
@@ -8,13 +8,13 @@ namespace obscura::renderer {
 
 constexpr double light_speed_m_s = 299'792'458.0;
 
-/// The unit direction in which an observer who moves with `beta` (velocity over that of light, in the same
-/// frame) sees what lies in the unit direction `d` for one at rest. The way back is the same with -beta.
-/// Special relativity: the component along the motion is cos t' = (cos t + beta) / (1 + beta cos t).
+/// Apparent unit direction, for an observer who moves with `beta` (velocity over the speed of light, same
+/// frame), of the direction `d` at rest. The inverse is the same with -beta. Special relativity: the
+/// component along the motion is cos t' = (cos t + beta) / (1 + beta cos t).
 [[nodiscard]] Vec3 aberrate(Vec3 d, Vec3 beta);
 
-/// A lens in motion: directions are those for an observer at rest, in camera axes. Brightness stays as it is;
-/// the change, as the fourth power of the Doppler factor, is 4 parts in 10,000 on Earth's orbit.
+/// Lens of a moving camera: directions in and out are those for an observer at rest, camera axes. Radiance is
+/// not corrected; the change, the fourth power of the Doppler factor, is 4 parts in 10,000 on Earth's orbit.
 class MovingLens final : public Projection {
 public:
     /// `lens` must outlive it.
@@ -26,8 +26,8 @@ public:
     }
     [[nodiscard]] std::optional<ImagePoint> project(Vec3 direction) const override;
     [[nodiscard]] double transmission(Vec3 direction) const override;
-    /// Angles at rest are larger than those seen by up to 1 + beta: far less than what the lens adds for
-    /// safety.
+    /// Angles at rest are larger than the apparent ones by at most 1 + beta: far less than the margin of the
+    /// lens.
     [[nodiscard]] double pixel_angle_rad() const override;
     [[nodiscard]] double local_pixel_angle_rad(Vec3 direction) const override;
     [[nodiscard]] double field_angle_rad(double margin_px) const override;

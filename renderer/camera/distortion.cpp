@@ -103,8 +103,8 @@ Distortion::Derivatives Distortion::derivatives(PlanePoint p) const {
             (below.y - above.y) / (2 * h)};
 }
 
-// Newton's method from the point itself. A fold of the polynomial, where the determinant turns, is not
-// crossed.
+// Newton's method, starting at the target. It does not cross a fold of the polynomial, where the determinant
+// changes sign.
 std::optional<PlanePoint> Distortion::inverse(PlanePoint target, double& determinant) const {
     PlanePoint p = target;
     for (int step = 0; step < 60; ++step) {
@@ -117,7 +117,7 @@ std::optional<PlanePoint> Distortion::inverse(PlanePoint target, double& determi
         if (std::abs(ex) + std::abs(ey) < 1e-14 * scale)
             return determinant > 0 ? std::optional(p) : std::nullopt;
         if (!(determinant > 1e-3)) {
-            // Beyond a fold: nearer the axis, where there is none.
+            // Beyond a fold: step back towards the axis.
             p = {p.x * 0.8, p.y * 0.8};
             continue;
         }
@@ -167,7 +167,7 @@ std::optional<PlanePoint> Distortion::ideal(PlanePoint real, double& area_ratio)
     const double r = std::sqrt(real.x * real.x + real.y * real.y);
     if (r > real_.back()) return std::nullopt;
     const auto image = [&](double at) { return look_up({at, 0}, ideal_, slopes_, real_)->x; };
-    // The monotone cubic solved by halving.
+    // Solve the monotone cubic by bisection.
     double low = 0;
     double high = ideal_.back();
     for (int i = 0; i < 60 && r > 0; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a real lens departs from its ideal projection, and the way back.
+// Lens distortion: from ideal to real image points, and the inverse.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
@@ -9,29 +9,28 @@
 
 namespace obscura::renderer {
 
-/// A point of the focal plane over the focal length, from the optical axis; x right, y down.
+/// Point of the focal plane over the focal length, from the optical axis; x right, y down.
 struct PlanePoint {
     double x = 0, y = 0;
 };
 
-/// Immutable; any thread may call any member.
+/// Immutable; thread-safe.
 class Distortion {
 public:
-    /// Throws ConfigError when coefficients or table cannot be.
+    /// Throws ConfigError if coefficients or table are invalid.
     Distortion(const scene::Distortion& d, double focal_length_m);
 
-    /// Where the lens really forms the image of an ideal point. Nothing where it has none: beyond a table, or
-    /// where the polynomial of the way back has no inverse.
+    /// Real image point of an ideal one. Empty where there is none: beyond a table, or where the polynomial
+    /// has no inverse.
     [[nodiscard]] std::optional<PlanePoint> real(PlanePoint ideal) const;
-    /// The ideal point whose image is there, and how much of the ideal plane's area belongs to one unit of
-    /// the real one.
+    /// Ideal point of a real one, and the area of the ideal plane per unit of area of the real one.
     [[nodiscard]] std::optional<PlanePoint> ideal(PlanePoint real, double& area_ratio) const;
 
 private:
-    /// The direction in which the model is a formula, and the one in which it must be inverted.
+    /// The model as the formula states it, and its inverse.
     [[nodiscard]] PlanePoint formula(PlanePoint p) const;
     [[nodiscard]] std::optional<PlanePoint> inverse(PlanePoint target, double& determinant) const;
-    /// Matrix of derivatives of the formula, by differences.
+    /// Jacobian matrix of the formula, by differences.
     struct Derivatives {
         double xx, xy, yx, yy;
         [[nodiscard]] double determinant() const { return xx * yy - xy * yx; }

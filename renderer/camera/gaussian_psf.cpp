@@ -29,8 +29,8 @@ Response response(double x, double sigma) {
             sigma * (normal_cdf_integral(above) - normal_cdf_integral(below))};
 }
 
-/// Quantile of the response at p, from `low` (below it) on: Newton's steps, halving where one leaves the
-/// bracket.
+/// Quantile of the response at p, searched upwards from `low` by Newton steps; bisection where a step leaves
+/// the bracket.
 double response_quantile(double p, double sigma, double low) {
     double high = 0.5 + 9 * sigma;
     double x = low;
@@ -38,7 +38,7 @@ double response_quantile(double p, double sigma, double low) {
         const Response at = response(x, sigma);
         (at.cdf < p ? low : high) = x;
         double next = x - (at.cdf - p) / at.pdf;
-        if (std::abs(next - x) < 1e-9 * sigma) return next; // the error after a step is as its square
+        if (std::abs(next - x) < 1e-9 * sigma) return next; // the error after a step is quadratic in it
         if (!(next > low && next < high)) next = (low + high) / 2;
         x = next;
     }

@@ -10,8 +10,8 @@
 namespace obscura::renderer {
 
 /// Separable, in pixels. A camera sample of a pixel is displaced by offset(u), offset(v); a point source at x
-/// gives pixel i the share weight(x, i) along an axis. Both describe the same response. sigma 0: the pixel's
-/// square alone.
+/// gives pixel i the fraction weight(x, i) along each axis. Both describe the same response. sigma 0: the
+/// square of the pixel alone.
 class GaussianPsf {
 public:
     explicit GaussianPsf(double sigma_px);
@@ -23,7 +23,7 @@ public:
     /// Largest |offset|.
     [[nodiscard]] double reach_px() const { return reach_px_; }
 
-    /// Share of the light of a point at `x` (pixel centres at integers) that falls into pixel `i`.
+    /// Fraction of the light of a point at `x` (pixel centres at integers) that falls into pixel `i`.
     [[nodiscard]] double weight(double x, std::int32_t i) const;
     /// Beyond this distance from a pixel's centre weight() is below 1e-10.
     [[nodiscard]] double splat_reach_px() const { return 0.5 + 6.5 * sigma_px_; }

@@ -15,7 +15,7 @@ namespace obscura::renderer {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-/// How far beyond the sensor directions are still projected, for bodies and stars that reach in.
+/// Margin beyond the sensor within which directions are projected, for bodies and stars that reach in.
 constexpr double least_margin_px = 32;
 
 } // namespace
@@ -49,7 +49,7 @@ Lens::Lens(const scene::Camera& camera)
     most_radius_ = radius(most_angle_rad_);
     limit_rad_ = most_angle_rad_;
 
-    // The polynomial must be one to one from the optical axis to wherever the sensor looks.
+    // Check that the distortion is invertible over the sensor, and find the largest angle of a pixel.
     for (int i = 0; i <= 32; ++i)
         for (int j = 0; j <= 32; ++j) {
             const double x = -0.5 + camera.width * i / 32.0;
@@ -68,7 +68,7 @@ Lens::Lens(const scene::Camera& camera)
                 if (inside > 0 && beside > 0) pixel_angle_rad_ = std::max(pixel_angle_rad_, length(next - d));
             }
         }
-    // At the rim of its circle the orthographic projection is as steep as a circle's edge.
+    // At the rim of its image circle the orthographic projection has an infinite slope.
     bool rim = false;
     for (const double x : {-0.5, camera.width - 0.5})
         for (const double y : {-0.5, camera.height - 0.5}) {
@@ -78,7 +78,7 @@ Lens::Lens(const scene::Camera& camera)
         }
     if (projection_ == scene::Projection::orthographic && rim)
         pixel_angle_rad_ = std::max(pixel_angle_rad_, std::sqrt(2 * scale_));
-    // The largest of a grid, and the rest for what lies between its points.
+    // Add a margin for what lies between the points of the grid.
     pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : scale_) * 1.2;
     limit_rad_ =
         std::min(most_angle_rad_, field_angle_rad(std::max(least_margin_px, camera.psf.wings_px + 1)) + 1e-9);
@@ -215,7 +215,7 @@ double Lens::field_angle_rad(double margin) const {
         most =
             std::max(most, inside > 0 ? std::atan2(std::sqrt(d.x * d.x + d.y * d.y), d.z) : most_angle_rad_);
     };
-    // Without an inverse in the margin, the field with as much of it as there is.
+    // Reduce the margin until the distortion has an inverse everywhere in it.
     double m = margin;
     const auto good = [&](double x, double y) {
         double ratio = 1;

@@ -8,11 +8,11 @@
 namespace obscura::renderer {
 
 /// Direction -> ideal point of the focal plane (projection) -> real point (distortion) -> pixel (sensor).
-/// Directions farther from the boresight than the sensor, grown by a margin, sees are not projected: a
-/// polynomial may fold them back into the image.
+/// Directions farther from the boresight than the sensor with a margin sees are not projected: a polynomial
+/// could fold them back into the image.
 class Lens final : public Projection {
 public:
-    /// Throws ConfigError when the distortion cannot be undone somewhere on the sensor.
+    /// Throws ConfigError if the distortion has no inverse somewhere on the sensor.
     explicit Lens(const scene::Camera& camera);
 
     void rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles& weight_sr) const override;
@@ -24,12 +24,12 @@ public:
     [[nodiscard]] double field_angle_rad(double margin_px) const override;
 
 private:
-    /// Unit direction seen at a point of the sensor; the nearest the lens images where it images none:
-    /// `solid_angle_sr`, of a pixel there, is then 0.
+    /// Unit direction of an image point, and in `solid_angle_sr` the solid angle of a pixel there. Where the
+    /// lens forms no image, that is 0 and the direction the nearest that the lens does image.
     [[nodiscard]] Vec3 direction_at(double x, double y, double& solid_angle_sr) const;
     [[nodiscard]] PlanePoint on_plane(double x, double y) const;
     [[nodiscard]] std::optional<ImagePoint> project_any(Vec3 direction) const;
-    /// Distance from the centre, over the focal length, at the angle, and the way back.
+    /// Image distance from the centre, over the focal length, of an angle to the boresight; and the inverse.
     [[nodiscard]] double radius(double angle_rad) const;
     [[nodiscard]] double angle(double radius) const;
     /// Solid angle over area of the ideal plane, both over the focal length squared.

@@ -14,32 +14,31 @@ struct ImagePoint {
     double x = 0, y = 0; ///< sensor pixels; the centre of pixel (i, j) is at (i, j)
 };
 
-/// Directions are in the camera frame: x right, y down, z boresight. Immutable; any thread may call any
-/// member.
+/// Directions are in the camera frame: x right, y down, z boresight. Immutable; thread-safe.
 class Projection {
 public:
     virtual ~Projection() = default;
 
-    /// Unit directions in the camera frame of the image points, and what a radiance there is worth in the
-    /// pixel: its solid angle times transmission(), sr. 0 where the lens forms no image; the direction is
-    /// then the nearest that it does image.
+    /// Unit directions in the camera frame of the image points, and the weight of a radiance there in the
+    /// pixel: its solid angle times transmission(), sr. The weight is 0 where the lens forms no image; the
+    /// direction is then the nearest that it does image.
     virtual void rays(const Doubles& x, const Doubles& y, Vec3s& direction, Doubles& weight_sr) const = 0;
     /// Solid angle of the pixel about an image point, sr; 0 where the lens forms no image.
     [[nodiscard]] virtual double solid_angle_sr(double x, double y) const = 0;
-    /// Where a direction (any length) is seen; nothing where it is not, or far outside the sensor.
+    /// Image point of a direction (any length); empty where there is none, or far outside the sensor.
     [[nodiscard]] virtual std::optional<ImagePoint> project(Vec3 direction) const = 0;
-    /// Share of the light from a direction that gets to the focal plane.
+    /// Fraction of the light from a direction that reaches the focal plane.
     [[nodiscard]] virtual double transmission(Vec3 /*direction*/) const { return 1; }
 
-    /// The largest angle that a shift of one pixel can subtend anywhere on the sensor.
+    /// Largest angle that a shift of one pixel subtends anywhere on the sensor.
     [[nodiscard]] virtual double pixel_angle_rad() const = 0;
-    /// About the smallest near a direction: for the size of bodies in pixels.
+    /// Approximately the smallest such angle near a direction, for the size of bodies in pixels.
     [[nodiscard]] virtual double local_pixel_angle_rad(Vec3 /*direction*/) const { return pixel_angle_rad(); }
-    /// The largest angle to the boresight on the sensor grown by `margin_px`.
+    /// Largest angle to the boresight on the sensor with a margin of `margin_px`.
     [[nodiscard]] virtual double field_angle_rad(double margin_px) const = 0;
 };
 
-/// The registry. Throws ConfigError when the lens cannot be.
+/// Makes the projection of a camera. Throws ConfigError if the lens is invalid.
 [[nodiscard]] std::unique_ptr<Projection> make_projection(const scene::Camera& camera);
 
 } // namespace obscura::renderer

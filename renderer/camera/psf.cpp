@@ -21,11 +21,11 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr int wavelengths_per_band = 8;
 constexpr std::size_t wing_entries = 2048;
-/// What the tables of all places and bands may take.
+/// Memory limit for the tables of all field positions and bands.
 constexpr double largest_tables_bytes = 512e6;
 
-/// Share of the light at a radius that belongs to the core; the wings, which begin at half its radius, are
-/// smooth.
+/// Fraction of the light at a radius that belongs to the core; the wings begin at half its radius and fade in
+/// smoothly.
 double core_window(double radius_px, double core_px, bool with_wings) {
     const double t = radius_px / core_px;
     if (t >= 1) return 0;
@@ -34,16 +34,16 @@ double core_window(double radius_px, double core_px, bool with_wings) {
     return c * c;
 }
 
-/// The wavelengths of a band and their shares of the Sun's light in it.
+/// Wavelengths of a band and their fractions of the Sun's light in it.
 std::vector<std::pair<double, double>> wavelengths_of(const SpectralBand& band) {
     std::vector<std::pair<double, double>> list;
     double sum = 0;
     const double step = (band.to_m - band.from_m) / wavelengths_per_band;
     for (int i = 0; i < wavelengths_per_band; ++i) {
-        SpectralBand part = band;
-        part.from_m = band.from_m + i * step;
-        part.to_m = part.from_m + step;
-        list.emplace_back(part.from_m + step / 2, sun_irradiance_w_m2(part));
+        SpectralBand slice = band;
+        slice.from_m = band.from_m + i * step;
+        slice.to_m = slice.from_m + step;
+        list.emplace_back(slice.from_m + step / 2, sun_irradiance_w_m2(slice));
         sum += list.back().second;
     }
     for (auto& [wavelength, share] : list)
@@ -53,16 +53,16 @@ std::vector<std::pair<double, double>> wavelengths_of(const SpectralBand& band) 
 
 using RadialPsf = std::function<double(double)>;
 
-PsfProfile tabulate(const RadialPsf& density, double to_px, double step_px) {
+PsfProfile tabulate(const RadialPsf& psf_at, double to_px, double step_px) {
     PsfProfile p;
     p.step_px = step_px;
     const auto count = static_cast<std::size_t>(std::ceil(to_px / step_px)) + 2;
     for (std::size_t i = 0; i < count; ++i)
-        p.values.push_back(density(static_cast<double>(i) * step_px));
+        p.values.push_back(psf_at(static_cast<double>(i) * step_px));
     return p;
 }
 
-/// Light within the core.
+/// Fraction of the light within the core.
 double core_light(const PsfProfile& p, double core_px, bool with_wings) {
     double sum = 0;
     for (std::size_t i = 1; i < p.values.size(); ++i) {
@@ -72,10 +72,10 @@ double core_light(const PsfProfile& p, double core_px, bool with_wings) {
     return sum;
 }
 
-/// Values of `density(x, y)` times the window on the grid of PsfCore, scaled to `light` in all; each the mean
-/// of `parts` x `parts` points, for patterns finer than the grid.
-std::vector<double> grid_of(const std::function<double(double, double)>& density, std::int32_t half,
-                            double core_px, bool with_wings, double light, int parts) {
+/// Values of `psf_at(x, y)` times the window on the grid of PsfCore, normalised to `light` in all; each is
+/// the mean over `points` x `points` points, for patterns finer than the grid.
+std::vector<double> grid_of(const std::function<double(double, double)>& psf_at, std::int32_t half,
+                            double core_px, bool with_wings, double light, int points) {
     const std::int32_t side = 2 * half + 1;
     std::vector<double> grid(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
     const double step = 1.0 / PsfCore::per_pixel;
@@ -86,11 +86,11 @@ std::vector<double> grid_of(const std::function<double(double, double)>& density
             const double y = (j - half) * step;
             const double r = std::sqrt(x * x + y * y);
             double mean = 0;
-            for (int b = 0; b < parts; ++b)
-                for (int a = 0; a < parts; ++a)
+            for (int b = 0; b < points; ++b)
+                for (int a = 0; a < points; ++a)
                     mean +=
-                        density(x + step * ((a + 0.5) / parts - 0.5), y + step * ((b + 0.5) / parts - 0.5));
-            const double value = mean / (parts * parts) * core_window(r, core_px, with_wings);
+                        psf_at(x + step * ((a + 0.5) / points - 0.5), y + step * ((b + 0.5) / points - 0.5));
+            const double value = mean / (points * points) * core_window(r, core_px, with_wings);
             grid[static_cast<std::size_t>(j) * static_cast<std::size_t>(side) + static_cast<std::size_t>(i)] =
                 value;
             sum += value;
@@ -100,17 +100,18 @@ std::vector<double> grid_of(const std::function<double(double, double)>& density
     return grid;
 }
 
-/// Wings by the logarithm of the squared distance, each entry the mean over what it stands for.
-std::vector<float> wing_table(const RadialPsf& density, double core_px, double wings_px) {
+/// Table of the wings by the logarithm of the squared distance; each entry is the mean over its interval.
+std::vector<float> wing_table(const RadialPsf& psf_at, double core_px, double wings_px) {
     std::vector<float> table(wing_entries);
     const double from = std::log(core_px * core_px / 4);
     const double step = (std::log(wings_px * wings_px) - from) / (wing_entries - 1);
-    constexpr int parts = 8;
+    constexpr int points = 8;
     for (std::size_t i = 0; i < wing_entries; ++i) {
         double mean = 0;
-        for (int k = 0; k < parts; ++k) {
-            const double r = std::exp((from + step * (static_cast<double>(i) + (k + 0.5) / parts - 0.5)) / 2);
-            mean += density(r) * (1 - core_window(r, core_px, true)) / parts;
+        for (int k = 0; k < points; ++k) {
+            const double r =
+                std::exp((from + step * (static_cast<double>(i) + (k + 0.5) / points - 0.5)) / 2);
+            mean += psf_at(r) * (1 - core_window(r, core_px, true)) / points;
         }
         table[i] = static_cast<float>(mean);
     }
@@ -125,7 +126,8 @@ PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& psf)
     const auto side = static_cast<std::size_t>(side_);
     const double step = 1.0 / per_pixel;
     const auto integrate = [&](const std::vector<double>& grid) {
-        // The pixel's square, one axis after the other, by the trapezoidal rule: squares of whole steps tile.
+        // Integrate over the pixel's square, one axis after the other, by the trapezoidal rule: squares of
+        // whole steps tile.
         std::vector<double> across(static_cast<std::size_t>(from_side) * side, 0.0);
         std::vector<float> out(side * side);
         for (std::int32_t j = 0; j < from_side; ++j)
@@ -310,16 +312,16 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                                         s.file, b + 1, x, y));
                     const PsfImage& image = *found;
                     const double scale = image.samples_per_pixel * image.samples_per_pixel / image.sum();
-                    const auto density = [&](double dx, double dy) {
+                    const auto psf_at = [&](double dx, double dy) {
                         return scale * image.at(dx * image.samples_per_pixel, dy * image.samples_per_pixel);
                     };
                     const auto ring = [&](double r) {
-                        constexpr int parts = 64;
+                        constexpr int points = 64;
                         double mean = 0;
-                        for (int k = 0; k < parts; ++k)
+                        for (int k = 0; k < points; ++k)
                             mean +=
-                                density(r * std::cos(2 * pi * k / parts), r * std::sin(2 * pi * k / parts)) /
-                                parts;
+                                psf_at(r * std::cos(2 * pi * k / points), r * std::sin(2 * pi * k / points)) /
+                                points;
                         return mean;
                     };
                     const int finer =
@@ -333,7 +335,7 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                         for (std::size_t k = 0; k < wing.size(); ++k)
                             psf->wings_[b][k] += wing[k] / static_cast<float>(xs.size() * ys.size());
                     }
-                    grids.push_back(grid_of(density, half, s.core_px, with_wings, inside, finer));
+                    grids.push_back(grid_of(psf_at, half, s.core_px, with_wings, inside, finer));
                 }
                 psf->cores_.emplace_back(half, grids);
             }
@@ -341,12 +343,12 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
         check_size(1);
         std::vector<std::vector<double>> grids;
         for (const SpectralBand& band : bands) {
-            RadialPsf density;
+            RadialPsf psf_at;
             RadialPsf far;
             double step = 1.0 / 64;
             if (s.model == Model::gaussian) {
                 const double outer = std::max(disc_px, 1e-3);
-                density = far = [&, outer](double r) {
+                psf_at = far = [&, outer](double r) {
                     return blurred_annulus_psf(s.obscuration * outer, outer,
                                                std::max(camera.psf_sigma_px, 0.05), r);
                 };
@@ -361,16 +363,16 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                 far = [=](double r) {
                     return blend([&](double w, double q) { return airy_psf(aperture, w, q); }, r);
                 };
-                density = far;
+                psf_at = far;
                 if (s.defocus_m != 0) {
                     step = 1.0 / 16;
-                    density = [=, defocus = s.defocus_m](double r) {
+                    psf_at = [=, defocus = s.defocus_m](double r) {
                         return blend(
                             [&](double w, double q) { return defocused_psf(aperture, w, defocus, q); }, r);
                     };
                 }
             }
-            const PsfProfile profile = tabulate(density, s.core_px + 1, step);
+            const PsfProfile profile = tabulate(psf_at, s.core_px + 1, step);
             const double inside = with_wings ? core_light(profile, s.core_px, true) : 1;
             grids.push_back(grid_of([&](double x, double y) { return profile.at(std::sqrt(x * x + y * y)); },
                                     half, s.core_px, with_wings, inside, 4));

@@ -12,11 +12,11 @@
 
 namespace obscura::renderer {
 
-/// The response of a pixel to a point of light beside it, as a table, for all bands at one place of the
-/// field. Distances are from the point to the pixel's centre.
+/// Response of a pixel to a point source beside it, as a table, for all bands at one field position.
+/// Distances are from the point to the centre of the pixel.
 class PsfCore {
 public:
-    static constexpr std::int32_t per_pixel = 8; ///< points of the tables
+    static constexpr std::int32_t per_pixel = 8; ///< table points per pixel
 
     /// `psf[band]`: light per px^2 on a square grid of (2 half + 1)^2 points, row by row.
     PsfCore(std::int32_t half, const std::vector<std::vector<double>>& psf);
@@ -28,7 +28,7 @@ public:
         return ratio_.empty() ? light_[band] : ratio_[band][cell];
     }
     [[nodiscard]] double response(std::size_t band, double x, double y) const;
-    /// Share of the light that is in the core.
+    /// Fraction of the light that is in the core.
     [[nodiscard]] double light(std::size_t band) const { return light_[band]; }
 
 private:
@@ -41,15 +41,15 @@ private:
     std::vector<float> column_sums_; ///< cumulative within each row
 };
 
-/// The PSF of a camera. Its core, within `reach_px()`, is where camera samples are displaced to; the wings
-/// beyond are added source by source. Immutable; any thread.
+/// PSF of a camera. Camera samples are displaced within its core, out to `reach_px()`; the wings beyond are
+/// added source by source. Immutable; thread-safe.
 class Psf {
 public:
     /// Null for a plain Gaussian: use GaussianPsf. Throws ConfigError or InputError.
     static std::unique_ptr<const Psf> make(const scene::Camera& camera,
                                            const std::vector<SpectralBand>& bands);
 
-    /// Whether bands have different PSFs.
+    /// Whether the PSF differs between bands.
     [[nodiscard]] bool chromatic() const { return chromatic_; }
     /// Largest displacement along an axis: half a pixel beyond the core.
     [[nodiscard]] double reach_px() const { return core_px_ + 0.5; }
@@ -59,14 +59,14 @@ public:
     /// Displaces samples of the pixels (x, y) by the PSF core; `weight`: sample weight in each channel.
     void displace(const Doubles& u, const Doubles& v, std::size_t channels, Doubles& x, Doubles& y,
                   Channels& weight) const;
-    /// Share of the light of a point at `at` that the core brings into a pixel.
+    /// Fraction of the light of a point at `at` that the core brings into a pixel.
     [[nodiscard]] double weight(ImagePoint at, std::int32_t column, std::int32_t row, std::size_t band) const;
-    /// Share of the light of a point that the wings bring into a pixel at a distance.
+    /// Fraction of the light of a point that the wings bring into a pixel at a distance.
     [[nodiscard]] double wing(std::size_t band, double squared_distance_px) const;
 
 private:
     Psf() = default;
-    /// The four places about a point of the field, and their shares.
+    /// The four field positions about a point, and their weights.
     struct Mix {
         const PsfCore* core[4];
         double share[4];
@@ -75,7 +75,7 @@ private:
 
     double core_px_ = 0, wings_px_ = 0;
     bool chromatic_ = false;
-    std::vector<double> field_x_, field_y_; ///< of the places, increasing
+    std::vector<double> field_x_, field_y_; ///< field positions, increasing
     std::vector<PsfCore> cores_;            ///< row by row
     std::vector<std::vector<float>> wings_; ///< per band, by the logarithm of the squared distance
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Point spread functions from a FITS file: measured, or from a program for optical design.
+// PSF images from a FITS file: measured, or exported by an optical design program.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,20 @@
 
 namespace obscura::renderer {
 
-/// One image of a point of light: before the pixels integrate it, the point itself in its middle.
+/// Image of a point source before integration over pixels; the point is in the middle.
 struct PsfImage {
     std::int32_t width = 0, height = 0;
     std::vector<double> values;      ///< row by row, top first; any unit
     double samples_per_pixel = 1;    ///< OVERSAMP
-    double field_x = 0, field_y = 0; ///< FIELDX, FIELDY: the sensor's pixel that it belongs to
+    double field_x = 0, field_y = 0; ///< FIELDX, FIELDY: sensor pixel
     std::int32_t band = 0;           ///< BAND, from 1; 0: all
 
     [[nodiscard]] double sum() const;
-    /// Value at a point, from the middle, by linear interpolation; 0 outside.
+    /// Value at a point relative to the middle, by linear interpolation; 0 outside.
     [[nodiscard]] double at(double x, double y) const;
 };
 
-/// All images of a file: each image extension with data, planes of a cube apart. Throws InputError.
+/// Reads all images of a file: each image extension with data, each plane of a cube. Throws InputError.
 [[nodiscard]] std::vector<PsfImage> read_psf_file(const std::filesystem::path& file);
 
 } // namespace obscura::renderer

@@ -22,8 +22,8 @@ double scaled_i0(double x) {
     return (1 + (1.0 / 8 + (9.0 / 128 + 225.0 / 3072 / x) / x) / x) / std::sqrt(2 * pi * x);
 }
 
-/// Light per px^2 in the middle of a perfect pattern.
-double peak_density(const Aperture& a, double wavelength_m) {
+/// Light per px^2 in the middle of the pattern without defocus.
+double peak_value(const Aperture& a, double wavelength_m) {
     const double scale = a.pitch_m / (wavelength_m * a.f_number);
     return pi / 4 * (1 - a.obscuration * a.obscuration) * scale * scale;
 }
@@ -41,7 +41,7 @@ double airy_psf(const Aperture& a, double wavelength_m, double radius_px) {
     const double v = pi * radius_px * a.pitch_m / (wavelength_m * a.f_number);
     const double e2 = a.obscuration * a.obscuration;
     const double amplitude = (jinc(v) - e2 * jinc(a.obscuration * v)) / (1 - e2);
-    return peak_density(a, wavelength_m) * amplitude * amplitude;
+    return peak_value(a, wavelength_m) * amplitude * amplitude;
 }
 
 double defocused_psf(const Aperture& a, double wavelength_m, double defocus_m, double radius_px) {
@@ -56,7 +56,7 @@ double defocused_psf(const Aperture& a, double wavelength_m, double defocus_m, d
         const double weight = i == 0 || i == intervals ? 1 : i % 2 == 1 ? 4 : 2;
         sum += weight * std::polar(std::cyl_bessel_j(0, v * std::sqrt(s)), phase * s);
     }
-    return peak_density(a, wavelength_m) * std::norm(sum / (3.0 * intervals));
+    return peak_value(a, wavelength_m) * std::norm(sum / (3.0 * intervals));
 }
 
 double blurred_annulus_psf(double inner_px, double outer_px, double sigma_px, double radius_px) {

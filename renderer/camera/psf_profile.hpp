@@ -6,7 +6,7 @@
 
 namespace obscura::renderer {
 
-/// Light per px^2 at radii of 0, step, 2 step ..., of 1 in all; linear between.
+/// Light per px^2 at radii of 0, step, 2 step ..., normalised to 1 in all; linear between.
 struct PsfProfile {
     double step_px = 1.0 / 64;
     std::vector<double> values;
@@ -23,12 +23,12 @@ struct Aperture {
 
 /// Airy pattern at one wavelength, light per px^2 at `radius_px`.
 [[nodiscard]] double airy_psf(const Aperture& aperture, double wavelength_m, double radius_px);
-/// The pattern with the focus `defocus_m` off the sensor, by the diffraction integral over the pupil; for
-/// defocus 0 the same as airy_psf(). Born and Wolf, Principles of Optics, 8.8.1.
+/// Diffraction pattern with the focus `defocus_m` off the sensor, by the diffraction integral over the pupil;
+/// for defocus 0 equal to airy_psf(). Born and Wolf, Principles of Optics, 8.8.1.
 [[nodiscard]] double defocused_psf(const Aperture& aperture, double wavelength_m, double defocus_m,
                                    double radius_px);
 
-/// A geometric disc, or annulus, of light blurred by a Gaussian.
+/// Geometric disc or annulus of light, blurred by a Gaussian.
 [[nodiscard]] double blurred_annulus_psf(double inner_px, double outer_px, double sigma_px, double radius_px);
 
 } // namespace obscura::renderer

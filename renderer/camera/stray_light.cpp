@@ -18,14 +18,14 @@ namespace obscura::renderer {
 
 namespace {
 
-/// One plane of a map.
+/// One plane of a stray light map.
 struct Plane {
     std::int32_t width, height;
     std::vector<double> values;
 };
 
-/// Of FITS files every image and plane, of others one for all bands or one for each: OpenEXR channels that
-/// are named as `obscura render` names them, or red, green and blue by wavelength.
+/// Reads all images and planes of a FITS file; from other formats one plane for all bands or one for each:
+/// OpenEXR channels named as `obscura render` names them, or red, green and blue by wavelength.
 std::vector<Plane> read_planes(const std::filesystem::path& file, const std::vector<SpectralBand>& bands) {
     std::vector<Plane> planes;
     std::array<char, 6> first{};
@@ -59,6 +59,7 @@ std::vector<Plane> read_planes(const std::filesystem::path& file, const std::vec
     }
     for (const std::string& name : names)
         add(name);
+    // Mix red, green and blue into the bands.
     std::vector<Plane> mixed;
     for (const SpectralBand& band : bands) {
         const std::array<double, 3> shares = colour_shares(band);

@@ -34,9 +34,9 @@ constexpr std::size_t aov_count = 16;
 /// Layer name in files: "body", "range_m", "normal.x", ...
 [[nodiscard]] const char* aov_name(Aov aov);
 
-/// Fills the AOVs of the pixels [x, x + width) of row `y`: AOV k at out + k * plane. Textures are filtered
-/// over rays `ray_width_rad` wide. `candidates` is scratch space. One ray through the centre of each pixel,
-/// no point spread.
+/// Fills the AOVs of the pixels [x, x + width) of row `y`: AOV k at out + k * plane. One ray through the
+/// centre of each pixel, without PSF; textures are filtered over rays `ray_width_rad` wide. `candidates` is
+/// scratch space.
 void trace_aovs(const Projection& projection, const RowState& row, std::int32_t x, std::int32_t y,
                 std::int32_t width, double ray_width_rad, std::vector<std::int32_t>& candidates, float* out,
                 std::size_t plane);

@@ -12,13 +12,13 @@ namespace {
 /// Ratio of the target error of each pixel to the resulting error over all pixels: the estimates are
 /// conservative, and most pixels need no further samples (measured by the test of adaptive sampling).
 constexpr double error_margin = 2.3;
-/// The same for pixels that share a grid, whose error is estimated by what is left of its points about a
-/// plane: most of that is detail that the grid still resolves.
+/// As error_margin, for pixels that share a grid: their error is estimated by the residual of its points from
+/// a plane, most of which is detail that the grid still resolves.
 constexpr double shared_error_margin = 7;
-/// The pixels that need more are then few.
+/// As error_margin, for further rounds, in which few pixels take part.
 constexpr double refined_error_margin = 3.5;
 
-/// Which of 16 directions lie within `chord2` of `axis`.
+/// Sets `near` to those of 16 directions that lie within `chord2` of `axis`.
 OBSCURA_VECTOR_CLONES
 void near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
     for (int i = 0; i < packet_size; ++i) {
@@ -37,8 +37,8 @@ struct BlockTracer::Batch {
     Doubles solid_angle[Tracer::batch_size];
     Channels psf_weight[Tracer::batch_size]; ///< with a Psf: see Psf::displace()
     int pixel[Tracer::batch_size][packet_size];
-    std::size_t packets = 0; ///< full ones
-    int lanes = 0;           ///< in the one after those
+    std::size_t packets = 0; ///< full packets
+    int lanes = 0;           ///< used lanes of the packet after those
 };
 
 BlockTracer::BlockTracer(const Projection& projection, const GaussianPsf& gaussian_psf, const Psf* psf,
@@ -175,7 +175,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
             wanted[i] = result.covered[i] ? near.samples : 0;
     }
     first_sample_ =
-        sampling_.part * std::max(near.samples, sampling_.target_error > 0 ? sampling_.max_samples : 0);
+        sampling_.instant * std::max(near.samples, sampling_.target_error > 0 ? sampling_.max_samples : 0);
     sample(wanted, sums);
 
     // Further rounds: estimate the spread, add samples where the error exceeds the target.

@@ -19,12 +19,12 @@ namespace obscura::renderer {
 struct Sampling {
     std::uint64_t seed = 1;
     std::uint64_t frame_id = 0;
-    std::uint32_t max_samples = 4; ///< per pixel, at most, unless the row's bodies ask for more
-    double target_error = 0;       ///< 0: what the row's bodies ask for everywhere
-    std::uint32_t part = 0;        ///< number of the instant among those that share the samples of a pixel
+    std::uint32_t max_samples = 4; ///< per pixel, unless the row's bodies require more
+    double target_error = 0;       ///< 0: the samples that the row's bodies require
+    std::uint32_t instant = 0;     ///< index of the instant among those that share the samples of a pixel
 };
 
-/// The means of a block's pixels: the tracer's radiance times the pixel's solid angle.
+/// Means over the pixels of a block: radiance of the tracer times solid angle of the pixel.
 struct BlockResult {
     bool covered[packet_size]; ///< false: no body is near, no ray was traced
     double mean[max_channels][packet_size];
@@ -33,14 +33,14 @@ struct BlockResult {
 };
 
 /// Traces blocks of one row. A block starts at a multiple of 16 of the sensor's columns and is always traced
-/// whole, so that a packet holds the same rays, and a pixel takes the same decisions, whatever the window.
+/// whole, so that a packet holds the same rays, and a pixel takes the same decisions, for any window.
 ///
-/// Adaptive sampling in up to three rounds; a shared sample grid can stand in for the first. After each
-/// round a pixel's spread is estimated from its own samples and those of its neighbours in the block; with
-/// Owen-scrambled points the error of n samples falls about as spread x n^-0.75 (between 1/n on smooth ground
-/// and n^-0.7 on edges, measured), which gives the number wanted. The error aimed at, root mean square over
-/// the lit pixels, is `target_error` times the larger of the pixel's value and the brightness of the body
-/// where it looks half way between Sun and camera.
+/// Adaptive sampling in up to three rounds; a shared sample grid can replace the first. After each round a
+/// pixel's spread is estimated from its own samples and those of its neighbours in the block; with
+/// Owen-scrambled points the error of n samples falls as spread x n^-0.75 (between 1/n in smooth regions and
+/// n^-0.7 on edges, measured), which gives the number of samples needed. The target error, root mean square
+/// over the lit pixels, is `target_error` times the larger of the pixel's value and the reference radiance of
+/// the body (BodyState::reference_radiance).
 class BlockTracer {
 public:
     /// All arguments must outlive the tracer. `candidates` is scratch space.
@@ -49,7 +49,8 @@ public:
                 std::vector<std::int32_t>& candidates);
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
-    /// rows about `y` are filled, pixels in smooth regions take it instead of samples of their own.
+    /// rows about `y` are filled, pixels in smooth regions are filtered from it instead of having samples of
+    /// their own.
     bool trace(std::int32_t block, std::int32_t y, BlockResult& result,
                const SampleGridKernel* kernel = nullptr, const SampleGrid* grid = nullptr);
 
@@ -100,7 +101,7 @@ private:
     Tracer& tracer_;
     std::vector<std::int32_t>& candidates_;
     std::int32_t first_x_ = 0, y_ = 0;
-    std::uint32_t first_sample_ = 0; ///< of a pixel's sequence: those before are other instants'
+    std::uint32_t first_sample_ = 0; ///< of a pixel's sequence: earlier ones belong to other instants
     Doubles solid_angle_;
     Words lens_seed_, light_seed_;
 };

@@ -18,12 +18,12 @@
 
 namespace obscura::renderer {
 
-/// One row of an image at one instant, and the sums that points are added to.
+/// One row of an image at one instant, and the sums to which points are added.
 struct SplatTarget {
     Region window; ///< in sensor pixels
     std::int32_t y = 0;
     std::uint64_t frame_id = 0;
-    std::uint32_t instant = 0, instants = 1; ///< number of the instant among those that share the exposure
+    std::uint32_t instant = 0, instants = 1; ///< index and number of the instants of the exposure
     const RowState& row;
     const Projection& lens;                ///< of the row: with aberration
     std::vector<double>& light;            ///< channels x window.width, in the tracer's units, sr
@@ -31,22 +31,22 @@ struct SplatTarget {
     std::vector<std::int32_t>& candidates; ///< scratch space
 };
 
-/// Adds what is not found by sampling pixels: stars, bodies smaller than pixels, and the PSF's wings of
-/// larger ones. A point source brings each pixel its irradiance times the PSF's share there, so that flux is
-/// conserved from infinity to contact. Immutable; any thread.
+/// Adds what pixel samples do not find: stars, sub-pixel bodies, and the PSF's wings of larger bodies. A
+/// point source gives each pixel its irradiance times the fraction of the PSF there, so that flux is
+/// conserved from infinity to contact. Immutable; thread-safe.
 class PointSplatter {
 public:
-    /// The arguments, but for the seed, must outlive the splatter. `psf`: if any, instead of the Gaussian.
-    /// Throws ConfigError when a star's numbers are not finite.
+    /// All arguments but the seed must outlive the splatter. `psf`: replaces the Gaussian; may be null.
+    /// Throws ConfigError if a star's numbers are not finite.
     PointSplatter(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, const Projection& lens,
                   const GaussianPsf& gaussian_psf, const Psf* psf, std::uint64_t seed);
 
-    /// Largest distance of a pixel from the image of a point that reaches it.
+    /// Largest distance between a point's image and a pixel that it lights.
     [[nodiscard]] double reach_px() const {
         return psf_ != nullptr ? std::max(psf_->reach_px(), psf_->wings_px())
                                : gaussian_psf_.splat_reach_px();
     }
-    /// Fills `found` with the stars that some of the rows may show.
+    /// Fills `found` with the stars that may be visible in some of the rows.
     void find_stars(std::span<const RowTime> rows, std::vector<std::uint32_t>& found) const;
     /// Adds the row's bodies, and the stars `in_view`.
     void splat(const SplatTarget& target, std::span<const std::uint32_t> in_view, Tracer& tracer) const;

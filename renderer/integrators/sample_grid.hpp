@@ -13,11 +13,10 @@
 
 namespace obscura::renderer {
 
-/// Position of the grid in one frame and the weights of its points in a pixel. The points are the pixels'
-/// centres, all displaced by one random shift, and a pixel is the sum of the points about it times its
-/// response there. The response of a square pixel takes whole numbers of any grid of its own pitch: the
-/// weights of each axis sum to 1 whatever the shift, and of an image without detail finer than two pixels
-/// nothing is lost.
+/// Position of the grid in one frame, and the weights of its points in a pixel. The points are the centres of
+/// the pixels, all displaced by one random shift; a pixel is the sum of the points about it times its
+/// response there. The weights of each axis sum to 1 for any shift, because the response of a square pixel
+/// sums to 1 over any grid of its own pitch; images without detail finer than two pixels lose nothing.
 struct SampleGridKernel {
     static constexpr std::int32_t max_reach = 4;
 
@@ -27,7 +26,7 @@ struct SampleGridKernel {
     /// Standard deviation in a pixel over that of points which are equal along the other axis, as on an edge.
     double noise = 1;
 
-    /// Throws nothing; a PSF too narrow or too wide has no kernel: see fits().
+    /// Does not throw; a PSF too narrow or too wide has no kernel: see fits().
     SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, std::uint64_t frame_id);
     [[nodiscard]] static bool fits(const GaussianPsf& psf);
 };
@@ -35,13 +34,13 @@ struct SampleGridKernel {
 /// Bodies near 16 pixels of a row, found by projection before any ray is traced.
 struct NearBodies {
     std::uint16_t covered = 0; ///< bit i: a body may be seen in pixel i
-    std::uint32_t samples = 0; ///< per pixel, as the bodies ask; 0: nothing is near
-    bool large = true;         ///< the bodies all are
+    std::uint32_t samples = 0; ///< per pixel, as the bodies require; 0: no body is near
+    bool large = true;         ///< all bodies near are BodyState::large
     double reference = 0;      ///< brightest of the bodies' reference radiances
 };
 
-/// The radiances times solid angle of the grid's points over a window and what the kernel reaches beyond it.
-/// Rows are filled by different threads.
+/// Radiance times solid angle of the grid's points over a window and the kernel's reach beyond it. Rows may
+/// be filled by different threads.
 class SampleGrid {
 public:
     /// Sets all to 0. Columns are whole blocks of 16, as packets are.

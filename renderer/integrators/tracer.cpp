@@ -48,7 +48,7 @@ void Tracer::radiance(std::span<CameraRays> batch) {
         SampleStream(rays.index, rays.light_seed).next(u, v);
         for (double& r : radiance.v)
             r = 0;
-        // Shade body by body; nearly always there is one.
+        // Shade body by body; most packets hit only one.
         const HitPacket& hits = rays.hits;
         Lanes left;
         for (int i = 0; i < packet_size; ++i)

@@ -11,7 +11,7 @@
 
 namespace obscura::renderer {
 
-/// Rays traced, by one thread.
+/// Ray and sample counts of one thread.
 struct RayCounts {
     std::uint64_t rays = 0;
     std::uint64_t samples = 0;
@@ -29,9 +29,9 @@ struct CameraRays {
 /// `light` away from it.
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
 
-/// Traces packets of camera rays through the scene of one row. This one computes direct sunlight only, for a
-/// white Sun of unit irradiance: its single channel is radiance per irradiance of the Sun at 1 au, 1/sr.
-/// Thread-bound: each thread has its own.
+/// Traces packets of camera rays through the scene of one row. The base class computes direct sunlight only,
+/// for a white Sun of unit irradiance: its single channel is radiance per irradiance of the Sun at 1 au,
+/// 1/sr. Thread-bound: one for each thread.
 class Tracer {
 public:
     /// All arguments must outlive the tracer.
@@ -50,8 +50,8 @@ public:
     /// Largest number of packets of one call of radiance().
     static constexpr std::size_t batch_size = 8;
     /// Radiance towards the camera at the hits: emitted by the Sun, or its light reflected once, from one
-    /// direction to the Sun's disc. 0 where there is no hit. At most `batch_size` packets, which do not
-    /// influence each other's result.
+    /// direction to the Sun's disc. 0 where there is no hit. At most `batch_size` packets, whose results are
+    /// independent of each other.
     virtual void radiance(std::span<CameraRays> batch);
 
     /// Sets the angular width of camera rays, for texture filtering: the angle between neighbouring samples.

@@ -15,9 +15,9 @@ struct AreaLight {
     double area_m2 = 0;
 };
 
-/// The light sources and the number of reflections that their light is followed over; the same for all rows.
+/// Light sources, and the largest number of reflections of their light; the same for all rows.
 struct Lighting {
-    std::vector<double> sun_w_m2; ///< per band at 1 au; all 0: no Sun
+    std::vector<double> sun_w_m2; ///< irradiance per band at 1 au; all 0: no Sun
     std::vector<scene::Lamp> lamps;
     std::vector<AreaLight> area_lights;
     double area_m2 = 0; ///< sum over `area_lights`
@@ -26,10 +26,11 @@ struct Lighting {
     [[nodiscard]] bool has_sun() const;
 };
 
+/// Collects the light sources of a scene; `sun_w_m2`: see Lighting.
 [[nodiscard]] Lighting make_lighting(const scene::Scene& scene, std::vector<AreaLight> area_lights,
                                      std::vector<double> sun_w_m2, std::uint32_t max_bounces);
 
-/// Intensity of a lamp at an angle to its axis over that on the axis.
+/// Intensity of a lamp at an angle to its axis, relative to that on the axis.
 [[nodiscard]] double beam_share(const scene::Lamp& lamp, double cos_angle);
 
 } // namespace obscura::renderer

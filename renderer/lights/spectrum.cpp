@@ -32,7 +32,7 @@ double transmission(const SpectralBand& band, double wavelength_m) {
 
 double sun_irradiance_w_m2(const SpectralBand& band) {
     if (band.transmission.empty()) return solar_band_irradiance_w_m2(band.from_m, band.to_m);
-    // Midpoint rule: the spectrum comes in steps of 10 nm, the curve in straight lines.
+    // Midpoint rule: the spectrum is a table in steps of 10 nm, the curve piecewise linear.
     constexpr int steps = 4000;
     const double step = (band.to_m - band.from_m) / steps;
     double sum = 0;
@@ -59,8 +59,8 @@ double star_irradiance_w_m2(double magnitude_v, double colour_b_v, const Spectra
     constexpr double v_wavelength_m = 545e-9;
     constexpr double v_zero_w_m3 = 3.63e-8 * 1e6;
     const double temperature_k = colour_temperature_k(colour_b_v);
-    // Simpson's rule; a black body is smooth over a band.
-    // A curve's corners want more points than a black body.
+    // Simpson's rule: a black body is smooth over a band, but the corners of a transmission curve need more
+    // points.
     const int intervals = band.transmission.empty() ? 64 : 2048;
     const double step = (band.to_m - band.from_m) / intervals;
     double sum = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The star catalogue as the renderer needs it: directions and band irradiances.
+// Star field: directions and band irradiances of the stars of a catalogue.
 #pragma once
 
 #include "renderer/scene/scene.hpp"
@@ -12,7 +12,7 @@ namespace obscura::renderer {
 /// Inertial unit vector (J2000 axes) of a right ascension and declination.
 [[nodiscard]] Vec3 star_direction(double right_ascension_rad, double declination_rad);
 
-/// Immutable after construction.
+/// Immutable; thread-safe.
 class StarField {
 public:
     /// Throws ConfigError when a star's numbers are not finite.
@@ -20,7 +20,7 @@ public:
 
     [[nodiscard]] std::size_t size() const { return x_.size(); }
     [[nodiscard]] Vec3 direction(std::uint32_t star) const { return {x_[star], y_[star], z_[star]}; }
-    /// W/m2 of `star` in `band`.
+    /// Irradiance of `star` in `band`, W/m2.
     [[nodiscard]] double irradiance(std::uint32_t star, std::size_t band) const {
         return irradiance_[star * bands_ + band];
     }

@@ -40,7 +40,7 @@ void sample_cone(const Vec3s& position, Vec3 sun, double radius, double darkenin
         direction.x.v[i] = ax * cos_theta + s * (1 + sign * ax * ax * a) + t * b;
         direction.y.v[i] = ay * cos_theta + s * (sign * b) + t * (sign + ay * ay * a);
         direction.z.v[i] = az * cos_theta - s * (sign * ax) - t * ay;
-        // The surface is seen at the sine (off-centre angle / angle of the limb).
+        // Sine of the emission angle at the surface: off-centre angle over the angle of the limb.
         const double mu2 = 1 - h * (2 - h) / sine2;
         const double mu = std::sqrt(mu2 > 0 ? mu2 : 0.0);
         solid_angle_sr.v[i] =
