@@ -228,7 +228,7 @@ std::unique_ptr<StimulatorOutput::Session> StimulatorOutput::connect() {
     optical.sensor_height = context_.sensor.height;
     optical.levels = grey_levels(link.format(), settings_.grey);
     if (optical.levels == 0)
-        throw HardwareError(fmt::format("stimulator {}: its format {} knows no grey coding but 'equal'",
+        throw HardwareError(fmt::format("stimulator {}: its format {} supports no grey coding but 'equal'",
                                         session->name, gud::to_string(link.format())));
     optical.dn_black = settings_.black_dn;
     optical.dn_white = white_level_dn(settings_, context_.sensor.adc_bits);
