@@ -6,42 +6,47 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 namespace obscura {
 namespace {
 
-std::string explain_extents(const Region& r, const CameraLimits& limits) {
+using Finding = std::optional<InvalidSetting>;
+
+Finding check_extents(const Region& r, const CameraLimits& limits) {
     const auto check = [](const char* name, std::int32_t value, std::int32_t minimum, std::int32_t maximum,
-                          std::int32_t step) -> std::string {
+                          std::int32_t step) -> Finding {
         if (value < minimum || value > maximum || value % step != 0)
-            return fmt::format("{} {}: allowed {} to {} in steps of {}", name, value, minimum, maximum, step);
+            return InvalidSetting{name, fmt::format("{} {}: allowed {} to {} in steps of {}", name, value,
+                                                    minimum, maximum, step)};
         return {};
     };
     const std::int32_t x_max = limits.strict ? limits.sensor_width - r.width : limits.sensor_width - 1;
     const std::int32_t y_max = limits.strict ? limits.sensor_height - r.height : limits.sensor_height - 1;
-    const std::string extents[] = {
+    const Finding extents[] = {
         check("Width", r.width, limits.width_min, limits.sensor_width, limits.width_step),
         check("Height", r.height, limits.height_min, limits.sensor_height, limits.height_step),
         check("OffsetX", r.x, 0, x_max, limits.width_step),
         check("OffsetY", r.y, 0, y_max, limits.height_step),
     };
-    for (const std::string& complaint : extents)
-        if (!complaint.empty()) return complaint;
+    for (const Finding& finding : extents)
+        if (finding) return finding;
     return {};
 }
 
-std::string explain_window(const CameraWindow& w, const CameraLimits& limits) {
-    if (std::string complaint = explain_extents(w.region, limits); !complaint.empty()) return complaint;
+Finding check_window(const CameraWindow& w, const CameraLimits& limits) {
+    if (Finding finding = check_extents(w.region, limits)) return finding;
     if (w.exposure_ns < limits.exposure_min_ns || w.exposure_ns > limits.exposure_max_ns)
-        return fmt::format("ExposureTime {} us: allowed {} to {}", static_cast<double>(w.exposure_ns) / 1e3,
-                           static_cast<double>(limits.exposure_min_ns) / 1e3,
-                           static_cast<double>(limits.exposure_max_ns) / 1e3);
+        return InvalidSetting{"ExposureTime", fmt::format("ExposureTime {} us: allowed {} to {}",
+                                                          static_cast<double>(w.exposure_ns) / 1e3,
+                                                          static_cast<double>(limits.exposure_min_ns) / 1e3,
+                                                          static_cast<double>(limits.exposure_max_ns) / 1e3)};
     const bool difference = w.sampling == Sampling::cds || w.sampling == Sampling::ramp;
     const std::int32_t least = difference ? 2 : 1, most = w.sampling == Sampling::destructive ? 1 : 64;
     if (w.reads < least || w.reads > most)
-        return fmt::format("reads {}: allowed {} to {}", w.reads, least, most);
+        return InvalidSetting{"reads", fmt::format("reads {}: allowed {} to {}", w.reads, least, most)};
     return {};
 }
 
@@ -70,73 +75,96 @@ ImageSize composed_size(const CameraSettings& settings) {
 
 namespace {
 
-std::string explain_activation(const char* selector, const TriggerChoice& trigger,
-                               const CameraLimits& limits) {
+Finding check_activation(const char* selector, const TriggerChoice& trigger, const CameraLimits& limits) {
     const TriggerActivation activation = trigger.activation;
     const bool for_level =
         selector == std::string_view("FrameStart") || selector == std::string_view("AcquisitionStart");
     if (is_level(activation) && !for_level)
-        return fmt::format("TriggerActivation[{}]: levels are for FrameStart and AcquisitionStart", selector);
+        return InvalidSetting{
+            "TriggerActivation",
+            fmt::format("TriggerActivation[{}]: levels are for FrameStart and AcquisitionStart", selector)};
     const std::size_t line = line_of(trigger.source);
     const LineEdges reported = line < line_count ? limits.lines[line] : LineEdges{};
     // A line without a source reports no edges: any activation is allowed.
     if (line == line_count || (!reported.rising && !reported.falling)) return {};
     const bool needs_both = activation == TriggerActivation::any_edge || is_level(activation);
     if (reported.both() || (!needs_both && reported.falling == activates(activation, true))) return {};
-    return fmt::format("TriggerActivation[{}]: Line{} reports {} edges only", selector, line,
-                       reported.rising ? "rising" : "falling");
+    return InvalidSetting{"TriggerActivation",
+                          fmt::format("TriggerActivation[{}]: Line{} reports {} edges only", selector, line,
+                                      reported.rising ? "rising" : "falling")};
 }
 
 } // namespace
 
-std::string explain_invalid(const CameraSettings& s, const CameraLimits& limits) {
+std::optional<InvalidSetting> find_invalid(const CameraSettings& s, const CameraLimits& limits) {
     const std::size_t windows_max = std::min<std::size_t>(limits.windows_max, max_windows);
     if (s.more_count >= windows_max)
-        return fmt::format("{} windows: allowed 1 to {}", s.window_count(), windows_max);
+        return InvalidSetting{"windows",
+                              fmt::format("{} windows: allowed 1 to {}", s.window_count(), windows_max)};
     for (std::size_t i = 0; i < s.window_count(); ++i)
-        if (const std::string complaint = explain_window(s.window(i), limits); !complaint.empty())
-            return s.more_count == 0 ? complaint : fmt::format("window {}: {}", i, complaint);
+        if (Finding finding = check_window(s.window(i), limits)) {
+            if (s.more_count != 0) finding->what = fmt::format("window {}: {}", i, finding->what);
+            return finding;
+        }
     const std::int32_t rows_max = limits.rows_max > 0 ? limits.rows_max : limits.sensor_height;
     if (const std::int32_t rows = composed_size(s).height; rows > rows_max)
-        return fmt::format("the windows have {} rows together: allowed 1 to {}", rows, rows_max);
+        return InvalidSetting{
+            "windows", fmt::format("the windows have {} rows together: allowed 1 to {}", rows, rows_max)};
     if (!(s.auto_target_percent >= 1 && s.auto_target_percent <= 99))
-        return fmt::format("ExposureAutoTarget {} %: allowed 1 to 99", s.auto_target_percent);
+        return InvalidSetting{"ExposureAutoTarget",
+                              fmt::format("ExposureAutoTarget {} %: allowed 1 to 99", s.auto_target_percent)};
     if (!(s.auto_percentile >= 1 && s.auto_percentile <= 100))
-        return fmt::format("ExposureAutoPercentile {} %: allowed 1 to 100", s.auto_percentile);
+        return InvalidSetting{
+            "ExposureAutoPercentile",
+            fmt::format("ExposureAutoPercentile {} %: allowed 1 to 100", s.auto_percentile)};
     if (!(s.gain_db >= limits.gain_min_db && s.gain_db <= limits.gain_max_db))
-        return fmt::format("Gain {} dB: allowed {} to {}", s.gain_db, limits.gain_min_db, limits.gain_max_db);
+        return InvalidSetting{"Gain", fmt::format("Gain {} dB: allowed {} to {}", s.gain_db,
+                                                  limits.gain_min_db, limits.gain_max_db)};
     if (!(s.frame_rate_hz >= limits.frame_rate_min_hz && s.frame_rate_hz <= limits.frame_rate_max_hz))
-        return fmt::format("AcquisitionFrameRate {} Hz: allowed {} to {}", s.frame_rate_hz,
-                           limits.frame_rate_min_hz, limits.frame_rate_max_hz);
+        return InvalidSetting{"AcquisitionFrameRate",
+                              fmt::format("AcquisitionFrameRate {} Hz: allowed {} to {}", s.frame_rate_hz,
+                                          limits.frame_rate_min_hz, limits.frame_rate_max_hz)};
     if (s.trigger_delay_ns < 0 || s.trigger_delay_ns > 10 * ns_per_s)
-        return fmt::format("TriggerDelay {} us: allowed 0 to 1e7",
-                           static_cast<double>(s.trigger_delay_ns) / 1e3);
+        return InvalidSetting{"TriggerDelay", fmt::format("TriggerDelay {} us: allowed 0 to 1e7",
+                                                          static_cast<double>(s.trigger_delay_ns) / 1e3)};
     using Named = std::pair<const char*, TriggerChoice>;
     for (const auto& [name, trigger] :
          {Named{"FrameStart", s.frame_trigger}, Named{"AcquisitionStart", s.start_trigger},
           Named{"FrameBurstStart", s.burst_trigger}, Named{"ExposureStart", s.exposure_trigger}})
-        if (const std::string complaint = explain_activation(name, trigger, limits); !complaint.empty())
-            return complaint;
+        if (Finding finding = check_activation(name, trigger, limits)) return finding;
     if (s.exposure_trigger.enabled && s.frame_trigger.enabled && is_level(s.frame_trigger.activation))
-        return "TriggerActivation[FrameStart]: edges only with a trigger for ExposureStart";
+        return InvalidSetting{"TriggerActivation",
+                              "TriggerActivation[FrameStart]: edges only with a trigger for ExposureStart"};
     if (s.exposure_mode == ExposureMode::trigger_width) {
         if (std::none_of(limits.lines.begin(), limits.lines.end(),
                          [](const LineEdges& line) { return line.both(); }))
-            return "ExposureMode TriggerWidth: no line's source reports both edges";
+            return InvalidSetting{"ExposureMode",
+                                  "ExposureMode TriggerWidth: no line's source reports both edges"};
         if (s.exposure_auto != ExposureAuto::off)
-            return "ExposureMode TriggerWidth: allowed with ExposureAuto Off";
+            return InvalidSetting{"ExposureMode", "ExposureMode TriggerWidth: allowed with ExposureAuto Off"};
     }
     if (s.trigger_overlap == TriggerOverlap::readout && !limits.overlapped)
-        return "TriggerOverlap ReadOut: the sensor is not exposed while it is read out";
-    if (s.burst_frame_count < 1) return "AcquisitionBurstFrameCount 0: allowed 1 and more";
+        return InvalidSetting{"TriggerOverlap",
+                              "TriggerOverlap ReadOut: the sensor is not exposed while it is read out"};
+    if (s.burst_frame_count < 1)
+        return InvalidSetting{"AcquisitionBurstFrameCount",
+                              "AcquisitionBurstFrameCount 0: allowed 1 and more"};
     if (s.exposure_trigger.enabled && s.trigger_divider != 1)
-        return "TriggerDivider: allowed 1 with a trigger for ExposureStart";
-    if (s.trigger_divider < 1) return "TriggerDivider 0: allowed 1 and more";
+        return InvalidSetting{"TriggerDivider", "TriggerDivider: allowed 1 with a trigger for ExposureStart"};
+    if (s.trigger_divider < 1)
+        return InvalidSetting{"TriggerDivider", "TriggerDivider 0: allowed 1 and more"};
     if (!(s.black_level_dn >= limits.black_level_min_dn && s.black_level_dn <= limits.black_level_max_dn))
-        return fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn, limits.black_level_min_dn,
-                           limits.black_level_max_dn);
-    if (s.acquisition_frame_count < 1) return "AcquisitionFrameCount 0: allowed 1 and more";
+        return InvalidSetting{"BlackLevel",
+                              fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn,
+                                          limits.black_level_min_dn, limits.black_level_max_dn)};
+    if (s.acquisition_frame_count < 1)
+        return InvalidSetting{"AcquisitionFrameCount", "AcquisitionFrameCount 0: allowed 1 and more"};
     return {};
+}
+
+std::string explain_invalid(const CameraSettings& settings, const CameraLimits& limits) {
+    const Finding finding = find_invalid(settings, limits);
+    return finding ? finding->what : std::string();
 }
 
 ReadoutAnswer CameraControl::readout(const CameraSettings& s) const {

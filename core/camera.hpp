@@ -11,8 +11,10 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace obscura {
 
@@ -131,8 +133,16 @@ struct CameraLimits {
     std::string sensor_name = "generic";
 };
 
-/// Checks `settings` against `limits`. Returns the SFNC feature at fault and what is allowed; empty when
-/// valid.
+/// A setting outside of the limits.
+struct InvalidSetting {
+    /// SFNC name; "windows" and "reads" are settings that SFNC does not have.
+    std::string_view feature;
+    std::string what; ///< the feature, its value and what is allowed
+};
+/// The first of `settings` that `limits` do not allow; none when all are valid.
+[[nodiscard]] std::optional<InvalidSetting> find_invalid(const CameraSettings& settings,
+                                                         const CameraLimits& limits);
+/// InvalidSetting::what of find_invalid(); empty when all are valid.
 [[nodiscard]] std::string explain_invalid(const CameraSettings& settings, const CameraLimits& limits);
 
 /// Readout that the chip performs for given CameraSettings.
