@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strict reading of comma-separated tables of numbers; every complaint names file:line:column.
+// Strict reader of comma-separated tables of numbers; every error names file:line:column.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace obscura::config {
 
-/// One data row of a table, and the means to complain about it.
+/// One data row of a table, with its position for error messages.
 struct CsvRow {
     const std::filesystem::path& file;
     std::size_t line = 0;
@@ -22,8 +22,8 @@ struct CsvRow {
     [[noreturn]] void fail(std::size_t index, std::string_view name, std::string_view what) const;
 };
 
-/// Reads `file`: lines that start with # and empty lines are passed over, then exactly the header `columns`
-/// (comma separated), then rows of as many finite decimal numbers; `row` is called for each. Throws
+/// Reads `file`: the header, exactly `columns` (comma separated), then rows of as many finite decimal
+/// numbers. Lines that start with # and empty lines are skipped. Calls `row` for each data row. Throws
 /// ConfigError.
 void read_csv(const std::filesystem::path& file, std::string_view columns,
               const std::function<void(const CsvRow&)>& row);

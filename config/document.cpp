@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only translation unit that sees toml++.
+// Only this translation unit includes toml++.
 #include "config/document.hpp"
 
 #include "core/error.hpp"
@@ -28,7 +28,7 @@ Value convert(const toml::node& node) {
         value.kind = Value::Kind::table;
         for (const auto& [key, child] : *table)
             value.members.push_back({std::string(key.str()), position(key.source()), convert(child)});
-        // toml++ sorts by name; people read top to bottom and expect the first mistake first.
+        // toml++ sorts by name; mistakes are reported in the order of the file.
         std::stable_sort(value.members.begin(), value.members.end(), [](const Member& a, const Member& b) {
             return std::pair(a.at.line, a.at.column) < std::pair(b.at.line, b.at.column);
         });
@@ -97,7 +97,7 @@ std::string read_text(const std::filesystem::path& file, std::string& text) {
     if (!in) return std::strerror(errno);
     struct stat facts {};
     if (fstat(fileno(in.get()), &facts) != 0) return std::strerror(errno);
-    // A directory, device or pipe would block or never end.
+    // Reading a directory, device or pipe could block or never end.
     if (!S_ISREG(facts.st_mode)) return "not a regular file";
     if (static_cast<std::size_t>(facts.st_size) > limit) return "larger than 64 MiB";
     text.resize(static_cast<std::size_t>(facts.st_size));

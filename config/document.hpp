@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A parsed TOML file as a tree that remembers where everything stood, so that nobody else sees the TOML
-// library.
+// Parsed TOML file: tree of values with their positions, independent of the TOML library.
 #pragma once
 
 #include <cstdint>

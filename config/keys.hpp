@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of TOML tables: one row per key, from which reading, range checks, printing and documentation come.
+// Keys of TOML tables: one row per key, for reading, range checks, printing and documentation.
 #pragma once
 
 #include "config/document.hpp"
@@ -23,52 +23,53 @@
 
 namespace obscura::config {
 
-/// A double kept in SI units and written in the file in another one: SI = file value * `si`.
+/// A double kept in SI units that the file gives in another unit: SI = file value * `si`.
 struct Scaled {
     double* value = nullptr;
     double si = 1;
 };
-/// A file or folder; relative ones start from the folder of the file they stand in.
+/// Path of a file or folder; a relative one starts from the folder of the configuration file.
 struct Path {
     std::string* value = nullptr;
-    bool must_exist = true; ///< as a readable regular file
+    bool must_exist = true; ///< as a regular file
     bool optional = false;  ///< may be empty: no file
 };
-/// A word out of the key's choices, kept as something else.
+/// One of the key's choices, kept as another type, such as an enumeration.
 struct Word {
     std::function<void(std::string_view)> set;
     std::function<std::string()> get;
 };
-/// A curve over wavelength: array of [nanometres, value] pairs, increasing in wavelength.
+/// A curve over wavelength: an array of [nanometres, value] pairs with increasing wavelengths.
 struct Curve {
     std::vector<SpectralPoint>* points = nullptr;
 };
 
-/// A fixed number of numbers, as an array.
+/// An array of a fixed number of numbers.
 struct Numbers {
     double* first = nullptr;
     std::size_t count = 0;
 };
 
-/// Polygons: array of faces, each an array of 3 or more corners [x, y, z].
+/// Polygons: an array of faces, each an array of 3 or more corners [x, y, z].
 struct Faces {
     std::vector<std::vector<Vec3>>* faces = nullptr;
 };
 
-/// Where the value of a key goes. The default is what is there before reading.
+/// Destination of a key's value. Its content before reading is the default.
 using Target =
     std::variant<bool*, std::int32_t*, std::uint32_t*, std::int64_t*, std::uint64_t*, double*, std::string*,
                  Vec3*, Quat*, Scaled, Path, Word, Curve, Numbers, std::vector<double>*, Faces>;
 
+/// Smallest and largest value of a key, inclusive, in the unit of the file; by default unlimited.
 struct Range {
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
 };
 
-/// One key of a table: where its value goes, and everything that is known of it. Made by key() and described
+/// One key of a table: destination of its value, unit, range, choices and help. Made by key() and completed
 /// by the members that return a Key, one row for each key:
 ///     key("grace_us", &s.grace_us).unit("us").range(0, 1e7).help("...")
-/// Names and texts are not copied: they outlive the key, as literals do.
+/// Names and texts are not copied and must outlive the key, as literals do.
 class Key {
 public:
     Key(std::string_view the_name, Target the_target) : name(the_name), target(std::move(the_target)) {}
@@ -78,21 +79,20 @@ public:
 
     /// Unit of the value in the file; empty: none.
     [[nodiscard]] Key unit(std::string_view text) && { return (unit_ = text, std::move(*this)); }
-    /// Smallest and largest value in the file's unit, of each component.
+    /// Smallest and largest value of each component.
     [[nodiscard]] Key range(double min, double max) && { return (range_ = {min, max}, std::move(*this)); }
     [[nodiscard]] Key range(const Range& range) && { return (range_ = range, std::move(*this)); }
-    /// The words that a string may be. An enumeration's own names need not be listed.
+    /// Allowed words of a string. key() sets those of an enumeration.
     [[nodiscard]] Key choices(std::vector<std::string_view> words) && {
         return (choices_ = std::move(words), std::move(*this));
     }
-    /// What the value means: a full phrase that is understood without the keys around it.
+    /// Meaning of the value: a full phrase that is understood without the keys around it.
     [[nodiscard]] Key help(std::string_view text) && { return (help_ = text, std::move(*this)); }
     /// The table is refused without this key.
     [[nodiscard]] Key required() && { return (required_ = true, std::move(*this)); }
-    /// A new value is taken on by a reload, while frames go on.
+    /// A reload accepts a new value without stopping the acquisition.
     [[nodiscard]] Key reloadable() && { return (reloadable_ = true, std::move(*this)); }
-
-    /// Not part of an effective configuration: what it says stands there in another way.
+    /// Not part of an effective configuration, because other keys there have its effect.
     [[nodiscard]] Key unprinted() && { return (printed_ = false, std::move(*this)); }
 
     [[nodiscard]] std::string_view unit() const noexcept { return unit_; }
@@ -110,11 +110,11 @@ private:
     bool required_ = false, reloadable_ = false, printed_ = true;
 };
 
-/// A key whose value goes to `target`; the default is what is there before reading.
+/// A key whose value goes to `target`; the content of `target` before reading is the default.
 [[nodiscard]] inline Key key(std::string_view name, Target target) {
     return {name, std::move(target)};
 }
-/// A key whose words are the names of an enumeration (core/enum_names.hpp).
+/// A key whose choices are the names of an enumeration (core/enum_names.hpp).
 template<NamedEnum Enum>
 [[nodiscard]] Key key(std::string_view name, Enum* target) {
     const auto set = [target](std::string_view word) {
@@ -126,7 +126,7 @@ template<NamedEnum Enum>
 
 using Keys = std::vector<Key>;
 
-/// What a table of a file is called in messages: its file and its dotted path ("" for the root).
+/// Name of a table in messages: its file and its dotted path ("" for the root).
 struct Where {
     std::filesystem::path file;
     std::string path;
@@ -139,10 +139,10 @@ struct Where {
 /// Throws ConfigError `file:line:column: path: what`.
 [[noreturn]] void fail(const Where& where, Position at, std::string_view what);
 
-/// Where each key that was given stood.
+/// Position of the value of each key that the file gives.
 using Given = std::map<std::string, Position, std::less<>>;
 
-/// The same with one more word, for the absence of a value.
+/// A key whose choices are the names of an enumeration and the word `nothing`, for no value.
 template<NamedEnum Enum>
 [[nodiscard]] Key key(std::string_view name, std::optional<Enum>* target, std::string_view nothing) {
     const auto set = [target](std::string_view word) { *target = enum_named<Enum>(word); };
@@ -151,7 +151,7 @@ template<NamedEnum Enum>
     words.insert(words.begin(), nothing);
     return Key(name, Word{set, get}).choices(std::move(words));
 }
-/// A truth value written as one of two words.
+/// A boolean key written as one of two words.
 [[nodiscard]] inline Key key(std::string_view name, bool* target, std::string_view when_true,
                              std::string_view when_false) {
     const auto set = [=](std::string_view word) { *target = word == when_true; };
@@ -159,13 +159,13 @@ template<NamedEnum Enum>
     return Key(name, Word{set, get}).choices({when_true, when_false});
 }
 
-/// The mistakes found in a file so far, so that all of them are said at once. Not thread-safe.
+/// Mistakes found in a file, collected to report all of them at once. Thread-bound.
 class Mistakes {
 public:
     void add(const Where& where, Position at, std::string_view what);
-    /// Whole lines, as ConfigError has them; the same line twice counts once.
+    /// Adds the lines of a ConfigError; a line that is already there is not repeated.
     void add(std::string text);
-    /// Runs `read`; what it complains of by a ConfigError becomes a mistake. False when it did.
+    /// Runs `read` and adds the ConfigError that it throws. Returns false if it threw one.
     template<typename F>
     bool collect(F&& read) {
         try {
@@ -177,42 +177,41 @@ public:
         }
     }
     [[nodiscard]] std::size_t count() const noexcept { return lines_.size(); }
-    /// Throws ConfigError with a line for each mistake, in the order in which they were found.
+    /// Throws ConfigError with one line for each mistake, in the order in which they were found.
     void throw_if_any() const;
 
 private:
     std::vector<std::string> lines_;
 };
 
-/// Reads the members of `table` into the targets of `keys`; a key that cannot be read leaves its target
-/// alone. Keys of `elsewhere` (tables, or keys the caller reads itself) are passed over; any other key is a
-/// mistake, with a suggestion, and so is a required key that is missing. With `annotated`, a value may also
-/// stand as { value = ..., provenance = "...", source = "..." }.
+/// Reads the members of `table` into the targets of `keys`. A key that cannot be read leaves its target
+/// unchanged. Members named in `elsewhere` (tables, or keys that the caller reads) are skipped; any other
+/// unknown key is a mistake, with a suggestion, and so is a missing required key. With `annotated`, a value
+/// may also be written as { value = ..., provenance = "...", source = "..." }.
 Given read_keys(const Value& table, const Where& where, const Keys& keys, Mistakes& mistakes,
                 const std::vector<std::string_view>& elsewhere = {}, bool annotated = false);
 
-/// The same for tables that are read by themselves. Throws ConfigError with all mistakes.
+/// As above, for a table that is read by itself. Throws ConfigError with all mistakes.
 Given read_keys(const Value& table, const Where& where, const Keys& keys,
                 const std::vector<std::string_view>& elsewhere = {}, bool annotated = false);
 
-/// The member tables of a table: `value` must be a table.
+/// Returns `value`, which must be a table. Throws ConfigError if it is not.
 const Value& expect_table(const Value& value, const Where& where);
 
-/// The tables of an array of tables [[name]]; `where` is the array's own.
+/// Elements of an array of tables [[name]]; `where` is the array's own. Throws ConfigError if it is not one.
 const std::vector<Value>& expect_tables(const Member& member, const Where& where);
 
-/// The first of the keys whose bound value lies outside of its range, for structs that were filled by a
-/// program and not from a file: `key: value, allowed ...`; empty when all are within. Units are those of the
-/// file.
+/// The first key whose bound value lies outside of its range, as `key: value, allowed ...` in the units of
+/// the file; empty if all are within. For structs that a program filled.
 [[nodiscard]] std::string explain_out_of_range(const Keys& keys);
 
 /// The value of a key as TOML.
 [[nodiscard]] std::string value_text(const Key& key);
 /// Type of the key's value in the file: "integer", "number", "string", "array of 3 numbers [x, y, z]", ...
 [[nodiscard]] std::string type_text(const Key& key);
-/// What the value may be, beside its type: "1 to 64 px", "timer | none", ...
+/// Allowed values beside the type: "1 to 64 px", "timer | none", ...
 [[nodiscard]] std::string allowed_text(const Key& key);
-/// `key = value  # help` lines of a table, wrapped for reading.
+/// Lines of a table: for each printed key a comment with help and allowed values, and `key = value`.
 [[nodiscard]] std::string print_keys(const Keys& keys);
 /// `text` as a TOML basic string.
 [[nodiscard]] std::string toml_string(std::string_view text);

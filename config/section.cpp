@@ -28,6 +28,11 @@ void ReadTable::refuse_table(std::string_view what) const {
     mistakes_.add(where_, at_, what);
 }
 
+std::string ReadTable::position_text() const {
+    const std::string file = where_.file.string();
+    return at_.line == 0 ? file : fmt::format("{}:{}:{}", file, at_.line, at_.column);
+}
+
 void ReadTable::refuse_if_thrown(std::string_view key, const std::function<void()>& check) const {
     try {
         check();
@@ -36,6 +41,16 @@ void ReadTable::refuse_if_thrown(std::string_view key, const std::function<void(
     } catch (const std::invalid_argument& error) {
         refuse(key, error.what());
     }
+}
+
+ReadTable table_for_checks(const Value& parent, const Where& where, std::string_view name,
+                           Mistakes& mistakes) {
+    const Member* member = parent.find(name);
+    return {member == nullptr ? nullptr : &member->value,
+            member == nullptr ? Position{} : member->at,
+            where.in(name),
+            {},
+            mistakes};
 }
 
 namespace {
@@ -102,17 +117,47 @@ void read_member(const Value& parent, const Where& where, const Section& section
 
 namespace {
 
+/// A table that the configuration does not have, as a block of comments: TOML with its defaults once "# " is
+/// removed from its lines.
+std::string print_example(const Section& section, std::string_view heading) {
+    const std::string text = fmt::format("{}\n{}", heading, print_keys(section.keys));
+    std::string out = fmt::format("\n# Absent, with these defaults: {}\n", section.help);
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = text.find('\n', begin);
+        out += fmt::format("# {}\n", std::string_view(text).substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return out;
+}
+
+bool same_keys(const Section& a, const Section& b) {
+    return std::equal(a.keys.begin(), a.keys.end(), b.keys.begin(), b.keys.end(),
+                      [](const Key& x, const Key& y) { return x.name == y.name; });
+}
+
 void print_inside(const Section& section, const std::string& path, std::string& out) {
     out += print_keys(section.keys);
     const std::string prefix = path.empty() ? path : path + ".";
-    for (const List& list : section.lists)
+    for (const List& list : section.lists) {
+        const std::string heading = fmt::format("[[{}{}]]", prefix, list.name);
         for (std::size_t i = 0; i < list.size(); ++i) {
-            const std::string here = fmt::format("{}{}", prefix, list.name);
-            out += fmt::format("\n[[{}]]\n", here);
-            print_inside(list.at(i), here, out);
+            out += fmt::format("\n{}\n", heading);
+            print_inside(list.at(i), prefix + std::string(list.name), out);
         }
-    for (const Section& inner : section.tables)
-        out += print_section(inner, prefix);
+        if (list.size() != 0) continue;
+        for (const Section& example : list.examples())
+            out += print_example(example, heading);
+    }
+    const Section* example = nullptr;
+    for (const Section& inner : section.tables) {
+        const std::string heading = fmt::format("[{}{}]", prefix, inner.name);
+        if (inner.printed)
+            out += print_section(inner, prefix);
+        else if (example != nullptr && same_keys(*example, inner))
+            out += fmt::format("\n# Absent, with the same keys: {}\n", heading);
+        else
+            out += print_example(*(example = &inner), heading);
+    }
 }
 
 /// `bound` holds the section, and with its checks what they share with the keys.
