@@ -16,6 +16,7 @@
 #include "renderer/lights/lighting.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
+#include "renderer/scene/position.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/exposure.hpp"
 #include "renderer/world/kinematics.hpp"
@@ -121,9 +122,10 @@ struct Renderer::Impl {
         : scene((validate(s), std::move(s))),
           settings(r),
           threads(r.threads > 0 ? r.threads : std::max(1u, std::thread::hardware_concurrency())),
-          lens(make_projection(scene.camera)),
+          lens(scene::at_position(scene.camera.position, [&] { return make_projection(scene.camera); })),
           gaussian_psf(scene.camera.psf_sigma_px),
-          psf(Psf::make(scene.camera, scene.bands)),
+          psf(scene::at_position(scene.camera.position,
+                                 [&] { return Psf::make(scene.camera, scene.bands); })),
           bodies(build_bodies(scene)),
           splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
           stray(read_stray_light(scene)),

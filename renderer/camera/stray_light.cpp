@@ -5,6 +5,7 @@
 #include "images/image.hpp"
 #include "renderer/camera/psf_file.hpp"
 #include "renderer/lights/spectrum.hpp"
+#include "renderer/scene/position.hpp"
 
 #include <fmt/format.h>
 
@@ -93,27 +94,28 @@ void StrayMap::add(std::int32_t x, std::int32_t y, double sun, std::size_t bands
 
 std::vector<StrayMap> read_stray_light(const scene::Scene& scene) {
     std::vector<StrayMap> maps;
-    for (const scene::StrayLight& description : scene.stray_light) {
-        std::vector<Plane> planes = read_planes(description.file, scene.bands);
-        if (planes.size() != 1 && planes.size() != scene.bands.size())
-            throw ConfigError(
-                fmt::format("stray light: {} has {} planes: allowed are 1, or one for each of the "
-                            "{} bands",
-                            description.file, planes.size(), scene.bands.size()));
-        StrayMap map;
-        map.width = scene.camera.width;
-        map.follows_sun = description.follows_sun;
-        for (Plane& plane : planes) {
-            if (plane.width != scene.camera.width || plane.height != scene.camera.height)
-                throw ConfigError(fmt::format("stray light: {} is {} x {}: the sensor has {} x {} pixels",
-                                              description.file, plane.width, plane.height, scene.camera.width,
-                                              scene.camera.height));
-            map.w_m2.push_back(std::move(plane.values));
-            for (double& v : map.w_m2.back())
-                v *= description.w_m2_per_unit;
-        }
-        maps.push_back(std::move(map));
-    }
+    for (const scene::StrayLight& description : scene.stray_light)
+        scene::at_position(description.position, [&] {
+            std::vector<Plane> planes = read_planes(description.file, scene.bands);
+            if (planes.size() != 1 && planes.size() != scene.bands.size())
+                throw ConfigError(
+                    fmt::format("stray light: {} has {} planes: allowed are 1, or one for each of the "
+                                "{} bands",
+                                description.file, planes.size(), scene.bands.size()));
+            StrayMap map;
+            map.width = scene.camera.width;
+            map.follows_sun = description.follows_sun;
+            for (Plane& plane : planes) {
+                if (plane.width != scene.camera.width || plane.height != scene.camera.height)
+                    throw ConfigError(fmt::format("stray light: {} is {} x {}: the sensor has {} x {} pixels",
+                                                  description.file, plane.width, plane.height,
+                                                  scene.camera.width, scene.camera.height));
+                map.w_m2.push_back(std::move(plane.values));
+                for (double& v : map.w_m2.back())
+                    v *= description.w_m2_per_unit;
+            }
+            maps.push_back(std::move(map));
+        });
     return maps;
 }
 

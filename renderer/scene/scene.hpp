@@ -113,6 +113,8 @@ struct Body {
     /// translation along it.
     std::string parent{};
     Joint joint{};
+    /// "file:line:column" of its table in the scene file, for messages; empty: made by a program.
+    std::string position{};
 };
 
 /// Lamp of negligible size: a point source, or a beam about the +z axis of its own frame. It illuminates
@@ -131,6 +133,7 @@ struct Lamp {
     std::vector<double> intensity_w_sr;          ///< on the axis, in each spectral band
     std::string parent{};                        ///< see Body::parent
     Joint joint{};
+    std::string position{}; ///< see Body::position
 };
 constexpr auto enum_names(Lamp::Beam /*type*/) {
     using Beam = Lamp::Beam;
@@ -241,6 +244,7 @@ struct Camera {
     /// Vignetting of a flat pupil: light is attenuated by the cosine of its angle to the boresight. Together
     /// with the solid angle of a pinhole's pixels, which falls with the cube, this is the cos^4 law.
     bool pupil_cosine = false;
+    std::string position{}; ///< see Body::position
 };
 
 /// Stray light map: ghosts and reflections of the optics, added to the image.
@@ -248,6 +252,7 @@ struct StrayLight {
     std::string file;         ///< FITS or OpenEXR of the sensor's size, one plane or one for each band
     double w_m2_per_unit = 1; ///< irradiance that a value of 1 adds to a pixel
     bool follows_sun = false; ///< scaled by the Sun's irradiance at the camera over that at 1 au
+    std::string position{};   ///< see Body::position
 };
 
 /// Quantity in the pixels of a frame.

@@ -2,6 +2,7 @@
 #include "renderer/scene/scene_tree.hpp"
 
 #include "core/error.hpp"
+#include "renderer/scene/position.hpp"
 
 #include <fmt/format.h>
 
@@ -37,7 +38,9 @@ std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& paren
 std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies) {
     std::vector<std::int32_t> parents;
     for (const Body& body : bodies)
-        parents.push_back(parent_of(bodies, body.parent, body.joint, fmt::format("body '{}'", body.name)));
+        parents.push_back(at_position(body.position, [&] {
+            return parent_of(bodies, body.parent, body.joint, fmt::format("body '{}'", body.name));
+        }));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         // More steps up than there are bodies: the parents are circular.
         std::size_t steps = 0;
@@ -53,7 +56,8 @@ std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies) {
             circle += " -> " + bodies[static_cast<std::size_t>(at)].name;
             if (at == up) break;
         }
-        throw ConfigError(fmt::format("body '{}': parents go in a circle: {}", bodies[b].name, circle));
+        throw ConfigError(placed(bodies[b].position, fmt::format("body '{}': parents go in a circle: {}",
+                                                                 bodies[b].name, circle)));
     }
     return parents;
 }

@@ -197,6 +197,7 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
     if (body.textures.parameters.empty())
         for (const Conflict& c : find_kind(material_kinds(), body.material.kind())->conflicts(body.material))
             table.refuse(c.key, c.what);
+    body.position = table.position_text();
     body.motion = motion_of(read.place, table);
     body.parent = read.joint.parent;
     body.joint = joint_of(read.joint, table);

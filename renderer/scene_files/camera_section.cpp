@@ -29,6 +29,7 @@ config::Section camera_section(Camera& camera) {
     section.check = [&camera, read, place_keys](const config::ReadTable& table) {
         if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
             table.refuse_table("the key \"psf_file\" is missing");
+        camera.position = table.position_text();
         const bool placed = std::any_of(place_keys.begin(), place_keys.end(),
                                         [&](const config::Key& key) { return table.has(key.name); });
         if (!placed) return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/scene_section.hpp"
 
+#include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/star_catalogue.hpp"
@@ -89,6 +90,7 @@ config::Section lamp_section(Lamp& lamp, std::size_t index) {
         lamp.parent = read->joint.parent;
         lamp.joint = joint_of(read->joint, table);
         lamp.motion = motion_of(read->place, table);
+        lamp.position = table.position_text();
         if (lamp.name.empty()) lamp.name = fmt::format("lamp{}", index);
     };
     return section;
@@ -126,6 +128,7 @@ config::Section band_section(SpectralBand& band) {
 config::Section stray_light_section(StrayLight& stray) {
     config::Section section{"stray_light", "A map of stray light."};
     section.keys = keys_of(stray);
+    section.check = [&stray](const config::ReadTable& table) { stray.position = table.position_text(); };
     return section;
 }
 
@@ -157,19 +160,15 @@ double band_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& ba
 
 /// Checks parents and joints of bodies, camera and lamps.
 void check_tree(const Scene& scene, const config::ReadTable& root) {
-    const auto collect = [&](const auto& check) {
-        try {
-            check();
-        } catch (const ConfigError& error) {
-            root.mistakes().add(root.where(), {}, error.what());
-        }
+    const auto check_parent = [&](const std::string& position, const std::string& parent, const Joint& joint,
+                                  const std::string& place) {
+        root.mistakes().collect(
+            [&] { at_position(position, [&] { (void)parent_of(scene.bodies, parent, joint, place); }); });
     };
-    collect([&] { (void)parents_of(scene.bodies); });
-    collect([&] { (void)parent_of(scene.bodies, scene.camera.parent, scene.camera.joint, "camera"); });
+    root.mistakes().collect([&] { (void)parents_of(scene.bodies); });
+    check_parent(scene.camera.position, scene.camera.parent, scene.camera.joint, "camera");
     for (const Lamp& lamp : scene.lamps)
-        collect([&] {
-            (void)parent_of(scene.bodies, lamp.parent, lamp.joint, fmt::format("lamp '{}'", lamp.name));
-        });
+        check_parent(lamp.position, lamp.parent, lamp.joint, fmt::format("lamp '{}'", lamp.name));
 }
 
 /// Checks that `values`, a key of an element of a list, has one number for each band, or none.

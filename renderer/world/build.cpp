@@ -6,6 +6,7 @@
 #include "renderer/materials/file_materials.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
+#include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
@@ -209,8 +210,11 @@ private:
 void validate(const scene::Scene& scene) {
     const scene::Camera& c = scene.camera;
     validate_ranges(scene, "scene");
-    validate_camera(c);
-    validate(c.motion, "camera");
+    scene::at_position(c.position, [&] {
+        validate_camera(c);
+        validate(c.motion, "camera");
+        (void)scene::parent_of(scene.bodies, c.parent, c.joint, "camera");
+    });
     validate_ranges(scene.sun, "sun");
     if (scene.bands.empty()) throw ConfigError("bands: none: at least one spectral band is wanted");
     if (scene.bands.size() > scene::most_bands)
@@ -232,22 +236,23 @@ void validate(const scene::Scene& scene) {
     if (!(length(c.velocity_m_s) < 2.99e8))
         throw ConfigError("camera: the velocity must be less than that of light");
     (void)scene::parents_of(scene.bodies);
-    (void)scene::parent_of(scene.bodies, c.parent, c.joint, "camera");
-    for (const scene::Body& body : scene.bodies) {
-        validate(body.motion, name_of(body));
-        validate_ranges(body, name_of(body));
-        validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
-        validate_bands(body.emission_w_m2_sr, scene.bands.size(), name_of(body) + ": emission");
-    }
-    for (const scene::Lamp& lamp : scene.lamps) {
-        const std::string place = fmt::format("lamp '{}'", lamp.name);
-        validate(lamp.motion, place);
-        validate_ranges(lamp, place);
-        (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint, place);
-        validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
-    }
+    for (const scene::Body& body : scene.bodies)
+        scene::at_position(body.position, [&] {
+            validate(body.motion, name_of(body));
+            validate_ranges(body, name_of(body));
+            validate_bands(body.colour, scene.bands.size(), name_of(body) + ": colour");
+            validate_bands(body.emission_w_m2_sr, scene.bands.size(), name_of(body) + ": emission");
+        });
+    for (const scene::Lamp& lamp : scene.lamps)
+        scene::at_position(lamp.position, [&] {
+            const std::string place = fmt::format("lamp '{}'", lamp.name);
+            validate(lamp.motion, place);
+            validate_ranges(lamp, place);
+            (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint, place);
+            validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
+        });
     for (const scene::StrayLight& stray : scene.stray_light)
-        validate_ranges(stray, "stray light");
+        scene::at_position(stray.position, [&] { validate_ranges(stray, "stray light"); });
 }
 
 std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
@@ -258,17 +263,19 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     std::uint32_t materials = 1;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const scene::Body& body = scene.bodies[i];
-        (void)make_material(body.material, name_of(body));
-        shapes.place = name_of(body);
-        shapes.emits = !body.emission_w_m2_sr.empty();
-        auto shape = make_shape(body.shape, shapes);
-        scene::Material material_at_mean = body.material;
-        auto textures = texture_maker.make(body, *shape, material_at_mean);
-        auto material = make_material(material_at_mean, name_of(body));
-        const auto slots = static_cast<std::uint32_t>(textures ? textures->slots() : 1);
-        built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
-                         body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials});
-        materials += slots;
+        scene::at_position(body.position, [&] {
+            (void)make_material(body.material, name_of(body));
+            shapes.place = name_of(body);
+            shapes.emits = !body.emission_w_m2_sr.empty();
+            auto shape = make_shape(body.shape, shapes);
+            scene::Material material_at_mean = body.material;
+            auto textures = texture_maker.make(body, *shape, material_at_mean);
+            auto material = make_material(material_at_mean, name_of(body));
+            const auto slots = static_cast<std::uint32_t>(textures ? textures->slots() : 1);
+            built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
+                             body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials});
+            materials += slots;
+        });
     }
     if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;

@@ -46,7 +46,7 @@ void check_mesh(const std::string& mesh, const std::string& line) {
     folder.write("m.obj", mesh);
     const auto scene = folder.write("s.toml", body);
     const Outcome outcome = run(folder, {"render", scene, "-o", (folder.path() / "x.exr").string()});
-    CHECK(outcome.line == line);
+    CHECK(outcome.line == "s.toml:1:1: " + line);
     CHECK(outcome.status == 66);
     CHECK_FALSE(std::filesystem::exists(folder.path() / "x.exr"));
 }
@@ -114,25 +114,25 @@ TEST_CASE("impossible bodies: NaN poses, zero size, circles of parents, textures
                 "s.toml:3:14: body[0].size_m: 0 is out of range, allowed 1e-6 to 1e12 m");
     check_scene("[[body]]\nshape = \"disc\"\nradius_m = 1\ninner_radius_m = 1\nalbedo = 0.5\n",
                 "s.toml:4:18: body[0].inner_radius_m: 1 m: allowed is less than the outer radius, 1 m");
-    check_scene(ball + "parent = \"a\"\n", "s.toml: body 'a': parents go in a circle: a -> a");
-    check_scene(ball + "parent = \"b\"\n", "s.toml: body 'a': its parent 'b' is no body of the scene");
+    check_scene(ball + "parent = \"a\"\n", "s.toml:1:1: body 'a': parents go in a circle: a -> a");
+    check_scene(ball + "parent = \"b\"\n", "s.toml:1:1: body 'a': its parent 'b' is no body of the scene");
     check_scene(ball + "albedo_texture = \"t.png\"\n",
                 "s.toml:6:18: body[0].albedo_texture: t.png: no such file");
     check_scene("[[body]]\nshape = \"mesh\"\nfile = \"m.obj\"\n",
-                "body 'body0': m.obj brings no materials: the body needs one");
+                "s.toml:1:1: body 'body0': m.obj brings no materials: the body needs one");
     const TempFolder folder;
     folder.write("t.png", "no picture");
     folder.write("t.mtl", "newmtl m\nmap_Kd gone.png\n");
     folder.write("m.obj", "mtllib t.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
     Outcome outcome = run(folder, {"render", folder.write("s.toml", ball + "albedo_texture = \"t.png\"\n"),
                                    "-o", (folder.path() / "x.exr").string()});
-    CHECK(outcome.line ==
-          "t.png: not an image of a supported format, allowed are FITS, PNG, TIFF, JPEG, OpenEXR and PDS3 "
-          "(an image with a detached label: give the label)");
+    CHECK(outcome.line == "s.toml:1:1: t.png: not an image of a supported format, allowed are FITS, PNG, "
+                          "TIFF, JPEG, OpenEXR and PDS3 "
+                          "(an image with a detached label: give the label)");
     CHECK(outcome.status == 66);
     outcome = run(folder, {"render", folder.write("s.toml", "[[body]]\nshape = \"mesh\"\nfile = \"m.obj\"\n"),
                            "-o", (folder.path() / "x.exr").string()});
-    CHECK(outcome.line == "gone.png: cannot be opened: No such file or directory");
+    CHECK(outcome.line == "s.toml:1:1: gone.png: cannot be opened: No such file or directory");
     CHECK(outcome.status == 66);
     CHECK_FALSE(std::filesystem::exists(folder.path() / "x.exr"));
 }

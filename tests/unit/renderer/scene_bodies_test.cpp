@@ -176,9 +176,9 @@ roughness_texture_range = [10, 40]
     CHECK(refusal(folder, ball + "material = \"minnaert\"\nalbedo = 0.1\nroughness_texture = \"t.png\"\n")
               .find("roughness_texture") != std::string::npos);
     CHECK(refusal(folder, ball + "albedo = 0.1\n[camera]\nparent = \"lander\"\n") ==
-          "s.toml: camera: its parent 'lander' is no body of the scene");
+          "s.toml:6:2: camera: its parent 'lander' is no body of the scene");
     CHECK(refusal(folder, ball + "albedo = 0.1\n[[lamp]]\nintensity_w_sr = [1]\nparent = \"camera\"\n") ==
-          "s.toml: lamp 'lamp0': its parent 'camera' is no body of the scene");
+          "s.toml:6:1: lamp 'lamp0': its parent 'camera' is no body of the scene");
     CHECK(refusal(folder, ball + "albedo = 0.1\n[camera]\njoint = \"hinge\"\n")
               .find("camera.joint: belongs to joint = \"fixed\" where there is no parent") !=
           std::string::npos);
@@ -187,9 +187,10 @@ roughness_texture_range = [10, 40]
 TEST_CASE("Impossible bodies are refused with file and place") {
     const test::TempFolder folder;
     const std::string box = "[[body]]\nname = \"a\"\nshape = \"box\"\nsize_m = [1, 1, 1]\nalbedo = 0.1\n";
-    CHECK(refusal(folder, box + "parent = \"a\"\n") == "s.toml: body 'a': parents go in a circle: a -> a");
+    CHECK(refusal(folder, box + "parent = \"a\"\n") ==
+          "s.toml:1:1: body 'a': parents go in a circle: a -> a");
     CHECK(refusal(folder, box + "parent = \"b\"\n") ==
-          "s.toml: body 'a': its parent 'b' is no body of the scene");
+          "s.toml:1:1: body 'a': its parent 'b' is no body of the scene");
     CHECK(refusal(folder, box + "joint = \"hinge\"\n") ==
           "s.toml:6:9: body[0].joint: belongs to joint = \"fixed\" where there is no parent");
     CHECK(refusal(folder, box + "joint_angle_deg = 3\n") ==
