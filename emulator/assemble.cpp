@@ -12,48 +12,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 #include <utility>
 
 namespace obscura::emulator {
 
-CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max) {
-    CameraLimits limits;
-    limits.sensor_width = sensor.readout.width;
-    limits.sensor_height = sensor.readout.height;
-    limits.windows_max = static_cast<std::uint32_t>(sensor.readout.windows_max);
-    limits.rows_max = std::max(rows_max, sensor.readout.height);
-    limits.strict = sensor.readout.strict;
-    limits.adc_bits = sensor.detector.adc_bits;
-    limits.black_level_max_dn = std::exp2(sensor.detector.adc_bits - 1);
-    limits.black_level_min_dn = std::min(0.0, sensor.detector.offset_dn);
-    limits.temperature_c = sensor.detector.temperature_c;
-    limits.overlapped = sensor.readout.overlapped;
-    limits.global_shutter = sensor.readout.shutter == Shutter::global;
-    limits.sensor_name = sensor.name;
-    return limits;
-}
-
-namespace {
-
-/// Line that triggers frames by the initial settings; Line0 if none does.
-std::size_t trigger_line(const emulator::DaemonConfig& config) {
-    const std::size_t line = line_of(emulator::camera_settings(config).frame_trigger.source);
-    return line < line_count ? line : 0;
-}
-
-TriggerActivation activation_of(const std::optional<TriggerActivation>& chosen, const LineEdges& edges) {
-    if (chosen) return *chosen;
-    // All edges that there are.
-    if (edges.both()) return TriggerActivation::any_edge;
-    return edges.falling ? TriggerActivation::falling_edge : TriggerActivation::rising_edge;
-}
-
-} // namespace
-
 sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
-    return sync::nominal_rate(config.trigger.lines[trigger_line(config)]);
+    return sync::nominal_rate(config.trigger.lines[initial_trigger_line(config)]);
 }
 
 std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
@@ -70,23 +34,12 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
 
 Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
                  bool pixel_truth) {
-    camera.initial = emulator::camera_settings(config);
-    camera.limits =
-        camera_limits(config.sensor, std::max(config.camera.rows_max, composed_size(camera.initial).height));
-    for (std::size_t i = 0; i < line_count; ++i)
-        camera.limits.lines[i] = sync::reported_edges(config.trigger, i);
-    camera.initial.frame_trigger.activation =
-        activation_of(config.camera.trigger_activation, camera.limits.lines[trigger_line(config)]);
-    for (TriggerChoice* other :
-         {&camera.initial.start_trigger, &camera.initial.burst_trigger, &camera.initial.exposure_trigger})
-        other->activation = activation_of(std::nullopt, camera.limits.lines[0]);
+    const InitialCamera initial = initial_camera(config);
+    camera.initial = initial.settings;
+    camera.limits = initial.limits;
     camera.scene_time = config.daemon.scene_time;
     camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger;
-    camera.initial.trigger_overlap = camera.over_trigger == sync::OverTrigger::latch
-                                         ? TriggerOverlap::previous_frame
-                                     : camera.limits.overlapped ? TriggerOverlap::readout
-                                                                : TriggerOverlap::off;
     if (const std::string complaint = explain_invalid(camera.initial, camera.limits); !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
 

@@ -5,6 +5,7 @@
 #include "core/clock.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/config/initial_camera.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/simulator_server.hpp"
 #include "emulator/thread_plan.hpp"
@@ -52,9 +53,6 @@ struct Imaging {
 /// Makes the renderer of `scene` with the configured settings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
 make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
-
-/// Limits of the camera settings with `sensor`. `rows_max`: rows of composed images; 0: those of the sensor.
-[[nodiscard]] CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_max = 0);
 
 /// Nominal rate of the line that triggers frames after reset (Line0 where none does) behind its divider.
 [[nodiscard]] sync::RationalRate nominal_trigger_rate(const DaemonConfig& config);

@@ -34,16 +34,6 @@ constexpr std::array kinds{
     Kind{.defaults = defaults<StimulatorSettings>, .start = 4},
 };
 
-/// Runs `check` with the table of the section `kind` under `root`.
-template<typename Check>
-void with_table(std::string_view kind, const config::Value& root, const config::Where& where,
-                config::Mistakes& mistakes, Check&& check) {
-    const config::Member* member = root.find(kind);
-    const config::Where here = where.in(kind);
-    check(config::ReadTable(member == nullptr ? nullptr : &member->value,
-                            member == nullptr ? config::Position{} : member->at, here, {}, mistakes));
-}
-
 } // namespace
 
 ConfiguredTransports::ConfiguredTransports() {
@@ -81,11 +71,10 @@ std::vector<config::Section> ConfiguredTransports::sections() {
     return sections;
 }
 
-void ConfiguredTransports::check_with(const SensorFacts& sensor, const config::Value& root,
+void ConfiguredTransports::check_with(const CameraFacts& camera, const config::Value& root,
                                       const config::Where& where, config::Mistakes& mistakes) const {
     for (const auto& one : settings_)
-        with_table(one->kind(), root, where, mistakes,
-                   [&](const config::ReadTable& table) { one->check_with(sensor, table); });
+        one->check_with(camera, config::table_for_checks(root, where, one->kind(), mistakes));
 }
 
 void ConfiguredTransports::check_apart(const ConfiguredTransports& earlier, std::string_view earlier_name,
@@ -94,15 +83,13 @@ void ConfiguredTransports::check_apart(const ConfiguredTransports& earlier, std:
     for (std::size_t i = 0; i < settings_.size(); ++i) {
         if (!settings_[i]->enabled() || !earlier.settings_[i]->enabled()) continue;
         const std::vector<Identity> taken = earlier.settings_[i]->identities();
-        with_table(settings_[i]->kind(), root, where, mistakes, [&](const config::ReadTable& table) {
-            for (const Identity& mine : settings_[i]->identities())
-                if (std::any_of(taken.begin(), taken.end(), [&](const Identity& other) {
-                        return other.key == mine.key && other.value == mine.value;
-                    }))
-                    table.refuse(mine.key,
-                                 fmt::format("\"{}\" is the {} of {}, too; each camera needs its own",
-                                             config::printable(mine.shown), mine.what, earlier_name));
-        });
+        const config::ReadTable table = config::table_for_checks(root, where, settings_[i]->kind(), mistakes);
+        for (const Identity& mine : settings_[i]->identities())
+            if (std::any_of(taken.begin(), taken.end(), [&](const Identity& other) {
+                    return other.key == mine.key && other.value == mine.value;
+                }))
+                table.refuse(mine.key, fmt::format("\"{}\" is the {} of {}, too; each camera needs its own",
+                                                   config::printable(mine.shown), mine.what, earlier_name));
     }
 }
 

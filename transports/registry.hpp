@@ -44,9 +44,9 @@ public:
     /// In the order in which they are printed; bound to this object.
     [[nodiscard]] std::vector<config::Section> sections();
 
-    /// Checks the settings against the sensor. `root` holds the tables that the settings were read from,
+    /// Checks the settings against the camera. `root` holds the tables that the settings were read from,
     /// `where` is its position.
-    void check_with(const SensorFacts& sensor, const config::Value& root, const config::Where& where,
+    void check_with(const CameraFacts& camera, const config::Value& root, const config::Where& where,
                     config::Mistakes& mistakes) const;
     /// Reports identities that enabled transports here share with enabled transports of an `earlier` camera.
     /// `root` and `where` belong to these settings, `earlier_name` is "camera[0]".

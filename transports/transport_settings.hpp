@@ -25,6 +25,13 @@ struct SensorFacts {
     int adc_bits = 12;
 };
 
+/// Camera that transport settings are checked against.
+struct CameraFacts {
+    SensorFacts sensor{};
+    CameraLimits limits{};
+    CameraSettings reset{}; ///< settings after reset
+};
+
 /// Resources for making transports, besides their own settings. `control` and `clock` outlive the transports.
 struct TransportContext {
     CameraControl& control;
@@ -57,8 +64,8 @@ public:
     [[nodiscard]] virtual std::string_view kind() const = 0;
     /// The section, bound to these settings, which outlive it. Its check opens nothing but files.
     [[nodiscard]] virtual config::Section section() = 0;
-    /// Checks the settings against the sensor, after both were read without a mistake.
-    virtual void check_with(const SensorFacts& sensor, const config::ReadTable& table) const = 0;
+    /// Checks the settings against the camera, after both were read without a mistake.
+    virtual void check_with(const CameraFacts& camera, const config::ReadTable& table) const = 0;
     [[nodiscard]] virtual bool enabled() const = 0;
     /// Frames of the pool that the transport may hold at once.
     [[nodiscard]] virtual std::size_t frames_held() const = 0;
@@ -77,7 +84,7 @@ public:
 ///     std::size_t frames_held_by(const X& settings);
 ///     std::unique_ptr<Transport> make_transport(const X& settings, const TransportContext& context);
 /// and these if they exist:
-///     void check_against(const X& settings, const SensorFacts& sensor, const config::ReadTable& table);
+///     void check_against(const X& settings, const CameraFacts& camera, const config::ReadTable& table);
 ///     std::vector<Identity> identities_of(const X& settings);
 ///     bool pixel_truth_wanted_by(const X& settings);
 ///     bool acquisition_controlled_by(const X& settings);
@@ -91,9 +98,9 @@ public:
     }
     [[nodiscard]] std::string_view kind() const override { return Settings::kind; }
     [[nodiscard]] config::Section section() override { return section_of(settings); }
-    void check_with(const SensorFacts& sensor, const config::ReadTable& table) const override {
-        if constexpr (requires { check_against(settings, sensor, table); })
-            check_against(settings, sensor, table);
+    void check_with(const CameraFacts& camera, const config::ReadTable& table) const override {
+        if constexpr (requires { check_against(settings, camera, table); })
+            check_against(settings, camera, table);
     }
     [[nodiscard]] bool enabled() const override { return settings.enabled; }
     [[nodiscard]] std::size_t frames_held() const override { return frames_held_by(settings); }

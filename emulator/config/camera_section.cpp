@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -52,6 +53,10 @@ config::List window_list(CameraSection& s) {
         WindowSection& window = s.windows.emplace_back();
         window.exposure_us = s.exposure_us;
         return window_section(window);
+    };
+    windows.examples = [] {
+        static WindowSection example{.width = 64, .height = 64, .exposure_us = CameraSection{}.exposure_us};
+        return std::vector{window_section(example)};
     };
     windows.least = 1;
     return windows;
@@ -196,6 +201,7 @@ void check_windows(const std::vector<WindowSection>& windows, const ReadoutSetti
 
 void check_camera(const CameraSection& camera, const ReadoutSettings& readout,
                   const config::ReadTable& table) {
+    const std::size_t before = table.mistakes().count();
     check_windows(camera.windows, readout, table);
     const std::int32_t width = camera.width == 0 ? readout.width - camera.offset_x : camera.width;
     const std::int32_t height = camera.height == 0 ? readout.height - camera.offset_y : camera.height;
@@ -207,6 +213,33 @@ void check_camera(const CameraSection& camera, const ReadoutSettings& readout,
         table.refuse(camera.height == 0 ? "offset_y" : "height",
                      fmt::format("rows {} to {} leave the sensor, which is {} px high", camera.offset_y,
                                  camera.offset_y + std::max(height, 1) - 1, readout.height));
+    if (!camera.windows.empty() || table.mistakes().count() != before) return;
+    const WindowSection whole{width, height, camera.offset_x, camera.offset_y};
+    if (const auto [key, reason] = explain_window(whole, readout); !reason.empty()) table.refuse(key, reason);
+}
+
+std::string_view key_of_feature(std::string_view feature, bool windows) {
+    struct Row {
+        std::string_view feature, key;
+        bool of_window = false; ///< [[camera.window]] has the key, too
+    };
+    constexpr std::array rows{
+        Row{"Width", "width", true},
+        Row{"Height", "height", true},
+        Row{"OffsetX", "offset_x", true},
+        Row{"OffsetY", "offset_y", true},
+        Row{"ExposureTime", "exposure_us", true},
+        Row{"reads", "window", true},
+        Row{"windows", "window", true},
+        Row{"Gain", "gain_db"},
+        Row{"AcquisitionFrameRate", "frame_rate_hz"},
+        Row{"TriggerActivation", "trigger_activation"},
+        Row{"ExposureMode", "exposure_mode"},
+    };
+    const auto* row =
+        std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.feature == feature; });
+    if (row == rows.end()) return {};
+    return windows && row->of_window ? "window" : row->key;
 }
 
 CameraSettings camera_settings(const CameraSection& camera, const SensorDescription& sensor) {

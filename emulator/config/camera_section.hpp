@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 namespace obscura::emulator {
@@ -35,14 +36,19 @@ struct CameraSection {
     ExposureMode exposure_mode = ExposureMode::timed;
     double frame_rate_hz = 10;
     ReadoutTiming readout_timing = ReadoutTiming::sensor;
-    std::int32_t rows_max = 0;          ///< of composed images; 0: what sensor and windows need
-    std::vector<WindowSection> windows; ///< empty: one, as the keys above say
+    std::int32_t rows_max = 0; ///< of composed images; 0: those that sensor and windows need
+    /// Empty: one window by width, height and offsets.
+    std::vector<WindowSection> windows;
 };
 
-/// The section's own rules; those that need the sensor are check_camera().
+/// The section with its own rules; those that need the sensor are in check_camera().
 [[nodiscard]] config::Section section_of(CameraSection& section);
 
-/// Windows and image against the sensor. `table` is the table of [camera].
+/// Key of [camera] that sets the SFNC feature `feature` after reset, as find_invalid() names it; with
+/// `windows`, the list for features that [[camera.window]] sets. Empty if there is none.
+[[nodiscard]] std::string_view key_of_feature(std::string_view feature, bool windows);
+
+/// Checks windows and image against the sensor. `table` is the table of [camera].
 void check_camera(const CameraSection& camera, const ReadoutSettings& readout,
                   const config::ReadTable& table);
 

@@ -2,6 +2,7 @@
 #include "emulator/config/daemon_config.hpp"
 
 #include "core/error.hpp"
+#include "emulator/config/initial_camera.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "sensors/sensor_file.hpp"
 
@@ -30,41 +31,62 @@ config::Section scene_section(std::string& scene_file) {
     return section;
 }
 
-/// What a configuration is read from: a file, or a [[camera]] of it laid over the rest of the file.
+/// Tables that a configuration is read from: those of a file, or those of a [[camera]] of it laid over the
+/// rest of the file.
 struct Tables {
     config::Value root;
-    config::Where top;    ///< of all tables but
-    config::Where camera; ///< the keys of the camera itself
+    config::Where top;    ///< of all tables but [camera]
+    config::Where camera; ///< of the keys of the camera itself
 
-    [[nodiscard]] config::Where where(std::string_view section) const {
-        return section == "camera" ? camera : top.in(section);
-    }
-    [[nodiscard]] const config::Value* table(std::string_view section) const {
-        const config::Member* member = root.find(section);
-        return member == nullptr ? nullptr : &member->value;
-    }
-    [[nodiscard]] config::Position at(std::string_view section) const {
-        const config::Member* member = root.find(section);
-        return member == nullptr ? config::Position{} : member->at;
-    }
-    /// A mistake between sections.
-    void refuse(std::string_view section, std::string_view key, std::string_view what,
-                config::Mistakes& mistakes) const {
-        const config::Where here = where(section);
-        config::ReadTable(table(section), at(section), here, {}, mistakes).refuse(key, what);
+    /// `section` under its name in the file: "gige", or "camera[1].gige".
+    [[nodiscard]] config::ReadTable table(std::string_view section, config::Mistakes& mistakes) const {
+        const config::ReadTable found = table_for_checks(root, top, section, mistakes);
+        return section != "camera" ? found
+                                   : config::ReadTable(found.table(), found.at(), camera, {}, mistakes);
     }
 };
 
-/// Rules between sections.
-void check_together(const DaemonConfig& config, const Tables& tables, config::Mistakes& mistakes) {
-    const config::Where camera = tables.where("camera");
-    check_camera(config.camera, config.sensor.readout,
-                 {tables.table("camera"), tables.at("camera"), camera, {}, mistakes});
-    if (config.trigger.lines[0].source == "lockstep" && !config.simulator.enabled)
-        tables.refuse("trigger", "source", "\"lockstep\" needs simulator.enabled = true", mistakes);
+/// Refuses `key` of [sensor.detector]; named is `file` of [sensor] if the value comes from there.
+void refuse_detector(std::string_view key, std::string_view what, const Tables& tables,
+                     config::Mistakes& mistakes) {
+    const config::ReadTable sensor = tables.table("sensor", mistakes);
+    const config::Member* detector = sensor.table() == nullptr ? nullptr : sensor.table()->find("detector");
+    const bool here = detector != nullptr &&
+                      (detector->value.find(key) != nullptr || detector->value.find("adc_bits") != nullptr);
+    if (here)
+        table_for_checks(*sensor.table(), sensor.where(), "detector", mistakes).refuse(key, what);
+    else
+        sensor.refuse("file", what);
+}
+
+/// Settings of the camera after reset against its limits and transports, once the sections are valid by
+/// themselves.
+void check_initial_camera(const DaemonConfig& config, const Tables& tables, config::Mistakes& mistakes) {
+    const InitialCamera camera = initial_camera(config);
+    if (const auto invalid = find_invalid(camera.settings, camera.limits)) {
+        const config::ReadTable table = tables.table("camera", mistakes);
+        const std::string_view key = key_of_feature(invalid->feature, !config.camera.windows.empty());
+        if (invalid->feature == "BlackLevel")
+            refuse_detector("offset_dn", invalid->what, tables, mistakes);
+        else if (key.empty())
+            table.refuse_table(invalid->what);
+        else
+            table.refuse(key, invalid->what);
+        return;
+    }
     const transports::SensorFacts sensor{config.sensor.readout.width, config.sensor.readout.height,
                                          config.sensor.detector.adc_bits};
-    config.transports.check_with(sensor, tables.root, tables.top, mistakes);
+    config.transports.check_with({sensor, camera.limits, camera.settings}, tables.root, tables.top, mistakes);
+}
+
+/// Rules between sections.
+void check_together(const DaemonConfig& config, const Tables& tables, config::Mistakes& mistakes) {
+    const std::size_t before = mistakes.count();
+    check_camera(config.camera, config.sensor.readout, tables.table("camera", mistakes));
+    const bool good_camera = mistakes.count() == before;
+    if (config.trigger.lines[0].source == "lockstep" && !config.simulator.enabled)
+        tables.table("trigger", mistakes).refuse("source", "\"lockstep\" needs simulator.enabled = true");
+    if (good_camera) check_initial_camera(config, tables, mistakes);
 }
 
 /// The tables that a [[camera]] may have of its own; they are laid over those of the file.
@@ -123,8 +145,8 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
         for (config::Section& section : sections(config)) {
             // The names of the tables beside its keys are for the suggestion.
             if (several && section.name == "camera") section.elsewhere = own_tables();
-            read_section(tables.table(section.name), tables.at(section.name), tables.where(section.name),
-                         section, mistakes);
+            const config::ReadTable table = tables.table(section.name, mistakes);
+            read_section(table.table(), table.at(), table.where(), section, mistakes);
         }
     if (mistakes.count() == before) check_together(config, tables, mistakes);
     return config;

@@ -126,7 +126,8 @@ config::Section section_of(StimulatorSettings& s) {
     };
 }
 
-void check_against(const StimulatorSettings& s, const SensorFacts& sensor, const config::ReadTable& table) {
+void check_against(const StimulatorSettings& s, const CameraFacts& camera, const config::ReadTable& table) {
+    const SensorFacts& sensor = camera.sensor;
     check_black(s, white_level_dn(s, sensor.adc_bits), table);
     const auto calibration = read_table(s, table);
     if (!calibration) return;

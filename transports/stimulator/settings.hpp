@@ -76,7 +76,7 @@ struct StimulatorContext {
 /// configuration file; the check reads the file.
 [[nodiscard]] config::Section section_of(StimulatorSettings& settings);
 /// Checks that black is below white, and that the calibration was made for this sensor's size.
-void check_against(const StimulatorSettings& settings, const SensorFacts& sensor,
+void check_against(const StimulatorSettings& settings, const CameraFacts& camera,
                    const config::ReadTable& table);
 /// The serial number of the display: two cameras must not use the same.
 [[nodiscard]] std::vector<Identity> identities_of(const StimulatorSettings& settings);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a configuration asks for is a camera that can be.
+// Frame pipelines made from configurations, and mistakes in scenes that are found when they are built.
+#include "core/error.hpp"
 #include "emulator/assemble.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 
 using namespace obscura;
+using Catch::Matchers::StartsWith;
 
-TEST_CASE("The triggers of a camera begin with an edge that its line tells of") {
+TEST_CASE("the triggers of a camera begin with an edge that its line reports") {
     const test::TempFolder folder;
     folder.write("scene.toml", "[camera]\nfocal_length_mm = 50\naperture_mm = 25\n");
     for (const std::string edge : {"rising", "falling", "both"}) {
@@ -19,4 +21,28 @@ TEST_CASE("The triggers of a camera begin with an edge that its line tells of") 
             1);
         CHECK(explain_invalid(imaging.camera.initial, imaging.camera.limits) == "");
     }
+}
+
+TEST_CASE("mistakes found when a scene is built name their position in its file") {
+    const test::TempFolder folder;
+    folder.write("bad.obj", "v 0 0\n");
+    const auto complaint = [&](const std::string& scene, const std::string& more = "") {
+        folder.write("scene.toml", scene);
+        const auto config =
+            emulator::load_config(folder.write("c.toml", "[scene]\nfile = \"scene.toml\"\n" + more));
+        try {
+            const emulator::Imaging imaging(config, 1);
+        } catch (const Error& error) {
+            return std::string(error.what());
+        }
+        return std::string("no error");
+    };
+    const std::string place = folder.path().string() + "/";
+    CHECK_THAT(complaint("[camera]\ndistortion_ideal_mm = [0, 1]\n"),
+               StartsWith(place + "scene.toml:1:2: camera: distortion: "));
+    CHECK_THAT(complaint("[camera]\n", "[[camera]]\n[camera.view]\ndistortion_ideal_mm = [0, 1]\n"),
+               StartsWith(place + "c.toml:4:1: camera: distortion: "));
+    CHECK_THAT(complaint("[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.1\n"
+                         "[[body]]\nshape = \"mesh\"\nfile = \"bad.obj\"\nalbedo = 0.1\n"),
+               StartsWith(place + "scene.toml:5:1: " + place + "bad.obj:1: "));
 }

@@ -129,6 +129,43 @@ offset_x = 101
      "c.toml:6:12: camera[0].offset_x: columns 101 to 101 leave the sensor, which is 100 px wide"},
     {R"([scene]
 file = "scene.toml"
+[camera]
+trigger_activation = "FallingEdge"
+)",
+     "c.toml:4:22: camera.trigger_activation: TriggerActivation[FrameStart]: Line0 reports rising edges "
+     "only"},
+    {R"([scene]
+file = "scene.toml"
+[[camera]]
+[[camera]]
+exposure_mode = "TriggerWidth"
+gige = { enabled = false }
+)",
+     "c.toml:5:17: camera[1].exposure_mode: ExposureMode TriggerWidth: no line's source reports both edges"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
+adc_bits = 12
+offset_dn = 3000
+)",
+     "c.toml:5:13: sensor.detector.offset_dn: BlackLevel 3000 DN: allowed 0 to 2048"},
+    {R"([scene]
+file = "scene.toml"
+[sensor]
+file = "black.toml"
+)",
+     "c.toml:4:8: sensor.file: BlackLevel 3000 DN: allowed 0 to 2048"},
+    {R"([scene]
+file = "scene.toml"
+[camera]
+width = 10
+offset_x = 3
+[sensor.readout]
+window_step = 2
+)",
+     "c.toml:5:12: camera.offset_x: 3 is not a multiple of 2, the step of this sensor's windows"},
+    {R"([scene]
+file = "scene.toml"
 [gige]
 packet_size = 1501
 [[camera]]
@@ -835,6 +872,7 @@ constexpr const char* trajectory_header = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
 void write_neighbours(const test::TempFolder& folder) {
     folder.write("scene.toml", good_body);
     folder.write("bad_sensor.toml", "[readout]\nwidth = 0\n");
+    folder.write("black.toml", "[detector]\nadc_bits = 12\noffset_dn = 3000\n");
     folder.write("good.csv", std::string(trajectory_header) + "0,0,0,0,1,0,0,0\n");
     folder.write("bad_stars.csv", "ra_deg,dec_deg,v_mag,b_v\n1,2,3\n");
 }
