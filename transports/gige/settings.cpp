@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "transports/gige/control/source_policy.hpp"
+#include "transports/gige/device/preset_check.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
 
@@ -202,6 +203,14 @@ config::Section section_of(GigeSettings& s) {
             s.faults, section_of)},
         .check = [&s](const config::ReadTable& table) { check(s, table); },
     };
+}
+
+void check_against(const GigeSettings& s, const CameraFacts& camera, const config::ReadTable& table) {
+    if (s.xml.empty() || s.xml_values.empty()) return;
+    table.mistakes().collect([&] {
+        if (const std::string why = explain_refused_values(s, camera); !why.empty())
+            table.refuse("xml_values", why);
+    });
 }
 
 std::vector<Identity> identities_of(const GigeSettings& s) {

@@ -54,6 +54,8 @@ struct GigeSettings {
 [[nodiscard]] config::Section section_of(FaultRule& rule);
 /// Section bound to `settings`. Its check reads the file `xml` unless that is empty.
 [[nodiscard]] config::Section section_of(GigeSettings& settings);
+/// Checks that the features of the file `xml` take `xml_values` on this camera.
+void check_against(const GigeSettings& settings, const CameraFacts& camera, const config::ReadTable& table);
 /// Address, serial number, hardware address and file for user sets.
 [[nodiscard]] std::vector<Identity> identities_of(const GigeSettings& settings);
 /// The history, the frame being sent and one waiting.

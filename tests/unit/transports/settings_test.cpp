@@ -27,6 +27,13 @@ namespace {
 
 constexpr SensorFacts sensor{64, 48, 12};
 
+CameraFacts camera_facts() {
+    CameraFacts camera{.sensor = sensor};
+    camera.limits.sensor_width = camera.reset.region.width = sensor.width;
+    camera.limits.sensor_height = camera.reset.region.height = sensor.height;
+    return camera;
+}
+
 /// Settings read from a text that counts as the file c.toml of a folder, and the mistakes in it.
 struct Reading {
     ConfiguredTransports transports;
@@ -38,7 +45,7 @@ struct Reading {
         : root(config::parse_text(text, "c.toml")), where{folder / "c.toml", ""} {
         for (const config::Section& section : transports.sections())
             config::read_member(root, where, section, mistakes);
-        if (mistakes.count() == 0) transports.check_with(sensor, root, where, mistakes);
+        if (mistakes.count() == 0) transports.check_with(camera_facts(), root, where, mistakes);
     }
     /// All mistakes without the folder's name; empty when there are none.
     [[nodiscard]] std::string complaint() const {
@@ -169,6 +176,10 @@ const std::vector<Broken> broken_texts{
      "c.toml:3:14: gige.xml_values: \"Nonsense=1\": no such feature, allowed is Feature=value of a feature "
      "in "
      "good.xml"},
+    {"[gige]\nxml = \"good.xml\"\nxml_values = \"Gain=99\"\n",
+     "c.toml:3:14: gige.xml_values: \"Gain=99\": outside what the camera allows"},
+    {"[gige]\nxml = \"good.xml\"\nxml_values = \"Width=65\"\n",
+     "c.toml:3:14: gige.xml_values: \"Width=65\": outside what the camera allows"},
     {"[gige]\nfaults = 3\n", "c.toml:2:1: gige.faults: allowed tables [[gige.faults]]"},
     {"[[gige.faults]]\npercent = 3\n", "c.toml:1:1: gige.faults[0]: the key \"kind\" is missing"},
     {"[[gige.faults]]\nkind = \"lose\"\n[[gige.faults]]\nkind = \"loose\"\n",

@@ -436,11 +436,10 @@ void UserXml::preset(const std::string& file, const std::string& values) {
                                          : engine_->kind(preset.name) == GenicamEngine::Kind::absent
                                              ? "no such feature"
                                              : "cannot be set so";
-            throw ConfigError(fmt::format("gige.xml_values: {}", bad_preset(preset, why, file)));
+            throw RefusedPreset(bad_preset(preset, why, file));
         }
         if (take_changes() != Status::success)
-            throw ConfigError(
-                fmt::format("gige.xml_values: \"{}\": outside what the camera allows", preset.item));
+            throw RefusedPreset(fmt::format("\"{}\": outside what the camera allows", preset.item));
     }
     show_all();
 }

@@ -3,6 +3,7 @@
 // those of this camera.
 #pragma once
 
+#include "core/error.hpp"
 #include "transports/gige/genicam/genicam_engine.hpp"
 #include "transports/gige/registers/feature.hpp"
 #include "transports/gige/registers/register_bank.hpp"
@@ -26,6 +27,14 @@ namespace obscura::transports::gige {
 /// when it is one. Only UserXml checks whether the features accept the values. Names no key.
 [[nodiscard]] std::string explain_invalid_values(const std::string& file, const std::string& values);
 
+/// A value of gige.xml_values that its feature does not take.
+class RefusedPreset : public ConfigError {
+public:
+    /// `why_` names no key.
+    explicit RefusedPreset(const std::string& why_) : ConfigError("gige.xml_values: " + why_), why(why_) {}
+    const std::string why;
+};
+
 /// Address space that clients see with a user-supplied description. Bootstrap registers are those of
 /// `native`; every other register that the file names is memory. After a client's write to memory each
 /// feature bound by its SFNC name is evaluated; a changed value is written to the feature's register in
@@ -34,7 +43,8 @@ class UserXml final : private GenicamEngine::Memory {
 public:
     /// `file` is for messages and for the name that clients see. `values`, "Feature=value, ...", gives values
     /// after reset of features besides the camera's own settings. `native` must outlive this and contain
-    /// every register that can be bound. The ForeignBindings of `table` are bound. Throws ConfigError.
+    /// every register that can be bound. The ForeignBindings of `table` are bound. Throws RefusedPreset, or
+    /// ConfigError for the file.
     UserXml(const std::string& file, std::string xml, const std::string& values, RegisterBank& native,
             std::span<const FeatureCategory> table);
 
