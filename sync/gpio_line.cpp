@@ -99,7 +99,8 @@ LineRequest request_gpio_line(const std::string& key, const std::string& name, c
     const std::unique_ptr<gpiod_request_config, FreeWith<gpiod_request_config_free>> request(
         gpiod_request_config_new());
     if (!lines || !request) throw std::bad_alloc();
-    gpiod_line_config_add_line_settings(lines.get(), &line.offset, 1, &settings);
+    if (gpiod_line_config_add_line_settings(lines.get(), &line.offset, 1, &settings) != 0)
+        refuse_gpio_line(key, name, std::strerror(errno));
     gpiod_request_config_set_consumer(request.get(), gpio_consumer);
     gpiod_request_config_set_event_buffer_size(request.get(), buffered_events);
     LineRequest held(gpiod_chip_request_lines(line.chip.get(), request.get(), lines.get()));
