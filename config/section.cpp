@@ -119,9 +119,9 @@ namespace {
 
 /// A table that the configuration does not have, as a block of comments: TOML with its defaults once "# " is
 /// removed from its lines.
-std::string print_example(const Section& section, std::string_view heading) {
+std::string print_example(const Section& section, std::string_view heading, std::string_view help) {
     const std::string text = fmt::format("{}\n{}", heading, print_keys(section.keys));
-    std::string out = fmt::format("\n# Absent, with these defaults: {}\n", section.help);
+    std::string out = fmt::format("\n# Absent. {}\n", help);
     for (std::size_t begin = 0; begin < text.size();) {
         const std::size_t end = text.find('\n', begin);
         out += fmt::format("# {}\n", std::string_view(text).substr(begin, end - begin));
@@ -146,7 +146,7 @@ void print_inside(const Section& section, const std::string& path, std::string& 
         }
         if (list.size() != 0) continue;
         for (const Section& example : list.examples())
-            out += print_example(example, heading);
+            out += print_example(example, heading, list.help.empty() ? example.help : list.help);
     }
     const Section* example = nullptr;
     for (const Section& inner : section.tables) {
@@ -154,9 +154,9 @@ void print_inside(const Section& section, const std::string& path, std::string& 
         if (inner.printed)
             out += print_section(inner, prefix);
         else if (example != nullptr && same_keys(*example, inner))
-            out += fmt::format("\n# Absent, with the same keys: {}\n", heading);
+            out += fmt::format("\n# Absent; has the same keys: {}\n", heading);
         else
-            out += print_example(*(example = &inner), heading);
+            out += print_example(*(example = &inner), heading, inner.help);
     }
 }
 

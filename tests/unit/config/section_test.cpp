@@ -130,6 +130,45 @@ TEST_CASE("a printed section reads back as it was", "[config]") {
     CHECK(config::print_section(section_of(again), "") == text);
 }
 
+TEST_CASE("tables that a configuration does not have are printed as comments", "[config]") {
+    Basket basket;
+    config::Section section = section_of(basket);
+    section.tables.front().printed = false;
+    section.tables.push_back(section.tables.front());
+    section.tables.back().name = "saucer";
+    const std::string text = config::print_section(section, "");
+    CHECK(text == "\n[basket]\n# Weight of the basket (0 to 50 kg)\nweight_kg = 2.0\n# Label of the "
+                  "basket\nlabel = \"A\"\n"
+                  "\n# Absent. Further bowls.\n# [[basket.spare]]\n# # Pieces of fruit in the bowl (0 to 9)\n"
+                  "# count = 3\n# # Kind of fruit (apple | pear)\n# fruit = \"apple\"\n"
+                  "\n# Absent. \n# [basket.bowl]\n# # Kind of fruit (apple | pear)\n# fruit = \"apple\"\n"
+                  "\n# Absent; has the same keys: [basket.saucer]\n");
+    // Without "# " the lines of a block are TOML.
+    std::string block = text.substr(text.find("# [[basket.spare]]"));
+    block.erase(block.find("\n# Absent"));
+    for (std::size_t at = 0; (at = block.find("# ", at)) != std::string::npos; at = block.find('\n', at))
+        block.erase(at, 2);
+    Basket again;
+    CHECK(mistakes_of(block, again) == "");
+    CHECK(again.spare.size() == 1);
+}
+
+TEST_CASE("a table for later checks names its keys at their positions", "[config]") {
+    const config::Value root = config::parse_text("[basket]\nlabel = \"B\"\n", "b.toml");
+    config::Mistakes mistakes;
+    const config::Where where{"b.toml", ""};
+    const config::ReadTable table = config::table_for_checks(root, where, "basket", mistakes);
+    CHECK(table.position_text() == "b.toml:1:2");
+    table.refuse("label", "taken");
+    table.refuse("weight_kg", "too light");
+    const config::ReadTable absent = config::table_for_checks(root, where, "bowl", mistakes);
+    CHECK(absent.position_text() == "b.toml");
+    absent.refuse("count", "empty");
+    CHECK_THROWS_WITH(mistakes.throw_if_any(), "b.toml:2:9: basket.label: taken\n"
+                                               "b.toml:1:2: basket.weight_kg: too light\n"
+                                               "b.toml: bowl.count: empty");
+}
+
 TEST_CASE("the reference has every table and list with its defaults", "[config]") {
     Basket basket;
     const std::vector<config::DocumentedTable> tables = config::document(section_of(basket), "");
