@@ -166,8 +166,8 @@ int main(int argc, char* argv[]) {
     CLI::App app{
         "The camera emulator: renders a scene on every trigger and streams the frames.\n"
         "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP. Exit status: 0 success, 64 bad\n"
-        "command line, 66 bad input file, 69 interface or device not available, 74 output cannot be\n"
-        "written, 78 bad configuration.",
+        "command line, 66 bad input file, 69 interface or device not available, 70 internal error,\n"
+        "74 output cannot be written, 78 bad configuration.",
         "obscurad"};
     Options options;
     app.add_option("-c,--config", options.config_file, "Configuration file (TOML)")
