@@ -44,7 +44,7 @@ config::Section window_section(WindowSection& s) {
     return section;
 }
 
-/// The windows' list: exposures not given are the camera's.
+/// List of the windows; an exposure that is not given is that of [camera].
 config::List window_list(CameraSection& s) {
     config::List windows =
         config::list("window", "One of several windows that are read in one frame, in their order.",
@@ -66,7 +66,7 @@ config::List window_list(CameraSection& s) {
 
 config::Section section_of(CameraSection& s) {
     const CameraLimits limits;
-    const bool composed = !s.windows.empty(); // whose windows say where they are
+    const bool composed = !s.windows.empty(); // the windows have the extents
     const auto unless_composed = [composed](config::Key key) {
         return composed ? std::move(key).unprinted() : std::move(key);
     };
@@ -132,8 +132,8 @@ config::Section section_of(CameraSection& s) {
 
 namespace {
 
-/// Why the sensor cannot have the window: the key and the reason; nothing when it can. Windows that share
-/// rows are no reason: the chip reads them, and flags say what came of it.
+/// Key and reason for which the sensor cannot read the window; both empty if it can. Windows may share rows:
+/// the chip reads them, and flags of the frame report the result.
 std::pair<std::string_view, std::string> explain_window(const WindowSection& w,
                                                         const ReadoutSettings& readout) {
     const bool lines = readout.shutter == Shutter::push_broom;
@@ -163,7 +163,7 @@ std::pair<std::string_view, std::string> explain_window(const WindowSection& w,
     return {};
 }
 
-/// Windows whose non-destructive reads are delivered one by one count as many.
+/// Number of windows in an image; each non-destructive read counts as one.
 std::size_t delivered_windows(const std::vector<WindowSection>& windows) {
     std::size_t count = 0;
     for (const WindowSection& w : windows)

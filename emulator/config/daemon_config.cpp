@@ -20,7 +20,7 @@ constexpr std::size_t max_cameras = 16;
 config::Section scene_section(std::string& scene_file) {
     config::Section section;
     section.name = "scene";
-    section.help = "What there is to see.";
+    section.help = "The scene that the cameras see.";
     section.keys = {config::key("file", config::Path{&scene_file}).reloadable().help("Scene file")};
     section.check = [&scene_file](const config::ReadTable& table) {
         if (!table.has("file"))
@@ -59,7 +59,7 @@ void refuse_detector(std::string_view key, std::string_view what, const Tables& 
         sensor.refuse("file", what);
 }
 
-/// Settings of the camera after reset against its limits and transports, once the sections are valid by
+/// Checks the settings of the camera after reset against its limits and transports. The sections are valid by
 /// themselves.
 void check_initial_camera(const DaemonConfig& config, const Tables& tables, config::Mistakes& mistakes) {
     const InitialCamera camera = initial_camera(config);
@@ -79,7 +79,7 @@ void check_initial_camera(const DaemonConfig& config, const Tables& tables, conf
     config.transports.check_with({sensor, camera.limits, camera.settings}, tables.root, tables.top, mistakes);
 }
 
-/// Rules between sections.
+/// Checks rules between sections.
 void check_together(const DaemonConfig& config, const Tables& tables, config::Mistakes& mistakes) {
     const std::size_t before = mistakes.count();
     check_camera(config.camera, config.sensor.readout, tables.table("camera", mistakes));
@@ -122,7 +122,7 @@ config::Value without_cameras(config::Value root) {
     return root;
 }
 
-/// `element` of [[camera]] as if it alone were in the file.
+/// The tables of `element` of [[camera]], as if the file had this camera only.
 Tables tables_of_camera(const config::Value& root, const config::Where& top, const config::Value& element,
                         const config::Where& where) {
     const std::vector<std::string_view> own_names = own_tables();
@@ -136,7 +136,7 @@ Tables tables_of_camera(const config::Value& root, const config::Where& top, con
     return {laid_over(without_cameras(root), own), {top.file, where.path}, where};
 }
 
-/// Everything but the scene.
+/// Reads all sections; not the scene file.
 DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& mistakes) {
     DaemonConfig config;
     config.source = std::filesystem::absolute(tables.top.file).lexically_normal();
@@ -158,31 +158,31 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
     if (const config::Member* view = tables.root.find("view"))
         mistakes.collect(
             [&] { config.view = scene::read_view(view->value, tables.top.in("view"), config.scene.camera); });
-    // The chip decides how many pixels there are and how large; the scene file's figures serve `render`.
+    // The sensor determines number and size of the pixels; those of the scene file serve `obscura render`.
     config.scene.camera.width = config.sensor.readout.width;
     config.scene.camera.height = config.sensor.readout.height;
     config.scene.camera.pixel_pitch_m = config.sensor.pixel_pitch_m;
 }
 
-/// The scene that a configuration without mistakes names; its mistakes are added, and an empty one is
-/// returned.
+/// Reads the scene file `file`, if it is not empty. Returns an empty scene if it has mistakes, which are
+/// added.
 scene::Scene read_scene(const std::string& file, config::Mistakes& mistakes) {
     scene::Scene scene;
     if (!file.empty()) mistakes.collect([&] { scene = scene::load_scene(file); });
     return scene;
 }
 
-/// [[camera]]: the first of them, with the others in it.
+/// Reads all cameras of [[camera]]. Returns the first one, which contains the others.
 DaemonConfig read_several(const config::Value& root, const config::Where& top, const config::Member& list,
                           config::Mistakes& mistakes) {
     const std::vector<config::Value>& elements = expect_tables(list, top.in("camera"));
     if (elements.empty() || elements.size() > max_cameras)
         fail(top.in("camera"), list.at,
              fmt::format("{} cameras, allowed 1 to {}", elements.size(), max_cameras));
-    // The tables they share have to be right by themselves, and are refused under their own names.
+    // The shared tables must be valid by themselves, and are refused under their own names.
     const DaemonConfig common = read_config({without_cameras(root), top, top.in("camera")}, false, mistakes);
     const scene::Scene scene = read_scene(common.scene_file, mistakes);
-    // Mistakes in them would be repeated for each camera.
+    // Mistakes in the shared tables would be repeated for each camera.
     mistakes.throw_if_any();
 
     std::vector<Tables> tables;
@@ -202,7 +202,7 @@ DaemonConfig read_several(const config::Value& root, const config::Where& top, c
     return first;
 }
 
-/// One [[camera]] with its own tables.
+/// Prints one [[camera]] with its own tables.
 std::string print_camera(DaemonConfig& c) {
     std::string out;
     for (config::Section& section : camera_sections(c)) {
@@ -211,7 +211,7 @@ std::string print_camera(DaemonConfig& c) {
             out += print_section(section, "camera.");
             continue;
         }
-        // Its own keys and windows first: TOML wants them before the tables.
+        // Keys and windows of [[camera]] come first: TOML requires them before the tables.
         out = fmt::format("\n[[camera]]{}",
                           print_section(section, "").substr(std::string("\n[camera]").size())) +
               (c.view.empty() ? "" : "\n[camera.view]\n" + c.view) + out;

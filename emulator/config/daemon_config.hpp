@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Read this first: TOML files become plain structs here, checked whole or refused with one line.
+// Configuration of the daemon: reads, checks and prints TOML files as plain structs. Read this header first.
 #pragma once
 
 #include "emulator/config/camera_section.hpp"
@@ -20,7 +20,7 @@ namespace obscura::emulator {
 
 /// The configuration of one daemon and its camera; of the first one when there are several.
 struct DaemonConfig {
-    std::filesystem::path source; ///< the file it was read from; relative paths in it start from its folder
+    std::filesystem::path source; ///< absolute path of the file that it was read from
     std::string scene_file;       ///< absolute
     DaemonSection daemon;
     RenderSection render;
@@ -36,33 +36,36 @@ struct DaemonConfig {
     scene::Scene scene;
 
     /// [[camera]]: the second and further cameras, each a whole configuration with the same [scene],
-    /// [daemon], [render] and [ptp]. Empty under a single [camera]; then the following mean nothing.
+    /// [daemon], [render], [ptp] and [threads]. Empty with a single [camera]; the members below are then
+    /// unused.
     std::vector<DaemonConfig> others;
     bool several = false;     ///< written as [[camera]], perhaps with one element
-    bool own_trigger = false; ///< has a [camera.trigger]; else what [trigger] names reaches it
-    std::string view;         ///< the keys of [camera.view] that were given, as TOML
+    bool own_trigger = false; ///< has a [camera.trigger]; otherwise [trigger] applies
+    std::string view;         ///< the keys of [camera.view] that the file gives, as TOML
 
     /// This one and the others.
     [[nodiscard]] std::vector<const DaemonConfig*> cameras() const;
 };
 
-/// The sections that all cameras of a file share, and those that each camera may have of its own, in the
-/// order in which they are printed. `config` outlives them.
+/// Sections that all cameras of a file share, and sections that each camera may have of its own, in the order
+/// in which they are printed. `config` outlives them.
 [[nodiscard]] std::vector<config::Section> shared_sections(DaemonConfig& config);
 [[nodiscard]] std::vector<config::Section> camera_sections(DaemonConfig& config);
 
-/// Reads a daemon configuration with its sensor and scene files, and checks it: what it returns can be
-/// started if the machine has what it names. Nothing but files is opened. Throws ConfigError with a line for
-/// each mistake, `file:line:column: key: what is wrong, what is allowed`.
+/// Reads a daemon configuration with its sensor and scene files, and checks it: the result can be started on
+/// a machine that has the devices and interfaces it names. Opens nothing but files; those that a scene names
+/// are read by Imaging. Throws ConfigError with one line for each mistake, `file:line:column: key: what is
+/// wrong, what is allowed`.
 [[nodiscard]] DaemonConfig load_config(const std::filesystem::path& file);
 
-/// The effective configuration as TOML with every key, its unit, range and help as comments.
+/// The effective configuration as TOML with every key, its unit, range and help as comments. Tables that it
+/// does not have appear as commented-out examples.
 [[nodiscard]] std::string print_config(const DaemonConfig& config);
 
-/// Whether a reload takes on a new value of the key at this dotted path, as print_config() names it.
+/// Whether a reload accepts a new value of the key at this dotted path, as print_config() names it.
 [[nodiscard]] bool is_reloadable(const std::string& path);
 
-/// The reset CameraSettings of a configuration.
+/// Camera settings after reset, without those that follow from [trigger]; see initial_camera().
 [[nodiscard]] CameraSettings camera_settings(const DaemonConfig& config);
 
 } // namespace obscura::emulator
