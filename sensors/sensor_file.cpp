@@ -28,7 +28,8 @@ config::Section section_of(SensorDescription& sensor) {
     };
     config::Section detector;
     detector.name = "detector";
-    detector.help = "How light becomes charge, charge a voltage, and the voltage a digital number.";
+    detector.help =
+        "Detector: from light to charge, from charge to a voltage, from the voltage to a digital number.";
     detector.keys = keys_of(sensor.detector);
     detector.annotated = true;
     detector.check = [&d = sensor.detector](const config::ReadTable& table) {
@@ -38,7 +39,7 @@ config::Section section_of(SensorDescription& sensor) {
     };
     config::Section section;
     section.name = "sensor";
-    section.help = "The chip. Values may stand as { value = ..., provenance = \"...\", source = \"...\" }.";
+    section.help = "The sensor. Values may stand as { value = ..., provenance = \"...\", source = \"...\" }.";
     section.keys = keys_of(sensor);
     section.tables = {std::move(readout), std::move(detector)};
     section.annotated = true;
@@ -51,7 +52,7 @@ config::Section referring_section_of(SensorDescription& sensor) {
     section.keys.insert(section.keys.begin(),
                         config::key("file", config::Path{&sensor.file})
                             .unprinted()
-                            .help("Sensor file that is read first; the other keys override its values"));
+                            .help("Sensor file that is read first; the keys below override its values"));
     section.before = [&sensor](const config::Value& table, const config::Where& where,
                                config::Mistakes& mistakes) {
         const config::Member* file = table.find("file");
@@ -103,8 +104,10 @@ namespace {
 
 config::Keys keys_of(SensorDescription& s) {
     return {
-        config::key("name", &s.name).help("Name of the chip"),
-        config::key("serial", &s.serial).range(0, 9e15).help("Specimen: seeds the fixed patterns"),
+        config::key("name", &s.name).help("Name of the sensor"),
+        config::key("serial", &s.serial)
+            .range(0, 9e15)
+            .help("Serial number of the specimen: seed of its fixed patterns and defects"),
         config::key("pixel_pitch_um", config::Scaled{&s.pixel_pitch_m, micro})
             .unit("um")
             .range(0.1, 1000)
@@ -114,57 +117,62 @@ config::Keys keys_of(SensorDescription& s) {
 
 config::Keys keys_of(ReadoutSettings& s) {
     return {
-        config::key("width", &s.width).unit("px").range(1, 65536).help("Columns of the array"),
-        config::key("height", &s.height).unit("px").range(1, 65536).help("Rows of the array"),
-        config::key("shutter", &s.shutter).help("Shutter"),
+        config::key("width", &s.width).unit("px").range(1, 65536).help("Columns of the pixel array"),
+        config::key("height", &s.height).unit("px").range(1, 65536).help("Rows of the pixel array"),
+        config::key("shutter", &s.shutter).help("Shutter: how exposures of rows relate to each other"),
         config::key("pixel_clock_hz", &s.pixel_clock_hz)
             .unit("Hz")
             .range(1e3, 1e11)
             .help("Pixel clock of one output"),
-        config::key("outputs", &s.outputs).range(1, 4096).help("Pixels of a row read at once"),
+        config::key("outputs", &s.outputs)
+            .range(1, 4096)
+            .help("Outputs: pixels of a row that are read at the same time"),
         config::key("row_overhead_ns", &s.row_overhead_ns)
             .unit("ns")
             .range(0, 1e9)
-            .help("Row time beside the pixels: T_row = row_overhead + ceil(width / outputs) / pixel_clock"),
+            .help("Row time without its pixels: T_row = row_overhead + ceil(width / outputs) / pixel_clock"),
         config::key("sample_instant_ns", &s.sample_instant_ns)
             .unit("ns")
             .range(0, 1e9)
-            .help("Signal sample inside a row slot"),
+            .help("Instant of the signal sample within a row slot"),
         config::key("reset_instant_ns", &s.reset_instant_ns)
             .unit("ns")
             .range(0, 1e9)
-            .help("Reset inside a row slot: sample_instant < reset_instant < row_overhead"),
+            .help("Instant of the reset within a row slot: sample_instant < reset_instant < row_overhead"),
         config::key("frame_overhead_ns", &s.frame_overhead_ns)
             .unit("ns")
             .range(0, 1e9)
-            .help("Global shutter: charge transfer between exposure and readout"),
+            .help("Global shutter: duration of the charge transfer between exposure and readout"),
         config::key("overlapped", &s.overlapped)
             .help("The next exposure may start while a frame is read out"),
         config::key("window_mode", &s.window_mode)
             .help("How a rolling shutter serves several windows: one after the other, or all in every cycle"),
-        config::key("windows_max", &s.windows_max).range(1, 32).help("Windows at once"),
+        config::key("windows_max", &s.windows_max)
+            .range(1, 32)
+            .help("Largest number of windows that are read in one frame"),
         config::key("window_overhead_ns", &s.window_overhead_ns)
             .unit("ns")
             .range(0, 1e9)
-            .help("After the last row of each window"),
+            .help("Time after the last row of each window"),
         config::key("blanking_rows", &s.blanking_rows)
             .range(0, 1e6)
-            .help("Idle row slots at the end of each cycle"),
+            .help("Idle row slots at the end of each readout cycle"),
         config::key("stretch_blanking", &s.stretch_blanking)
-            .help("Add idle slots for an exposure that is longer than the cycle"),
+            .help("Add idle row slots for an exposure that is longer than the readout cycle"),
         config::key("exposure_step_ns", &s.exposure_step_ns)
             .unit("ns")
             .range(1, 1e9)
-            .help("Global shutter and push-broom: exposures are multiples of this"),
+            .help("Global shutter and push-broom: increment of the exposure time"),
         config::key("line_rate_hz", &s.line_rate_hz)
             .unit("Hz")
             .range(1e-3, 1e7)
-            .help("Push-broom: lines per second"),
+            .help("Push-broom: line rate"),
         config::key("window_step", &s.window_step)
             .unit("px")
             .range(1, 4096)
-            .help("Place of a window is a multiple of this"),
-        config::key("strict", &s.strict).help("Refuse impossible windows; otherwise crop and align them"),
+            .help("Increment of the offsets of a window"),
+        config::key("strict", &s.strict)
+            .help("Refuse windows that the chip cannot read; otherwise crop and align them"),
     };
 }
 
@@ -173,157 +181,169 @@ config::Keys keys_of(DetectorSettings& s) {
         config::key("transmission", &s.transmission).range(0, 1).help("Transmission of the optics"),
         config::key("quantum_efficiency", config::Curve{&s.quantum_efficiency})
             .range(0, 1)
-            .help("[wavelength_nm, quantum efficiency] pairs; linear between, ends held"),
+            .help("Quantum efficiency as pairs of wavelength in nm and value; linear between them, constant "
+                  "beyond the first and the last"),
         config::key("fill_factor", &s.fill_factor)
             .range(0, 1)
-            .help("Share of the pixel that is sensitive, where the curve leaves it out"),
+            .help("Sensitive fraction of the pixel area, if quantum_efficiency does not include it"),
         config::key("prnu_local", &s.prnu_local)
             .range(0, 1)
-            .help("Response: relative rms from pixel to pixel"),
+            .help("PRNU from pixel to pixel: relative standard deviation of the response"),
         config::key("prnu_global", &s.prnu_global)
             .range(0, 1)
-            .help("Response: relative rms of the slow variation over the array"),
+            .help("PRNU over the array: relative standard deviation of the slow variation of the response"),
         config::key("crosstalk_edge", &s.crosstalk_edge)
             .range(0, 0.2)
-            .help("Share of a pixel's charge that each of 4 neighbours gets"),
+            .help("Crosstalk: fraction of a pixel's charge that goes to each of its 4 edge neighbours"),
         config::key("crosstalk_corner", &s.crosstalk_corner)
             .range(0, 0.05)
-            .help("The same for each of the 4 diagonal neighbours"),
+            .help("Crosstalk: fraction of a pixel's charge that goes to each of its 4 diagonal neighbours"),
         config::key("parasitic_light", &s.parasitic_light)
             .range(0, 1)
-            .help("Global shutter: sensitivity of the storage node, relative to the pixel"),
+            .help("Global shutter: parasitic light sensitivity of the storage node relative to the pixel"),
         config::key("smear_row_ns", &s.smear_row_ns)
             .unit("ns")
             .range(0, 1e+09)
-            .help("Frame-transfer CCD: time per row under the open sky"),
+            .help("Frame-transfer CCD: time per row for which the charge is exposed during the transfer; 0: "
+                  "no smear"),
         config::key("optical_black_rows", &s.optical_black_rows)
             .range(0, 65536)
-            .help("Rows under a shield, after the electrically black ones"),
+            .help("Optically black rows, which follow the electrically black ones"),
         config::key("electrical_black_rows", &s.electrical_black_rows)
             .range(0, 65536)
-            .help("First rows of the array: no charge at all"),
+            .help("Electrically black rows, the first of the array: without charge"),
         config::key("temperature_c", &s.temperature_c)
             .unit("degC")
             .range(-200, 150)
-            .help("Temperature of the chip"),
+            .help("Temperature of the sensor"),
         config::key("dark_reference_c", &s.dark_reference_c)
             .unit("degC")
             .range(-200, 150)
-            .help("Temperature at which the dark currents hold"),
-        config::key("dark_law", &s.dark_law).help("How dark current rises with temperature"),
+            .help("Reference temperature of the dark currents"),
+        config::key("dark_law", &s.dark_law).help("Law by which the dark current rises with temperature"),
         config::key("dark_doubling_k", &s.dark_doubling_k)
             .unit("K")
             .range(0.1, 1000)
-            .help("Doubling law: doubles every so many kelvin"),
+            .help("Doubling law: temperature rise that doubles the dark current"),
         config::key("dark_current_e_per_s", &s.dark_current_e_per_s)
             .unit("e-/s")
             .range(0, 1e+09)
-            .help("Dark current, mean over the array"),
+            .help("Mean dark current of the array at the reference temperature"),
         config::key("dark_nonuniformity_e_per_s", &s.dark_nonuniformity_e_per_s)
             .unit("e-/s")
             .range(0, 1e+09)
-            .help("Dark current: rms over the array, log-normal"),
+            .help("DSNU: standard deviation of the dark current over the array, log-normal"),
         config::key("hot_fraction", &s.hot_fraction)
             .range(0, 1)
-            .help("Share of pixels with additional dark current"),
+            .help("Hot pixels: fraction of pixels with additional dark current"),
         config::key("hot_current_e_per_s", &s.hot_current_e_per_s)
             .unit("e-/s")
             .range(0, 1e+09)
-            .help("Its mean, exponentially distributed"),
+            .help("Hot pixels: mean additional dark current, exponentially distributed"),
         config::key("rts_fraction", &s.rts_fraction)
             .range(0, 1)
-            .help("Share of pixels whose dark current jumps between two levels"),
+            .help("RTS noise of the dark current: fraction of pixels with two levels"),
         config::key("rts_current_e_per_s", &s.rts_current_e_per_s)
             .unit("e-/s")
             .range(0, 1e+09)
-            .help("Mean distance of the levels, exponentially distributed"),
+            .help("RTS noise of the dark current: mean difference of the levels, exponentially distributed"),
         config::key("hit_flux_per_cm2_s", &s.hit_flux_per_cm2_s)
             .unit("/cm2/s")
             .range(0, 1e+06)
-            .help("Cosmic rays and protons through the array"),
+            .help("Flux of cosmic rays and protons through the array"),
         config::key("hit_depth_um", config::Scaled{&s.hit_depth_m, micro})
             .unit("um")
             .range(0.1, 1000)
-            .help("Depth of the layer that collects their charge"),
+            .help("Depth of the layer that collects the charge of particle tracks"),
         config::key("hit_charge_e_per_um", config::Scaled{&s.hit_charge_e_per_m, 1 / micro})
             .unit("e-/um")
             .range(0, 1e+06)
-            .help("Mean charge along their tracks"),
+            .help("Mean charge per length of a particle track"),
         config::key("full_well_e", &s.full_well_e).unit("e-").range(1, 1e+07).help("Full well capacity"),
         config::key("blooming", &s.blooming)
             .range(0, 1)
-            .help("Share of the charge above full well that goes to the 4 neighbours"),
+            .help("Blooming: fraction of the charge above full well that goes to the 4 edge neighbours"),
         config::key("nonlinearity_1", &s.nonlinearity[0])
             .range(-1, 1)
-            .help("S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well: c1"),
+            .help("Nonlinearity c1 of S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well"),
         config::key("nonlinearity_2", &s.nonlinearity[1])
             .range(-1, 1)
-            .help("S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well: c2"),
+            .help("Nonlinearity c2 of S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well"),
         config::key("nonlinearity_3", &s.nonlinearity[2])
             .range(-1, 1)
-            .help("S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well: c3"),
+            .help("Nonlinearity c3 of S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well"),
         config::key("nonlinearity_4", &s.nonlinearity[3])
             .range(-1, 1)
-            .help("S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well: c4"),
-        config::key("lag", &s.lag).range(0, 1).help("Share of a frame's charge that shows in the next one"),
+            .help("Nonlinearity c4 of S = N (1 - c1 x - c2 x^2 - c3 x^3 - c4 x^4), x = N / full well"),
+        config::key("lag", &s.lag)
+            .range(0, 1)
+            .help("Image lag: fraction of a frame's charge that appears in the next frame"),
         config::key("read_noise_e", &s.read_noise_e)
             .unit("e-")
             .range(0, 100000)
-            .help("Amplifier noise of one sample"),
+            .help("Read noise: standard deviation of one sample of the amplifier"),
         config::key("double_sampling", &s.double_sampling)
-            .help("A destructive read subtracts the reset level that follows: both noises count twice"),
+            .help("Double sampling: a destructive read subtracts the level of the reset that follows, which "
+                  "doubles the variance of read noise and kTC noise"),
         config::key("conversion_gain_uv_per_e", config::Scaled{&s.conversion_gain_v_per_e, micro})
             .unit("uV/e-")
             .range(0, 10000)
-            .help("Of the sense node; gives the kTC noise, 0: none"),
-        config::key("reset_mode", &s.reset_mode).help("A soft reset halves the variance of kTC noise"),
+            .help("Conversion gain of the sense node, which determines the kTC noise; 0: no kTC noise"),
+        config::key("reset_mode", &s.reset_mode)
+            .help("Reset of the sense node; soft halves the variance of the kTC noise"),
         config::key("offset_fpn_e", &s.offset_fpn_e)
             .unit("e-")
             .range(0, 100000)
-            .help("rms of the pixels' offsets"),
+            .help("Standard deviation of the offsets of pixels"),
         config::key("column_fpn_e", &s.column_fpn_e)
             .unit("e-")
             .range(0, 100000)
-            .help("rms of the columns' offsets"),
+            .help("Standard deviation of the offsets of columns"),
         config::key("row_noise_e", &s.row_noise_e)
             .unit("e-")
             .range(0, 100000)
-            .help("Temporal noise common to a row"),
+            .help("Standard deviation of the temporal noise common to a row"),
         config::key("follower_rts_fraction", &s.follower_rts_fraction)
             .range(0, 1)
-            .help("Share of pixels whose amplifier jumps between two levels: three in the difference of two "
-                  "samples"),
+            .help("RTS noise of the source follower: fraction of pixels with two levels, which are three in "
+                  "the "
+                  "difference of two samples"),
         config::key("follower_rts_e", &s.follower_rts_e)
             .unit("e-")
             .range(0, 100000)
-            .help("Mean distance of these levels, exponentially distributed"),
+            .help("RTS noise of the source follower: mean difference of the levels, exponentially "
+                  "distributed"),
         config::key("gain_dn_per_e", &s.gain_dn_per_e)
             .unit("DN/e-")
             .range(1e-06, 1e+06)
             .help("System gain K at 0 dB"),
         config::key("offset_dn", &s.offset_dn).unit("DN").range(0, 65535).help("Black level"),
-        config::key("adc_bits", &s.adc_bits).unit("bit").range(8, 16).help("Depth of the converter"),
+        config::key("adc_bits", &s.adc_bits).unit("bit").range(8, 16).help("Resolution of the ADC"),
         config::key("adc_inl_dn", &s.adc_inl_dn)
             .unit("DN")
             .range(0, 1000)
-            .help("Converter: peak deviation of the transfer curve"),
+            .help("INL of the ADC: peak deviation of the transfer curve"),
         config::key("adc_dnl_dn", &s.adc_dnl_dn)
             .unit("DN")
             .range(0, 100)
-            .help("Converter: rms deviation of the code widths"),
-        config::key("dead_fraction", &s.dead_fraction).range(0, 1).help("Pixels without response"),
+            .help("DNL of the ADC: standard deviation of the code widths"),
+        config::key("dead_fraction", &s.dead_fraction)
+            .range(0, 1)
+            .help("Fraction of pixels without response"),
         config::key("stuck_fraction", &s.stuck_fraction)
             .range(0, 1)
-            .help("Pixels that always give the same number"),
-        config::key("dead_rows", &s.dead_rows).range(0, 65536).help("Rows that give nothing"),
-        config::key("dead_columns", &s.dead_columns).range(0, 65536).help("Columns that give nothing"),
-        config::key("test_pattern", &s.test_pattern).help("ramp: (x + y) mod 2^bits in place of the image"),
+            .help("Fraction of pixels that always give the same digital number"),
+        config::key("dead_rows", &s.dead_rows).range(0, 65536).help("Number of rows without signal"),
+        config::key("dead_columns", &s.dead_columns).range(0, 65536).help("Number of columns without signal"),
+        config::key("test_pattern", &s.test_pattern)
+            .help("Test pattern of the sensor; ramp: (x + y) mod 2^adc_bits instead of the image"),
         config::key("response_map", config::Path{&s.response_map, true, true})
-            .help("FITS image of the relative response, in place of the generated one"),
+            .help("FITS image of the relative response of pixels, instead of a generated one; empty: none"),
         config::key("dark_map", config::Path{&s.dark_map, true, true})
-            .help("FITS image of the dark current, e-/s at the reference temperature"),
+            .help("FITS image of the dark current in e-/s at the reference temperature, instead of a "
+                  "generated one; empty: none"),
         config::key("offset_map", config::Path{&s.offset_map, true, true})
-            .help("FITS image of the offsets, e-"),
+            .help("FITS image of the offsets in e-, instead of generated ones; empty: none"),
     };
 }
 

@@ -13,14 +13,14 @@ namespace obscura::sensors {
 /// [sensor] with [sensor.readout] and [sensor.detector]; a sensor file has the same keys and tables at its
 /// root. `sensor` holds the defaults and outlives the section.
 [[nodiscard]] config::Section section_of(SensorDescription& sensor);
-/// The same with the key `file`, which names a sensor file that is read first.
+/// [sensor] with the key `file`, which names a sensor file that is read first.
 [[nodiscard]] config::Section referring_section_of(SensorDescription& sensor);
 
 /// Reads a sensor file alone. Throws ConfigError with a line for each mistake.
 [[nodiscard]] SensorDescription load_sensor(const std::filesystem::path& file);
 
-/// What keeps a detector from being built: the key, its value and what is allowed, in the units of sensor
-/// files; empty when nothing does. For descriptions that a program made.
+/// Reason for which no detector can be built: key, value and what is allowed, in the units of sensor files;
+/// empty if one can. For descriptions that a program made.
 [[nodiscard]] std::string explain_invalid(const DetectorSettings& settings);
 [[nodiscard]] std::string explain_invalid(const SensorDescription& description);
 
