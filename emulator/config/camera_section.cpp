@@ -36,10 +36,12 @@ config::Section window_section(WindowSection& s) {
                    static_cast<double>(limits.exposure_max_ns) / 1e3)
             .help("Integration time of the window; that of [camera] if not given"),
         key("sampling", &s.sampling)
-            .help("destructive: sample and reset; non-destructive: every one of several reads without a "
-                  "reset; cds: "
-                  "the last read less the first; ramp: a line fitted through all reads"),
-        key("reads", &s.reads).range(1, 64).help("Reads of a window that is not read destructively"),
+            .help("Reads of the window. destructive: one sample and reset; non-destructive: each of several "
+                  "reads without reset is delivered; cds: last read minus first; ramp: line fitted through "
+                  "all reads"),
+        key("reads", &s.reads)
+            .range(1, 64)
+            .help("Number of reads of a window that is not read destructively"),
     };
     return section;
 }
@@ -103,23 +105,20 @@ config::Section section_of(CameraSection& s) {
             .help("TriggerActivation of FrameStart after reset; auto: all edges that the line's source "
                   "reports"),
         key("exposure_mode", &s.exposure_mode)
-            .help("ExposureMode after reset; TriggerWidth: exposed as long as the pulse of the trigger lasts "
-                  "(gpio, edge "
-                  "= \"both\")"),
+            .help("ExposureMode after reset; TriggerWidth: the exposure lasts as long as the trigger pulse "
+                  "(gpio, edge = \"both\")"),
         key("frame_rate_hz", &s.frame_rate_hz)
             .unit("Hz")
             .range(limits.frame_rate_min_hz, limits.frame_rate_max_hz)
-            .help("AcquisitionFrameRate after reset: of free run, and while a level holds"),
+            .help("AcquisitionFrameRate after reset, for free run and for level triggers"),
         key("readout_timing", &s.readout_timing)
-            .help(
-                "sensor: rows leave as the chip reads them; fast: as soon as they are rendered; triggers and "
-                "exposures are the chip's either way"),
+            .help("Release of rows to the transports. sensor: when the chip reads them; fast: as soon as "
+                  "they are rendered; triggers and exposures are those of the chip in both cases"),
         key("rows_max", &s.rows_max)
             .unit("px")
             .range(0, 1048576)
-            .help("Rows of images composed of several windows that a client may ask for; 0: what sensor and "
-                  "windows "
-                  "need"),
+            .help("Largest number of rows of a composed image that a client may request; 0: as many as "
+                  "sensor and windows need"),
     };
     section.lists = {window_list(s)};
     section.check = [&s](const config::ReadTable& table) {

@@ -17,21 +17,21 @@ config::Section section_of(DaemonSection& s) {
     section.keys = {
         key("log_level", &s.log_level).reloadable().help("Least important log lines that are written"),
         key("realtime", &s.realtime)
-            .help("SCHED_FIFO and locked memory: never, where permitted, or refuse to start without"),
+            .help("SCHED_FIFO and locked memory. off: never; auto: where permitted; required: do not start "
+                  "without"),
         key("pool_frames", &s.pool_frames).range(3, 256).help("Frames whose memory is allocated at start"),
         key("seed", &s.seed)
             .range(0, 9e15)
             .help("Seed of rendering and temporal noise: the same seed and triggers give the same bytes"),
         key("scene_time", &s.scene_time)
             .help("nominal: frame k shows the scene k - 1 nominal trigger periods after its start, so that "
-                  "it can be "
-                  "rendered again offline; clock: frames show the scene after the time that really passed"),
+                  "it can be rendered again offline; clock: frames show the scene after the time that really "
+                  "passed"),
         key("drop_capabilities", &s.drop_capabilities)
-            .help("Drop the capabilities of root before the first socket is opened; false where folders of "
-                  "other users "
-                  "are written to or ports below 1024 are listened on"),
+            .help("Drop the capabilities of root before the first socket is opened; false: keep them, to "
+                  "write to folders of other users or listen on ports below 1024"),
         key("autostart", &s.autostart)
-            .help("Acquisition starts with the daemon; it always does when no control port is enabled"),
+            .help("Start the acquisition with the daemon, as always if no control port is enabled"),
     };
     return section;
 }
@@ -47,16 +47,14 @@ config::Section section_of(RenderSection& s) {
         key("target_error", &s.target_error)
             .range(0, 1)
             .help("Relative standard error of a pixel below which no more samples are taken; 0: "
-                  "samples_per_pixel "
-                  "everywhere"),
+                  "samples_per_pixel everywhere"),
         key("max_samples_per_pixel", &s.max_samples_per_pixel)
             .range(1, 65536)
             .help("Largest number of samples per pixel with target_error"),
         key("max_instants", &s.max_instants)
             .range(1, 4096)
             .help("Largest number of instants that an exposure is sampled at where something moves; 1: the "
-                  "middle of "
-                  "the exposure only"),
+                  "middle of the exposure only"),
         key("threads", &s.threads).range(0, 1024).help("Render threads; 0: one per core"),
         key("band_rows", &s.band_rows)
             .range(1, 16384)
@@ -68,13 +66,13 @@ config::Section section_of(RenderSection& s) {
 config::Section section_of(DeadlineSection& s) {
     config::Section section;
     section.name = "deadline";
-    section.help = "Rows that are not ready when the chip would have read them.";
+    section.help = "Handling of rows that are not ready when the chip would have read them.";
     section.keys = {
         key("policy", &s.policy)
             .reloadable()
-            .help("A frame with a late row leaves late, shows the frame before from there on, is dropped, or "
-                  "ends "
-                  "before that row"),
+            .help("Effect of a late row on its frame. late: rows leave when they are ready; repeat: the rest "
+                  "is copied from the last complete frame; drop: the frame is abandoned; partial: the frame "
+                  "ends before the late row"),
         key("grace_us", &s.grace_us)
             .reloadable()
             .unit("us")
@@ -84,8 +82,7 @@ config::Section section_of(DeadlineSection& s) {
             .unit("us")
             .range(0, 1000)
             .help("Time before a frame's first row for which the release thread polls the clock instead of "
-                  "sleeping; "
-                  "under SCHED_FIFO only"),
+                  "sleeping; under SCHED_FIFO only"),
     };
     return section;
 }
@@ -165,8 +162,7 @@ config::Section section_of(OutputsSection& s) {
     section.keys = {
         key("trigger_ready", &s.trigger_ready)
             .help("GPIO line that is active while a trigger would be accepted, by name or "
-                  "\"gpiochipN:OFFSET\"; empty: "
-                  "none"),
+                  "\"gpiochipN:OFFSET\"; empty: none"),
         key("exposure", &s.exposure)
             .help("GPIO line that is active from the first row's reset to the last row's readout, by name or "
                   "\"gpiochipN:OFFSET\"; empty: none"),
