@@ -20,7 +20,7 @@ endfunction()
 obscura_manual_file(obscura.1 man "$<TARGET_FILE:obscura>" 1)
 obscura_manual_file(obscura-stimulator-sim.1 man "$<TARGET_FILE:obscura-stimulator-sim>" 1)
 obscura_manual_file(obscurad.8 man "$<TARGET_FILE:obscurad>" 8)
-obscura_manual_file(obscurad.toml.5 keys "$<TARGET_FILE:obscurad>" "${PROJECT_BINARY_DIR}/systemd/source/obscurad.toml")
+obscura_manual_file(obscurad.toml.5 keys "$<TARGET_FILE:obscura>")
 obscura_manual_file(obscura.bash completion "$<TARGET_FILE:obscura>" "$<TARGET_FILE:obscurad>")
 add_custom_target(manual ALL DEPENDS ${manual_files})
 

@@ -24,9 +24,9 @@ config::Section section_of(DaemonSection& s) {
             .range(0, 9e15)
             .help("Seed of rendering and temporal noise: the same seed and triggers give the same bytes"),
         key("scene_time", &s.scene_time)
-            .help("nominal: frame k shows the scene k - 1 nominal trigger periods after its start, so that "
-                  "it can be rendered again offline; clock: frames show the scene after the time that really "
-                  "passed"),
+            .help("Clock of the scene. nominal: frame k shows the scene k - 1 nominal trigger periods after "
+                  "its start, so that it can be rendered again offline; clock: frames show the scene at the "
+                  "time that has passed since the start"),
         key("drop_capabilities", &s.drop_capabilities)
             .help("Drop the capabilities of root before the first socket is opened; false: keep them, to "
                   "write to folders of other users or listen on ports below 1024"),

@@ -2,6 +2,7 @@
 #include "tools/support/key_reference.hpp"
 
 #include "emulator/config/daemon_config.hpp"
+#include "renderer/scene_files/camera_section.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "sensors/sensor_file.hpp"
 
@@ -13,26 +14,31 @@
 namespace obscura::tools {
 namespace {
 
-void add(std::vector<config::DocumentedTable>& tables, const config::Section& section) {
-    std::vector<config::DocumentedTable> more = config::document(section, "");
+/// Adds `section` and the tables within it; `prefix` is the dotted path of the tables around it.
+void add(std::vector<config::DocumentedTable>& tables, const config::Section& section,
+         std::string_view prefix = "") {
+    std::vector<config::DocumentedTable> more = config::document(section, prefix);
     std::move(more.begin(), more.end(), std::back_inserter(tables));
 }
 
 KeyReference configuration_reference() {
     const auto config = std::make_shared<emulator::DaemonConfig>();
-    KeyReference reference{
-        "configuration",
-        "Configuration of the daemon",
-        "A TOML file, read by `obscurad --config FILE` and checked by `obscura check FILE`. Relative file "
-        "names start "
-        "from the folder of the file. With [[camera]] in place of [camera] a daemon has several cameras; "
-        "tables from "
-        "[trigger] on may then stand within one, as [camera.gige], and override the file's.",
-        {},
-        config};
+    KeyReference reference{"configuration",
+                           "Configuration of the daemon",
+                           "A TOML file, read by `obscurad --config FILE` and checked by `obscura check "
+                           "FILE`. Relative file names start from the folder of the file. With [[camera]] in "
+                           "place of [camera] a daemon has several cameras; tables from [trigger] on may "
+                           "then stand within one, as [camera.gige], and override the file's.",
+                           {},
+                           config};
     for (const auto sections : {emulator::shared_sections, emulator::camera_sections})
         for (const config::Section& section : sections(*config))
             add(reference.tables, section);
+    config::Section view = scene::camera_section(config->scene.camera);
+    view.name = "view";
+    view.help =
+        "Keys of [camera] of the scene file that one of several cameras overrides; within [[camera]] only.";
+    add(reference.tables, view, "camera.");
     return reference;
 }
 
@@ -41,9 +47,8 @@ KeyReference scene_reference() {
     KeyReference reference{"scene",
                            "Scene file",
                            "A TOML file, named by `[scene] file` of a configuration and rendered by `obscura "
-                           "render FILE`. Relative file "
-                           "names start from the folder of the file. The keys of a body's shape and material "
-                           "stand beside the body's own.",
+                           "render FILE`. Relative file names start from the folder of the file. The keys of "
+                           "a body's shape and material stand beside the body's own.",
                            {},
                            scene};
     add(reference.tables, scene::scene_section(*scene));
@@ -55,8 +60,8 @@ KeyReference sensor_reference() {
     KeyReference reference{
         "sensor",
         "Sensor file",
-        "A TOML file, named by `[sensor] file` of a configuration. Values may stand with their "
-        "provenance: { value = 8, provenance = \"measured\", source = \"datasheet, page 12\" }.",
+        "A TOML file, named by `[sensor] file` of a configuration. Values may stand with their provenance: { "
+        "value = 8, provenance = \"measured\", source = \"datasheet, page 12\" }.",
         {},
         sensor};
     config::Section root = sensors::section_of(*sensor);

@@ -68,6 +68,9 @@ private:
                             {"type", type_text(key)},
                             {"unit", key.unit()},
                             {"allowed", allowed_text(key)},
+                            {"minimum", key.range().min}, // null where unlimited
+                            {"maximum", key.range().max},
+                            {"choices", key.choices()},
                             {"default", key.is_required() ? "" : value_text(key)},
                             {"required", key.is_required()},
                             {"reloadable", key.is_reloadable()},

@@ -35,7 +35,9 @@ def complete(script, *words):
 pages = {
     "obscura.1": (make("man", obscura, "1"), ["obscura render", "--samples N", "obscurad.toml(5)"]),
     "obscurad.8": (make("man", obscurad, "8"), ["--check", "--print-config"]),
-    "obscurad.toml.5": (make("keys", obscurad, config), ["[sensor.detector]", "full_well_e", "Allowed:"]),
+    "obscurad.toml.5": (make("keys", obscura),
+                        ["[sensor.detector]", "full_well_e", "[[gige.faults]]", "burst_packets", "[[camera.window]]",
+                         "[trigger.line1]", "[camera.view]", "One of", "Required."]),
 }
 with tempfile.TemporaryDirectory() as folder:
     for name, (text, wanted) in pages.items():
