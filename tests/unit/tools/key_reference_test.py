@@ -43,6 +43,8 @@ def main():
                 continue
             if table["file"] == "configuration":
                 head = "" if table["table"] == "[scene]" else '[scene]\nfile = "scene.toml"\n'
+                if table["table"] == "[camera.view]":
+                    head += "[[camera]]\n"
                 (folder / "c.toml").write_text(head + text_of(table))
                 command = (obscura, "check", str(folder / "c.toml"))
             elif table["file"] == "scene":
