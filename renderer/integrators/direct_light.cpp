@@ -76,7 +76,7 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
         light.t_max[i] = no_hit;
     }
     if (!light.active.any()) return;
-    block(vertex, false, light);
+    occlude(vertex, false, light);
     // Add throughput times BRDF times radiance over the pdf.
     for (int i = 0; i < packet_size; ++i)
         r[i] = light.active.on[i] != 0 ? r[i] * solid_angle[i] : 0;
@@ -92,23 +92,23 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
         const Vec3 position = from_inertial * (row_.lamps[k].position_m - vertex.body->position_m);
         const Vec3 axis = from_inertial * rotate(row_.lamps[k].orientation, {0, 0, 1});
         RayPacket light;
-        Doubles share;
+        Doubles falloff; // relative intensity over the squared distance, m-2
         for (int i = 0; i < packet_size; ++i) {
             const Vec3 to_lamp = position - vertex.surface.position.lane(i);
             const double distance = length(to_lamp);
             const Vec3 d = distance > 0 ? to_lamp / distance : Vec3{0, 0, 1};
             light.direction.set(i, d);
             light.t_max[i] = distance;
-            share[i] = distance > 0 ? beam_share(lamp, -dot(axis, d)) / (distance * distance) : 0;
+            falloff[i] = distance > 0 ? beam_share(lamp, -dot(axis, d)) / (distance * distance) : 0;
         }
         Doubles r;
         evaluate_brdf(row_, vertex, light.direction, r);
         for (int i = 0; i < packet_size; ++i)
-            light.active.on[i] = vertex.here.on[i] != 0 && r[i] * share[i] > 0 ? -1 : 0;
+            light.active.on[i] = vertex.here.on[i] != 0 && r[i] * falloff[i] > 0 ? -1 : 0;
         if (!light.active.any()) continue;
-        block(vertex, true, light);
+        occlude(vertex, true, light);
         for (int i = 0; i < packet_size; ++i)
-            r[i] = light.active.on[i] != 0 ? r[i] * share[i] : 0;
+            r[i] = light.active.on[i] != 0 ? r[i] * falloff[i] : 0;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
             add_light(paths.throughput.v[c], vertex.colour.v[c], r, lamp.intensity_w_sr[c], out.v[c]);
     }
@@ -117,10 +117,10 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
 void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, const Doubles& v,
                                  const PathPacket& paths, bool weighted, Channels& out) {
     RayPacket light;
-    Doubles share;
+    Doubles inverse_pdf; // of the direction by area sampling, sr; 0: no light
     for (int i = 0; i < packet_size; ++i) {
         light.direction.set(i, {0, 0, 1});
-        light.t_max[i] = share[i] = 0;
+        light.t_max[i] = inverse_pdf[i] = 0;
     }
     // Sample a point of the emitting area: u selects the body by its area, its remainder and v the point.
     std::int32_t source[packet_size] = {};
@@ -154,7 +154,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
             // Stop short of the light, by what float coordinates cannot resolve, so that it does not shadow
             // itself.
             light.t_max[i] = distance * (1 - 1e-6) - resolved_m;
-            share[i] = cosine > 0 ? cosine * lighting_.area_m2 / (distance * distance) : 0.0;
+            inverse_pdf[i] = cosine > 0 ? cosine * lighting_.area_m2 / (distance * distance) : 0.0;
         }
         before_m2 += area_m2;
     }
@@ -163,12 +163,13 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
     evaluate_brdf(row_, vertex, light.direction, r);
     // Trace shadow rays.
     for (int i = 0; i < packet_size; ++i)
-        light.active.on[i] = vertex.here.on[i] != 0 && r[i] * share[i] > 0 && light.t_max[i] > 0 ? -1 : 0;
+        light.active.on[i] =
+            vertex.here.on[i] != 0 && r[i] * inverse_pdf[i] > 0 && light.t_max[i] > 0 ? -1 : 0;
     if (!light.active.any()) return;
-    block(vertex, true, light);
+    occlude(vertex, true, light);
     for (int i = 0; i < packet_size; ++i) {
         if (light.active.on[i] == 0) continue;
-        double value = r[i] * share[i];
+        double value = r[i] * inverse_pdf[i];
         // Compute the MIS weight against BSDF sampling.
         if (weighted) {
             const Vec3 n = vertex.surface.normal.lane(i);
@@ -182,7 +183,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
             const ParameterPacket* const varied = vertex.varied_at(i);
             const double bsdf_pdf =
                 varied != nullptr ? material.pdf_varied(*varied, i, seen, lit) : material.pdf(seen, lit);
-            const double area_pdf = 1 / share[i]; // per steradian
+            const double area_pdf = 1 / inverse_pdf[i];
             value *= area_pdf / (area_pdf + bsdf_pdf);
         }
         const std::vector<double>& emission =
@@ -192,7 +193,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
     }
 }
 
-void DirectLight::block(const PathVertex& vertex, bool all_bodies, RayPacket& light) {
+void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, RayPacket& light) {
     light.origin = vertex.surface.shadow_origin;
     light.coherent = vertex.coherent;
     RayPacket turned; // in the frame `turned_to`
@@ -202,7 +203,7 @@ void DirectLight::block(const PathVertex& vertex, bool all_bodies, RayPacket& li
         const BodyState& other = row_.bodies[b];
         if (other.material == nullptr) continue;
         const auto index = static_cast<std::int32_t>(b);
-        Lanes asked{};
+        Lanes tested{};
         for (int k = 0; k < vertex.count; ++k) {
             const BodyState& own = row_.bodies[static_cast<std::size_t>(vertex.bodies[k])];
             if (vertex.bodies[k] != index && !all_bodies &&
@@ -211,17 +212,17 @@ void DirectLight::block(const PathVertex& vertex, bool all_bodies, RayPacket& li
             // A convex body never shades its own outside, always its inside.
             const bool inside_only = vertex.bodies[k] == index && !own.shape->shadows_itself();
             for (int i = 0; i < packet_size; ++i)
-                asked.on[i] |= vertex.on[k].on[i] & light.active.on[i] &
-                               (inside_only ? ~vertex.surface.outside.on[i] : -1);
+                tested.on[i] |= vertex.on[k].on[i] & light.active.on[i] &
+                                (inside_only ? ~vertex.surface.outside.on[i] : -1);
         }
-        if (!asked.any()) continue;
-        counts_.rays += static_cast<std::uint64_t>(asked.count());
-        Lanes open;
+        if (!tested.any()) continue;
+        counts_.rays += static_cast<std::uint64_t>(tested.count());
+        Lanes unblocked;
         if (other.frame == vertex.body->frame) {
             const Lanes all = light.active;
-            light.active = asked;
+            light.active = tested;
             other.shape->occlude(light);
-            open = light.active;
+            unblocked = light.active;
             light.active = all;
         } else {
             if (turned_to != other.frame) {
@@ -231,12 +232,12 @@ void DirectLight::block(const PathVertex& vertex, bool all_bodies, RayPacket& li
                 turned.t_max = light.t_max;
                 turned_to = other.frame;
             }
-            turned.active = asked;
+            turned.active = tested;
             other.shape->occlude(turned);
-            open = turned.active;
+            unblocked = turned.active;
         }
         for (int i = 0; i < packet_size; ++i)
-            light.active.on[i] &= open.on[i] | ~asked.on[i];
+            light.active.on[i] &= unblocked.on[i] | ~tested.on[i];
         if (!light.active.any()) return;
     }
 }

@@ -37,7 +37,7 @@ public:
 private:
     /// Switches off blocked shadow rays. Towards the Sun only the known occluders of a body are tested,
     /// else (`all_bodies`) all.
-    void block(const PathVertex& vertex, bool all_bodies, RayPacket& light);
+    void occlude(const PathVertex& vertex, bool all_bodies, RayPacket& light);
 
     const RowState& row_;
     const Lighting& lighting_;

@@ -23,7 +23,7 @@ struct ProceduralBodyParameters {
 [[nodiscard]] scene::ParameterList declare(ProceduralBodyParameters& p);
 [[nodiscard]] std::shared_ptr<const Shape> make(const ProceduralBodyParameters& p, ShapeContext& context);
 
-/// An icosphere drawn out to the axis ratios, with a lumpy low-frequency shape, fractal relief down to the
+/// An icosphere scaled to the axis ratios, with a lumpy low-frequency shape, fractal relief down to the
 /// facet size, craters with rims and worn floors (diameters after a power law), and boulders' roughness. Uses
 /// only IEEE operations on hashed integers: the same description gives the same bytes everywhere. Has smooth
 /// normals. Crater profile: depth/diameter 0.15, rim height 0.03 diameters, as on small asteroids
