@@ -14,9 +14,11 @@ import random
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 SUPPORT = pathlib.Path(__file__).resolve().parents[1] / "support"
@@ -41,6 +43,35 @@ def check(what, good, detail=""):
         failures.append(what)
 
 
+class EdgeByEdge(threading.Thread):
+    """Sends a trigger datagram, waits for its frame on disk, then sends the next: however busy the machine is, an edge
+    without a frame was lost by the daemon."""
+
+    def __init__(self, bench):
+        super().__init__(daemon=True)
+        self.bench, self.sent, self.lost = bench, 0, False
+        self.ending = threading.Event()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            self.address = free.getsockname()
+
+    def table(self):
+        """Keys of [trigger]; an edge may come before the chip is ready for it."""
+        return f'source = "udp"\nlisten = "{self.address[0]}:{self.address[1]}"\nover_trigger = "latch"'
+
+    def run(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+            while not self.ending.is_set() and not self.lost:
+                self.sent += 1
+                # Letters, sequence number, instant (0: that of arrival), big endian.
+                out.sendto(b"OBTR" + struct.pack(">Iq", self.sent, 0), self.address)
+                self.lost = not self.bench.wait_frames(self.sent)
+
+    def end(self):
+        self.ending.set()
+        self.join(2 * PATIENCE_S)
+
+
 class Bench:
     """A folder with a configuration, a notification socket and at most one daemon."""
 
@@ -56,14 +87,13 @@ class Bench:
         self.process = None
         self.write()
 
-    def write(self, rate_hz=10, exposure_us=2000, more="", samples=1, trigger=""):
+    def write(self, exposure_us=2000, more="", samples=1, trigger="rate_hz = 10"):
         self.config.write_text(f"""[scene]
 file = "scene.toml"
 [render]
 samples_per_pixel = {samples}
 threads = 1
 [trigger]
-rate_hz = {rate_hz}
 {trigger}
 [camera]
 exposure_us = {exposure_us}
@@ -154,7 +184,8 @@ def test_start_and_stop():
         check("SIGTERM ends it with status 0", status == 0)
         check("STOPPING=1 is said", bench.wait_for("STOPPING=1", 1))
         camera = statistics["camera"]
-        check("every trigger of the timer is a frame", camera["missed_triggers"] == 0 and camera["dropped"] == 0, camera)
+        check("every trigger of the timer is a frame or counted as missed",
+              camera["triggers"] == camera["frames"] + camera["missed_triggers"] + camera["dropped"], camera)
     with Bench() as bench:
         bench.write(more="[nonsense]\nkey = 1")
         bench.start()
@@ -210,13 +241,16 @@ def test_watchdog():
 def test_reload():
     """Forty reloads, good and bad, of scene, late policy and log level while frames flow: none is lost, none repeated."""
     with Bench() as bench:
-        def write(**changes):  # one late frame must not cost the next its trigger
-            bench.write(trigger='over_trigger = "latch"', **changes)
+        edges = EdgeByEdge(bench)
+
+        def write(**changes):
+            bench.write(trigger=edges.table(), **changes)
 
         scene = (bench.folder / "scene.toml").read_text()
         write()
         bench.start(watchdog_s=5)
         check("READY=1 is said", bench.wait_for("READY=1"), bench.log_text())
+        edges.start()
         bench.wait_frames(3)
         first = bench.complete_frames()[0].read_bytes()
         for number in range(40):
@@ -240,14 +274,14 @@ def test_reload():
                 write()
         count = len(bench.complete_frames())
         bench.wait_frames(count + 3)
+        edges.end()
         status, statistics = bench.stop()
         camera, log = statistics["camera"], bench.log_text()
         check("it ends well", status == 0, log)
         taken, refused = log.count("taken on"), log.count("nothing changed")
         check("20 good ones are taken on, 20 bad ones change nothing", (taken, refused) == (20, 20), (taken, refused, log))
         lost = {key: camera[key] for key in ("missed_triggers", "dropped", "abandoned", "late_dropped") if camera[key]}
-        # The machine may be too busy for a frame in time; a reload may not cost one.
-        check("every trigger is a frame", camera["triggers"] == camera["frames"] + camera["missed_triggers"] + camera["dropped"], camera)
+        check("every edge is a frame", not edges.lost and camera["frames"] == edges.sent, (edges.sent, camera))
         check("no frame is lost", not lost, lost)
         names = [f.name for f in bench.complete_frames()]
         check("one numbering without a gap", names == [f"frame_{n:06}.raw" for n in range(1, len(names) + 1)], names[:3])
