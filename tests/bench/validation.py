@@ -4,15 +4,17 @@
 
 Usage: validation.py OBSCURA [--scenes NAME,...] [--samples N] [--size PIXELS] [--rounds N] [--threads N]
                      [--output docs/validation.md]
-OBSCURA: the program in its build tree, with tests/bench/render_bench beside it. Needs Blender (Debian package blender);
-without it nothing is written and the exit status is 77. Scenes that need files which are not there are skipped, and the
-page says so. Both programs run by turns, and medians count; even so times compare within this run only.
+OBSCURA: the program in its build tree, with tests/bench/render_bench beside it. Needs Blender (Debian package blender)
+and numpy (python3-numpy), also in the Python within Blender; without them nothing is written and the exit status is 77.
+Scenes that need files which are not there are skipped, and the page says so. Both programs run by turns, and medians count; even so times compare within this run only.
 """
 import argparse
+import importlib.util
 import os
 import pathlib
 import shutil
 import statistics
+import subprocess
 import sys
 import tempfile
 
@@ -35,9 +37,22 @@ parser.add_argument("--rounds", type=int, default=3)
 parser.add_argument("--threads", type=int, default=2)
 parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/validation.md")
 options = parser.parse_args()
-if not shutil.which("blender"):
-    print("skipped: blender is not installed (Debian package blender)")
+
+
+def skip(why):
+    print(f"skipped: {why}")
     sys.exit(77)
+
+
+if not shutil.which("blender"):
+    skip("blender is not installed (Debian package blender)")
+if not importlib.util.find_spec("numpy"):
+    skip("Python's numpy is not installed (Debian package python3-numpy)")
+NO_NUMPY = 77
+asked = subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", str(NO_NUMPY), "--python-expr", "import numpy"],
+                       capture_output=True, check=False)
+if asked.returncode == NO_NUMPY:
+    skip("the Python within Blender has no numpy (Debian package python3-numpy)")
 folder = pathlib.Path(tempfile.mkdtemp(prefix="obscura-validation-"))
 pictures = options.output.parent
 # Bands of the Cornell box that Cycles renders as red, green and blue: 500, 600 and 700 nm.
