@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 using namespace obscura::test;
 using namespace std::chrono_literals;
@@ -61,6 +62,41 @@ TEST_CASE("check accepts what is sound and prints what loads again") {
     CHECK(printed.substr(printed.find('\n')) == second.substr(second.find('\n')));
     CHECK_THAT(run(folder, {"check", "--scene", OBSCURA_SOURCE_DIR "/config/scenes/demo.toml"}),
                ContainsSubstring("good: \"demo\" with 1 body, 4995 stars, 1 band"));
+}
+
+TEST_CASE("check tells a scene and a sensor from a configuration by their tables") {
+    const TempFolder folder;
+    CHECK_THAT(run(folder, {"check", OBSCURA_SOURCE_DIR "/config/scenes/demo.toml"}),
+               ContainsSubstring("good: \"demo\" with 1 body, 4995 stars, 1 band"));
+    for (const auto& file : std::filesystem::directory_iterator(OBSCURA_SOURCE_DIR "/config/sensors"))
+        CHECK_THAT(run(folder, {"check", file.path()}), ContainsSubstring("good: sensor "));
+    CHECK_THAT(run(folder, {"check", OBSCURA_SOURCE_DIR "/config/demo.toml"}),
+               ContainsSubstring("good: generic 640x512, sensor 640 x 512 px, scene"));
+    // A mistake in a key is reported as that of a scene or a sensor, and the rest is known.
+    const auto refusal = [&](std::vector<std::string> arguments, int status) {
+        arguments.insert(arguments.begin(), program);
+        ChildProcess child(folder.path(), "obscura", arguments);
+        CHECK(child.wait(100s).value_or(-1) == status);
+        return child.err();
+    };
+    const auto scene = folder.write("scene.toml", R"(name = "moon"
+[sun]
+direction = [1, 0, 0]
+distance_au = "near"
+[camera]
+focal_length_mm = 50
+[[body]]
+shape = "sphere"
+)");
+    const std::string of_scene = refusal({"check", scene}, 78);
+    CHECK_THAT(of_scene, ContainsSubstring("scene.toml:4:"));
+    CHECK_THAT(of_scene, !ContainsSubstring("name"));
+    const auto sensor = folder.write("sensor.toml", "name = \"mine\"\n[readout]\nwidth = -1\n[detector]\n");
+    CHECK_THAT(refusal({"check", sensor}, 78), StartsWith(sensor.string() + ":3:"));
+    CHECK_THAT(refusal({"check", "--print", scene}, 64), ContainsSubstring("is a scene file"));
+    // Tables of neither are those of a configuration.
+    CHECK_THAT(refusal({"check", folder.write("empty.toml", "")}, 78),
+               ContainsSubstring("a scene file is wanted"));
 }
 
 TEST_CASE("a render has the same bytes on any number of threads, in every format") {
