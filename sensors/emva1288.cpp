@@ -15,20 +15,27 @@ double signal(const Level& l) {
     return l.bright.mean - l.dark.mean;
 }
 
-/// Photons at which the response, extrapolated from below, reaches the plateau.
-double saturation(std::span<const Level> levels, double& top_signal) {
-    const auto noisiest = std::max_element(levels.begin(), levels.end(), [](const Level& a, const Level& b) {
-        return a.bright.variance < b.bright.variance;
+struct Saturation {
+    double photons = 0, signal = 0;
+};
+
+/// Level of the largest variance: the absolute maximum of the photon transfer curve.
+const Level& noisiest_level(std::span<const Level> levels) {
+    return *std::max_element(levels.begin(), levels.end(), [](const Level& a, const Level& b) {
+        return a.bright.variance - a.dark.variance < b.bright.variance - b.dark.variance;
     });
-    top_signal = signal(*noisiest);
+}
+
+/// Exposure at which the response, extrapolated from below, reaches the plateau.
+Saturation full_well(std::span<const Level> levels) {
+    const Level& noisiest = noisiest_level(levels);
     const Level& last = levels.back();
-    if (last.bright.variance > 0.5 * noisiest->bright.variance) return noisiest->photons;
+    if (last.bright.variance > 0.5 * noisiest.bright.variance) return {noisiest.photons, signal(noisiest)};
     const double plateau = signal(last);
-    top_signal = plateau;
     std::size_t i = 0;
     while (i + 1 < levels.size() && signal(levels[i + 1]) < 0.95 * plateau)
         ++i;
-    if (i < 2) return noisiest->photons;
+    if (i < 2) return {noisiest.photons, plateau};
     // Fit a parabola through three levels below the knee, because responses are not linear, and solve it for
     // the plateau.
     const Level &a = levels[i - 2], &b = levels[i - 1], &c = levels[i];
@@ -39,10 +46,10 @@ double saturation(std::span<const Level> levels, double& top_signal) {
     for (int step = 0; step < 20; ++step) {
         const double value = signal(c) + bc * (p - c.photons) + bend * (p - c.photons) * (p - b.photons);
         const double rate = bc + bend * (2 * p - c.photons - b.photons);
-        if (!(rate > 0)) return c.photons + (plateau - signal(c)) / bc;
+        if (!(rate > 0)) return {c.photons + (plateau - signal(c)) / bc, plateau};
         p -= (value - plateau) / rate;
     }
-    return p;
+    return {p, plateau};
 }
 
 } // namespace
@@ -62,16 +69,30 @@ PairStatistics pair_statistics(std::span<const std::uint16_t> a, std::span<const
             (static_cast<double>(squares) / n - mean_difference * mean_difference) / 2};
 }
 
-LinearModel evaluate(std::span<const Level> levels) {
-    const auto rising = [](const Level& a, const Level& b) { return a.photons >= b.photons; };
-    if (levels.size() < 4 || std::adjacent_find(levels.begin(), levels.end(), rising) != levels.end())
+DarkNoise dark_noise(double variance_dn2, double gain_dn_per_e) {
+    DarkNoise noise;
+    noise.upper_limit = !(variance_dn2 >= least_variance_dn2);
+    noise.dn = noise.upper_limit ? limit_of_noise_dn : std::sqrt(variance_dn2);
+    noise.electrons = std::sqrt(noise.dn * noise.dn - quantisation_variance) / gain_dn_per_e;
+    return noise;
+}
+
+LinearModel evaluate(std::span<const Level> levels, Method method, double dark_variance_dn2) {
+    const auto falling = [&](const Level& a, const Level& b) {
+        return a.photons > b.photons || (a.photons == b.photons && method == Method::full_well);
+    };
+    if (levels.size() < 4 || std::adjacent_find(levels.begin(), levels.end(), falling) != levels.end())
         throw std::invalid_argument("a series needs at least 4 levels with rising numbers of photons");
     LinearModel m;
-    double top = 0;
-    m.saturation_photons = saturation(levels, top);
+    const Level& noisiest = noisiest_level(levels);
+    const Saturation saturation =
+        method == Method::standard ? Saturation{noisiest.photons, signal(noisiest)} : full_well(levels);
+    m.saturation_photons = saturation.photons;
+    m.saturation_signal_dn = saturation.signal;
+    const double top = saturation.signal;
 
     const auto fit = [&](double range) {
-        double xx = 0, xy = 0, pp = 0, ps = 0;
+        double xx = 0, xy = 0, pp = 0, ps = 0, largest = 0;
         for (const Level& l : levels) {
             const double s = signal(l);
             if (s > range * top || l.photons > m.saturation_photons) continue;
@@ -79,14 +100,25 @@ LinearModel evaluate(std::span<const Level> levels) {
             xy += s * (l.bright.variance - l.dark.variance);
             pp += l.photons * l.photons;
             ps += l.photons * s;
+            largest = std::max(largest, l.bright.variance);
         }
+        if (pp > 0 && largest < least_variance_dn2)
+            throw std::invalid_argument(
+                "K cannot be determined: the temporal variance is below 0.24 DN^2, where quantisation hides "
+                "it, at all levels up to 70 % of saturation");
+        if (!(xx > 0 && xy > 0 && ps > 0))
+            throw std::invalid_argument(
+                "K cannot be determined: mean and temporal variance do not rise with the light below 70 % of "
+                "saturation");
         m.fit_range = range;
         m.gain_dn_per_e = xy / xx;
         m.responsivity_dn_per_photon = ps / pp;
     };
     // Linearity error: relative deviations from the line that minimises them, 5 to 95 % of saturation.
     double w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0;
-    const auto in_range = [&](const Level& l) { return signal(l) > 0.05 * top && signal(l) < 0.95 * top; };
+    const auto in_range = [&](const Level& l) {
+        return signal(l) > 0.05 * top && signal(l) < 0.95 * top && l.photons <= m.saturation_photons;
+    };
     for (const Level& l : levels)
         if (in_range(l)) {
             const double weight = 1 / (signal(l) * signal(l));
@@ -104,14 +136,13 @@ LinearModel evaluate(std::span<const Level> levels) {
             }
         m.linearity_error_percent = 100 * sum / count;
     }
-    fit(m.linearity_error_percent > 1 ? 0.2 : 0.7);
+    fit(method == Method::full_well && m.linearity_error_percent > 1 ? 0.2 : 0.7);
 
     m.quantum_efficiency = m.responsivity_dn_per_photon / m.gain_dn_per_e;
-    const double dark = std::max(0.0, levels.front().dark.variance - quantisation_variance);
-    m.dark_noise_e = std::sqrt(dark) / m.gain_dn_per_e;
+    m.dark_noise =
+        dark_noise(dark_variance_dn2 < 0 ? levels.front().dark.variance : dark_variance_dn2, m.gain_dn_per_e);
     m.saturation_e = m.quantum_efficiency * m.saturation_photons;
-    m.threshold_photons =
-        (std::sqrt(levels.front().dark.variance) / m.gain_dn_per_e + 0.5) / m.quantum_efficiency;
+    m.threshold_photons = (m.dark_noise.dn / m.gain_dn_per_e + 0.5) / m.quantum_efficiency;
     m.dynamic_range_db = 20 * std::log10(m.saturation_photons / m.threshold_photons);
     m.snr_max_db = 10 * std::log10(m.saturation_e);
     return m;
@@ -141,15 +172,15 @@ double ImageStack::temporal_variance() const {
     return sum / static_cast<double>(sum_.size());
 }
 
-double ImageStack::spatial_variance() const {
+double ImageStack::spatial_variance(double temporal) const {
     const double m = mean();
     double sum = 0;
     for (std::size_t i = 0; i < sum_.size(); ++i)
         sum += (pixel(i) - m) * (pixel(i) - m);
-    return sum / static_cast<double>(sum_.size() - 1) - temporal_variance() / static_cast<double>(count_);
+    return sum / static_cast<double>(sum_.size() - 1) - temporal / static_cast<double>(count_);
 }
 
-double slope(std::span<const double> x, std::span<const double> y) {
+Line fit_line(std::span<const double> x, std::span<const double> y) {
     assert(x.size() == y.size() && x.size() > 1);
     double mx = 0, my = 0;
     for (std::size_t i = 0; i < x.size(); ++i)
@@ -158,7 +189,7 @@ double slope(std::span<const double> x, std::span<const double> y) {
     double xy = 0, xx = 0;
     for (std::size_t i = 0; i < x.size(); ++i)
         xy += (x[i] - mx) * (y[i] - my), xx += (x[i] - mx) * (x[i] - mx);
-    return xy / xx;
+    return {xy / xx, my - xy / xx * mx};
 }
 
 } // namespace obscura::sensors::emva1288

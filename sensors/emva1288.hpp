@@ -23,26 +23,52 @@ struct Level {
     PairStatistics bright, dark;
 };
 
+/// Least variance from which temporal noise can be told from quantisation noise, DN^2 (release 3.1,
+/// section 6.6).
+constexpr double least_variance_dn2 = 0.24;
+/// Standard deviation that takes the place of a smaller measured one, DN: an upper limit (ibid.).
+constexpr double limit_of_noise_dn = 0.49;
+
+/// Temporal dark noise in DN and, without quantisation noise, in e- (eq. 42).
+struct DarkNoise {
+    double dn = 0;
+    double electrons = 0;
+    /// Both are upper limits, 0.49 DN and 0.40 DN / K: the variance is below least_variance_dn2.
+    bool upper_limit = false;
+};
+/// Dark noise from the temporal variance of dark images, in DN^2. With a gain of 1 `electrons` is in DN.
+[[nodiscard]] DarkNoise dark_noise(double variance_dn2, double gain_dn_per_e);
+
 /// Parameters estimated from the photon transfer of a series.
 struct LinearModel {
     double gain_dn_per_e = 0;              ///< K, section 6.5: slope of variance against mean
     double responsivity_dn_per_photon = 0; ///< R, section 6.4
     double quantum_efficiency = 0;         ///< eta = R / K
-    /// Dark noise sigma_d, eq. 42, without quantisation noise; 0 if there is no other.
-    double dark_noise_e = 0;
+    DarkNoise dark_noise;
     double saturation_photons = 0, saturation_e = 0; ///< section 6.6
-    double linearity_error_percent = 0;              ///< section 6.7, over 5 to 95 % of saturation
+    double saturation_signal_dn = 0;                 ///< mean at saturation, less the dark mean
+    double linearity_error_percent = 0;              ///< LE, section 6.7, over 5 to 95 % of saturation
     double fit_range = 0.7;       ///< fraction of the saturation over which K and R were fitted
     double threshold_photons = 0; ///< absolute sensitivity threshold, eq. 27
     double dynamic_range_db = 0, snr_max_db = 0;
 };
 
-/// Evaluates a series of at least 4 levels with rising photons; throws std::invalid_argument otherwise.
-///
-/// Saturation is the exposure at which the extrapolated response meets the plateau of the levels beyond it;
-/// in a series without such levels it is, as in the standard, the level of the largest variance. If the
-/// linearity error exceeds 1 %, K and R are fitted over 20 % of the saturation instead of 70 %.
-[[nodiscard]] LinearModel evaluate(std::span<const Level> levels);
+enum class Method {
+    /// As the standard prescribes: saturation is the level of the largest temporal variance, and K and R are
+    /// fitted over 70 % of it.
+    standard,
+    /// For dense series that run well into saturation: saturation is the exposure at which the extrapolated
+    /// response meets the plateau, where PRNU does not blur it; without a plateau as in the standard. If the
+    /// linearity error exceeds 1 %, K and R are fitted over 20 % of the saturation instead of 70 %.
+    full_well,
+};
+
+/// Evaluates a series of at least 4 levels with rising photons (`standard`: or equal ones).
+/// `dark_variance_dn2` is the temporal variance of dark images; if negative, that of the first level is
+/// taken. Throws std::invalid_argument for fewer levels, or if quantisation hides the temporal noise of all
+/// levels, so that K cannot be determined.
+[[nodiscard]] LinearModel evaluate(std::span<const Level> levels, Method method,
+                                   double dark_variance_dn2 = -1);
 
 /// Mean, temporal variance and spatial variance of a stack of images (section 8.1).
 class ImageStack {
@@ -53,9 +79,11 @@ public:
     [[nodiscard]] double mean() const;
     /// Temporal variance, averaged over the pixels.
     [[nodiscard]] double temporal_variance() const;
-    /// Variance over the pixels of their means, corrected for residual temporal noise. Needs at least 2
-    /// images.
-    [[nodiscard]] double spatial_variance() const;
+    /// Variance over the pixels of their means, corrected for residual temporal noise: `temporal` is the
+    /// temporal variance of one image. Negative where noise exceeds the pattern.
+    [[nodiscard]] double spatial_variance(double temporal) const;
+    /// The same with the temporal variance of the stack itself. Needs at least 2 images.
+    [[nodiscard]] double spatial_variance() const { return spatial_variance(temporal_variance()); }
     /// Mean of pixel i.
     [[nodiscard]] double pixel(std::size_t i) const { return sum_[i] / static_cast<double>(count_); }
     [[nodiscard]] std::size_t pixels() const { return sum_.size(); }
@@ -65,7 +93,10 @@ private:
     std::size_t count_ = 0;
 };
 
-/// Slope of a least-squares line through (x, y).
-[[nodiscard]] double slope(std::span<const double> x, std::span<const double> y);
+/// Least-squares line through (x, y), of which two x differ.
+struct Line {
+    double slope = 0, offset = 0;
+};
+[[nodiscard]] Line fit_line(std::span<const double> x, std::span<const double> y);
 
 } // namespace obscura::sensors::emva1288

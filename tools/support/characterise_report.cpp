@@ -6,11 +6,42 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string_view>
 
 namespace obscura::tools {
 namespace {
 
 constexpr double width = 560, height = 340, left = 80, right = 20, top = 40, bottom = 55;
+
+/// Quantities in the order of the data sheet of EMVA 1288, with the symbols of the standard.
+struct Quantity {
+    std::string_view name, symbol;
+};
+constexpr Quantity quantities[] = {
+    {.name = "quantum_efficiency", .symbol = "eta"},
+    {.name = "responsivity", .symbol = "R"},
+    {.name = "gain", .symbol = "K"},
+    {.name = "dark_noise_dn", .symbol = "sigma_y.dark"},
+    {.name = "dark_noise", .symbol = "sigma_d"},
+    {.name = "snr_max", .symbol = "SNR_max"},
+    {.name = "threshold", .symbol = "mu_p.min"},
+    {.name = "saturation_photons", .symbol = "mu_p.sat"},
+    {.name = "saturation", .symbol = "mu_e.sat"},
+    {.name = "dynamic_range", .symbol = "DR"},
+    {.name = "dsnu", .symbol = "DSNU1288"},
+    {.name = "prnu", .symbol = "PRNU1288"},
+    {.name = "linearity_error", .symbol = "LE"},
+    {.name = "dark_current", .symbol = "mu_I.mean"},
+};
+const Quantity* quantity(std::string_view name) {
+    return std::find_if(std::begin(quantities), std::end(quantities),
+                        [&](const Quantity& q) { return q.name == name; });
+}
+std::string_view symbol(const Parameter& p) {
+    const Quantity* found = quantity(p.name);
+    return found == std::end(quantities) ? std::string_view{} : found->symbol;
+}
 
 std::string escaped(const std::string& text) {
     std::string out;
@@ -81,27 +112,37 @@ std::string svg(const Plot& plot) {
 } // namespace
 
 bool Parameter::good() const {
+    if (truth && upper_limit) return *truth <= (1 + tolerance) * measured;
     return !truth || std::fabs(measured - *truth) <= tolerance * std::fabs(*truth);
 }
 
+void Characterisation::sort() {
+    std::stable_sort(parameters.begin(), parameters.end(), [](const Parameter& a, const Parameter& b) {
+        return quantity(a.name) < quantity(b.name);
+    });
+}
+
 std::string to_json(const Characterisation& result) {
-    nlohmann::json parameters = nlohmann::json::object();
+    using Json = nlohmann::ordered_json;
+    Json parameters = Json::object();
     for (const Parameter& p : result.parameters) {
         auto& entry = parameters[p.name];
+        entry["symbol"] = symbol(p);
         entry["measured"] = p.measured;
+        if (p.upper_limit) entry["upper_limit"] = true;
         if (p.truth) entry["true"] = *p.truth;
         entry["unit"] = p.unit;
         entry["tolerance"] = p.tolerance;
     }
-    return nlohmann::json{{"subject", result.subject}, {"notes", result.notes}, {"parameters", parameters}}
-               .dump(2) +
+    return Json{{"subject", result.subject}, {"parameters", parameters}, {"notes", result.notes}}.dump(2) +
            "\n";
 }
 
 std::string to_text(const Characterisation& result) {
     std::string out = result.subject + "\n";
     for (const Parameter& p : result.parameters)
-        out += fmt::format("  {:<26} {:>14.6g} {:<10} {}\n", p.name, p.measured, p.unit,
+        out += fmt::format("  {:<13}{:<20} {:>1}{:>13.6g} {:<10} {}\n", symbol(p), p.name,
+                           p.upper_limit ? "<" : "", p.measured, p.unit,
                            p.truth ? fmt::format("true {:.6g} ({:+.2f} %){}", *p.truth,
                                                  100 * (p.measured / *p.truth - 1),
                                                  p.good() ? "" : "  OUTSIDE ITS TOLERANCE")
@@ -118,14 +159,15 @@ std::string to_html(const Characterisation& result) {
                     "td,th{{padding:.2em 1em;text-align:right}}td:first-child{{text-align:left}}"
                     ".bad{{color:#c00}}</style></head><body>\n<h1>{0}</h1>\n"
                     "<p>Method: EMVA standard 1288, release 4, linear camera model.</p>\n"
-                    "<table><tr><th>parameter</th><th>measured</th><th>true</th><th>unit</th>"
+                    "<table><tr><th>parameter</th><th>symbol</th><th>measured</th><th>true</th><th>unit</th>"
                     "<th>deviation</th></tr>\n",
                     escaped(result.subject));
     for (const Parameter& p : result.parameters)
-        out += fmt::format("<tr{}><td>{}</td><td>{:.5g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                           p.good() ? "" : " class=\"bad\"", escaped(p.name), p.measured,
-                           p.truth ? fmt::format("{:.5g}", *p.truth) : "", escaped(p.unit),
-                           p.truth ? fmt::format("{:+.2f} %", 100 * (p.measured / *p.truth - 1)) : "");
+        out += fmt::format(
+            "<tr{}><td>{}</td><td>{}</td><td>{}{:.5g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            p.good() ? "" : " class=\"bad\"", escaped(p.name), symbol(p), p.upper_limit ? "&lt; " : "",
+            p.measured, p.truth ? fmt::format("{:.5g}", *p.truth) : "", escaped(p.unit),
+            p.truth ? fmt::format("{:+.2f} %", 100 * (p.measured / *p.truth - 1)) : "");
     out += "</table>\n";
     for (const std::string& note : result.notes)
         out += "<p>" + escaped(note) + "</p>\n";
@@ -152,6 +194,13 @@ void add_series_plots(const std::vector<sensors::emva1288::Level>& levels,
             linearity.line.push_back({l.photons, m.responsivity_dn_per_photon * l.photons});
     }
     result.plots.insert(result.plots.end(), {transfer, snr, linearity});
+}
+
+std::string quantisation_note() {
+    return fmt::format(
+        "The temporal dark noise is below {} DN^2, where quantisation hides it: its upper limit "
+        "is given, {} DN and 0.40 DN / K.",
+        sensors::emva1288::least_variance_dn2, sensors::emva1288::limit_of_noise_dn);
 }
 
 Plot histogram(std::string title, const std::vector<double>& values, const std::string& unit) {

@@ -17,7 +17,8 @@ struct Parameter {
     double measured = 0;
     std::optional<double> truth; ///< true value of a simulated sensor, if known
     std::string unit;
-    double tolerance = 0; ///< relative
+    double tolerance = 0;     ///< relative
+    bool upper_limit = false; ///< the true value is at most `measured`
 
     /// True if the truth is unknown or the measurement is within the tolerance of it.
     [[nodiscard]] bool good() const;
@@ -39,12 +40,16 @@ struct Characterisation {
     std::vector<Plot> plots;
 
     /// Adds a parameter without a known true value.
-    void add(std::string name, double measured, std::string unit) {
-        parameters.push_back({std::move(name), measured, {}, std::move(unit), 0});
+    Parameter& add(std::string name, double measured, std::string unit) {
+        parameters.push_back({std::move(name), measured, {}, std::move(unit), 0, false});
+        return parameters.back();
     }
+    /// Brings the parameters into the order of the data sheet of EMVA 1288.
+    void sort();
 };
 
-/// {"parameters": {NAME: {"measured": x, "true": x, "unit": u, "tolerance": relative}}}
+/// {"subject": text, "parameters": {NAME: {"symbol": text, "measured": x, "upper_limit": true, "true": x,
+/// "unit": u, "tolerance": relative}}, "notes": [text]}. "upper_limit" and "true" only where they apply.
 [[nodiscard]] std::string to_json(const Characterisation& result);
 [[nodiscard]] std::string to_html(const Characterisation& result);
 [[nodiscard]] std::string to_text(const Characterisation& result);
@@ -52,6 +57,8 @@ struct Characterisation {
 /// Adds the plots of photon transfer, signal-to-noise ratio and linearity.
 void add_series_plots(const std::vector<sensors::emva1288::Level>& levels,
                       const sensors::emva1288::LinearModel& model, Characterisation& result);
+/// Note on a dark noise that is an upper limit.
+[[nodiscard]] std::string quantisation_note();
 /// Histogram of `values`, which are in `unit`.
 [[nodiscard]] Plot histogram(std::string title, const std::vector<double>& values, const std::string& unit);
 

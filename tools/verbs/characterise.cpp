@@ -9,7 +9,7 @@
 #include "sensors/sensor_file.hpp"
 #include "tools/support/camera_series.hpp"
 #include "tools/support/characterise_report.hpp"
-#include "tools/support/emva_series.hpp"
+#include "tools/support/characterise_series.hpp"
 #include "tools/support/sensor_files.hpp"
 #include "tools/verbs/verb.hpp"
 
@@ -168,7 +168,12 @@ Characterisation characterise(const SensorDescription& description, double wavel
         fractions.push_back(f);
     for (const double f : fractions)
         levels.push_back({f * full_photons, bench.pair(f * full_photons), dark});
-    const emva::LinearModel m = emva::evaluate(levels);
+    emva::LinearModel m;
+    try {
+        m = emva::evaluate(levels, emva::Method::full_well);
+    } catch (const std::invalid_argument& error) {
+        throw ConfigError(fmt::format("{}: {}", description.name, error.what()));
+    }
     add_series_plots(levels, m, result);
     result.notes.push_back(
         fmt::format("K and R were fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
@@ -185,7 +190,7 @@ Characterisation characterise(const SensorDescription& description, double wavel
         result.notes.push_back(
             fmt::format("Dark noise and DSNU were measured at {:.0f} dB of gain.", gain_db));
     const double dark_gain = m.gain_dn_per_e * std::pow(10.0, gain_db / 20);
-    const double dark_noise_e = std::sqrt(std::max(0.0, noise.variance - 1.0 / 12)) / dark_gain;
+    const emva::DarkNoise dark_noise = emva::dark_noise(noise.variance, dark_gain);
     const double samples = d.double_sampling ? 2 : 1;
     const double reset_e = sensors::reset_noise_e(d);
     const double ratio = sensors::dark_current_ratio(d, d.temperature_c, d.dark_reference_c);
@@ -229,25 +234,26 @@ Characterisation characterise(const SensorDescription& description, double wavel
     }
 
     const auto add = [&](std::string name, double measured, std::optional<double> truth, std::string unit,
-                         double tolerance) {
+                         double tolerance) -> Parameter& {
         // A parameter that the model sets to zero cannot be compared relatively.
         if (truth && !(*truth > 0)) truth.reset();
-        result.parameters.push_back({std::move(name), measured, truth, std::move(unit), tolerance});
+        result.parameters.push_back({std::move(name), measured, truth, std::move(unit), tolerance, false});
+        return result.parameters.back();
     };
     add("gain", m.gain_dn_per_e, d.gain_dn_per_e, "DN/e-", 0.01);
     add("quantum_efficiency", m.quantum_efficiency, bench.true_quantum_efficiency(), "", 0.02);
     add("responsivity", m.responsivity_dn_per_photon, d.gain_dn_per_e * bench.true_quantum_efficiency(),
         "DN/photon", 0.01);
-    add("dark_noise", dark_noise_e, true_noise, "e-", 0.02);
+    add("dark_noise", dark_noise.electrons, true_noise, "e-", 0.02).upper_limit = dark_noise.upper_limit;
     add("saturation", m.saturation_e, bench.saturation_e(), "e-", 0.01);
     add("snr_max", m.snr_max_db, 10 * std::log10(bench.saturation_e()), "dB", 0.01);
     add("dynamic_range", m.dynamic_range_db, {}, "dB", 0);
-    add("threshold", m.threshold_photons, {}, "photons", 0);
+    add("threshold", m.threshold_photons, {}, "photons", 0).upper_limit = m.dark_noise.upper_limit;
     add("linearity_error", m.linearity_error_percent, {}, "%", 0);
     add("dsnu", dsnu_e, deviation(true_dark), "e-", 0.03);
     add("prnu", 100 * prnu, 100 * deviation(true_bright) / average(true_bright), "%", 0.03);
-    add("dark_current", emva::slope(times, means) / m.gain_dn_per_e, emva::slope(times, electrons), "e-/s",
-        0.03);
+    add("dark_current", emva::fit_line(times, means).slope / m.gain_dn_per_e,
+        emva::fit_line(times, electrons).slope, "e-/s", 0.03);
 
     std::vector<double> dark_values(pixels), bright_values(pixels);
     const double dark_level = dark_stack.mean(), response = bright_stack.mean() - dark_stack_0.mean();
@@ -257,31 +263,6 @@ Characterisation characterise(const SensorDescription& description, double wavel
     }
     result.plots.push_back(histogram("Dark image, deviation from its mean", dark_values, "e-"));
     result.plots.push_back(histogram("Response, deviation from its mean", bright_values, "%"));
-    return result;
-}
-
-Characterisation characterise_series(const std::filesystem::path& folder) {
-    const EmvaSeries series = read_emva_series(folder);
-    Characterisation result;
-    result.subject = fmt::format("series {}, {} levels", folder.filename().string(), series.levels.size());
-    emva::LinearModel m;
-    try {
-        m = emva::evaluate(series.levels);
-    } catch (const std::invalid_argument& error) {
-        throw InputError(fmt::format("{}: {}", folder.string(), error.what()));
-    }
-    result.notes.push_back(
-        fmt::format("K and R were fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
-    add_series_plots(series.levels, m, result);
-    result.add("gain", m.gain_dn_per_e, "DN/e-");
-    result.add("quantum_efficiency", m.quantum_efficiency, "");
-    result.add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
-    result.add("dark_noise", m.dark_noise_e, "e-");
-    result.add("saturation", m.saturation_e, "e-");
-    result.add("snr_max", m.snr_max_db, "dB");
-    result.add("dynamic_range", m.dynamic_range_db, "dB");
-    result.add("threshold", m.threshold_photons, "photons");
-    result.add("linearity_error", m.linearity_error_percent, "%");
     return result;
 }
 
@@ -304,10 +285,11 @@ Characterisation characterise_dark_camera(const CameraSeries& series, const Came
         times.push_back(level.exposure_s);
         means.push_back(level.pair.mean);
     }
-    result.add("dark_noise", std::sqrt(std::max(0.0, series.levels.front().pair.variance - 1.0 / 12)) / k,
-               unit);
+    const emva::DarkNoise noise = emva::dark_noise(series.levels.front().pair.variance, k);
+    result.add("dark_noise", noise.electrons, unit).upper_limit = noise.upper_limit;
+    if (noise.upper_limit) result.notes.push_back(quantisation_note());
     result.add("dsnu", std::sqrt(std::max(0.0, series.low.spatial_variance())) / k, unit);
-    result.add("dark_current", emva::slope(times, means) / k, fmt::format("{}/s", unit));
+    result.add("dark_current", emva::fit_line(times, means).slope / k, fmt::format("{}/s", unit));
     std::vector<double> values(series.low.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
         values[i] = (series.low.pixel(i) - series.low.mean()) / k;
@@ -328,16 +310,16 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     for (std::size_t i = 1; i < series.levels.size(); ++i)
         levels.push_back({rate * (series.levels[i].exposure_s - reference.exposure_s), series.levels[i].pair,
                           reference.pair});
-    emva::LinearModel m;
-    try {
-        m = emva::evaluate(levels);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(fmt::format("obscura characterise: {}", error.what()));
-    }
-    if (!(levels.back().bright.mean > levels.back().dark.mean + 10) || !(m.gain_dn_per_e > 0))
+    if (!(levels.back().bright.mean > levels.back().dark.mean + 10))
         throw HardwareError(fmt::format("{}: the image does not grow brighter with ExposureTime; a uniform, "
                                         "constant light is wanted, or --dark",
                                         options.series.receiver.address));
+    emva::LinearModel m;
+    try {
+        m = emva::evaluate(levels, emva::Method::full_well);
+    } catch (const std::invalid_argument& error) {
+        throw HardwareError(fmt::format("{}: {}", options.series.receiver.address, error.what()));
+    }
     add_series_plots(levels, m, result);
     result.notes.push_back(fmt::format("K was fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
     result.notes.push_back(
@@ -347,7 +329,7 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     if (options.photons_per_s > 0) {
         result.add("quantum_efficiency", m.quantum_efficiency, "");
         result.add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
-        result.add("threshold", m.threshold_photons, "photons");
+        result.add("threshold", m.threshold_photons, "photons").upper_limit = m.dark_noise.upper_limit;
     }
     result.add("saturation", m.saturation_e, "e-");
     result.add("snr_max", m.snr_max_db, "dB");
@@ -373,13 +355,15 @@ public:
             "Measures gain, noise, saturation capacity, linearity, DSNU, PRNU and dark current from "
             "digital numbers alone. The images come from one of three sources: --preset simulates bright "
             "and dark series of a sensor and compares each result with the value in the sensor file; "
-            "--series reads a folder in the layout of the EMVA 1288 reference sets; --camera takes a "
+            "--series reads the descriptor and the images of an EMVA 1288 reference set; --camera takes a "
             "series from a running GigE Vision camera in front of a uniform, constant light, with "
             "exposure times that rise until the image saturates. The exit status is 1 when a result "
             "deviates from the value in the sensor file by more than its tolerance.";
         line.option("--preset", &preset_, "NAME",
                     "Sensor to simulate: a name that `obscura sensor list` prints, or a .toml file");
-        line.option("--series", &series_, "DIR", "Folder with EMVA1288_Data.txt and the images it names");
+        line.option("--series", &series_, "DIR",
+                    "EMVA 1288 descriptor file, or the folder of one named EMVA1288_Data.txt, with the "
+                    "images that it names");
         line.option("--camera", &camera_.series.receiver.address, "HOST",
                     "GigE Vision camera in front of a uniform, constant light: IPv4 address or host name");
         line.flag("--dark", camera_.dark,
@@ -442,6 +426,7 @@ public:
         } else {
             result = characterise_series(series_);
         }
+        result.sort();
         if (!output_.empty()) {
             std::ofstream file(output_);
             file << to_html(result);

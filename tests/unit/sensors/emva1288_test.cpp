@@ -37,16 +37,62 @@ TEST_CASE("an ideal camera's photon transfer gives back what it was made of") {
                     over ? 1.0 / 12 : l.dark.variance + gain * gain * electrons};
         levels.push_back(l);
     }
-    const LinearModel m = evaluate(levels);
+    const LinearModel m = evaluate(levels, Method::full_well);
     CHECK_THAT(m.gain_dn_per_e, WithinRel(gain, 1e-9));
     CHECK_THAT(m.quantum_efficiency, WithinRel(eta, 1e-9));
-    CHECK_THAT(m.dark_noise_e, WithinRel(dark_e, 1e-9));
+    CHECK_THAT(m.dark_noise.electrons, WithinRel(dark_e, 1e-9));
     CHECK_THAT(m.saturation_e, WithinRel(full, 1e-6));
     CHECK_THAT(m.snr_max_db, WithinRel(20 * std::log10(std::sqrt(full)), 1e-6));
     CHECK(m.linearity_error_percent < 1e-6);
     CHECK(m.fit_range == 0.7);
+    // The standard takes the level of the largest variance, the last one below the full well.
+    const LinearModel standard = evaluate(levels, Method::standard);
+    CHECK(standard.saturation_photons == 36'000);
+    CHECK_THAT(standard.saturation_e, WithinRel(eta * 36'000, 1e-9));
+    CHECK_THAT(standard.saturation_signal_dn, WithinRel(gain * eta * 36'000, 1e-9));
+    CHECK_THAT(standard.gain_dn_per_e, WithinRel(gain, 1e-9));
+    CHECK_THAT(evaluate(levels, Method::standard, 25 + 1.0 / 12).dark_noise.electrons,
+               WithinRel(5 / gain, 1e-9));
     levels.resize(3);
-    CHECK_THROWS_AS(evaluate(levels), std::invalid_argument);
+    CHECK_THROWS_AS(evaluate(levels, Method::standard), std::invalid_argument);
+}
+
+TEST_CASE("saturation is the absolute maximum of the photon transfer curve") {
+    // The variance falls between two maxima, as it does where a camera switches its gain.
+    const double variances[] = {10, 20, 30, 40, 25, 45, 60, 30, 1};
+    std::vector<Level> levels;
+    for (const double v : variances)
+        levels.push_back({100.0 * static_cast<double>(levels.size() + 1),
+                          {100.0 * static_cast<double>(levels.size() + 1), v + 1},
+                          {0, 1}});
+    CHECK(evaluate(levels, Method::standard).saturation_photons == 700);
+    // Levels of equal irradiation, from different exposure times, are as good as others.
+    levels.insert(levels.begin() + 2, levels[2]);
+    CHECK(evaluate(levels, Method::standard).saturation_photons == 700);
+    CHECK_THROWS_AS(evaluate(levels, Method::full_well), std::invalid_argument);
+}
+
+TEST_CASE("dark noise below 0.24 DN^2 is given as an upper limit") {
+    CHECK(!dark_noise(0.25, 0.1).upper_limit);
+    CHECK_THAT(dark_noise(0.25, 0.1).electrons, WithinRel(std::sqrt(0.25 - 1.0 / 12) / 0.1, 1e-12));
+    const DarkNoise limited = dark_noise(0.23, 0.1);
+    CHECK(limited.upper_limit);
+    CHECK(limited.dn == 0.49);
+    CHECK_THAT(limited.electrons, WithinRel(0.40 / 0.1, 0.011));
+
+    // The threshold takes the limit of the noise; K stays what the bright levels say.
+    std::vector<Level> levels;
+    for (int i = 1; i <= 20; ++i)
+        levels.push_back({200.0 * i, {10 + 10.0 * i, 0.1 + 0.5 * i}, {10, 0.1}});
+    const LinearModel m = evaluate(levels, Method::standard);
+    CHECK_THAT(m.gain_dn_per_e, WithinRel(0.05, 1e-9));
+    CHECK(m.dark_noise.upper_limit);
+    CHECK_THAT(m.threshold_photons, WithinRel((0.49 / 0.05 + 0.5) / m.quantum_efficiency, 1e-9));
+
+    // Without any level above the limit there is no K.
+    for (Level& l : levels)
+        l.bright.variance = 0.1 + 0.001 * l.photons / 200;
+    CHECK_THROWS_AS(evaluate(levels, Method::standard), std::invalid_argument);
 }
 
 TEST_CASE("a stack separates pattern from noise") {
@@ -69,5 +115,6 @@ TEST_CASE("a stack separates pattern from noise") {
 
 TEST_CASE("slope of a line") {
     const std::vector<double> x{0, 1, 2, 5}, y{3, 5, 7, 13};
-    CHECK_THAT(slope(x, y), WithinRel(2.0, 1e-12));
+    CHECK_THAT(fit_line(x, y).slope, WithinRel(2.0, 1e-12));
+    CHECK_THAT(fit_line(x, y).offset, WithinRel(3.0, 1e-12));
 }
