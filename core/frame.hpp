@@ -106,6 +106,7 @@ struct GroundTruth {
     std::uint32_t body_count = 0;
     std::array<BodyTruth, max_truth_bodies> bodies{};
     std::uint64_t seed = 0;
+    std::uint32_t run = 0; ///< run word: keys the temporal noise of the acquisition, with the seed
 };
 
 /// The camera's lines, as bits of a status word: the inputs from Line0 on, then the output.

@@ -10,11 +10,27 @@
 #include "sync/sources/udp.hpp"
 
 #include <fmt/format.h>
+#include <sys/random.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <system_error>
 #include <utility>
 
 namespace obscura::emulator {
+
+namespace {
+
+/// Run word of the first acquisition: the configured one, or a random one.
+std::uint32_t run_word(const emulator::DaemonConfig& config) {
+    if (config.daemon.run >= 0) return static_cast<std::uint32_t>(config.daemon.run);
+    std::uint32_t word = 0;
+    if (::getrandom(&word, sizeof word, 0) != sizeof word)
+        throw HardwareError(fmt::format("getrandom: {}", std::generic_category().message(errno)));
+    return word;
+}
+
+} // namespace
 
 sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
     return sync::nominal_rate(config.trigger.lines[initial_trigger_line(config)]);
@@ -53,8 +69,12 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
     maker = std::make_unique<FrameMaker>(*renderer, *detector, config.sensor, clock,
-                                         FrameMakerSettings{config.render.band_rows, camera.limits.rows_max,
-                                                            config.daemon.seed, threads.detector});
+                                         FrameMakerSettings{.band_rows = config.render.band_rows,
+                                                            .max_rows = camera.limits.rows_max,
+                                                            .seed = config.daemon.seed,
+                                                            .thread = threads.detector,
+                                                            .run = run_word(config),
+                                                            .same_run = config.daemon.run >= 0});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);

@@ -27,7 +27,7 @@ namespace obscura::emulator {
 ///     const FrameRef frame = imaging.pool->acquire();
 ///     const std::string refusal = imaging.maker->make(imaging.nominal_order(1), *frame);
 ///
-/// gives byte for byte the first frame that obscurad sends with the same configuration.
+/// gives byte for byte the first frame that obscurad sends with the same configuration and run word.
 struct Imaging {
     /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `pixel_truth`: with
     /// the truth about each pixel. Throws Error.

@@ -153,7 +153,7 @@ std::string CameraUnit::summary() const {
 }
 
 std::string CameraUnit::statistics_json(ClockState clock, std::string_view source) const {
-    return statistics_to_json(*camera_, *releaser_, transports_, clock, source);
+    return statistics_to_json(*camera_, *releaser_, transports_, clock, source, imaging_->maker->run());
 }
 
 } // namespace obscura::emulator

@@ -62,6 +62,8 @@ public:
     void write_timing_to(std::ostream& out);
 
     [[nodiscard]] std::string summary() const;
+    /// Run word of the current or latest acquisition, see FrameMaker::run().
+    [[nodiscard]] std::uint32_t run() const noexcept { return imaging_->maker->run(); }
     [[nodiscard]] std::string statistics_json(ClockState clock, std::string_view source) const;
     /// Heartbeats of all threads except the pipeline's (render, detector), for which see Camera::alive().
     [[nodiscard]] Heartbeats heartbeats() const;

@@ -32,6 +32,9 @@ Daemon::Daemon(emulator::DaemonConfig config) : config_(std::move(config)) {
     if (config_.ptp.enabled) ptp_ = std::make_unique<sync::PtpMonitor>(sync::monitor_settings(config_.ptp));
     for (const emulator::DaemonConfig* camera : cameras)
         units_.push_back(std::make_unique<CameraUnit>(*camera, threads_, log_, ptp_.get()));
+    for (std::size_t i = 0; i < units_.size(); ++i)
+        log_info("camera {}: run word {}{}", i, units_[i]->run(),
+                 config_.daemon.run < 0 ? ", the next one at each further acquisition" : "");
     for (std::size_t number = 0; number < line_count; ++number)
         wire(number, cameras);
 }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace obscura::emulator {
 
@@ -41,6 +42,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
       offset_dn_(sensor.detector.offset_dn),
       settings_(settings),
       band_count_(renderer.band_count()),
+      run_(settings.run),
       histogram_(sensor.detector.adc_bits) {
     // Plan once in full size, so that later plans need no allocation.
     const sensors::WindowRequest whole{{0, 0, readout_.width, readout_.height}, 10 * ns_per_ms};
@@ -82,7 +84,9 @@ FrameMaker::~FrameMaker() {
 std::string FrameMaker::plan_frame(const FrameOrder& order) {
     // Clear the sensor's state, so that every acquisition gives the same frames.
     if (order.frame_id == 1) {
-        detector_.forget();
+        if (std::exchange(has_run_, true) && !settings_.same_run)
+            run_.store(run() + 1, std::memory_order_relaxed);
+        detector_.begin_run(run());
         sequencer_.restart();
     }
     const CameraSettings& s = order.settings;
@@ -159,6 +163,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     current().fill_truth(mid, info.truth);
     info.truth.mid_exposure = mid + scene_to_clock_ns_;
     info.truth.seed = settings_.seed;
+    info.truth.run = run();
     info.pose = clock_.now();
     return {};
 }

@@ -20,10 +20,10 @@
 
 namespace obscura::emulator {
 
-/// Parameters of one frame. The pixels depend on frame_id, scene_time, `settings` and the configuration with
-/// its seed, and on those of the frames since the acquisition start: a sensor keeps charge of the frame
-/// before (image lag), its rows may have been reset under older settings, and a trigger during a readout
-/// waits for the row grid. The other time stamps are only recorded.
+/// Parameters of one frame. The pixels depend on frame_id, scene_time, `settings`, the configuration with its
+/// seed and the acquisition's run word, and on those of the frames since the acquisition start: a sensor
+/// keeps charge of the frame before (image lag), its rows may have been reset under older settings, and a
+/// trigger during a readout waits for the row grid. The other time stamps are only recorded.
 struct FrameOrder {
     std::uint64_t frame_id = 1;
     std::uint64_t trigger_id = 1;
@@ -49,6 +49,8 @@ struct FrameMakerSettings {
     std::int32_t max_rows = 0;   ///< rows of a composed image; 0: those of the sensor
     std::uint64_t seed = 1;      ///< recorded in the frame's ground truth
     ThreadSettings thread{};     ///< detector thread
+    std::uint32_t run = 0;       ///< run word of the first acquisition
+    bool same_run = true;        ///< every acquisition has this run word; false: each the next one
 };
 
 /// Row block pipeline: the calling thread renders block k+1 (over the renderer's own workers) while a thread
@@ -76,6 +78,8 @@ public:
     /// prepare() and fill() in one call, for frames made offline.
     [[nodiscard]] std::string make(const FrameOrder& order, Frame& frame);
 
+    /// Run word of the current or latest acquisition; that of the first before it. Thread-safe.
+    [[nodiscard]] std::uint32_t run() const noexcept { return run_.load(std::memory_order_relaxed); }
     /// Exposures, image and timing that the chip obtains with `settings`. Thread-safe; allocates.
     [[nodiscard]] ReadoutAnswer answer(const CameraSettings& settings) const;
 
@@ -149,6 +153,8 @@ private:
     std::vector<RowTime> block_times_;
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
+    std::atomic<std::uint32_t> run_;
+    bool has_run_ = false; ///< an acquisition has begun
     std::array<std::vector<float>, buffer_count> buffers_;
 
     // Current frame, for the detector thread: written before the first block of a frame is posted.

@@ -52,11 +52,13 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
 }
 
 std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                               const TransportList& transports, ClockState clock, std::string_view source) {
+                               const TransportList& transports, ClockState clock, std::string_view source,
+                               std::uint32_t run) {
     const CameraCounters c = camera.counters();
     Json json;
     json["clock"] = {{"state", name_of(clock)}, {"source", source}};
-    json["camera"] = {{"triggers", c.triggers},
+    json["camera"] = {{"run", run},
+                      {"triggers", c.triggers},
                       {"frames", c.frames},
                       {"complete", c.complete},
                       {"late", c.late},

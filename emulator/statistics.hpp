@@ -17,11 +17,11 @@ using TransportList = std::vector<std::unique_ptr<transports::Transport>>;
 
 [[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
 
-/// {"clock": {"state", "source"}, "camera": {counters...}, "latency_us": {"trigger_to_first_row": {"count",
-/// "p50", "p99", "max"}, ...},
+/// {"clock": {"state", "source"}, "camera": {"run", counters...}, "latency_us": {"trigger_to_first_row":
+/// {"count", "p50", "p99", "max"}, ...},
 ///  "transports": {"gige": {...}, ...}}
 [[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                                              const TransportList& transports, ClockState clock,
-                                             std::string_view source);
+                                             std::string_view source, std::uint32_t run);
 
 } // namespace obscura::emulator

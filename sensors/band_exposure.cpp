@@ -68,12 +68,13 @@ BandExposure::BandExposure(DetectorState& detector, const ReadoutPlan& plan, con
     scratch_.hits.clear();
     hits_listed_ = true;
     // Include two rows on either side: blooming brings charge in from neighbouring rows.
-    d_.particles.each(frame_, frame_begin_, frame_end_, low - 2, high - low + 5, [&](const ParticleHit& hit) {
-        if (scratch_.hits.size() < Scratch::hits_kept)
-            scratch_.hits.push_back(hit);
-        else
-            hits_listed_ = false; // too many: each row searches its own hits
-    });
+    d_.particles.each(d_.noise_key, frame_, frame_begin_, frame_end_, low - 2, high - low + 5,
+                      [&](const ParticleHit& hit) {
+                          if (scratch_.hits.size() < Scratch::hits_kept)
+                              scratch_.hits.push_back(hit);
+                          else
+                              hits_listed_ = false; // too many: each row searches its own hits
+                      });
 }
 
 void BandExposure::enter_window(std::int32_t row) noexcept {
@@ -167,7 +168,7 @@ void BandExposure::add_dark_rts(std::int32_t array_row, double seconds, float* o
     for (const DarkRtsPixel& p : d_.pattern.dark_rts.row(array_row)) {
         const std::int32_t x = p.x - wide_x_;
         if (x < 0 || x >= static_cast<std::int32_t>(wide_)) continue;
-        if (rts_is_high(d_.seed, p.pixel, static_cast<double>(p.time_constant_s), now_s))
+        if (rts_is_high(d_.noise_key, p.pixel, static_cast<double>(p.time_constant_s), now_s))
             out[x] += static_cast<float>(static_cast<double>(p.current_e_per_s) * d_.dark_ratio * seconds);
     }
 }
@@ -182,7 +183,7 @@ void BandExposure::add_hits(std::int32_t array_row, Time begin, Time end, float*
         for (const ParticleHit& hit : scratch_.hits)
             add(hit);
     else
-        d_.particles.each(frame_, frame_begin_, frame_end_, array_row - 1, 3, add);
+        d_.particles.each(d_.noise_key, frame_, frame_begin_, frame_end_, array_row - 1, 3, add);
 }
 
 /// Expected electrons of a row between two instants, without blooming and smear.
@@ -276,7 +277,7 @@ void BandExposure::add_sample_effects(std::int32_t array_row, Time sample, doubl
     row.array_row = array_row;
     row.first_column = plan_.windows[window_].sensor.x;
     row.columns = n_;
-    row.seed = d_.seed;
+    row.seed = d_.noise_key;
     row.time_s =
         static_cast<double>(frame_) * to_seconds(plan_.frame_period_ns) + to_seconds(sample - plan_.trigger);
     row.weight = static_cast<float>(weight);
@@ -300,8 +301,9 @@ void BandExposure::draw(const float* mean, std::int32_t array_row, std::uint32_t
                         float* counts) noexcept {
     const auto pixel = static_cast<std::uint32_t>(array_row) * static_cast<std::uint32_t>(d_.sensor_width) +
                        static_cast<std::uint32_t>(plan_.windows[window_].sensor.x);
-    kernels::poisson_row(mean, n_, stream_of(Effect::shot_and_read, d_.seed, frame_, pixel, read, layer_),
-                         counts, scratch_.z0(), scratch_.z1(), scratch_.sampler());
+    kernels::poisson_row(mean, n_,
+                         stream_of(Effect::shot_and_read, d_.noise_key, frame_, pixel, read, layer_), counts,
+                         scratch_.z0(), scratch_.z1(), scratch_.sampler());
 }
 
 /// Draws shot noise and the noise of amplifier and reset together. Valid only away from full well, where no
@@ -312,7 +314,7 @@ void BandExposure::draw_merged(const float* mean, std::int32_t array_row, kernel
     const auto pixel = static_cast<std::uint32_t>(array_row) * static_cast<std::uint32_t>(d_.sensor_width) +
                        static_cast<std::uint32_t>(plan_.windows[window_].sensor.x);
     kernels::merged_row(mean, variance, n_,
-                        stream_of(Effect::shot_and_gauss, d_.seed, frame_, pixel, 0, layer_), charge,
+                        stream_of(Effect::shot_and_gauss, d_.noise_key, frame_, pixel, 0, layer_), charge,
                         scratch_.z0());
     const float full = chain.full_well_e;
     const float limit = full - 9 * std::sqrt(full + variance);
@@ -337,10 +339,10 @@ float BandExposure::row_noise(std::int32_t array_row, std::uint32_t read) noexce
     const auto rms = static_cast<float>(d_.settings.row_noise_e);
     const auto draw_rows = [&](std::int32_t first, std::size_t rows, float* out) {
         std::array<float, noise_rows + kernels::padding> other;
-        kernels::normal_row(
-            rows,
-            stream_of(Effect::row_noise, d_.seed, frame_, static_cast<std::uint32_t>(first), read, layer_),
-            out, other.data());
+        kernels::normal_row(rows,
+                            stream_of(Effect::row_noise, d_.noise_key, frame_,
+                                      static_cast<std::uint32_t>(first), read, layer_),
+                            out, other.data());
     };
     if (read != 0) {
         std::array<float, 1 + kernels::padding> one;

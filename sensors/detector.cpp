@@ -28,15 +28,16 @@ const SensorDescription& checked(const SensorDescription& d, double aperture_m) 
 } // namespace
 
 DetectorState::DetectorState(const SensorDescription& d, std::span<const SpectralBand> bands,
-                             double aperture_m, std::uint64_t noise_seed)
+                             double aperture_m, std::uint64_t the_seed)
     : settings(checked(d, aperture_m).detector),
       sensor_width(d.readout.width),
       sensor_height(d.readout.height),
       global_shutter(d.readout.shutter == Shutter::global),
-      seed(noise_seed ^ temporal_key),
+      seed(the_seed),
+      noise_key(run_key(the_seed, 0)),
       pattern(d),
       sample_effects(make_sample_effects(d)),
-      particles(d, seed),
+      particles(d),
       adc(d),
       scratch(static_cast<std::size_t>(d.readout.width)),
       reset_sample_ns(d.readout.reset_instant_ns - d.readout.sample_instant_ns),
@@ -98,6 +99,11 @@ void Detector::forget() noexcept {
     std::fill(impl_->state.memory.begin(), impl_->state.memory.end(), 0.0F);
 }
 
+void Detector::begin_run(std::uint32_t run) noexcept {
+    impl_->state.noise_key = run_key(impl_->state.seed, run);
+    forget();
+}
+
 namespace {
 
 template<class Visit>
@@ -108,7 +114,7 @@ void each_hit(const DetectorState& state, const ReadoutPlan& plan, std::uint64_t
         begin = std::min(begin, t.reset);
         end = std::max(end, t.read);
     }
-    state.particles.each(frame_id, begin, end, 0, state.sensor_height, visit);
+    state.particles.each(state.noise_key, frame_id, begin, end, 0, state.sensor_height, visit);
 }
 
 } // namespace

@@ -17,12 +17,13 @@ namespace obscura::sensors {
 
 struct DetectorState {
     DetectorState(const SensorDescription& description, std::span<const SpectralBand> bands,
-                  double aperture_m, std::uint64_t noise_seed);
+                  double aperture_m, std::uint64_t the_seed);
 
     DetectorSettings settings;
     std::int32_t sensor_width, sensor_height;
     bool global_shutter;
     std::uint64_t seed;
+    std::uint64_t noise_key; ///< of the temporal noise: run_key()
     FixedPattern pattern;
     SampleEffects sample_effects;
     ParticleFlux particles;

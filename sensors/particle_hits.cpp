@@ -23,15 +23,15 @@ std::array<double, 3> diffusion(double offset) {
 
 } // namespace
 
-ParticleFlux::ParticleFlux(const SensorDescription& d, std::uint64_t key) noexcept
-    : key_(key),
-      width_(d.readout.width),
+ParticleFlux::ParticleFlux(const SensorDescription& d) noexcept
+    : width_(d.readout.width),
       height_(d.readout.height),
       flux_per_px_s_(d.detector.hit_flux_per_cm2_s * 1e4 * d.pixel_pitch_m * d.pixel_pitch_m),
       depth_px_(d.detector.hit_depth_m / d.pixel_pitch_m),
       charge_e_(d.detector.hit_charge_e_per_m * d.detector.hit_depth_m) {}
 
-void ParticleFlux::count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
+void ParticleFlux::count_in(std::uint64_t key, std::uint64_t frame, std::int64_t span_ns,
+                            std::int32_t first_strip,
                             std::array<float, counted_strips + kernels::padding>& counts) const noexcept {
     std::array<float, counted_strips + kernels::padding> mean{}, z0, z1;
     std::array<float, 4 * (counted_strips + kernels::padding)> scratch;
@@ -41,14 +41,14 @@ void ParticleFlux::count_in(std::uint64_t frame, std::int64_t span_ns, std::int3
             static_cast<float>(flux_per_px_s_ * width_ * rows * to_seconds(span_ns));
     }
     kernels::poisson_row(mean.data(), counted_strips,
-                         stream_of(Effect::hit_count, key_, frame, static_cast<std::uint32_t>(first_strip)),
+                         stream_of(Effect::hit_count, key, frame, static_cast<std::uint32_t>(first_strip)),
                          counts.data(), z0.data(), z1.data(), scratch.data());
 }
 
-ParticleHit ParticleFlux::hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,
-                              std::uint32_t index) const noexcept {
+ParticleHit ParticleFlux::hit(std::uint64_t key, std::uint64_t frame, Time begin, std::int64_t span_ns,
+                              std::int32_t strip, std::uint32_t index) const noexcept {
     // Two counters: uniforms from the first, normals and two more uniforms from the second.
-    kernels::Stream stream = stream_of(Effect::hit, key_, frame, 2 * index);
+    kernels::Stream stream = stream_of(Effect::hit, key, frame, 2 * index);
     stream.effect |= static_cast<std::uint32_t>(strip) << 16;
     const auto words = words_of(stream);
     stream.first_pixel += 1;

@@ -20,15 +20,15 @@ namespace obscura::sensors {
 /// (width 0.2 of the mean) - J. Moyal, Phil. Mag. 46 (1955).
 class ParticleFlux {
 public:
-    ParticleFlux(const SensorDescription& description, std::uint64_t key) noexcept;
+    explicit ParticleFlux(const SensorDescription& description) noexcept;
 
     [[nodiscard]] bool none() const noexcept { return flux_per_px_s_ <= 0; }
 
     /// Calls `visit(hit)` for every hit of the frame, between `begin` and `end`, that may touch a row of
-    /// [first_row, first_row + rows).
+    /// [first_row, first_row + rows). `key`: of the temporal noise.
     template<class Visit>
-    void each(std::uint64_t frame, Time begin, Time end, std::int32_t first_row, std::int32_t rows,
-              Visit visit) const noexcept {
+    void each(std::uint64_t key, std::uint64_t frame, Time begin, Time end, std::int32_t first_row,
+              std::int32_t rows, Visit visit) const noexcept {
         const std::int32_t first = (first_row - reach_px) / strip_rows - 1;
         const std::int32_t last = (first_row + rows + reach_px) / strip_rows;
         std::array<float, counted_strips + kernels::padding> counts;
@@ -37,12 +37,12 @@ public:
              ++strip) {
             if (strip >= counted_from + counted_strips || strip < counted_from) {
                 counted_from = strip;
-                count_in(frame, end - begin, strip, counts);
+                count_in(key, frame, end - begin, strip, counts);
             }
             const auto count =
                 static_cast<std::uint32_t>(counts[static_cast<std::size_t>(strip - counted_from)]);
             for (std::uint32_t i = 0; i < count; ++i)
-                visit(hit(frame, begin, end - begin, strip, i));
+                visit(hit(key, frame, begin, end - begin, strip, i));
         }
     }
 
@@ -51,12 +51,11 @@ public:
 
 private:
     static constexpr std::int32_t counted_strips = 16; ///< strips whose counts are drawn together
-    void count_in(std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
+    void count_in(std::uint64_t key, std::uint64_t frame, std::int64_t span_ns, std::int32_t first_strip,
                   std::array<float, counted_strips + kernels::padding>& counts) const noexcept;
-    [[nodiscard]] ParticleHit hit(std::uint64_t frame, Time begin, std::int64_t span_ns, std::int32_t strip,
-                                  std::uint32_t index) const noexcept;
+    [[nodiscard]] ParticleHit hit(std::uint64_t key, std::uint64_t frame, Time begin, std::int64_t span_ns,
+                                  std::int32_t strip, std::uint32_t index) const noexcept;
 
-    std::uint64_t key_;
     std::int32_t width_, height_;
     double flux_per_px_s_;
     double depth_px_;

@@ -17,7 +17,7 @@ struct RowSample {
     std::int32_t array_row = 0;
     std::int32_t first_column = 0; ///< on the array
     std::size_t columns = 0;
-    std::uint64_t seed = 0; ///< of temporal noise
+    std::uint64_t seed = 0; ///< of the run's temporal noise: run_key()
     double time_s = 0;      ///< advances by the frame period per frame
     float weight = 1;       ///< in the converted value; -1: subtracted
     /// Charge in the sample after full well and non-linearity; null: reset level, no charge.

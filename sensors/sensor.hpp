@@ -106,14 +106,15 @@ struct ExposureTruth {
     std::span<std::uint8_t> saturated; ///< 1 where the charge reached full well, rows x width
 };
 
-/// Detector model: converts irradiance to digital numbers. Immutable after construction except for image lag.
+/// Detector model: converts irradiance to digital numbers. Immutable after construction except for image lag
+/// and the run word.
 /// expose() is reentrant, neither allocates nor throws, and gives the same bytes for a row in any block of
 /// rows and on any instruction set. A sensor with lag stores the charge of every pixel: its frames must be
 /// exposed one after the other, and are reproducible only after forget().
 class Detector {
 public:
-    /// `seed` seeds the temporal noise, `description.serial` the fixed patterns. Throws ConfigError, and
-    /// InputError for invalid maps.
+    /// `seed` seeds the temporal noise, together with the run word (0 until begin_run()); the fixed patterns
+    /// depend on `description.serial` alone. Throws ConfigError, and InputError for invalid maps.
     Detector(const SensorDescription& description, std::span<const SpectralBand> bands, double aperture_m,
              std::uint64_t seed);
     ~Detector();
@@ -134,6 +135,10 @@ public:
     [[nodiscard]] bool needs_whole_columns() const noexcept;
     /// Clears the charge stored from earlier frames (image lag).
     void forget() noexcept;
+    /// Begins a run: its temporal noise (shot, reset, amplifier and row noise, RTS noise, particles) is
+    /// independent of that of every other run word, and no charge of earlier frames is left. Not while a
+    /// frame is exposed. Real-time safe.
+    void begin_run(std::uint32_t run) noexcept;
 
     /// Particle hits of a frame, in no particular order.
     [[nodiscard]] std::vector<ParticleHit> hits(const ReadoutPlan& plan, std::uint64_t frame_id) const;

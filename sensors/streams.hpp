@@ -34,6 +34,16 @@ enum class Effect : std::uint32_t {
 constexpr std::uint64_t temporal_key = 0x6465746563746f72; // "detector"
 constexpr std::uint64_t pattern_key = 0x7061747465726e00;  // "pattern"
 
+/// Key of the temporal noise of a run. The counter has no bits left for the run word, so that it is spread
+/// over the key by the 64-bit finaliser of MurmurHash3 (A. Appleby): a bijection, hence no two runs of a seed
+/// share a key, and run 0 is the seed's own.
+constexpr std::uint64_t run_key(std::uint64_t seed, std::uint32_t run) noexcept {
+    std::uint64_t word = run;
+    word = (word ^ word >> 33) * 0xff51afd7ed558ccd;
+    word = (word ^ word >> 33) * 0xc4ceb9fe1a85ec53;
+    return seed ^ temporal_key ^ word ^ word >> 33;
+}
+
 constexpr kernels::Stream stream_of(Effect effect, std::uint64_t seed, std::uint64_t frame,
                                     std::uint32_t pixel, std::uint32_t read = 0, std::uint32_t layer = 0) {
     return {pixel, static_cast<std::uint32_t>(frame),

@@ -22,7 +22,14 @@ config::Section section_of(DaemonSection& s) {
         key("pool_frames", &s.pool_frames).range(3, 256).help("Frames whose memory is allocated at start"),
         key("seed", &s.seed)
             .range(0, 9e15)
-            .help("Seed of rendering and temporal noise: the same seed and triggers give the same bytes"),
+            .help(
+                "Seed of rendering and temporal noise: the same seed, run and triggers give the same bytes"),
+        key("run", &s.run)
+            .range(-1, 4294967295)
+            .help(
+                "Run word of 32 bits, which keys the temporal noise beside the seed and is stated with "
+                "every frame; -1: a random one at each start, and the next one at each further acquisition, "
+                "so that no two acquisitions share their noise"),
         key("scene_time", &s.scene_time)
             .help("Clock of the scene. nominal: frame k shows the scene k - 1 nominal trigger periods after "
                   "its start, so that it can be rendered again offline; clock: frames show the scene at the "

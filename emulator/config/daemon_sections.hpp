@@ -29,6 +29,7 @@ struct DaemonSection {
     RealtimeMode realtime = RealtimeMode::automatic;
     std::int32_t pool_frames = 12;
     std::uint64_t seed = 1;
+    std::int64_t run = -1; ///< run word; -1: random
     SceneTime scene_time = SceneTime::nominal;
     bool drop_capabilities = true;
     bool autostart = false;

@@ -59,6 +59,7 @@ Cards frame_cards(const Frame& frame) {
         {"EXPOSURE", to_seconds(info.exposure_ns), "[s] requested exposure time"},
         {"GAIN", info.gain_db, "[dB]"},
         {"SEED", whole(info.truth.seed), "of the random numbers"},
+        {"RUN", whole(info.truth.run), "run word of the temporal noise"},
         {"T_EDGE", whole(info.trigger_edge.ns), "[ns] trigger edge, scheduling clock"},
         {"T_MID", whole(info.truth.mid_exposure.ns), "[ns] mid-exposure, scheduling clock"},
         {"TAIOFF", info.tai_offset_ns, "[ns] TAI minus scheduling clock"},

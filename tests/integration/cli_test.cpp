@@ -241,6 +241,33 @@ TEST_CASE("captures repeat to the byte, and a later frame does not need the earl
         CHECK(std::filesystem::exists(folder.path() / "a" / name));
 }
 
+TEST_CASE("captures share no noise unless the run word of one is given to the other") {
+    const TempFolder folder;
+    std::string text = text_of(small_configuration(folder));
+    const std::string word = "run = 0\n";
+    text.erase(text.find(word), word.size());
+    const std::string config = folder.write("random.toml", text).string();
+    const auto capture = [&](const std::string& out, std::vector<std::string> more = {}) {
+        more.insert(more.begin(),
+                    {"capture", config, "-o", folder.path() / out, "--format", "raw", "--json"});
+        return nlohmann::json::parse(run(folder, more))["run"].get<std::uint64_t>();
+    };
+    const auto pixels = [&](const std::string& out) {
+        return text_of(folder.path() / out / "frame_000001.raw");
+    };
+    const std::uint64_t first = capture("first"), second = capture("second");
+    CHECK(first != second); // but for once in 2^32
+    std::size_t equal = 0;
+    for (std::size_t i = 0; i + 1 < pixels("first").size(); i += 2)
+        equal += pixels("first").compare(i, 2, pixels("second"), i, 2) == 0 ? 1 : 0;
+    CHECK(equal < std::size_t{64 * 64} / 2); // black level with a few DN of noise
+    CHECK(capture("replay", {"--run", std::to_string(first)}) == first);
+    CHECK(pixels("replay") == pixels("first"));
+    CHECK_THAT(text_of(folder.path() / "replay/frame_000001.toml"),
+               ContainsSubstring("\nRUN = " + std::to_string(first) + " "));
+    CHECK(capture("zero", {"--run", "0"}) == 0);
+}
+
 TEST_CASE("bench measures everything it promises and loses nothing") {
     const TempFolder folder;
     const auto report = nlohmann::json::parse(run(folder, {"bench", "--json", "--frames", "4", "--rate", "10",

@@ -70,7 +70,7 @@ inline std::filesystem::path write_configuration(const TempFolder& folder, const
         scene = folder.write("scene.toml", scene).string();
     }
     std::string text = "[scene]\nfile = \"" + scene + "\"\n";
-    text += "[daemon]\nseed = 11\npool_frames = 16\n" + o.daemon_more + "\n";
+    text += "[daemon]\nseed = 11\npool_frames = 16\n" + o.daemon_more + "\nrun = 0\n";
     text += "[render]\nsamples_per_pixel = 1\n";
     text += "[trigger]\nrate_hz = " + std::to_string(o.rate_hz) + "\n";
     if (!o.several) text += "[camera]\nexposure_us = 5000\n" + o.camera_more;

@@ -90,6 +90,7 @@ format = "raw"
 directory = "frames"
 queue_frames = 32
 [daemon]
+run = 0
 pool_frames = 48
 [sensor]
 pixel_pitch_um = 18

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <vector>
 
 namespace obscura::tools {
@@ -30,10 +31,14 @@ public:
             "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, "
             "without triggers or transports, and saves them. Frame k shows the scene k - 1 trigger "
             "periods after its start. With scene_time = \"nominal\" the frames are byte for byte those "
-            "that obscurad sends with the same configuration after an acquisition start.";
+            "that obscurad sends with the same configuration and run word after an acquisition start.";
         line.positional("CONFIG", &config_, "Daemon configuration (TOML)");
         line.number("-n,--frames", &frames_, "N", "Number of frames to make", 1, 1e9);
         line.number("--first", &first_, "K", "Number of the first frame to make", 1, 1e9);
+        line.number("--run", &run_word_, "N",
+                    "Run word of the temporal noise, as the headers of an earlier run state it. Default: "
+                    "daemon.run of the configuration",
+                    0, 4294967295.0);
         line.option("-o,--output", &output_, "DIR", "Folder for the frames; created when it is missing")
             .required = true;
         line.option("--format", &format_, "FORMAT",
@@ -51,11 +56,13 @@ public:
         line.examples = {
             "obscura capture config/demo.toml --frames 5 -o frames",
             "obscura capture config/demo.toml -n 100 -o frames --format fits --exr",
+            "obscura capture config/demo.toml --run 7 -o frames",
         };
     }
 
     int run() override {
-        const emulator::DaemonConfig config = emulator::load_config(config_);
+        emulator::DaemonConfig config = emulator::load_config(config_);
+        if (run_word_ != as_configured) config.daemon.run = static_cast<std::int64_t>(run_word_);
         images::make_writable(output_);
 
         emulator::Imaging imaging(config, 1, {}, truth_);
@@ -96,6 +103,7 @@ public:
         report.add("frames", "frames", static_cast<std::int64_t>(made));
         report.add("width", "width", static_cast<std::int64_t>(frame->info.width));
         report.add("height", "height", static_cast<std::int64_t>(frame->info.height));
+        report.add("run", "run word", static_cast<std::int64_t>(imaging.maker->run()));
         report.add("frame_ms_p50", "render and detector, p50", percentile(frame_ms, 50), "ms", 2);
         report.add("output", "saved in", output_);
         report.print(json_);
@@ -134,6 +142,8 @@ private:
 
     std::string config_, output_, format_ = "png";
     std::uint64_t frames_ = 1, first_ = 1;
+    static constexpr std::uint64_t as_configured = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t run_word_ = as_configured;
     bool exr_ = false, truth_ = false, preview_ = false, json_ = false;
 };
 

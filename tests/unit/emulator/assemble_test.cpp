@@ -46,3 +46,16 @@ TEST_CASE("mistakes found when a scene is built name their position in its file"
                          "[[body]]\nshape = \"mesh\"\nfile = \"bad.obj\"\nalbedo = 0.1\n"),
                StartsWith(place + "scene.toml:5:1: " + place + "bad.obj:1: "));
 }
+
+TEST_CASE("the run word is the configured one or a new one each time") {
+    const test::TempFolder folder;
+    folder.write("scene.toml", "[camera]\nfocal_length_mm = 50\naperture_mm = 25\n");
+    const auto run_of = [&](const std::string& daemon) {
+        const auto file = folder.write("daemon.toml", "[scene]\nfile = \"scene.toml\"\n" + daemon);
+        return emulator::Imaging(emulator::load_config(file), 1).maker->run();
+    };
+    CHECK(run_of("[daemon]\nrun = 0\n") == 0);
+    CHECK(run_of("[daemon]\nrun = 4294967295\n") == 0xFFFFFFFF);
+    CHECK(run_of("") != run_of("")); // but for once in 2^32
+    CHECK_THROWS_AS(run_of("[daemon]\nrun = 4294967296\n"), ConfigError);
+}

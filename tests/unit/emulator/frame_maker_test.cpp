@@ -386,3 +386,25 @@ TEST_CASE("the answer to settings is what the next frame gets") {
     CHECK(answer.windows[0].exposure_max_ns == frame->row_times()[0].exposure_ns());
     CHECK(answer.frame_period_ns == bench.maker.plan().frame_period_ns);
 }
+
+TEST_CASE("every acquisition has a run word of its own, unless it is configured") {
+    MakerBench bench;
+    const FrameRef frame = bench.pool.acquire();
+    for (const bool same_run : {false, true}) {
+        FrameMaker maker(bench.renderer, bench.detector, bench.sensor, bench.clock,
+                         {.band_rows = 8, .seed = 7, .run = 0xFFFFFFFF, .same_run = same_run});
+        std::vector<std::uint32_t> words;
+        std::vector<std::vector<std::uint16_t>> firsts;
+        for (const std::uint64_t id : {1U, 2U, 1U, 2U, 3U, 1U}) {
+            REQUIRE(maker.make(order_for(bench, id), *frame).empty());
+            CHECK(maker.run() == frame->info.truth.run);
+            words.push_back(frame->info.truth.run);
+            if (id == 1) firsts.push_back(pixels_of(*frame));
+        }
+        constexpr std::uint32_t top = 0xFFFFFFFF;
+        CHECK(words == (same_run ? std::vector<std::uint32_t>(6, top)
+                                 : std::vector<std::uint32_t>{top, top, 0, 0, 0, 1}));
+        CHECK((firsts[0] == firsts[1]) == same_run);
+        CHECK((firsts[0] == firsts[2]) == same_run);
+    }
+}

@@ -186,7 +186,7 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
             writer.vector(truth.sun_position_m);
             writer.u64(truth.seed);
             writer.u32(truth.body_count);
-            writer.u32(0);
+            writer.u32(truth.run);
             for (std::uint32_t b = 0; b < max_truth_bodies; ++b) {
                 if (b < truth.body_count) {
                     writer.bytes(truth.bodies[b].name.data(), 32);

@@ -28,7 +28,7 @@ enum class Chunk : std::uint8_t {
     regions,
     row_times, ///< u32 count, u32 0, then per row {u64 reset, u64 read}
     /// u64 mid-exposure; f64[3] camera position, f64[4] attitude (scalar first, camera to inertial), f64[3]
-    /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 0; then 16 x {char name[32], f64[3]
+    /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 run word; then 16 x {char name[32], f64[3]
     /// position, f64[4] attitude}
     ground_truth,
     line_status_all,      ///< u32: levels of the inputs at the trigger edge
