@@ -89,6 +89,9 @@ enum FrameFlag : std::uint32_t {
     frame_dropped = 1u << 3,  ///< holds no pixels at all
     /// Exposure or window settings were not met exactly, see the windows' flags.
     frame_readout_clamped = 1u << 4,
+    /// Image lag is not that of the frame before, which was not exposed: the first frame of an acquisition,
+    /// or the frame after one without pixels.
+    frame_lag_unknown = 1u << 5,
 };
 
 /// Name and pose of a body at mid-exposure of the frame, in the scene's inertial frame.

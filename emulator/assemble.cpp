@@ -83,10 +83,16 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
 }
 
 void Imaging::catch_up(std::uint64_t first) {
-    for (std::uint64_t id = 1; id < first; ++id) {
+    const std::uint64_t exposed_from = first - std::min(first - 1, detector->lag_frames());
+    for (std::uint64_t id = 1; id < exposed_from; ++id) {
         maker->skip(nominal_order(id));
-        // A frame that begins after the readout of the frame before does not depend on it.
-        if (!maker->overlaps(nominal_order(id + 1).scene_time + camera.initial.trigger_delay_ns)) return;
+        // The timing of a frame that begins after the readout of the frame before does not depend on it.
+        if (!maker->overlaps(nominal_order(id + 1).scene_time + camera.initial.trigger_delay_ns)) break;
+    }
+    for (std::uint64_t id = exposed_from; id < first; ++id) {
+        const FrameRef frame = pool->acquire();
+        if (const std::string refusal = maker->make(nominal_order(id), *frame); !refusal.empty())
+            throw ConfigError(refusal);
     }
 }
 

@@ -38,7 +38,7 @@ struct Imaging {
     /// clock equals the scene clock.
     [[nodiscard]] FrameOrder nominal_order(std::uint64_t frame_id) const;
     /// Prepares for `first` as the first frame made: plans the readouts of the frames before it, as far as
-    /// its timing depends on them. Image lag of those frames is not reproduced.
+    /// its timing depends on them, and makes those whose image lag reaches it. Throws ConfigError.
     void catch_up(std::uint64_t first);
 
     MonotonicClock clock;

@@ -87,6 +87,7 @@ std::string FrameMaker::plan_frame(const FrameOrder& order) {
         if (std::exchange(has_run_, true) && !settings_.same_run)
             run_.store(run() + 1, std::memory_order_relaxed);
         detector_.begin_run(run());
+        lag_from_frame_ = 0;
         sequencer_.restart();
     }
     const CameraSettings& s = order.settings;
@@ -146,6 +147,9 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     if (std::any_of(plan_.windows.begin(), plan_.windows.end(), clamped))
         frame.flags.fetch_or(frame_readout_clamped, std::memory_order_relaxed);
 
+    if (detector_.lag_frames() > 0 && (order.frame_id == 1 || lag_from_frame_ != order.frame_id - 1))
+        frame.flags.fetch_or(frame_lag_unknown, std::memory_order_relaxed);
+
     std::transform(plan_.rows.begin(), plan_.rows.end(), frame.row_times().begin(), [this](RowTime row) {
         return RowTime{row.reset + scene_to_clock_ns_, row.read + scene_to_clock_ns_};
     });
@@ -195,6 +199,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
          done = done_.load(std::memory_order_acquire))
         done_.wait(done, std::memory_order_acquire);
+    lag_from_frame_ = complete ? frame.info.frame_id : 0;
     return complete;
 }
 

@@ -154,7 +154,8 @@ private:
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::atomic<std::uint32_t> run_;
-    bool has_run_ = false; ///< an acquisition has begun
+    bool has_run_ = false;             ///< an acquisition has begun
+    std::uint64_t lag_from_frame_ = 0; ///< frame whose charge the detector keeps, whole; 0: none
     std::array<std::vector<float>, buffer_count> buffers_;
 
     // Current frame, for the detector thread: written before the first block of a frame is posted.

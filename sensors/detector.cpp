@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace obscura::sensors {
@@ -102,6 +103,14 @@ void Detector::forget() noexcept {
 void Detector::begin_run(std::uint32_t run) noexcept {
     impl_->state.noise_key = run_key(impl_->state.seed, run);
     forget();
+}
+
+std::uint64_t Detector::lag_frames() const noexcept {
+    constexpr double negligible_e = 1e-12;
+    const DetectorSettings& s = impl_->state.settings;
+    if (s.lag <= 0) return 0;
+    if (s.lag >= 1) return std::numeric_limits<std::uint64_t>::max();
+    return static_cast<std::uint64_t>(std::ceil(std::log(negligible_e / s.full_well_e) / std::log(s.lag)));
 }
 
 namespace {

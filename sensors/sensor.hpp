@@ -139,6 +139,8 @@ public:
     /// independent of that of every other run word, and no charge of earlier frames is left. Not while a
     /// frame is exposed. Real-time safe.
     void begin_run(std::uint32_t run) noexcept;
+    /// Number of frames before a frame whose charge reaches it as image lag, down to 1e-12 e-; 0 without lag.
+    [[nodiscard]] std::uint64_t lag_frames() const noexcept;
 
     /// Particle hits of a frame, in no particular order.
     [[nodiscard]] std::vector<ParticleHit> hits(const ReadoutPlan& plan, std::uint64_t frame_id) const;

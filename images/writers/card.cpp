@@ -67,6 +67,8 @@ Cards frame_cards(const Frame& frame) {
         {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
          "of what triggered: free, locked, holdover"},
         {"LATE", (frame.flags.load(std::memory_order_relaxed) & frame_late) != 0, "a row was late"},
+        {"NOLAG", (frame.flags.load(std::memory_order_relaxed) & frame_lag_unknown) != 0,
+         "image lag of the frame before is missing"},
     };
     if (info.window_count > 0) {
         cards.push_back({"OFFSETX", whole(info.windows[0].sensor.x), "[px] first sensor column"});

@@ -241,6 +241,40 @@ TEST_CASE("captures repeat to the byte, and a later frame does not need the earl
         CHECK(std::filesystem::exists(folder.path() / "a" / name));
 }
 
+TEST_CASE("a later frame has the image lag of the frames before it") {
+    const TempFolder folder;
+    struct Case {
+        const char* lag;
+        int first;
+    };
+    // With 0.3 % the lag of the seven frames before counts: the capture begins with the fifth.
+    for (const auto& [lag, first] : {Case{"0.2", 5}, Case{"0.003", 12}}) {
+        CAPTURE(lag);
+        DaemonOptions options;
+        options.size = 64;
+        options.more = std::string("[sensor.detector]\nlag = ") + lag + "\n";
+        const std::string config = write_configuration(folder, options).string();
+        const std::string last =
+            "frame_" + std::string(first < 10 ? "00000" : "0000") + std::to_string(first);
+        const auto text = [&](const std::string& out, const std::string& name) {
+            return text_of(folder.path() / out / name);
+        };
+        const auto capture = [&](const std::string& configuration, int from, int frames, const char* out) {
+            run(folder, {"capture", configuration, "-n", std::to_string(frames), "--first",
+                         std::to_string(from), "-o", folder.path() / out, "--format", "raw"});
+        };
+        capture(config, 1, first, "all");
+        capture(config, first, 1, "last");
+        CHECK(text("all", last + ".raw") == text("last", last + ".raw"));
+        CHECK(text("all", last + ".toml") == text("last", last + ".toml"));
+        CHECK_THAT(text("all", "frame_000001.toml"), ContainsSubstring("NOLAG = true"));
+        CHECK_THAT(text("last", last + ".toml"), ContainsSubstring("NOLAG = false"));
+        options.more.clear();
+        capture(write_configuration(folder, options).string(), first, 1, "without");
+        CHECK(text("without", last + ".raw") != text("last", last + ".raw"));
+    }
+}
+
 TEST_CASE("captures share no noise unless the run word of one is given to the other") {
     const TempFolder folder;
     std::string text = text_of(small_configuration(folder));

@@ -408,3 +408,29 @@ TEST_CASE("every acquisition has a run word of its own, unless it is configured"
         CHECK((firsts[0] == firsts[2]) == same_run);
     }
 }
+
+TEST_CASE("a frame says when it lacks the image lag of the frame before") {
+    SensorDescription sensor = small_sensor();
+    for (const double lag : {0.0, 0.01}) {
+        CAPTURE(lag);
+        sensor.detector.lag = lag;
+        MakerBench bench(sensor);
+        const auto lacks = [&](std::uint64_t id, const std::atomic<bool>* cancel = nullptr) {
+            const FrameRef frame = bench.pool.acquire();
+            REQUIRE(bench.maker.prepare(order_for(bench, id), *frame).empty());
+            bench.maker.fill(*frame, nullptr, cancel);
+            return (frame->flags & frame_lag_unknown) != 0;
+        };
+        const bool there = lag > 0;
+        CHECK(lacks(1) == there); // no frame before it is known
+        CHECK_FALSE(lacks(2));
+        CHECK_FALSE(lacks(3));
+        bench.maker.skip(order_for(bench, 4));
+        CHECK(lacks(5) == there); // frame 4 was read out, but not exposed
+        const std::atomic<bool> cancel{true};
+        CHECK_FALSE(lacks(6, &cancel));
+        CHECK(lacks(7) == there); // frame 6 was given up
+        CHECK_FALSE(lacks(8));
+        CHECK(lacks(1) == there); // the next acquisition
+    }
+}

@@ -70,7 +70,8 @@ constexpr std::array features{
             .chunk = Chunk::trigger_id},
     Feature{.name = "ChunkFrameFlags",
             .custom = true,
-            .tooltip = "1 late, 2 repeated, 4 partial, 8 dropped, 16 readout clamped",
+            .tooltip = "1 late, 2 repeated, 4 partial, 8 dropped, 16 readout clamped, 32 image lag of the "
+                       "frame before missing",
             .access = Access::read_only,
             .chunk = Chunk::frame_flags},
     Feature{.name = "ChunkLineStatusAll",
