@@ -121,7 +121,8 @@ std::int32_t BandExposure::row_on_array(std::int32_t row) const noexcept {
 // Rows of light and of expected charge begin at the first halo column; rows after the random draw begin at
 // the window's own first column.
 
-/// Electrons per second from light before crosstalk, padded by one copy of the edge pixel on either side.
+/// Electrons per second from light in a pixel of mean response, before crosstalk; padded by one copy of the
+/// edge pixel on either side.
 const float* BandExposure::raw_light(std::int32_t row) noexcept {
     row = std::clamp(row, lowest_, highest_);
     const std::size_t slot = slot_of(row);
@@ -129,7 +130,6 @@ const float* BandExposure::raw_light(std::int32_t row) noexcept {
     if (raw_row_[slot] == row) return out;
     raw_row_[slot] = row;
 
-    const float* const response = d_.pattern.row_of(d_.pattern.response, row_on_array(row), wide_x_);
     const auto stride = static_cast<std::size_t>(band_.width);
     const auto stored_rows = static_cast<std::size_t>(band_.halo_above + band_.rows + band_.halo_below);
     const auto line = static_cast<std::size_t>(row - band_.first_row + band_.halo_above);
@@ -142,7 +142,7 @@ const float* BandExposure::raw_light(std::int32_t row) noexcept {
             std::memcpy(scratch_.signal(), values, wide_ * sizeof(float));
             values = scratch_.signal();
         }
-        kernels::light_row(values, response, static_cast<float>(d_.electrons_per_s[b]), b > 0, wide_, out);
+        kernels::light_row(values, nullptr, static_cast<float>(d_.electrons_per_s[b]), b > 0, wide_, out);
     }
     if (d_.electrons_per_s.empty()) std::fill_n(out, wide_, 0.0F);
     out[-1] = out[0];
@@ -201,7 +201,8 @@ void BandExposure::mean_between(std::int32_t row, Time begin, Time end, float* o
     if (y < s.electrical_black_rows + s.optical_black_rows) lit_s = 0;
     const float* const dark = d_.pattern.row_of(d_.pattern.dark_e_per_s, y, wide_x_);
     const double uniform = dark == nullptr ? s.dark_current_e_per_s : 1;
-    kernels::mean_row(light(row), static_cast<float>(lit_s), dark,
+    const float* const response = d_.pattern.row_of(d_.pattern.response, y, wide_x_);
+    kernels::mean_row(light(row), response, static_cast<float>(lit_s), dark,
                       static_cast<float>(uniform * d_.dark_ratio * seconds), wide_, out);
     add_dark_rts(y, seconds, out);
     add_hits(y, begin, end, out);
@@ -261,7 +262,8 @@ void BandExposure::add_smear(float* out) noexcept {
         std::fill_n(column, wide_ + kernels::padding, 0.0F);
         raw_row_.fill(no_row);
         for (std::int32_t r = lowest_; r <= highest_; ++r)
-            kernels::accumulate_row(raw_light(r), 1, wide_, column);
+            kernels::light_row(raw_light(r), d_.pattern.row_of(d_.pattern.response, row_on_array(r), wide_x_),
+                               1, true, wide_, column);
         raw_row_.fill(no_row);
     }
     kernels::accumulate_row(scratch_.smear(), static_cast<float>(to_seconds(d_.settings.smear_row_ns)), wide_,

@@ -14,7 +14,7 @@ namespace obscura::sensors {
 
 /// Lives for one call of Detector::expose(); thread-bound, neither allocates nor throws. Rows must be exposed
 /// from the top down, so that rows which spread charge into each other are computed once. Order of the
-/// effects: photons, response, crosstalk, dark current and its RTS noise, particles, blooming and smear,
+/// effects: photons, crosstalk, response, dark current and its RTS noise, particles, blooming and smear,
 /// Poisson draw, lag, full well and non-linearity, reset, row and amplifier noise, offsets, sampling, gain,
 /// black level, ADC, defects.
 class BandExposure {

@@ -73,7 +73,11 @@ struct DetectorSettings {
     std::vector<SpectralPoint> quantum_efficiency{{550e-9, 0.5}}; ///< eta; linear between, ends held
     double fill_factor = 1;                                       ///< where the curve does not include it
     double prnu_local = 0;                                        ///< relative rms of the response, white
-    double prnu_global = 0; ///< relative rms of the response, low spatial frequency
+    double prnu_global = 0; ///< relative rms of the response, structured: bowl, gradient, columns, fields
+    /// Relative amplitudes in prnu_global, see response_pattern().
+    double prnu_bowl_weight = 1, prnu_gradient_weight = 0.5, prnu_column_weight = 0.15;
+    double prnu_stitching_weight = 0.3;
+    std::int32_t stitch_columns = 1, stitch_rows = 1; ///< fields of a stitched exposure
     /// Fraction of a pixel's charge that each of 4 edge neighbours gets.
     double crosstalk_edge = 0;
     double crosstalk_corner = 0; ///< fraction that each of 4 diagonal neighbours gets

@@ -4,12 +4,12 @@
 #include "core/error.hpp"
 #include "sensors/fits_map.hpp"
 #include "sensors/kernels.hpp"
+#include "sensors/response_pattern.hpp"
 #include "sensors/streams.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -32,60 +32,6 @@ Normals normals(Effect effect, std::uint64_t seed, std::size_t n) {
 
 double mean_of(const Map& map) {
     return std::accumulate(map.begin(), map.end(), 0.0) / static_cast<double>(map.size());
-}
-
-/// Weights of the uniform cubic B-spline at fraction t of a cell.
-std::array<double, 4> spline(double t) {
-    const double s = 1 - t;
-    return {s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6,
-            t * t * t / 6};
-}
-
-/// Low spatial frequency variation over the array: a cubic spline on an 8 x 8 grid of normals, mean 0, rms 1.
-Map slow_map(std::int32_t width, std::int32_t height, std::uint64_t seed) {
-    constexpr int cells = 8, knots = cells + 3;
-    const Normals grid = normals(Effect::response, ~seed, std::size_t{knots} * knots);
-    Map map(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    for (std::int32_t y = 0; y < height; ++y) {
-        const double gy = static_cast<double>(y) * cells / height;
-        const auto wy = spline(gy - std::floor(gy));
-        for (std::int32_t x = 0; x < width; ++x) {
-            const double gx = static_cast<double>(x) * cells / width;
-            const auto wx = spline(gx - std::floor(gx));
-            double value = 0;
-            for (std::size_t j = 0; j < 4; ++j)
-                for (std::size_t i = 0; i < 4; ++i)
-                    value += wy[j] * wx[i] *
-                             static_cast<double>(grid.z0[(static_cast<std::size_t>(gy) + j) * knots +
-                                                         static_cast<std::size_t>(gx) + i]);
-            map[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
-                static_cast<float>(value);
-        }
-    }
-    const double mean = mean_of(map);
-    double squares = 0;
-    for (const float v : map)
-        squares += (static_cast<double>(v) - mean) * (static_cast<double>(v) - mean);
-    const double rms = std::sqrt(squares / static_cast<double>(map.size()));
-    for (float& v : map)
-        v = static_cast<float>((static_cast<double>(v) - mean) / std::max(rms, 1e-12));
-    return map;
-}
-
-Map response_map(const SensorDescription& d, std::uint64_t seed) {
-    const DetectorSettings& s = d.detector;
-    if (s.prnu_local == 0 && s.prnu_global == 0) return {};
-    const auto n = static_cast<std::size_t>(d.readout.width) * static_cast<std::size_t>(d.readout.height);
-    const Normals white = normals(Effect::response, seed, n);
-    const Map slow = slow_map(d.readout.width, d.readout.height, seed);
-    Map map(n);
-    for (std::size_t i = 0; i < n; ++i)
-        map[i] = static_cast<float>(std::max(0.0, 1 + s.prnu_local * static_cast<double>(white.z0[i]) +
-                                                      s.prnu_global * static_cast<double>(slow[i])));
-    const double mean = mean_of(map);
-    for (float& v : map)
-        v = static_cast<float>(static_cast<double>(v) / mean);
-    return map;
 }
 
 /// Dark current map: log-normal with the given rms, with an exponential tail on hot pixels, scaled to the
@@ -157,8 +103,7 @@ FixedPattern::FixedPattern(const SensorDescription& d) : width(d.readout.width),
     const std::size_t n = w * static_cast<std::size_t>(height);
     const std::uint64_t seed = d.serial ^ pattern_key;
 
-    response =
-        s.response_map.empty() ? response_map(d, seed) : read_fits_map(s.response_map, width, height, 0);
+    response = s.response_map.empty() ? response_pattern(d) : read_fits_map(s.response_map, width, height, 0);
     dark_e_per_s = s.dark_map.empty() ? dark_map(s, n, seed) : read_fits_map(s.dark_map, width, height, 0);
     offset_e = s.offset_map.empty() ? offset_map(d, seed) : read_fits_map(s.offset_map, width, height, -1e9);
 

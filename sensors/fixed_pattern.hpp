@@ -42,7 +42,7 @@ struct PerRow {
 /// followed by kernels::padding elements; an empty map is uniform.
 struct FixedPattern {
     std::int32_t width = 0, height = 0;
-    std::vector<float> response;     ///< relative, mean 1
+    std::vector<float> response;     ///< to uniform light, crosstalk included: relative, mean 1
     std::vector<float> dark_e_per_s; ///< at the reference temperature
     std::vector<float> offset_e;
     PerRow<DarkRtsPixel> dark_rts;

@@ -53,13 +53,15 @@ void crosstalk_row(const float* above, const float* here, const float* below, fl
     }
 }
 
-void mean_row(const float* light, float light_scale, const float* dark, float dark_scale, std::size_t n,
-              float* out) {
+void mean_row(const float* light, const float* response, float light_scale, const float* dark,
+              float dark_scale, std::size_t n, float* out) {
     const F f;
     const VF ls = hn::Set(f, light_scale), ds = hn::Set(f, dark_scale);
     for (std::size_t i = 0; i < n; i += hn::Lanes(f)) {
         const VF charge = dark != nullptr ? hn::Mul(ds, hn::LoadU(f, dark + i)) : ds;
-        const VF sum = hn::Add(hn::Mul(hn::LoadU(f, light + i), ls), charge);
+        VF lit = hn::LoadU(f, light + i);
+        if (response != nullptr) lit = hn::Mul(lit, hn::LoadU(f, response + i));
+        const VF sum = hn::Add(hn::Mul(lit, ls), charge);
         hn::StoreU(hn::IfThenElseZero(hn::Gt(sum, hn::Zero(f)), sum), f, out + i);
     }
 }
@@ -446,9 +448,9 @@ void crosstalk_row(const float* above, const float* here, const float* below, fl
                    std::size_t n, float* out) {
     HWY_DYNAMIC_DISPATCH(crosstalk_row)(above, here, below, edge, corner, n, out);
 }
-void mean_row(const float* light, float light_scale, const float* dark, float dark_scale, std::size_t n,
-              float* out) {
-    HWY_DYNAMIC_DISPATCH(mean_row)(light, light_scale, dark, dark_scale, n, out);
+void mean_row(const float* light, const float* response, float light_scale, const float* dark,
+              float dark_scale, std::size_t n, float* out) {
+    HWY_DYNAMIC_DISPATCH(mean_row)(light, response, light_scale, dark, dark_scale, n, out);
 }
 void poisson_row(const float* mean, std::size_t n, const Stream& stream, float* counts, float* z0, float* z1,
                  float* scratch) {

@@ -31,9 +31,10 @@ void light_row(const float* values, const float* response, float scale, bool add
 void crosstalk_row(const float* above, const float* here, const float* below, float edge, float corner,
                    std::size_t n, float* out);
 
-/// out[i] = light[i] * light_scale + dark[i] * dark_scale (dark null: dark_scale), never below 0.
-void mean_row(const float* light, float light_scale, const float* dark, float dark_scale, std::size_t n,
-              float* out);
+/// out[i] = light[i] * response[i] * light_scale + dark[i] * dark_scale (response null: 1; dark null:
+/// dark_scale), never below 0.
+void mean_row(const float* light, const float* response, float light_scale, const float* dark,
+              float dark_scale, std::size_t n, float* out);
 
 /// Draws counts[i] from Poisson(mean[i]) and two standard normals z0[i], z1[i] beside it. `scratch` holds
 /// 4 * (n + padding) elements. Means below 64 by inversion with a table, above by transformed rejection with

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sensors/sensor_file.hpp"
 
+#include "sensors/response_pattern.hpp"
+
 #include <fmt/format.h>
 
 namespace obscura::sensors {
@@ -36,6 +38,7 @@ config::Section section_of(SensorDescription& sensor) {
         if (d.offset_dn >= static_cast<double>(1 << d.adc_bits))
             table.refuse_table(
                 fmt::format("offset_dn {} is above the full scale of {} bits", d.offset_dn, d.adc_bits));
+        if (const std::string why = explain_invalid_prnu(d); !why.empty()) table.refuse_table(why);
     };
     config::Section section;
     section.name = "sensor";
@@ -83,6 +86,7 @@ SensorDescription load_sensor(const std::filesystem::path& file) {
 std::string explain_invalid(const DetectorSettings& settings) {
     DetectorSettings s = settings; // the keys bind to what can be written
     if (std::string why = config::explain_out_of_range(keys_of(s)); !why.empty()) return why;
+    if (std::string why = explain_invalid_prnu(s); !why.empty()) return why;
     if (s.quantum_efficiency.empty()) return "quantum_efficiency: empty, at least one point is needed";
     for (std::size_t i = 0; i < s.quantum_efficiency.size(); ++i) {
         const SpectralPoint& p = s.quantum_efficiency[i];
@@ -188,10 +192,36 @@ config::Keys keys_of(DetectorSettings& s) {
             .help("Sensitive fraction of the pixel area, if quantum_efficiency does not include it"),
         config::key("prnu_local", &s.prnu_local)
             .range(0, 1)
-            .help("PRNU from pixel to pixel: relative standard deviation of the response"),
+            .help("PRNU of single pixels: relative standard deviation of the response to uniform light, "
+                  "crosstalk included, as EMVA 1288 measures it"),
         config::key("prnu_global", &s.prnu_global)
             .range(0, 1)
-            .help("PRNU over the array: relative standard deviation of the slow variation of the response"),
+            .help(
+                "PRNU over the array: relative standard deviation of the response by bowl, gradient, columns "
+                "and stitched fields together"),
+        config::key("prnu_bowl_weight", &s.prnu_bowl_weight)
+            .range(0, 1)
+            .help(
+                "Relative amplitude in prnu_global of a bowl: response falls with the square of the distance "
+                "from about the centre"),
+        config::key("prnu_gradient_weight", &s.prnu_gradient_weight)
+            .range(0, 1)
+            .help(
+                "Relative amplitude in prnu_global of a linear gradient, in a direction given by the serial"),
+        config::key("prnu_column_weight", &s.prnu_column_weight)
+            .range(0, 1)
+            .help("Relative amplitude in prnu_global of gains that differ from column to column"),
+        config::key("prnu_stitching_weight", &s.prnu_stitching_weight)
+            .range(0, 1)
+            .help("Relative amplitude in prnu_global of gains that differ from field to field of a stitched "
+                  "exposure, in steps at the seams"),
+        config::key("stitch_columns", &s.stitch_columns)
+            .range(1, 64)
+            .help("Fields of a stitched exposure side by side; 1 for chips that fit into one field, to some "
+                  "25 mm"),
+        config::key("stitch_rows", &s.stitch_rows)
+            .range(1, 64)
+            .help("Fields of a stitched exposure one below the other"),
         config::key("crosstalk_edge", &s.crosstalk_edge)
             .range(0, 0.2)
             .help("Crosstalk: fraction of a pixel's charge that goes to each of its 4 edge neighbours"),

@@ -28,6 +28,9 @@ enum class Effect : std::uint32_t {
     hot,
     shot_and_gauss, ///< shot, amplifier and reset noise in one draw
     follower_rts_pixels,
+    response_columns,
+    response_shape,
+    response_fields,
 };
 
 /// Keys that separate the sensor's random numbers from those of other users of the same seed.

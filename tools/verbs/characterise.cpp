@@ -30,7 +30,8 @@ using Image = std::vector<std::uint16_t>;
 constexpr double planck_times_light_j_m = 6.62607015e-34 * 299'792'458.0;
 constexpr double aperture_m = 0.02;
 
-/// Simulated laboratory set-up: a central window of the sensor under uniform light or in the dark.
+/// Simulated laboratory set-up: the sensor, or a window of at most 1024 x 1024 pixels in its centre, under
+/// uniform light or in the dark. The mean response of the whole array is 1, that of a window is not.
 class Laboratory {
 public:
     Laboratory(SensorDescription sensor, double wavelength_m)
@@ -39,8 +40,8 @@ public:
           band_{wavelength_m - 0.5e-9, wavelength_m + 0.5e-9},
           detector_(prepared(sensor_), {&band_, 1}, aperture_m, 1288) {
         const ReadoutSettings& r = sensor_.readout;
-        region_.width = std::min(512, r.width);
-        region_.height = std::min(512, r.height);
+        region_.width = std::min(1024, r.width);
+        region_.height = std::min(1024, r.height);
         region_.x = (r.width - region_.width) / 2 / r.window_step * r.window_step;
         region_.y = (r.height - region_.height) / 2 / r.window_step * r.window_step;
     }

@@ -226,7 +226,7 @@ TEST_CASE("every instruction set gives the same bytes") {
         kernels::light_row(d.counts.data(), nullptr, 0.7F, true, n, light.data());
         kernels::crosstalk_row(light.data() + 1, d.counts.data() + 1, dark.data() + 1, 0.09F, 0.005F, n - 2,
                                mixed.data());
-        kernels::mean_row(mixed.data(), 0.1F, dark.data(), 0.01F, n - 2, total.data());
+        kernels::mean_row(mixed.data(), nullptr, 0.1F, dark.data(), 0.01F, n - 2, total.data());
         kernels::accumulate_row(d.counts.data(), 0.25F, n, total.data());
         kernels::Chain chain;
         chain.full_well_e = 100'000;
