@@ -191,6 +191,9 @@ DaemonConfig read_several(const config::Value& root, const config::Where& top, c
         tables.push_back(tables_of_camera(root, top, elements[i], top.in(fmt::format("camera[{}]", i))));
         cameras.push_back(read_config(tables[i], true, mistakes));
         cameras[i].several = true;
+        // Cameras with one seed and run word would share their temporal noise.
+        if (std::int64_t& run = cameras[i].daemon.run; run >= 0)
+            run = (run + static_cast<std::int64_t>(i)) % (std::int64_t{1} << 32);
         cameras[i].own_trigger = elements[i].find("trigger") != nullptr;
         for (std::size_t before = 0; before < i && mistakes.count() == 0; ++before)
             cameras[i].transports.check_apart(cameras[before].transports, tables[before].camera.path,

@@ -58,4 +58,15 @@ TEST_CASE("the run word is the configured one or a new one each time") {
     CHECK(run_of("[daemon]\nrun = 4294967295\n") == 0xFFFFFFFF);
     CHECK(run_of("") != run_of("")); // but for once in 2^32
     CHECK_THROWS_AS(run_of("[daemon]\nrun = 4294967296\n"), ConfigError);
+
+    // The cameras of one daemon have different words, and the printed configuration the one that was given.
+    const std::string cameras = "[[camera]]\ngige = { enabled = false }\n";
+    const emulator::DaemonConfig config = emulator::load_config(
+        folder.write("several.toml", "[scene]\nfile = \"scene.toml\"\n[daemon]\nrun = 4294967294\n" +
+                                         cameras + cameras + cameras));
+    std::vector<std::uint32_t> words;
+    for (const emulator::DaemonConfig* camera : config.cameras())
+        words.push_back(emulator::Imaging(*camera, 1).maker->run());
+    CHECK(words == std::vector<std::uint32_t>{4294967294, 4294967295, 0});
+    CHECK_THAT(emulator::print_config(config), Catch::Matchers::ContainsSubstring("\nrun = 4294967294\n"));
 }
