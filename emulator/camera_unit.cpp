@@ -148,6 +148,11 @@ void CameraUnit::write_timing_to(std::ostream& out) {
     timing_.keep_rows(imaging_->pool->max_rows());
 }
 
+void CameraUnit::release_control() {
+    for (const auto& transport : transports_)
+        transport->release_control();
+}
+
 std::string CameraUnit::summary() const {
     return summary_line(*camera_, transports_);
 }

@@ -61,6 +61,9 @@ public:
     void set_tai_correction_ns(std::int64_t ns) noexcept { imaging_->clock.set_tai_correction_ns(ns); }
     void write_timing_to(std::ostream& out);
 
+    /// Takes control away from the clients of its transports.
+    void release_control();
+
     [[nodiscard]] std::string summary() const;
     /// Run word of the current or latest acquisition, see FrameMaker::run().
     [[nodiscard]] std::uint32_t run() const noexcept { return imaging_->maker->run(); }

@@ -163,6 +163,11 @@ void Daemon::replace_trigger(TriggerLine& line, const emulator::DaemonConfig& ca
         unit->camera().set_trigger_rate(rate);
 }
 
+void Daemon::release_control() {
+    for (const auto& unit : units_)
+        unit->release_control();
+}
+
 std::string Daemon::address() const {
     std::string all;
     for (const auto& unit : units_)

@@ -48,6 +48,8 @@ public:
     /// usable; the old one stays in use.
     [[nodiscard]] std::string reload(emulator::DaemonConfig next,
                                      const std::function<void()>& meanwhile = {});
+    /// Takes control of all cameras away from their clients.
+    void release_control();
     /// Makes tick() append the time stamps of every further frame of that camera to `out`, as CSV. `out` must
     /// outlive the daemon.
     void write_timing_to(std::ostream& out, std::size_t camera = 0);

@@ -81,6 +81,9 @@ public:
 
     /// "ADDRESS:PORT" of the control protocol, valid after start(); empty: none.
     [[nodiscard]] virtual std::string control_address() const { return {}; }
+    /// Takes control away from a client of the control protocol, if there is one: its acquisition ends, and
+    /// the next client may take control. Called between start() and stop().
+    virtual void release_control() {}
 
     /// Number of this transport among the camera's: its slot in TransmitTimestamps. Set before start().
     void set_transmit_slot(std::size_t slot) noexcept { transmit_slot_ = slot; }

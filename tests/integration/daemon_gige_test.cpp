@@ -517,3 +517,41 @@ TEST_CASE("a client takes bursts, and frames that wait for an exposure trigger")
     CHECK(client.next(200) == nullptr);
     client.execute("AcquisitionStop");
 }
+
+TEST_CASE("obscura release takes control away from a client that holds the camera") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(21);
+    options.size = 64;
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    const auto release = [&](const std::string& name, pid_t pid) {
+        return std::make_unique<ChildProcess>(folder.path(), name,
+                                              std::vector<std::string>{OBSCURA_BINARY_DIR "/tools/obscura",
+                                                                       "release", "--pid",
+                                                                       std::to_string(pid)});
+    };
+    {
+        GigeClient holder(options.address);
+        holder.set("GevHeartbeatTimeout", std::int64_t{60'000});
+        const auto in_control = [&holder] {
+            return arv_gv_device_is_controller(ARV_GV_DEVICE(holder.device())) != 0;
+        };
+        CHECK(in_control());
+        const auto released = release("release", daemon.process().pid());
+        CHECK(released->wait(std::chrono::seconds(30)) == 0);
+        // Aravis reads the privilege once a second.
+        for (int i = 0; i < 600 && in_control(); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        CHECK_FALSE(in_control());
+        GigeClient next(options.address);
+        CHECK(next.integer("GevHeartbeatTimeout") == 3000);
+    }
+    const auto nonsense = release("nonsense", getpid());
+    CHECK(nonsense->wait(std::chrono::seconds(30)) == 69);
+    CHECK_THAT(nonsense->err(), Catch::Matchers::ContainsSubstring("is no running obscurad"));
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(std::chrono::seconds(30)) == 0);
+    CHECK_THAT(daemon.process().err(),
+               Catch::Matchers::ContainsSubstring("SIGUSR2: clients lose control of the cameras"));
+}

@@ -42,5 +42,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_sensor();
 [[nodiscard]] std::unique_ptr<Verb> make_characterise();
 [[nodiscard]] std::unique_ptr<Verb> make_timing();
+[[nodiscard]] std::unique_ptr<Verb> make_release();
 
 } // namespace obscura::tools

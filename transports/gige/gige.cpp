@@ -143,6 +143,10 @@ std::string GigeCamera::control_address() const {
     return parts_ ? fmt::format("{}:{}", address(), settings_.port) : std::string();
 }
 
+void GigeCamera::release_control() {
+    if (parts_) parts_->server.release_control();
+}
+
 std::string GigeCamera::address() const {
     return parts_ ? dotted(parts_->network.address) : std::string();
 }

@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "transports/gige/control/source_policy.hpp"
 #include "transports/gige/device/preset_check.hpp"
+#include "transports/gige/device/state_file.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
 
@@ -22,8 +23,7 @@ namespace {
 /// `limit`: size of the bootstrap register less one byte for the terminating zero.
 void check_text(const config::ReadTable& table, std::string_view key, const std::string& text,
                 std::size_t limit) {
-    const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7f; });
-    if (text.size() > limit || !ascii)
+    if (text.size() > limit || !is_register_text(text))
         table.refuse(key, fmt::format("allowed are at most {} printable ASCII characters", limit));
 }
 
@@ -60,6 +60,9 @@ void check(const GigeSettings& s, const config::ReadTable& table) {
                                  config::printable(s.mac)));
     if (s.packet_size % 4 != 0)
         table.refuse("packet_size", fmt::format("{} is not a multiple of 4", s.packet_size));
+    if (s.heartbeat_timeout_ms > s.heartbeat_timeout_max_ms)
+        table.refuse("heartbeat_timeout_ms", fmt::format("{} is above heartbeat_timeout_max_ms, {}",
+                                                         s.heartbeat_timeout_ms, s.heartbeat_timeout_max_ms));
     check_interface(table, s);
     table.refuse_if_thrown("allow", [&] { (void)parse_ranges(s.allow); });
     if (s.xml.empty()) return;
@@ -166,7 +169,13 @@ config::Section section_of(GigeSettings& s) {
                 key("heartbeat_timeout_ms", &s.heartbeat_timeout_ms)
                     .unit("ms")
                     .range(500, 600000)
-                    .help("GevHeartbeatTimeout after reset"),
+                    .help("GevHeartbeatTimeout of a new controller"),
+                key("heartbeat_timeout_max_ms", &s.heartbeat_timeout_max_ms)
+                    .unit("ms")
+                    .range(500, 86400000)
+                    .help(
+                        "Largest GevHeartbeatTimeout that a controller may set: for as long the camera stays "
+                        "locked when the controller vanishes"),
                 key("history_frames", &s.history_frames)
                     .range(1, 64)
                     .help("Number of frames kept for packet resend"),

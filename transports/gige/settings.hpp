@@ -29,6 +29,7 @@ struct GigeSettings {
     /// Reset value of GevSCPSPacketSize; reduced to the interface's MTU.
     std::int32_t packet_size = 1500;
     std::int32_t heartbeat_timeout_ms = 3000;
+    std::int32_t heartbeat_timeout_max_ms = 60'000;
     std::int32_t history_frames = 4; ///< frames of the pool kept for packet resend
     double drop_percent = 0;         ///< fault: payload packets withheld at first sending
 

@@ -5,15 +5,20 @@
 #include "core/latency_histogram.hpp"
 #include "core/philox.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/pattern_camera.hpp"
+#include "tests/support/temp_folder.hpp"
 #include "transports/gige/control/control_port.hpp"
 #include "transports/gige/device/feature_table.hpp"
+#include "transports/gige/device/state_file.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -466,6 +471,58 @@ TEST_CASE("The heartbeat is the controller's alone and runs out by the clock") {
     CHECK(b.write(reg::control_privilege, 2, bob) == ok);
 }
 
+TEST_CASE("A heartbeat time-out is its controller's alone and has a maximum") {
+    Bench b;
+    const auto timeout = [&b] { return Bench::word(b.read(reg::heartbeat_timeout)); };
+    const auto maximum = [&b] { return Bench::word(b.read(address_of("GevHeartbeatTimeoutMax"))); };
+    b.take_control();
+    CHECK(maximum() == 60'000);
+    CHECK(b.write(reg::heartbeat_timeout, 60'001) == invalid_parameter);
+    CHECK(b.write(reg::heartbeat_timeout, 60'000) == ok);
+    CHECK(b.write(reg::control_privilege, 2) == ok); // asking again for what it has changes nothing
+    CHECK(timeout() == 60'000);
+
+    SECTION("control is given up") {
+        CHECK(b.write(reg::control_privilege, 0) == ok);
+    }
+    SECTION("control is lost") {
+        b.clock.advance(60 * ns_per_s);
+        b.port.on_timer(b.clock.now());
+        CHECK_FALSE(b.port.controlled());
+    }
+    SECTION("control is taken away on the camera's side") {
+        b.port.release();
+    }
+    SECTION("control is handed over") {
+        CHECK(b.write(reg::switchover_key, 77) == ok);
+        CHECK(b.write(reg::control_privilege, 2 | 4) == ok);
+        CHECK(timeout() == 60'000);
+    }
+    CHECK(b.write(reg::control_privilege, 77 << 16 | 2, bob) == ok);
+    CHECK(timeout() == 3000);
+    CHECK(b.port.deadline() == b.clock.now() + 3 * ns_per_s);
+
+    GigeSettings patient;
+    patient.heartbeat_timeout_max_ms = 86'400'000;
+    Bench debugging(patient);
+    debugging.take_control();
+    CHECK(debugging.write(reg::heartbeat_timeout, 86'400'000) == ok);
+}
+
+TEST_CASE("Text registers take printable ASCII only") {
+    Bench b;
+    b.take_control();
+    const auto write_name = [&b](std::string name) {
+        name.resize(16);
+        return b.write_memory(reg::user_name, Bytes(name.begin(), name.end()));
+    };
+    CHECK(write_name(R"(a "b" \c ~)") == ok);
+    for (const char* const bad : {"x\n0xa150 0x3039", "tab\t", "\x1b[2J", "caf\xc3\xa9", "del\x7f"}) {
+        CHECK(write_name(bad) == invalid_parameter);
+        CHECK(b.device.registers().text(reg::user_name) == R"(a "b" \c ~)");
+    }
+}
+
 TEST_CASE("A repeated request is answered again but run once") {
     Bench b;
     b.take_control();
@@ -755,6 +812,73 @@ TEST_CASE("User sets bring settings back, also after a restart") {
         CHECK(b.camera.settings().region == Region{0, 0, 640, 480});
     }
     std::remove(file.c_str());
+}
+
+TEST_CASE("What a state file says is escaped, checked and validated") {
+    const test::TempFolder folder;
+    const std::string file = (folder.path() / "state").string();
+    const DeviceState state{R"(a "b" \c)", 1, {{0xA150, 12345}, {0xA154, 0xFFFFFFFF}}};
+    REQUIRE(write_state(file, state).empty());
+    DeviceState read;
+    CHECK(read_state(file, read).empty());
+    CHECK(read == state);
+    const std::string good = test::text_of(file);
+
+    const auto refused = [&](const std::string& text) {
+        std::ofstream(file) << text;
+        DeviceState untouched{"old", 0, {}};
+        const std::string why = read_state(file, untouched);
+        CHECK(untouched == DeviceState{"old", 0, {}});
+        return why;
+    };
+    std::string changed = good;
+    changed[changed.find("0x3039")] = '1';
+    CHECK(refused(changed) == "damaged or changed by hand: its checksum does not match");
+    CHECK(refused(good + "# more\n") == "damaged or changed by hand: its checksum does not match");
+    for (std::size_t n = 0; n < good.size(); ++n)
+        CHECK_FALSE(refused(good.substr(0, n)).empty());
+    CHECK(refused("name x\ndefault 1\n0xa150 0x3039\n") == "not a state file of this version");
+    CHECK(refused("") == "not a state file of this version");
+    CHECK(refused(std::string(1 << 20, '\n')) == "larger than 65536 bytes, no state file");
+    CHECK(read_state(folder.path().string(), read) == "not a regular file");
+    const std::string pipe = (folder.path() / "pipe").string();
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    CHECK(read_state(pipe, read) == "not a regular file");
+    CHECK(read_state((folder.path() / "none").string(), read).empty());
+    CHECK(read == DeviceState{});
+    CHECK_FALSE(write_state((folder.path() / "none" / "state").string(), state).empty());
+}
+
+TEST_CASE("A state file that is not the camera's is left as it is") {
+    const test::TempFolder folder;
+    GigeSettings s;
+    s.state_file = (folder.path() / "state").string();
+    const std::string foreign = "somebody's notes\n";
+    std::ofstream(s.state_file) << foreign;
+    Bench b(s);
+    b.take_control();
+    CHECK(b.write(address_of("UserSetSelector"), 1) == ok);
+    CHECK(b.write(address_of("UserSetSave"), 1) == static_cast<int>(Status::error));
+    CHECK(b.write_memory(reg::user_name, {'n', 'a', 'm', 'e', 0, 0, 0, 0}) == ok);
+    CHECK(test::text_of(s.state_file) == foreign);
+}
+
+TEST_CASE("Words of a state file pass the same checks as a client's") {
+    const test::TempFolder folder;
+    GigeSettings s;
+    s.state_file = (folder.path() / "state").string();
+    const std::uint32_t too_wide = 100'000;
+    REQUIRE(write_state(s.state_file, {"x",
+                                       1,
+                                       {{address_of("Width"), too_wide},
+                                        {address_of("Gain"), 6000},
+                                        {reg::stream_destination, 0x01020304},
+                                        {0xFFFFFFFC, 1}}})
+                .empty());
+    Bench b(s);
+    CHECK(b.camera.settings().region.width == 640);
+    CHECK(b.camera.settings().gain_db == 6);
+    CHECK(b.device.registers().peek(reg::stream_destination) == 0); // no part of user sets
 }
 
 TEST_CASE("Faults strike the same packets in every run, as often as they should") {

@@ -89,6 +89,7 @@ user_name = ""
 mac = ""
 packet_size = 1500
 heartbeat_timeout_ms = 3000
+heartbeat_timeout_max_ms = 60000
 history_frames = 4
 drop_percent = 0.0
 throughput_limit_mbit_s = 1000.0

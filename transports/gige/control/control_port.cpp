@@ -15,16 +15,15 @@ ControlPort::ControlPort(Device& device, const GigeSettings& settings, const Net
       network_(network),
       policy_(network, parse_ranges(settings.allow), settings.off_link),
       read_only_(settings.read_only),
+      heartbeat_reset_ms_(static_cast<std::uint32_t>(settings.heartbeat_timeout_ms)),
       bank_(device.registers()) {
     const Feature& heartbeat = feature("GevHeartbeatTimeout");
     bank_.add({.name = heartbeat.name,
                .address = reg::heartbeat_timeout,
                .access = Access::read_write,
-               .saved = true,
-               .reset = std::max(static_cast<std::uint32_t>(std::max(settings.heartbeat_timeout_ms, 0)),
-                                 smallest_word(heartbeat)),
+               .reset = heartbeat_reset_ms_,
                .minimum = smallest_word(heartbeat),
-               .maximum = largest_word(heartbeat)});
+               .maximum = static_cast<std::uint32_t>(settings.heartbeat_timeout_max_ms)});
     bank_.add({.name = "ControlSwitchoverKey",
                .address = reg::switchover_key,
                .access = Access::write_only,
@@ -236,9 +235,10 @@ Status ControlPort::write_privilege(std::uint32_t value) {
         if (controlled()) release();
         return Status::success;
     }
-    value = bits;
+    // A time-out is its controller's alone: the next one starts with the configured time-out.
+    if (!is_controller(asking_)) bank_.poke(reg::heartbeat_timeout, heartbeat_reset_ms_);
     controller_ = asking_;
-    privilege_ = value;
+    privilege_ = bits;
     last_heard_ = asked_;
     device_.set_controller(asking_.ip);
     return Status::success;
@@ -266,6 +266,7 @@ void ControlPort::release() {
     controller_ = {};
     privilege_ = 0;
     last_request_bytes_ = 0;
+    bank_.poke(reg::heartbeat_timeout, heartbeat_reset_ms_);
     device_.control_lost();
 }
 

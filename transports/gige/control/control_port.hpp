@@ -69,6 +69,7 @@ private:
     const NetworkInterface network_;
     SourcePolicy policy_;
     const bool read_only_;
+    const std::uint32_t heartbeat_reset_ms_;
     std::uint64_t commands_ = 0; // datagrams from admitted sources, counted for fault rules
     RegisterBank& bank_;
     ControlCounters counters_;

@@ -62,6 +62,7 @@ void ControlServer::start() {
     epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
     timer_ = FileDescriptor(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
     stop_event_ = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    release_event_ = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     const auto watch = [this](int fd) {
         epoll_event e{};
         e.events = EPOLLIN;
@@ -73,15 +74,24 @@ void ControlServer::start() {
         watch(s.get());
     watch(timer_.get());
     watch(stop_event_.get());
+    watch(release_event_.get());
     armed_ = {INT64_MAX};
     thread_ = std::thread([this] { loop(); });
 }
 
+void ControlServer::signal(const FileDescriptor& event) {
+    const std::uint64_t one = 1;
+    while (write(event.get(), &one, sizeof one) < 0 && errno == EINTR) {
+    }
+}
+
+void ControlServer::release_control() {
+    if (thread_.joinable()) signal(release_event_);
+}
+
 void ControlServer::stop() {
     if (!thread_.joinable()) return;
-    const std::uint64_t one = 1;
-    while (write(stop_event_.get(), &one, sizeof one) < 0 && errno == EINTR) {
-    }
+    signal(stop_event_);
     thread_.join();
     heartbeat_.rest();
     port_.release();
@@ -100,6 +110,11 @@ void ControlServer::loop() {
         for (int i = 0; i < n; ++i) {
             const int fd = events[static_cast<std::size_t>(i)].data.fd;
             if (fd == stop_event_.get()) return;
+            if (fd == release_event_.get()) {
+                std::uint64_t requests = 0;
+                if (read(fd, &requests, sizeof requests) > 0 && port_.controlled()) port_.release();
+                continue;
+            }
             if (fd == timer_.get()) {
                 std::uint64_t expirations = 0;
                 if (read(fd, &expirations, sizeof expirations) < 0 && errno != EAGAIN) continue;

@@ -27,12 +27,15 @@ public:
     void start();
     /// Joins the thread; a controller loses control.
     void stop();
+    /// Makes the controller, if any, lose control soon. Thread-safe between start() and stop().
+    void release_control();
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
 
 private:
     void loop();
     void serve(int fd, bool broadcast);
     void arm_heartbeat();
+    static void signal(const FileDescriptor& event);
 
     ControlPort& port_;
     const NetworkInterface network_;
@@ -40,7 +43,7 @@ private:
     const int udp_port_;
     const ThreadSettings thread_settings_;
     std::array<FileDescriptor, 3> sockets_; // unicast, limited broadcast, subnet broadcast
-    FileDescriptor epoll_, timer_, stop_event_;
+    FileDescriptor epoll_, timer_, stop_event_, release_event_;
     Time armed_{INT64_MAX};
     Heartbeat heartbeat_{"gige-control"};
     std::thread thread_;

@@ -10,6 +10,7 @@
 #include "transports/gige/channels/message_channel.hpp"
 #include "transports/gige/channels/network_interface.hpp"
 #include "transports/gige/channels/stream_port.hpp"
+#include "transports/gige/device/state_file.hpp"
 #include "transports/gige/registers/register_bank.hpp"
 #include "transports/gige/settings.hpp"
 
@@ -18,7 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <string>
+#include <vector>
 
 namespace obscura::transports::gige {
 
@@ -53,8 +54,9 @@ struct DeviceContext {
     FaultInjector faults;
     std::uint32_t pending_ack_ms = 0;
     static constexpr std::size_t action_queue_size = 16;
-    std::array<Time, action_queue_size> actions{}; ///< scheduled, in no order; 0: free
-    std::string default_set, user_set_1;           ///< features as text, see saved_features()
+    std::array<Time, action_queue_size> actions{};  ///< scheduled, in no order; 0: free
+    std::vector<SavedWord> default_set, user_set_1; ///< see saved_features()
+    bool state_file_usable = true; ///< false: settings.state_file is not ours and must not be replaced
 
     /// Regions from the second on; Region0 is always enabled and its window is in the camera's settings.
     struct RegionSlot {

@@ -80,7 +80,10 @@ constexpr std::array gige_vision_features{
             .cached = true,
             .unit = "ms",
             .minimum = fixed(500),
-            .maximum = fixed(86400000)},
+            .maximum = in_register(0xA434,
+                                   [](const Feature&, DeviceContext& d, std::uint32_t) {
+                                       return static_cast<std::uint64_t>(d.settings.heartbeat_timeout_max_ms);
+                                   })},
     Feature{.name = "GevTimestampTickFrequency",
             .access = Access::read_only,
             .address = reg::tick_frequency_high,

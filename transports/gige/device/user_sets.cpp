@@ -1,48 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/user_sets.hpp"
 
+#include "core/log.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/regions.hpp"
 #include "transports/gige/device/sequencer_control.hpp"
 #include "transports/gige/device/stream_channel.hpp"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <cstdio>
-#include <fstream>
-#include <sstream>
+#include <algorithm>
+#include <cstddef>
+#include <string>
 
 namespace obscura::transports::gige {
 namespace {
 
-bool binned(const std::string& text) {
-    std::istringstream lines(text);
-    lines >> std::hex;
-    for (std::uint32_t address = 0, word = 0; lines >> address >> word;)
-        if ((address == address_of("BinningHorizontal") || address == address_of("BinningVertical")) &&
-            word > 1)
-            return true;
-    return false;
+bool binned(const std::vector<SavedWord>& set) {
+    return std::any_of(set.begin(), set.end(), [](const SavedWord& saved) {
+        return (saved.address == address_of("BinningHorizontal") ||
+                saved.address == address_of("BinningVertical")) &&
+               saved.word > 1;
+    });
 }
 
-} // namespace
-
-std::string saved_features(const DeviceContext& d) {
-    std::string text;
-    for (const Register& r : d.bank.table()) {
-        std::uint32_t word = 0;
-        if (r.saved && d.bank.read_word(r.address, word) == Status::success)
-            text += fmt::format("{:#x} {:#x}\n", r.address, word);
+// Writes the words as a client would. Returns the number of words that were refused.
+std::size_t write_words(DeviceContext& d, const std::vector<SavedWord>& set) {
+    std::size_t refused = 0;
+    for (const SavedWord& saved : set) {
+        const Register* r = d.bank.find(saved.address);
+        const bool known = r != nullptr && r->address == saved.address && r->saved;
+        if (!known || d.bank.write_word(saved.address, saved.word) != Status::success) ++refused;
     }
-    return text;
+    return refused;
 }
 
-Status load_features(DeviceContext& d, const std::string& text) {
-    if (d.control.acquiring()) return Status::write_protect;
-    // Binning excludes multi-part payload, which is a setting of the stream, not of user sets.
-    if (multipart(d) && binned(text)) return Status::write_protect;
+// Features that keep others from being set: out of the way before a set is written.
+void prepare_for_set(DeviceContext& d) {
     publish_sequence(d, {});
     d.sequencer_configuring = false;
     d.bank.write_word(address_of("ExposureAuto"), value(ExposureAuto::off)); // locks ExposureTime
@@ -56,47 +48,63 @@ Status load_features(DeviceContext& d, const std::string& text) {
     }
     // Several reads of one window cannot be binned.
     d.bank.write_word(address_of("RegionSampling"), value(Sampling::destructive));
-    std::istringstream lines(text);
-    lines >> std::hex;
-    for (std::uint32_t address = 0, word = 0; lines >> address >> word;) {
-        const Register* r = d.bank.find(address);
-        if (r != nullptr && r->address == address && r->saved) d.bank.write_word(address, word);
+}
+
+} // namespace
+
+std::vector<SavedWord> saved_features(const DeviceContext& d) {
+    std::vector<SavedWord> set;
+    for (const Register& r : d.bank.table()) {
+        std::uint32_t word = 0;
+        if (r.saved && d.bank.read_word(r.address, word) == Status::success) set.push_back({r.address, word});
     }
+    return set;
+}
+
+Status load_features(DeviceContext& d, const std::vector<SavedWord>& set) {
+    if (d.control.acquiring()) return Status::write_protect;
+    // Binning excludes multi-part payload, which is a setting of the stream, not of user sets.
+    if (multipart(d) && binned(set)) return Status::write_protect;
+    prepare_for_set(d);
+    write_words(d, set);
     return Status::success;
 }
 
 void read_state_file(DeviceContext& d) {
-    if (d.settings.state_file.empty()) return;
-    std::ifstream file(d.settings.state_file);
-    std::string name, line;
-    bool loads_user_set_1 = false;
-    while (std::getline(file, line)) {
-        if (line.rfind("name ", 0) == 0) {
-            name = line.substr(5);
-        } else if (line == "default 1") {
-            loads_user_set_1 = true;
-        } else if (line.rfind("0x", 0) == 0) {
-            d.user_set_1 += line + "\n";
-        }
+    const std::string& file = d.settings.state_file;
+    if (file.empty()) return;
+    DeviceState state;
+    if (const std::string why = read_state(file, state); !why.empty()) {
+        log_warning("gige.state_file: {}: {}; not used, and left as it is: user sets are not kept", file,
+                    why);
+        d.state_file_usable = false;
+        return;
     }
-    if (!name.empty()) d.bank.set_text(reg::user_name, name);
-    store(d, "UserSetDefault", 0, loads_user_set_1 ? 1 : 0);
-    if (loads_user_set_1) load_features(d, d.user_set_1);
+    if (!state.user_id.empty()) d.bank.set_text(reg::user_name, state.user_id);
+    d.user_set_1 = std::move(state.user_set_1);
+    if (state.user_set_default == 0) return;
+    if (!in_range(feature("UserSetDefault"), state.user_set_default)) {
+        log_warning("gige.state_file: {}: UserSetDefault {} does not exist; Default is loaded", file,
+                    state.user_set_default);
+        return;
+    }
+    store(d, "UserSetDefault", 0, state.user_set_default);
+    prepare_for_set(d);
+    if (const std::size_t refused = write_words(d, d.user_set_1); refused > 0)
+        log_warning(
+            "gige.state_file: {}: {} of {} registers of UserSet1 do not fit this camera and keep their "
+            "reset values",
+            file, refused, d.user_set_1.size());
 }
 
 bool write_state_file(const DeviceContext& d) {
-    if (d.settings.state_file.empty()) return true;
-    // Write a new file and rename it, so that the state file always holds either the old sets or the new
-    // ones.
-    const std::string beside = d.settings.state_file + ".new";
-    const std::string text = fmt::format("name {}\ndefault {}\n{}", d.bank.text(reg::user_name),
-                                         stored(d, "UserSetDefault"), d.user_set_1);
-    const int fd = open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    if (fd < 0) return false;
-    const bool written =
-        ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(fd) == 0;
-    close(fd);
-    return written && std::rename(beside.c_str(), d.settings.state_file.c_str()) == 0;
+    const std::string& file = d.settings.state_file;
+    if (file.empty()) return true;
+    if (!d.state_file_usable) return false;
+    const std::string why =
+        write_state(file, {d.bank.text(reg::user_name), stored(d, "UserSetDefault"), d.user_set_1});
+    if (!why.empty()) log_warning("gige.state_file: {}: {}", file, why);
+    return why.empty();
 }
 
 } // namespace obscura::transports::gige

@@ -35,6 +35,7 @@ Register& RegisterBank::add_string(std::string_view name, std::uint32_t address,
     r.address = address;
     r.bytes = bytes;
     r.access = access;
+    r.is_text = true;
     r.contents.assign(bytes, 0);
     // The last byte stays 0 unless the string fills the field exactly, which the standard allows.
     std::memcpy(r.contents.data(), value.data(), std::min<std::size_t>(value.size(), bytes));
@@ -115,7 +116,13 @@ Status RegisterBank::write(std::uint32_t address, std::span<const std::uint8_t> 
                 store_be32(r->contents.data(), value);
             }
         } else {
-            std::memcpy(r->contents.data() + inside, bytes.data() + done, n);
+            const auto from = bytes.subspan(done, n);
+            const auto unprintable = [](std::uint8_t byte) {
+                return byte != 0 && (byte < 0x20 || byte > 0x7E);
+            };
+            if (r->is_text && std::any_of(from.begin(), from.end(), unprintable))
+                return Status::invalid_parameter;
+            std::copy(from.begin(), from.end(), r->contents.begin() + inside);
         }
         if (r->written) r->written();
         done += n;

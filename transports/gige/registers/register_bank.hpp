@@ -30,7 +30,10 @@ struct Register {
     std::function<std::uint32_t()> read = {}; ///< words only
     /// Words only: checks the word, then applies it; nothing changes on refusal.
     std::function<Status(std::uint32_t)> write = {};
-    std::function<void()> written = {};      ///< called after a write
+    std::function<void()> written = {}; ///< called after a write
+    /// Bytes that are not printable ASCII or zero are refused. What comes after the first zero has no
+    /// meaning.
+    bool is_text = false;
     std::vector<std::uint8_t> contents = {}; ///< blocks (bytes != 4): stored bytes
 };
 
@@ -40,7 +43,7 @@ class RegisterBank {
 public:
     /// Adds an entry. Throws std::logic_error when it overlaps another or is misaligned (a bug in the table).
     Register& add(Register r);
-    /// A zero-padded UTF-8 string of `bytes` bytes.
+    /// A zero-padded string of `bytes` bytes. Clients may write printable ASCII only.
     Register& add_string(std::string_view name, std::uint32_t address, std::uint32_t bytes, Access access,
                          std::string_view value);
     /// Read-only bytes of any length (the XML file), padded to a multiple of 4.
