@@ -238,6 +238,24 @@ with Daemon(source="timer") as daemon, Simulator("127.0.0.1", daemon.port) as si
     check("no steps where a timer drives the camera", "lockstep" in text, text)
     simulator.pose("rock", 0, (0, 500, 0), (1, 0, 0, 0))
     check("but poses", refusal(simulator.state) == "")
+    # Eight clients at a time; who comes later is not kept waiting.
+    others = [Simulator("127.0.0.1", daemon.port) for _ in range(7)]
+    check("eight clients are greeted", all(other.greeting for other in others), [o.greeting for o in others])
+    try:
+        ninth = Simulator("127.0.0.1", daemon.port).greeting
+    except OSError:
+        ninth = ""
+    check("the ninth is not", ninth == "", ninth)
+    others.pop().close()
+    freed, end = "", time.monotonic() + 60
+    while not freed and time.monotonic() < end:
+        try:
+            freed = Simulator("127.0.0.1", daemon.port).greeting
+        except OSError:
+            pass
+    check("until one of them leaves", freed != "")
+    for other in others:
+        other.close()
     check("it ends well", daemon.stop() == 0)
 
 sys.exit(1 if failures else 0)

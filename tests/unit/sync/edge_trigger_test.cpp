@@ -197,6 +197,11 @@ TEST_CASE("UDP triggers: the message by its bytes") {
     REQUIRE(decode(bytes, message));
     CHECK(message == UdpTriggerMessage{0x01020304, 0x0a0b0c0d0e0f1011});
     CHECK_FALSE(decode({bytes.data(), 15}, message));
+    for (const std::size_t longer : {17, 32, 64}) {
+        std::vector<std::uint8_t> datagram(bytes.begin(), bytes.end());
+        datagram.resize(longer);
+        CHECK_FALSE(decode(datagram, message));
+    }
     auto wrong = bytes;
     wrong[0] = 'X';
     CHECK_FALSE(decode(wrong, message));

@@ -9,11 +9,13 @@
 #include "images/writers/png.hpp"
 #include "images/writers/raw.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -159,6 +161,21 @@ TEST_CASE("the same picture gives the same bytes, an existing file is replaced, 
     CHECK(write() == first);
     CHECK(files_in(folder.path()) == 5); // png, fits, raw and its sidecar, exr
     CHECK(std::filesystem::exists(folder.path() / "frame_000007.png"));
+}
+
+TEST_CASE("a temporary file is created by its writer and never found there") {
+    const test::TempFolder folder;
+    const std::filesystem::path target = folder.path() / "frame.png";
+    const std::filesystem::path victim = folder.write("victim", "precious");
+    // Names count up: a link is planted under the next one.
+    const std::string name = PendingFile(target).path().filename();
+    const std::size_t digits = name.rfind('.', name.size() - 5) + 1;
+    const unsigned number = static_cast<unsigned>(std::stoul(name.substr(digits)));
+    std::filesystem::create_symlink(victim, folder.path() /
+                                                fmt::format("{}{}.tmp", name.substr(0, digits), number + 1));
+    CHECK_THROWS_AS(PendingFile(target), OutputError);
+    CHECK(test::text_of(victim) == "precious");
+    CHECK(std::filesystem::exists(victim));
 }
 
 TEST_CASE("an output that cannot be written is one line, and leaves nothing behind") {
