@@ -4,6 +4,7 @@
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/memory_budget.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/service_notify.hpp"
@@ -53,7 +54,7 @@ void write_whole(const std::string& file, const std::string& text) {
 sigset_t block_signals() {
     sigset_t set;
     sigemptyset(&set);
-    for (const int signal : {SIGTERM, SIGINT, SIGHUP})
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGUSR2})
         sigaddset(&set, signal);
     pthread_sigmask(SIG_BLOCK, &set, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
@@ -75,7 +76,9 @@ void reload(emulator::Daemon& daemon, const std::string& config_file,
         } else {
             log_error("SIGHUP: {}: nothing changed: {}", config_file, refusal);
         }
-    } catch (const Error& e) {
+    } catch (const std::bad_alloc&) {
+        log_error("SIGHUP: nothing changed: out of memory; {} are left", describe(memory_left()));
+    } catch (const std::exception& e) {
         log_error("SIGHUP: nothing changed: {}", e.what());
     }
     emulator::notify_service_manager("READY=1");
@@ -104,6 +107,10 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string&
             return;
         }
         if (signal == SIGHUP) reload(daemon, config_file, mind);
+        if (signal == SIGUSR2) {
+            log_notice("SIGUSR2: clients lose control of the cameras");
+            daemon.release_control();
+        }
     }
 }
 
@@ -127,6 +134,7 @@ int run(const Options& options) {
         return exit_ok;
     }
     set_log_level(config.daemon.log_level);
+    limit_memory(static_cast<std::uint64_t>(config.daemon.memory_limit_mib) << 20);
     if (options.check) {
         for (const emulator::DaemonConfig* camera : config.cameras())
             const emulator::Imaging everything_loads(*camera, 1);
@@ -165,9 +173,10 @@ int run(const Options& options) {
 int main(int argc, char* argv[]) {
     CLI::App app{
         "The camera emulator: renders a scene on every trigger and streams the frames.\n"
-        "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP. Exit status: 0 success, 64 bad\n"
-        "command line, 66 bad input file, 69 interface or device not available, 70 internal error,\n"
-        "74 output cannot be written, 78 bad configuration.",
+        "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP, takes control of its cameras away\n"
+        "from their clients on SIGUSR2 (obscura release). Exit status: 0 success, 64 bad command line,\n"
+        "66 bad input file, 69 interface or device not available, 70 internal error, 74 output cannot be\n"
+        "written, 78 bad configuration.",
         "obscurad"};
     Options options;
     app.add_option("-c,--config", options.config_file, "Configuration file (TOML)")
@@ -203,7 +212,8 @@ int main(int argc, char* argv[]) {
         return e.status();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr,
-                   "out of memory: fewer pool frames (daemon.pool_frames) or a smaller sensor may help\n");
+                   "out of memory: fewer pool frames (daemon.pool_frames), a smaller sensor or a larger "
+                   "daemon.memory_limit_mib may help\n");
         return exit_hardware;
     } catch (const std::exception& e) {
         fmt::print(stderr, "internal error: {}\n", e.what());

@@ -2,6 +2,7 @@
 #include "images/image.hpp"
 
 #include "core/error.hpp"
+#include "core/memory_budget.hpp"
 
 #include <fmt/format.h>
 
@@ -63,7 +64,11 @@ Image read_image(const std::filesystem::path& file, const std::string& plane) {
 }
 
 std::vector<std::string> colour_planes(const std::filesystem::path& file) {
-    const auto numbers = [](std::int64_t planes) {
+    const auto numbers = [&file](std::int64_t planes) {
+        constexpr std::int64_t most_planes = 65536;
+        if (planes > most_planes)
+            throw InputError(
+                fmt::format("{}: {} planes, allowed 1 to {}", file.string(), planes, most_planes));
         std::vector<std::string> names;
         for (std::int64_t i = 0; i < planes; ++i)
             names.push_back(fmt::format("{}", i));
@@ -116,6 +121,8 @@ void check_image_size(const std::filesystem::path& file, std::int64_t width, std
     if (width < 1 || height < 1 || width > max_image_pixels || height > max_image_pixels / width)
         throw InputError(fmt::format("{}: an image of {} x {} pixels, allowed 1 to {} in total",
                                      file.string(), width, height, max_image_pixels));
+    // The image itself, and as much for what the format's library holds.
+    require_memory(static_cast<std::uint64_t>(width * height) * 2 * sizeof(double), file.string());
 }
 
 } // namespace obscura::images

@@ -69,7 +69,8 @@ struct ColourChoice {
 /// Parses `plane` as a number below `planes`; 0 when empty. Throws InputError.
 [[nodiscard]] std::int32_t plane_number(const std::filesystem::path& file, const std::string& plane,
                                         std::int64_t planes);
-/// Throws InputError unless both are positive and the product is not above max_image_pixels.
+/// Throws InputError unless both are positive, the product is not above max_image_pixels and there is memory
+/// to read such an image.
 void check_image_size(const std::filesystem::path& file, std::int64_t width, std::int64_t height);
 
 } // namespace obscura::images

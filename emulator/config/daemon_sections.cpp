@@ -39,6 +39,12 @@ config::Section section_of(DaemonSection& s) {
                   "write to folders of other users or listen on ports below 1024"),
         key("autostart", &s.autostart)
             .help("Start the acquisition with the daemon, as always if no control port is enabled"),
+        key("memory_limit_mib", &s.memory_limit_mib)
+            .unit("MiB")
+            .range(0, 1048576)
+            .help(
+                "Memory that the daemon may take. A scene that needs more is refused; after a reload the old "
+                "one stays in use. 0: what the control group of the service allows (MemoryMax=)"),
     };
     return section;
 }

@@ -33,6 +33,7 @@ struct DaemonSection {
     SceneTime scene_time = SceneTime::nominal;
     bool drop_capabilities = true;
     bool autostart = false;
+    std::int32_t memory_limit_mib = 0;
 };
 
 /// [render]

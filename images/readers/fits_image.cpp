@@ -5,6 +5,7 @@
 #include <fitsio.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -45,6 +46,17 @@ public:
         fits_get_img_size(fits_, dimensions, size.data(), &status_);
         check();
         check_image_size(file_, size[0], size[1]);
+        // Check the file size before anything is made for each pixel or plane: the header alone is not
+        // trusted.
+        LONGLONG data_start = 0, data_end = 0, header = 0;
+        fits_get_hduaddrll(fits_, &header, &data_start, &data_end, &status_);
+        check();
+        // A pixel takes a byte at least; the planes lie one after the other.
+        const auto pixels = static_cast<std::uintmax_t>(size[0]) * static_cast<std::uintmax_t>(size[1]);
+        const std::uintmax_t bytes = std::filesystem::file_size(file_);
+        const std::uintmax_t data = bytes - std::min(bytes, static_cast<std::uintmax_t>(data_start));
+        if (size[2] < 1 || static_cast<std::uintmax_t>(size[2]) > data / pixels)
+            throw InputError(fmt::format("{}: the file ends before its image", file_.string()));
         return size;
     }
 
@@ -60,12 +72,6 @@ public:
         check();
         image.full_scale = type == BYTE_IMG ? 255 : type == USHORT_IMG ? 65535 : 1;
         const LONGLONG count = static_cast<LONGLONG>(size[0]) * size[1];
-        // Check the file size before allocation: the header alone is not trusted.
-        LONGLONG data_start = 0, data_end = 0, header = 0;
-        fits_get_hduaddrll(fits_, &header, &data_start, &data_end, &status_);
-        check();
-        if (static_cast<std::uintmax_t>(data_start + count) > std::filesystem::file_size(file_))
-            throw InputError(fmt::format("{}: the file ends before its image", file_.string()));
         image.values.resize(static_cast<std::size_t>(count));
         double unknown = std::numeric_limits<double>::quiet_NaN();
         int any = 0;

@@ -2,6 +2,7 @@
 #include "renderer/mesh_files/mesh_file.hpp"
 
 #include "core/error.hpp"
+#include "core/memory_budget.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/obj.hpp"
 #include "renderer/mesh_files/plate.hpp"
@@ -29,6 +30,10 @@ std::string text_of(const std::filesystem::path& file, const char* kind) {
     std::ifstream in(file, std::ios::binary);
     if (!in || std::filesystem::is_directory(file))
         throw InputError(fmt::format("{}: cannot open: a readable {} is wanted", file.string(), kind));
+    // The text twice while it is read, and what it describes.
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    if (!error) require_memory(4 * bytes, file.string());
     std::ostringstream text;
     text << in.rdbuf();
     return std::move(text).str();

@@ -2,6 +2,7 @@
 #include "renderer/shapes/mesh_shape.hpp"
 
 #include "core/error.hpp"
+#include "core/memory_budget.hpp"
 
 #include <fmt/format.h>
 
@@ -276,6 +277,10 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
         mesh_.vertices.pop_back();
         return;
     }
+    // Measured while building: twice the finished hierarchy, which takes some 80 bytes a triangle.
+    constexpr std::uint64_t bytes_per_triangle = 160;
+    require_memory(bytes_per_triangle * mesh_.triangles.size(),
+                   fmt::format("a mesh of {} triangles", mesh_.triangles.size()));
     RTCGeometry geometry = rtcNewGeometry(device_->get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh_.vertices.data(),
                                0, sizeof(Vec3f), vertices);

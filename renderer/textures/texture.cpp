@@ -2,6 +2,7 @@
 #include "renderer/textures/texture.hpp"
 
 #include "core/error.hpp"
+#include "core/memory_budget.hpp"
 #include "images/image.hpp"
 
 #include <fmt/format.h>
@@ -192,6 +193,10 @@ Texture read_texture(const std::filesystem::path& file, TextureCoding coding, Te
                                          image.width, image.height, most_texels));
         width = image.width;
         height = image.height;
+        // All planes as float, then with their coarser copies as 16 bits.
+        if (planes.empty())
+            require_memory(names.size() * image.values.size() * (sizeof(float) + 2 * sizeof(std::uint16_t)),
+                           file.string());
         std::vector<float> plane;
         plane.reserve(image.values.size());
         for (const double value : image.values) {

@@ -3,6 +3,7 @@
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -12,6 +13,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -229,6 +231,59 @@ TEST_CASE("SIGHUP: a good configuration is taken on, a bad one changes nothing, 
         folder.path() / "frames" /
         ("frame_" + std::string(delivered < 1000 ? "000" : "00") + std::to_string(delivered) + ".raw")));
 }
+
+#ifndef OBSCURA_SANITIZED // shadow memory does not fit under a limit
+TEST_CASE("SIGHUP: a scene that needs too much memory is refused in one line, and frames flow on") {
+    const TempFolder folder;
+    const ServiceManager manager;
+    DaemonOptions options;
+    options.size = 64;
+    options.rate_hz = 20;
+    options.frames_folder = (folder.path() / "frames").string();
+    options.daemon_more = "memory_limit_mib = 1024";
+    DaemonProcess daemon(folder, write_configuration(folder, options), {manager.environment()});
+    REQUIRE(daemon.wait_ready());
+    CHECK(manager.next() == "READY=1");
+    const std::string light = text_of(folder.path() / "scene.toml");
+    const auto hang_up = [&](const std::string& more) {
+        folder.write("scene.toml", light + more);
+        daemon.process().send(SIGHUP);
+        manager.next(); // RELOADING
+        CHECK(manager.next() == "READY=1");
+    };
+    // FITS files whose headers promise more than there is, or than there is room for.
+    const auto fits = [&](const char* name, long long width, long long height, long long planes,
+                          std::uintmax_t bytes) {
+        const auto card = [](const char* key, const std::string& value) {
+            std::string c = fmt::format("{:<8}= {:>20}", key, value);
+            c.resize(80, ' ');
+            return c;
+        };
+        std::string header = card("SIMPLE", "T") + card("BITPIX", "8") + card("NAXIS", "3") +
+                             card("NAXIS1", std::to_string(width)) + card("NAXIS2", std::to_string(height)) +
+                             card("NAXIS3", std::to_string(planes)) + "END";
+        header.resize(2880, ' ');
+        const std::filesystem::path file = folder.write(name, header);
+        std::filesystem::resize_file(file, bytes);
+        return "albedo_texture = \"" + file.string() + "\"\n";
+    };
+    hang_up(fits("planes.fits", 1, 1, 2'000'000'000, 5760));
+    CHECK_THAT(daemon.process().err(), ContainsSubstring("planes.fits: the file ends before its image"));
+    hang_up(fits("wide.fits", 16384, 16384, 1, 5760));
+    CHECK_THAT(daemon.process().err(), ContainsSubstring("wide.fits: needs 4096.0 MiB of memory; left are"));
+    hang_up(fits("large.fits", 8192, 8192, 1, 2880 + 8192 * 8192));
+    CHECK_THAT(daemon.process().err(), ContainsSubstring("large.fits: needs 1024.0 MiB of memory; left are"));
+    const int done =
+        static_cast<int>(std::distance(std::filesystem::directory_iterator(folder.path() / "frames"),
+                                       std::filesystem::directory_iterator()));
+    const auto later = folder.path() / "frames" / fmt::format("frame_{:06}.raw", done + 20);
+    for (int i = 0; i < 3000 && !std::filesystem::exists(later); ++i)
+        std::this_thread::sleep_for(10ms);
+    CHECK(std::filesystem::exists(later));
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+}
+#endif
 
 TEST_CASE("the stamps of a run can be read by obscura timing") {
     const TempFolder folder;
