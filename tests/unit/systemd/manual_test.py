@@ -60,7 +60,7 @@ with tempfile.TemporaryDirectory() as folder:
     with open(script, "w", encoding="utf-8") as file:
         file.write(make("completion", obscura, obscurad))
     for words, wanted in [
-        (("obscura", "re"), ["render"]),
+        (("obscura", "re"), ["render", "release"]),
         (("obscura", "render", "--sa"), ["--samples"]),
         (("obscura", "render", "--samples", ""), []),
         (("obscurad", "--che"), ["--check"]),
