@@ -10,17 +10,18 @@ for lz4 in "" --no-lz4; do
     device_up --size 256x192 $lz4
     wait_for 10 test -c /dev/dri/card0 || fail "no card: $(cat device)"
     for console in /sys/class/vtconsole/vtcon*/bind; do echo 0 >"$console" || true; done # fbcon would draw too
-    mkfifo /tmp/hold # the shared folder takes none
-    drm_draw /dev/dri/card0 20 </tmp/hold >host &
+    HOLD=$(mktemp -u) # the shared folder takes no FIFO, and /tmp shows the host's files
+    mkfifo "$HOLD"
+    drm_draw /dev/dri/card0 20 <"$HOLD" >host &
     DRAW=$!
-    exec 7>/tmp/hold
+    exec 7>"$HOLD"
     wait_for 20 grep -q '^drew' host || fail "drm_draw: $(cat host device)"
     sleep 0.5
     kill $DEVICE # its screen is saved while the picture is still there
     wait $DEVICE || fail "device: $(cat device)"
     exec 7>&-
     wait $DRAW || fail "drm_draw: $(cat host)"
-    rm /tmp/hold
+    rm "$HOLD"
     SCREEN=$(sed -n 's/^end:.* screen crc //p' device)
     grep -q "screen $SCREEN\$" host || fail "gud.ko: device shows $SCREEN, $(cat host device)"
     # The driver compresses what gets smaller by it.
