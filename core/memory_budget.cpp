@@ -7,7 +7,9 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -112,20 +114,15 @@ void require_memory(std::uint64_t bytes, std::string_view what) {
     throw InputError(fmt::format("{}: needs {} of memory; left are {}", what, in_mib(bytes), describe(left)));
 }
 
-std::uint64_t limit_memory(std::uint64_t bytes) {
-    std::uint64_t wanted = bytes == 0 ? unlimited : bytes;
-    if (bytes == 0)
-        for_each_group_limit([&](std::uint64_t limit, std::uint64_t) { wanted = std::min(wanted, limit); });
-    if (wanted == unlimited) return 0;
-    if (const std::uint64_t used = bytes_of("VmData:"); bytes != 0 && used > wanted)
+void limit_memory(std::uint64_t bytes) {
+    if (const std::uint64_t used = bytes_of("VmData:"); used > bytes)
         throw ConfigError(
             fmt::format("daemon.memory_limit_mib: {} is below what the program needs to start, {}",
-                        in_mib(wanted), in_mib(used)));
+                        in_mib(bytes), in_mib(used)));
     rlimit limit{};
-    if (getrlimit(RLIMIT_DATA, &limit) != 0) return 0;
-    limit.rlim_cur = std::min<rlim_t>(wanted, limit.rlim_max);
-    if (setrlimit(RLIMIT_DATA, &limit) != 0) return 0;
-    return limit.rlim_cur;
+    if (getrlimit(RLIMIT_DATA, &limit) == 0) limit.rlim_cur = std::min<rlim_t>(bytes, limit.rlim_max);
+    if (limit.rlim_cur == 0 || setrlimit(RLIMIT_DATA, &limit) != 0)
+        throw Error(exit_software, fmt::format("daemon.memory_limit_mib: {}", std::strerror(errno)));
 }
 
 } // namespace obscura

@@ -28,9 +28,8 @@ struct MemoryLeft {
 void require_memory(std::uint64_t bytes, std::string_view what);
 
 /// Lets allocations beyond `bytes` of private memory fail with std::bad_alloc (RLIMIT_DATA), so that what
-/// asks for too much fails, and not the process. 0: the least memory.max of the control groups, or no limit
-/// where there is none. Returns the limit in bytes, 0: none. Throws ConfigError if the process uses more
-/// already.
-std::uint64_t limit_memory(std::uint64_t bytes);
+/// asks for too much fails, and not the process. Counts reserved stacks, too. Throws ConfigError if the
+/// process uses more already, Error if the limit cannot be set.
+void limit_memory(std::uint64_t bytes);
 
 } // namespace obscura

@@ -134,7 +134,9 @@ int run(const Options& options) {
         return exit_ok;
     }
     set_log_level(config.daemon.log_level);
-    limit_memory(static_cast<std::uint64_t>(config.daemon.memory_limit_mib) << 20);
+    // Without a limit of its own, sizes are compared with that of the control group (require_memory).
+    if (config.daemon.memory_limit_mib > 0)
+        limit_memory(static_cast<std::uint64_t>(config.daemon.memory_limit_mib) << 20);
     if (options.check) {
         for (const emulator::DaemonConfig* camera : config.cameras())
             const emulator::Imaging everything_loads(*camera, 1);
