@@ -225,6 +225,7 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         // Without valid kinds the other keys are unknown: accept all.
         for (const config::Member& member : table.members)
             if (!has(section.keys, member.key)) section.elsewhere.push_back(member.key);
+        section.check = [read](const config::ReadTable& /*table*/) {}; // owns what the keys are bound to
         return section;
     }
     read->material = material->name;
