@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 namespace obscura::sensors {
 namespace {
@@ -127,12 +128,13 @@ std::vector<float> response_pattern(const SensorDescription& d) {
     std::vector<float> map(n + kernels::padding), unused(n + kernels::padding);
     kernels::normal_row(n, stream_of(Effect::response, seed, 0, 0), map.data(), unused.data());
     map.resize(n);
-    const GlobalPart global(d, seed);
+    std::optional<GlobalPart> global; // visits every pixel
+    if (s.prnu_global != 0) global.emplace(d, seed);
     double sum = 0;
     for (std::size_t i = 0; i < n; ++i) {
         const double white = static_cast<double>(map[i]);
-        map[i] = static_cast<float>(
-            std::max(0.0, 1 + s.prnu_local * white + s.prnu_global * global.at(i % width, i / width)));
+        map[i] = static_cast<float>(std::max(
+            0.0, 1 + s.prnu_local * white + (global ? s.prnu_global * global->at(i % width, i / width) : 0)));
         sum += static_cast<double>(map[i]);
     }
     const double mean = sum / static_cast<double>(n);
@@ -147,8 +149,7 @@ std::string explain_invalid_prnu(const DetectorSettings& s) {
                            (stitched ? s.prnu_stitching_weight : 0);
     if (s.prnu_global == 0 || weights > 0) return {};
     return "prnu_global needs a weight above 0: prnu_bowl_weight, prnu_gradient_weight, prnu_column_weight, "
-           "or "
-           "prnu_stitching_weight with more than one field";
+           "or prnu_stitching_weight with more than one field";
 }
 
 } // namespace obscura::sensors
