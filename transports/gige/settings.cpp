@@ -5,9 +5,9 @@
 #include "core/error.hpp"
 #include "transports/gige/control/source_policy.hpp"
 #include "transports/gige/device/preset_check.hpp"
-#include "transports/gige/device/state_file.hpp"
 #include "transports/gige/genicam/user_xml.hpp"
 #include "transports/gige/gige.hpp"
+#include "transports/gige/registers/register_bank.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>

@@ -4,6 +4,7 @@
 #include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/file_descriptor.hpp"
+#include "transports/gige/registers/register_bank.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,7 +12,6 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -98,10 +98,6 @@ bool write_all(int fd, std::string_view text) {
 }
 
 } // namespace
-
-bool is_register_text(std::string_view text) {
-    return std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c <= 0x7E; });
-}
 
 std::string format_state(const DeviceState& state) {
     std::string escaped;

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace obscura::transports::gige {
@@ -22,9 +21,6 @@ struct DeviceState {
     std::vector<SavedWord> user_set_1;  ///< by address; empty: never saved
     bool operator==(const DeviceState&) const = default;
 };
-
-/// Whether clients may write `text` to a text register: printable ASCII (0x20 to 0x7E) only.
-[[nodiscard]] bool is_register_text(std::string_view text);
 
 /// `state` as the text of a state file; the last line holds the CRC-32 (ISO 3309) of the lines before it.
 [[nodiscard]] std::string format_state(const DeviceState& state);

@@ -22,19 +22,9 @@ bool binned(const std::vector<SavedWord>& set) {
     });
 }
 
-// Writes the words as a client would. Returns the number of words that were refused.
-std::size_t write_words(DeviceContext& d, const std::vector<SavedWord>& set) {
-    std::size_t refused = 0;
-    for (const SavedWord& saved : set) {
-        const Register* r = d.bank.find(saved.address);
-        const bool known = r != nullptr && r->address == saved.address && r->saved;
-        if (!known || d.bank.write_word(saved.address, saved.word) != Status::success) ++refused;
-    }
-    return refused;
-}
-
-// Features that keep others from being set: out of the way before a set is written.
-void prepare_for_set(DeviceContext& d) {
+// Writes the words of a set as a client would, after the features that would keep others from being set are
+// reset. Returns the number of words that were refused.
+std::size_t apply_set(DeviceContext& d, const std::vector<SavedWord>& set) {
     publish_sequence(d, {});
     d.sequencer_configuring = false;
     d.bank.write_word(address_of("ExposureAuto"), value(ExposureAuto::off)); // locks ExposureTime
@@ -48,6 +38,13 @@ void prepare_for_set(DeviceContext& d) {
     }
     // Several reads of one window cannot be binned.
     d.bank.write_word(address_of("RegionSampling"), value(Sampling::destructive));
+    std::size_t refused = 0;
+    for (const SavedWord& saved : set) {
+        const Register* r = d.bank.find(saved.address);
+        const bool known = r != nullptr && r->address == saved.address && r->saved;
+        if (!known || d.bank.write_word(saved.address, saved.word) != Status::success) ++refused;
+    }
+    return refused;
 }
 
 } // namespace
@@ -65,8 +62,7 @@ Status load_features(DeviceContext& d, const std::vector<SavedWord>& set) {
     if (d.control.acquiring()) return Status::write_protect;
     // Binning excludes multi-part payload, which is a setting of the stream, not of user sets.
     if (multipart(d) && binned(set)) return Status::write_protect;
-    prepare_for_set(d);
-    write_words(d, set);
+    apply_set(d, set);
     return Status::success;
 }
 
@@ -89,8 +85,7 @@ void read_state_file(DeviceContext& d) {
         return;
     }
     store(d, "UserSetDefault", 0, state.user_set_default);
-    prepare_for_set(d);
-    if (const std::size_t refused = write_words(d, d.user_set_1); refused > 0)
+    if (const std::size_t refused = apply_set(d, d.user_set_1); refused > 0)
         log_warning(
             "gige.state_file: {}: {} of {} registers of UserSet1 do not fit this camera and keep their "
             "reset values",

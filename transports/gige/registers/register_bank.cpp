@@ -11,6 +11,18 @@
 #include <stdexcept>
 
 namespace obscura::transports::gige {
+namespace {
+
+constexpr bool is_printable(std::uint8_t byte) {
+    return byte >= 0x20 && byte <= 0x7E;
+}
+
+} // namespace
+
+bool is_register_text(std::string_view text) {
+    return std::all_of(text.begin(), text.end(),
+                       [](char c) { return is_printable(static_cast<std::uint8_t>(c)); });
+}
 
 Register& RegisterBank::add(Register r) {
     const auto at = std::upper_bound(table_.begin(), table_.end(), r.address,
@@ -117,11 +129,8 @@ Status RegisterBank::write(std::uint32_t address, std::span<const std::uint8_t> 
             }
         } else {
             const auto from = bytes.subspan(done, n);
-            const auto unprintable = [](std::uint8_t byte) {
-                return byte != 0 && (byte < 0x20 || byte > 0x7E);
-            };
-            if (r->is_text && std::any_of(from.begin(), from.end(), unprintable))
-                return Status::invalid_parameter;
+            const auto takes = [](std::uint8_t byte) { return byte == 0 || is_printable(byte); };
+            if (r->is_text && !std::all_of(from.begin(), from.end(), takes)) return Status::invalid_parameter;
             std::copy(from.begin(), from.end(), r->contents.begin() + inside);
         }
         if (r->written) r->written();

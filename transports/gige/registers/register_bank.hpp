@@ -15,6 +15,9 @@ namespace obscura::transports::gige {
 
 enum class Access : std::uint8_t { read_only, write_only, read_write };
 
+/// Whether a text register takes `text`: printable ASCII (0x20 to 0x7E) only.
+[[nodiscard]] bool is_register_text(std::string_view text);
+
 /// One register or block of registers. Without `read` a register returns its stored word, `reset` at first;
 /// without `write` a written word is stored if it lies in [minimum, maximum]. All functions are called on the
 /// control thread.
