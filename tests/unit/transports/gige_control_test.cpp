@@ -853,7 +853,7 @@ TEST_CASE("A state file that is not the camera's is left as it is") {
     const test::TempFolder folder;
     GigeSettings s;
     s.state_file = (folder.path() / "state").string();
-    const std::string foreign = "somebody's notes\n";
+    const std::string foreign = "notes of another program\n";
     std::ofstream(s.state_file) << foreign;
     Bench b(s);
     b.take_control();
