@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/camera.hpp"
 
+#include "core/setting_ranges.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +16,12 @@ namespace obscura {
 namespace {
 
 using Finding = std::optional<InvalidSetting>;
+
+template<typename T>
+InvalidSetting outside(const char* feature, T value, const SettingRange<T>& range, const char* unit = "") {
+    return {feature,
+            fmt::format("{} {}{}: allowed {} to {}", feature, value, unit, range.minimum, range.maximum)};
+}
 
 Finding check_extents(const Region& r, const CameraLimits& limits) {
     const auto check = [](const char* name, std::int32_t value, std::int32_t minimum, std::int32_t maximum,
@@ -43,10 +51,9 @@ Finding check_window(const CameraWindow& w, const CameraLimits& limits) {
                                                           static_cast<double>(w.exposure_ns) / 1e3,
                                                           static_cast<double>(limits.exposure_min_ns) / 1e3,
                                                           static_cast<double>(limits.exposure_max_ns) / 1e3)};
-    const bool difference = w.sampling == Sampling::cds || w.sampling == Sampling::ramp;
-    const std::int32_t least = difference ? 2 : 1, most = w.sampling == Sampling::destructive ? 1 : 64;
-    if (w.reads < least || w.reads > most)
-        return InvalidSetting{"reads", fmt::format("reads {}: allowed {} to {}", w.reads, least, most)};
+    if (const SettingRange range = reads_range(w.sampling); !range.contains(w.reads))
+        return InvalidSetting{
+            "reads", fmt::format("reads {}: allowed {} to {}", w.reads, range.minimum, range.maximum)};
     return {};
 }
 
@@ -110,13 +117,10 @@ std::optional<InvalidSetting> find_invalid(const CameraSettings& s, const Camera
     if (const std::int32_t rows = composed_size(s).height; rows > rows_max)
         return InvalidSetting{
             "windows", fmt::format("the windows have {} rows together: allowed 1 to {}", rows, rows_max)};
-    if (!(s.auto_target_percent >= 1 && s.auto_target_percent <= 99))
-        return InvalidSetting{"ExposureAutoTarget",
-                              fmt::format("ExposureAutoTarget {} %: allowed 1 to 99", s.auto_target_percent)};
-    if (!(s.auto_percentile >= 1 && s.auto_percentile <= 100))
-        return InvalidSetting{
-            "ExposureAutoPercentile",
-            fmt::format("ExposureAutoPercentile {} %: allowed 1 to 100", s.auto_percentile)};
+    if (!auto_target_range_percent.contains(s.auto_target_percent))
+        return outside("ExposureAutoTarget", s.auto_target_percent, auto_target_range_percent, " %");
+    if (!auto_percentile_range.contains(s.auto_percentile))
+        return outside("ExposureAutoPercentile", s.auto_percentile, auto_percentile_range, " %");
     if (!(s.gain_db >= limits.gain_min_db && s.gain_db <= limits.gain_max_db))
         return InvalidSetting{"Gain", fmt::format("Gain {} dB: allowed {} to {}", s.gain_db,
                                                   limits.gain_min_db, limits.gain_max_db)};
@@ -124,9 +128,11 @@ std::optional<InvalidSetting> find_invalid(const CameraSettings& s, const Camera
         return InvalidSetting{"AcquisitionFrameRate",
                               fmt::format("AcquisitionFrameRate {} Hz: allowed {} to {}", s.frame_rate_hz,
                                           limits.frame_rate_min_hz, limits.frame_rate_max_hz)};
-    if (s.trigger_delay_ns < 0 || s.trigger_delay_ns > 10 * ns_per_s)
-        return InvalidSetting{"TriggerDelay", fmt::format("TriggerDelay {} us: allowed 0 to 1e7",
-                                                          static_cast<double>(s.trigger_delay_ns) / 1e3)};
+    if (!trigger_delay_range_ns.contains(s.trigger_delay_ns)) {
+        const SettingRange<double> range_us{static_cast<double>(trigger_delay_range_ns.minimum) / 1e3,
+                                            static_cast<double>(trigger_delay_range_ns.maximum) / 1e3};
+        return outside("TriggerDelay", static_cast<double>(s.trigger_delay_ns) / 1e3, range_us, " us");
+    }
     using Named = std::pair<const char*, TriggerChoice>;
     for (const auto& [name, trigger] :
          {Named{"FrameStart", s.frame_trigger}, Named{"AcquisitionStart", s.start_trigger},
@@ -146,19 +152,18 @@ std::optional<InvalidSetting> find_invalid(const CameraSettings& s, const Camera
     if (s.trigger_overlap == TriggerOverlap::readout && !limits.overlapped)
         return InvalidSetting{"TriggerOverlap",
                               "TriggerOverlap ReadOut: the sensor is not exposed while it is read out"};
-    if (s.burst_frame_count < 1)
-        return InvalidSetting{"AcquisitionBurstFrameCount",
-                              "AcquisitionBurstFrameCount 0: allowed 1 and more"};
+    if (!frame_count_range.contains(s.burst_frame_count))
+        return outside("AcquisitionBurstFrameCount", s.burst_frame_count, frame_count_range);
     if (s.exposure_trigger.enabled && s.trigger_divider != 1)
         return InvalidSetting{"TriggerDivider", "TriggerDivider: allowed 1 with a trigger for ExposureStart"};
-    if (s.trigger_divider < 1)
-        return InvalidSetting{"TriggerDivider", "TriggerDivider 0: allowed 1 and more"};
+    if (!trigger_divider_range.contains(s.trigger_divider))
+        return outside("TriggerDivider", s.trigger_divider, trigger_divider_range);
     if (!(s.black_level_dn >= limits.black_level_min_dn && s.black_level_dn <= limits.black_level_max_dn))
         return InvalidSetting{"BlackLevel",
                               fmt::format("BlackLevel {} DN: allowed {} to {}", s.black_level_dn,
                                           limits.black_level_min_dn, limits.black_level_max_dn)};
-    if (s.acquisition_frame_count < 1)
-        return InvalidSetting{"AcquisitionFrameCount", "AcquisitionFrameCount 0: allowed 1 and more"};
+    if (!frame_count_range.contains(s.acquisition_frame_count))
+        return outside("AcquisitionFrameCount", s.acquisition_frame_count, frame_count_range);
     return {};
 }
 

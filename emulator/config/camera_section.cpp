@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/camera_section.hpp"
 
+#include "core/setting_ranges.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +42,7 @@ config::Section window_section(WindowSection& s) {
                   "reads without reset is delivered; cds: last read minus first; ramp: line fitted through "
                   "all reads"),
         key("reads", &s.reads)
-            .range(1, 64)
+            .range(any_reads_range.minimum, any_reads_range.maximum)
             .help("Number of reads of a window that is not read destructively"),
     };
     return section;
@@ -155,10 +157,9 @@ std::pair<std::string_view, std::string> explain_window(const WindowSection& w,
     const Sampling sampling = w.sampling;
     if (sampling != Sampling::destructive && readout.shutter != Shutter::rolling)
         return {"sampling", fmt::format("\"{}\" needs a rolling shutter", name_of(sampling))};
-    if (sampling == Sampling::destructive && w.reads != 1)
-        return {"reads", fmt::format("{}, a destructive window is read once", w.reads)};
-    if ((sampling == Sampling::cds || sampling == Sampling::ramp) && w.reads < 2)
-        return {"reads", fmt::format("{}, \"{}\" needs 2 and more", w.reads, name_of(sampling))};
+    if (const SettingRange reads = reads_range(sampling); !reads.contains(w.reads))
+        return {"reads", fmt::format("{} is out of range, allowed {} to {} with sampling \"{}\"", w.reads,
+                                     reads.minimum, reads.maximum, name_of(sampling))};
     return {};
 }
 

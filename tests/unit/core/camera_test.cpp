@@ -33,9 +33,9 @@ TEST_CASE("settings outside the limits are named with what is allowed") {
     CHECK(complaint([](auto& s) { s.gain_db = NAN; }) == "Gain nan dB: allowed 0 to 24");
     CHECK(complaint([](auto& s) { s.frame_rate_hz = 1e9; }) ==
           "AcquisitionFrameRate 1000000000 Hz: allowed 0.01 to 1000");
-    CHECK(complaint([](auto& s) { s.trigger_delay_ns = -1; }) == "TriggerDelay -0.001 us: allowed 0 to 1e7");
+    CHECK(complaint([](auto& s) { s.trigger_delay_ns = -1; }) == "TriggerDelay -0.001 us: allowed 0 to 10000000");
     CHECK(complaint([](auto& s) { s.acquisition_frame_count = 0; }) ==
-          "AcquisitionFrameCount 0: allowed 1 and more");
+          "AcquisitionFrameCount 0: allowed 1 to 4294967295");
 }
 
 TEST_CASE("a sequence is checked along the sets that it reaches") {

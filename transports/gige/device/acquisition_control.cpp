@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // AcquisitionControl: acquisition, frame rate, triggers, exposure.
+#include "core/setting_ranges.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/stream_channel.hpp"
 
@@ -13,6 +14,10 @@ std::uint64_t get_resulting_frame_rate(const Feature& f, DeviceContext& d, std::
     constexpr double most_hz = 2e6; // what 32 bits hold in mHz
     const std::int64_t period_ns = readout_answer(d).frame_period_ns;
     return period_ns > 0 ? to_word(f, std::min(1e9 / static_cast<double>(period_ns), most_hz)) : 0U;
+}
+
+constexpr double in_us(std::int64_t ns) {
+    return static_cast<double>(ns) / 1e3;
 }
 
 /// One bit for each item of AcquisitionStatusSelector.
@@ -178,8 +183,8 @@ constexpr std::array features{
             .foreign = {.bound = true}},
     Feature{.name = "AcquisitionFrameCount",
             .address = 0xA110,
-            .minimum = fixed(1),
-            .maximum = fixed(0xFFFFFFFF),
+            .minimum = fixed(frame_count_range.minimum),
+            .maximum = fixed(frame_count_range.maximum),
             .lock = FeatureLock::streaming,
             .get = get_setting<&CameraSettings::acquisition_frame_count>,
             .set = set_setting<&CameraSettings::acquisition_frame_count>,
@@ -187,8 +192,8 @@ constexpr std::array features{
     Feature{.name = "AcquisitionBurstFrameCount",
             .tooltip = "Frames of each trigger for FrameBurstStart",
             .address = 0xA130,
-            .minimum = fixed(1),
-            .maximum = fixed(0xFFFFFFFF),
+            .minimum = fixed(frame_count_range.minimum),
+            .maximum = fixed(frame_count_range.maximum),
             .lock = FeatureLock::streaming,
             .get = get_setting<&CameraSettings::burst_frame_count>,
             .set = set_setting<&CameraSettings::burst_frame_count>,
@@ -291,8 +296,8 @@ constexpr std::array features{
             .selectors = {"TriggerSelector"},
             .unit = "us",
             .scale = 100,
-            .minimum = fixed(0),
-            .maximum = fixed(10000000),
+            .minimum = fixed(in_us(trigger_delay_range_ns.minimum)),
+            .maximum = fixed(in_us(trigger_delay_range_ns.maximum)),
             .available = "TriggerOfFrames",
             .get = get_setting<&CameraSettings::trigger_delay_ns>,
             .set = set_setting<&CameraSettings::trigger_delay_ns>,
@@ -301,8 +306,8 @@ constexpr std::array features{
             .visibility = Visibility::expert,
             .address = 0xAA10,
             .selectors = {"TriggerSelector"},
-            .minimum = fixed(1),
-            .maximum = fixed(1000000),
+            .minimum = fixed(trigger_divider_range.minimum),
+            .maximum = fixed(trigger_divider_range.maximum),
             .available = "TriggerOfFrames",
             .get = get_setting<&CameraSettings::trigger_divider>,
             .set = set_setting<&CameraSettings::trigger_divider>,
@@ -354,8 +359,8 @@ constexpr std::array features{
             .address = 0xA184,
             .unit = "%",
             .scale = 1000,
-            .minimum = fixed(1),
-            .maximum = fixed(99),
+            .minimum = fixed(auto_target_range_percent.minimum),
+            .maximum = fixed(auto_target_range_percent.maximum),
             .get = get_setting<&CameraSettings::auto_target_percent>,
             .set = set_setting<&CameraSettings::auto_target_percent>},
     Feature{.name = "ExposureAutoPercentile",
@@ -366,8 +371,8 @@ constexpr std::array features{
             .address = 0xA188,
             .unit = "%",
             .scale = 1000,
-            .minimum = fixed(1),
-            .maximum = fixed(100),
+            .minimum = fixed(auto_percentile_range.minimum),
+            .maximum = fixed(auto_percentile_range.maximum),
             .get = get_setting<&CameraSettings::auto_percentile>,
             .set = set_setting<&CameraSettings::auto_percentile>},
     Feature{.name = "AcquiringReg",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ImageFormatControl: sensor, regions, pixel format, binning.
+#include "core/setting_ranges.hpp"
 #include "transports/gige/device/accessors.hpp"
 #include "transports/gige/device/region_binning.hpp"
 #include "transports/gige/device/region_entries.hpp"
@@ -71,8 +72,8 @@ Status set_region_sampling(const Feature& f, DeviceContext& d, std::uint32_t i, 
     CameraWindow w = region_window(d, i);
     decode(f, word, w.sampling);
     // Set a number of reads that the sampling allows, as the client cannot write both at once.
-    const bool difference = w.sampling == Sampling::cds || w.sampling == Sampling::ramp;
-    w.reads = w.sampling == Sampling::destructive ? 1 : std::max(w.reads, difference ? 2 : 1);
+    const SettingRange range = reads_range(w.sampling);
+    w.reads = std::clamp(w.reads, range.minimum, range.maximum);
     return write_region(d, i, w, d.regions[i].enabled);
 }
 
@@ -262,8 +263,8 @@ constexpr std::array features{
             .address = 0xB01C,
             .selectors = {"RegionSelector"},
             .stride = 64,
-            .minimum = fixed(1),
-            .maximum = fixed(64),
+            .minimum = fixed(any_reads_range.minimum),
+            .maximum = fixed(any_reads_range.maximum),
             .lock = FeatureLock::streaming,
             .get = get_region_reads,
             .set = set_region_reads},

@@ -283,7 +283,7 @@ width = 10
 height = 10
 reads = 2
 )",
-     R"(c.toml:6:9: camera.window[0].reads: 2, a destructive window is read once)"},
+     R"(c.toml:6:9: camera.window[0].reads: 2 is out of range, allowed 1 to 1 with sampling "destructive")"},
     {R"([scene]
 file = "scene.toml"
 [[camera.window]]
@@ -291,7 +291,7 @@ width = 10
 height = 10
 sampling = "ramp"
 )",
-     R"(c.toml:3:1: camera.window[0].reads: 1, "ramp" needs 2 and more)"},
+     R"(c.toml:3:1: camera.window[0].reads: 1 is out of range, allowed 2 to 64 with sampling "ramp")"},
     {R"([scene]
 file = "scene.toml"
 [[camera.window]]
