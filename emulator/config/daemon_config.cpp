@@ -141,13 +141,13 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
     DaemonConfig config;
     config.source = std::filesystem::absolute(tables.top.file).lexically_normal();
     const std::size_t before = mistakes.count();
-    for (const auto sections : {shared_sections, camera_sections})
-        for (config::Section& section : sections(config)) {
-            // The names of the tables beside its keys are for the suggestion.
-            if (several && section.name == "camera") section.elsewhere = own_tables();
-            const config::ReadTable table = tables.table(section.name, mistakes);
-            read_section(table.table(), table.at(), table.where(), section, mistakes);
-        }
+    config::Section whole = root_section(config);
+    for (config::Section& section : whole.tables) {
+        // The names of the tables beside its keys are for the suggestion.
+        if (several && section.name == "camera") section.elsewhere = own_tables();
+        const config::ReadTable table = tables.table(section.name, mistakes);
+        read_section(table.table(), table.at(), table.where(), section, mistakes);
+    }
     if (mistakes.count() == before) check_together(config, tables, mistakes);
     return config;
 }
@@ -238,6 +238,14 @@ std::vector<config::Section> camera_sections(DaemonConfig& c) {
     return sections;
 }
 
+config::Section root_section(DaemonConfig& c) {
+    config::Section root;
+    root.tables = shared_sections(c);
+    for (config::Section& section : camera_sections(c))
+        root.tables.push_back(std::move(section));
+    return root;
+}
+
 std::vector<const DaemonConfig*> DaemonConfig::cameras() const {
     std::vector<const DaemonConfig*> all{this};
     for (const DaemonConfig& other : others)
@@ -251,9 +259,9 @@ DaemonConfig load_config(const std::filesystem::path& file) {
     config::Mistakes mistakes;
     DaemonConfig unused;
     std::vector<std::string_view> names;
-    for (const auto sections : {shared_sections, camera_sections})
-        for (const config::Section& section : sections(unused))
-            names.push_back(section.name);
+    const config::Section whole = root_section(unused);
+    for (const config::Section& section : whole.tables)
+        names.push_back(section.name);
     read_keys(root, top, {}, mistakes, names);
     const config::Member* camera = root.find("camera");
     DaemonConfig config;
@@ -292,11 +300,7 @@ std::string print_config(const DaemonConfig& config) {
 
 bool is_reloadable(const std::string& path) {
     DaemonConfig unused;
-    config::Section root;
-    root.tables = shared_sections(unused);
-    for (config::Section& section : camera_sections(unused))
-        root.tables.push_back(std::move(section));
-    return config::is_reloadable(root, path);
+    return config::is_reloadable(root_section(unused), path);
 }
 
 CameraSettings camera_settings(const DaemonConfig& config) {

@@ -51,6 +51,8 @@ struct DaemonConfig {
 /// in which they are printed. `config` outlives them.
 [[nodiscard]] std::vector<config::Section> shared_sections(DaemonConfig& config);
 [[nodiscard]] std::vector<config::Section> camera_sections(DaemonConfig& config);
+/// The whole file: shared sections, then those of a camera.
+[[nodiscard]] config::Section root_section(DaemonConfig& config);
 
 /// Reads a daemon configuration with its sensor and scene files, and checks it: the result can be started on
 /// a machine that has the devices and interfaces it names. Opens nothing but files; those that a scene names

@@ -31,9 +31,9 @@ KeyReference configuration_reference() {
                            "then stand within one, as [camera.gige], and override the file's.",
                            {},
                            config};
-    for (const auto sections : {emulator::shared_sections, emulator::camera_sections})
-        for (const config::Section& section : sections(*config))
-            add(reference.tables, section);
+    const config::Section root = emulator::root_section(*config);
+    for (const config::Section& section : root.tables)
+        add(reference.tables, section);
     config::Section view = scene::camera_section(config->scene.camera);
     view.name = "view";
     view.help =

@@ -14,7 +14,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <utility>
 
 namespace obscura::tools {
 namespace {
@@ -35,14 +34,10 @@ std::ptrdiff_t known_members(const config::Value& root, const config::Section& s
 FileKind kind_of(const std::filesystem::path& file) {
     const config::Value root = config::parse_file(file);
     emulator::DaemonConfig configuration;
-    config::Section daemon;
-    daemon.tables = emulator::shared_sections(configuration);
-    for (config::Section& section : emulator::camera_sections(configuration))
-        daemon.tables.push_back(std::move(section));
     scene::Scene scene;
     SensorDescription sensor;
     FileKind kind = FileKind::configuration;
-    std::ptrdiff_t most = known_members(root, daemon);
+    std::ptrdiff_t most = known_members(root, emulator::root_section(configuration));
     const auto compare = [&](FileKind other, const config::Section& section) {
         const std::ptrdiff_t known = known_members(root, section);
         if (known > most) kind = other, most = known;
