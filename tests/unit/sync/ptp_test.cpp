@@ -162,6 +162,10 @@ TEST_CASE("answers are read field by field, and only when they answer the questi
     CHECK(status.clock_accuracy == 0x21);
     CHECK(status.utc_offset_s == 37);
     CHECK(status.ptp_timescale);
+    // The offset from UTC is signed.
+    CHECK(ptp_take_answer(answer_to(ptp_get(PtpDataSet::time_properties, 0, 1), {0xFF, 0xFB, 0x0C, 0x20}),
+                          PtpDataSet::time_properties, 0, 1, status));
+    CHECK(status.utc_offset_s == -5);
     // A second port that only listens does not outrank the one that follows.
     CHECK(ptp_take_answer(answer_to(ptp_get(PtpDataSet::port, 0, 1), data_of(PtpDataSet::port, 4)),
                           PtpDataSet::port, 0, 1, status));

@@ -145,6 +145,23 @@ TEST_CASE("a step of the other clock gives neither a burst nor silence; a lost c
     CHECK(bench.timer->clock_state(bench.clock->now()) == ClockState::free);
 }
 
+TEST_CASE("a step of the other clock does not repeat the slot of this instant") {
+    PtpTimerSettings settings;
+    settings.rate = {2, 1};
+    settings.start = Time{0};
+    Bench bench(settings, Time{100 * ns_per_s}, 0); // slot 200 is now
+    bench.sink.wait_for(1);
+    const int before = bench.other.readings;
+    bench.other.difference_ns = -3600 * ns_per_s; // there, too, a slot falls on this instant
+    bench.clock->interrupt();                     // the timer reads the other clock again, at the same time
+    while (bench.other.readings == before)
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
+    bench.clock->rearm();
+    bench.pass_until(Time{100 * ns_per_s + 500 * ns_per_ms});
+    bench.sink.wait_for(2);
+    CHECK(bench.sink.triggers[1].edge == Time{100 * ns_per_s + 500 * ns_per_ms});
+}
+
 TEST_CASE("without a start the first slot is the next full second of the other clock") {
     Bench bench({.rate = {1, 1}}, Time{5'300 * ns_per_ms}, 100 * ns_per_ms); // there it is 5.2 s
     bench.pass_until(Time{6'100 * ns_per_ms});

@@ -44,6 +44,18 @@ TEST_CASE("a closed gate takes nothing; an open one takes one at a time from the
     check_balance(c);
 }
 
+TEST_CASE("the frame period ends with the acquisition") {
+    TriggerGate gate;
+    gate.open();
+    CHECK(gate.offer(at(1, 10), 0));
+    gate.started(Time{1000});
+    gate.finished();
+    CHECK_FALSE(gate.offer(at(2, 500), 0));
+    gate.close(true);
+    gate.open();
+    CHECK(gate.offer(at(3, 600), 0));
+}
+
 TEST_CASE("gaps in the ids are missed edges, but not across closing or selecting") {
     TriggerGate gate;
     gate.open();
