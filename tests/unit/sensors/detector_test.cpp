@@ -83,6 +83,13 @@ TEST_CASE("photon transfer gives back gain, dark noise and responsivity") {
     CHECK_THAT(gain, WithinRel(0.08, 0.01));
     const double dark_noise_e = std::sqrt(dark.temporal_variance - 1.0 / 12) / d.detector.gain_dn_per_e;
     CHECK_THAT(dark_noise_e, WithinRel(std::sqrt(8.0 * 8.0 + dark_e), 0.02));
+
+    SensorDescription behind_glass = d;
+    behind_glass.detector.transmission = 0.9;
+    behind_glass.detector.fill_factor = 0.6;
+    const Detector dimmer(behind_glass, {&band, 1}, aperture_m, 42);
+    CHECK_THAT(dimmer.electrons_per_s_per_w_m2()[0],
+               WithinRel(0.9 * 0.6 * detector.electrons_per_s_per_w_m2()[0], 1e-12));
 }
 
 TEST_CASE("each row integrates over its own exposure") {

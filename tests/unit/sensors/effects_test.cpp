@@ -322,6 +322,9 @@ TEST_CASE("image lag shows a share of the frame before, until it is forgotten") 
     camera.flat(40'000, 4);
     camera.detector.forget();
     CHECK(mean_of(camera.flat(0, 5)) == 1000);
+    camera.flat(40'000, 6);
+    camera.detector.begin_run(1);
+    CHECK(mean_of(camera.flat(0, 1)) == 1000);
 }
 
 TEST_CASE("particles arrive at their rate and leave their charge where the list says") {
@@ -467,6 +470,11 @@ TEST_CASE("a converter with errors is monotonic and has the widths asked for") {
     const Image dark = camera.flat(0, 1);
     CHECK(variance_of(dark) == 0);
     CHECK(dark[0] == AdcCurve(d).codes()[static_cast<std::size_t>(2000 * curve.steps())]);
+    // Errors of next to nothing change no code.
+    SensorDescription perfect = bare(), nearly = bare();
+    perfect.detector.adc_bits = nearly.detector.adc_bits = 12;
+    nearly.detector.adc_inl_dn = 1e-6;
+    CHECK(Camera(nearly).flat(1000, 1) == Camera(perfect).flat(1000, 1));
 }
 
 TEST_CASE("row and column noise are common to rows and columns") {
@@ -509,10 +517,15 @@ TEST_CASE("black rows, defects and the test pattern are where they should be") {
     Camera camera(d);
     const Image dn = camera.flat(20'000, 1);
     int dead_rows = 0, dead_columns = 0, dead = 0;
-    for (std::size_t y = 0; y < size; ++y)
-        dead_rows += std::all_of(dn.begin() + static_cast<std::ptrdiff_t>(y * size),
-                                 dn.begin() + static_cast<std::ptrdiff_t>((y + 1) * size),
-                                 [](auto v) { return v == 0; });
+    bool in_place = true;
+    for (std::size_t y = 0; y < size; ++y) {
+        const bool zero = std::all_of(dn.begin() + static_cast<std::ptrdiff_t>(y * size),
+                                      dn.begin() + static_cast<std::ptrdiff_t>((y + 1) * size),
+                                      [](auto v) { return v == 0; });
+        dead_rows += zero ? 1 : 0;
+        in_place = in_place && zero == camera.detector.fixed_pattern().dead_row[y];
+    }
+    CHECK(in_place);
     for (std::size_t x = 0; x < size; ++x) {
         bool all = true;
         for (std::size_t y = 0; y < size; ++y)
@@ -547,6 +560,20 @@ TEST_CASE("smear and parasitic light follow the time rows spend in the light") {
         const std::vector<float> mean = camera.expected(light);
         CHECK_THAT(double{mean[7 * size + 50]}, WithinRel(10.0, 1e-4));
         CHECK(mean[7 * size + 51] == 0);
+    }
+    {
+        // A window is smeared by its own columns, not by those of the window before.
+        const Detector detector(d, {&band, 1}, aperture_m, 7);
+        const std::vector<WindowRequest> windows{{{0, 0, 40, 20}, 10'000'000},
+                                                 {{100, 100, 40, 20}, 10'000'000}};
+        ReadoutPlan plan;
+        REQUIRE(plan_readout(d.readout, windows, Time{}, plan) == "");
+        std::vector<float> light(40 * 40), mean(40 * 40);
+        std::fill_n(light.begin(), 20 * 40, 1e-9F);
+        Image dn(40 * 40);
+        detector.expose(plan, {0, plan.height, plan.width, light, 0, 0}, 1, 0, dn, {mean, {}});
+        CHECK(mean[19 * 40] > 0);
+        CHECK(mean[20 * 40] == 0);
     }
     d.detector.smear_row_ns = 0;
     d.detector.parasitic_light = 1e-3;

@@ -84,6 +84,11 @@ TEST_CASE("a global shutter exposes all rows together and reads them one by one"
     }
     CHECK(plan.windows[0].flags == 0);
     CHECK(plan.frame_period_ns == 50'000 + 32 * 212'800);
+    // All windows have the exposure of the first; what each asked for is kept.
+    const ReadoutPlan two = planned(s, {{{0, 0, 1024, 16}, 2'000'000}, {{0, 512, 1024, 16}, 1'000'000}});
+    CHECK(two.windows[1].exposure_requested_ns == 1'000'000);
+    CHECK(two.windows[1].exposure_max_ns == 2'000'000);
+    CHECK((two.windows[1].flags & exposure_clamped_up) != 0);
 }
 
 TEST_CASE("settings that no chip can follow are refused with the reason") {
