@@ -235,7 +235,10 @@ TEST_CASE("fixed patterns have the spread they are asked for and never change") 
     CHECK(a.response == b.response);
     CHECK(a.dark_e_per_s == b.dark_e_per_s);
     d.serial = 2;
-    CHECK(FixedPattern(d).response != a.response);
+    const FixedPattern other(d);
+    CHECK(other.response != a.response);
+    CHECK(other.dark_e_per_s != a.dark_e_per_s);
+    CHECK(other.offset_e != a.offset_e);
 
     // The tail: hot pixels stand out, the mean stays.
     d.detector.hot_fraction = 0.01;

@@ -43,6 +43,10 @@ TEST_CASE("an ideal camera's photon transfer gives back what it was made of") {
     CHECK_THAT(m.dark_noise.electrons, WithinRel(dark_e, 1e-9));
     CHECK_THAT(m.saturation_e, WithinRel(full, 1e-6));
     CHECK_THAT(m.snr_max_db, WithinRel(20 * std::log10(std::sqrt(full)), 1e-6));
+    // The threshold of sensitivity has a signal-to-noise ratio of 1, quantisation included.
+    const double threshold_e = std::sqrt(dark_e * dark_e + 1.0 / 12 / (gain * gain)) + 0.5;
+    CHECK_THAT(m.threshold_photons, WithinRel(threshold_e / eta, 1e-6));
+    CHECK_THAT(m.dynamic_range_db, WithinRel(20 * std::log10(full / threshold_e), 1e-6));
     CHECK(m.linearity_error_percent < 1e-6);
     CHECK(m.fit_range == 0.7);
     // The standard takes the level of the largest variance, the last one below the full well.

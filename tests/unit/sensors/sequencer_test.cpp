@@ -35,6 +35,8 @@ TEST_CASE("a trigger during the readout waits for the row grid, one before that 
     CHECK(plan.trigger.ns == 201 * row_ns);
     CHECK((plan.windows[0].flags & trigger_deferred) != 0);
     CHECK(plan.rows[0].exposure_ns() == window.exposure_ns);
+    // The frame period counts from there, not from the trigger.
+    CHECK(sequencer.next(chip(), {&window, 1}, Time{351 * row_ns - 1}, plan) == TriggerVerdict::over_trigger);
 
     // After the last row the chip is idle and starts at once.
     const Time late{(201 + 300) * row_ns + 77};
