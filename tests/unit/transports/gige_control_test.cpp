@@ -165,6 +165,9 @@ TEST_CASE("Datagrams that are no commands are not answered") {
     CHECK(Bench::status(Bench().send(Bench().datagram(0x80, Bench::words({0}), 0))) ==
           silence); // no ack wanted
     CHECK(Bench::status(Bench().send(Bench().datagram(0x7776, {}, 0))) == silence);
+    Bench b; // nor are broadcast writes run
+    b.send(b.datagram(0x82, Bench::words({0xA00, 2}), 0), alice, true);
+    CHECK_FALSE(b.port.controlled());
 }
 
 TEST_CASE("Sound headers with wrong contents are answered with their status") {
@@ -847,6 +850,11 @@ TEST_CASE("What a state file says is escaped, checked and validated") {
     CHECK(read_state((folder.path() / "none").string(), read).empty());
     CHECK(read == DeviceState{});
     CHECK_FALSE(write_state((folder.path() / "none" / "state").string(), state).empty());
+    // A link under the name that temporary files are made from is not followed.
+    const std::string victim = folder.write("victim", "precious");
+    std::filesystem::create_symlink(victim, file + ".XXXXXX");
+    CHECK(write_state(file, state).empty());
+    CHECK(test::text_of(victim) == "precious");
 }
 
 TEST_CASE("A state file that is not the camera's is left as it is") {
