@@ -350,8 +350,12 @@ void BlockTracer::intersect(const Doubles& x, const Doubles& y, const Lanes& act
     projection_.rays(x, y, rays.direction, solid_angle);
     tracer_.intersect(rays.direction, active, candidates_, rays.hits);
     tracer_.count_samples(active);
-    for (std::int32_t& body : rays.hits.body)
-        if (body >= 0 && row_.bodies[static_cast<std::size_t>(body)].targeted) body = -1;
+    // Leave out what is splatted.
+    for (int i = 0; i < packet_size; ++i) {
+        std::int32_t& index = rays.hits.body[i];
+        if (index >= 0 && row_.bodies[static_cast<std::size_t>(index)].splatted(rays.direction.lane(i)))
+            index = -1;
+    }
 }
 
 } // namespace obscura::renderer

@@ -26,6 +26,12 @@ PathTracer::PathTracer(const RowState& row, const Lighting& lighting, const scen
                        RayCounts& counts)
     : Tracer(row, sun, counts), lighting_(lighting), direct_light_(row, lighting, sun, counts) {}
 
+bool PathTracer::sunlight_only() const {
+    return lighting_.max_bounces == 0 && lighting_.lamps.empty() &&
+           std::all_of(row_.bodies.begin(), row_.bodies.end(),
+                       [](const BodyState& body) { return body.built->emission.empty(); });
+}
+
 void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, PathVertex& vertex,
                         Channels& out) const {
     vertex.count = 0;

@@ -31,6 +31,7 @@ public:
     PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
     [[nodiscard]] std::size_t channels() const override { return lighting_.sun_w_m2.size(); }
+    [[nodiscard]] bool sunlight_only() const override;
     void radiance(std::span<CameraRays> batch) override;
 
 private:

@@ -56,7 +56,10 @@ private:
     /// Adds the light of a point to row `target.y`; `amount`: by channel.
     void splat_point(const SplatTarget& target, ImagePoint at, std::span<const double> amount,
                      SplatParts parts, std::vector<double>& light) const;
-    void splat_body(const SplatTarget& target, std::int32_t body, SplatParts parts, Tracer& tracer) const;
+    void splat_body(const SplatTarget& target, std::int32_t body, Tracer& tracer) const;
+    /// Adds the light of one part of a body's disc, by `samples` points. Occluders: `target.candidates`.
+    void splat_disc(const SplatTarget& target, std::int32_t body, LitDisc::Part part, SplatParts parts,
+                    std::uint32_t samples, Tracer& tracer) const;
     void splat_stars(const SplatTarget& target, std::span<const std::uint32_t> in_view, Tracer& tracer) const;
 
     const scene::Scene& scene_;

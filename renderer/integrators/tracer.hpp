@@ -46,6 +46,8 @@ public:
                    HitPacket& hits);
 
     [[nodiscard]] virtual std::size_t channels() const { return 1; }
+    /// Whether bodies send nothing but direct sunlight.
+    [[nodiscard]] virtual bool sunlight_only() const { return true; }
 
     /// Largest number of packets of one call of radiance().
     static constexpr std::size_t batch_size = 8;

@@ -34,6 +34,32 @@ constexpr std::uint32_t pascal(std::uint32_t x) {
     return x;
 }
 
+/// Generator matrix of a Sobol dimension: its columns, bit-reversed, for the bits of the index from the
+/// least.
+struct SobolMatrix {
+    std::uint32_t column[32];
+};
+
+/// From the first direction numbers `m` and the inner coefficients `a` of a primitive polynomial of `degree`.
+constexpr SobolMatrix sobol_matrix(int degree, std::uint32_t a, std::array<std::uint32_t, 3> m) {
+    SobolMatrix matrix{};
+    std::uint32_t number[32] = {};
+    for (int k = 0; k < 32; ++k) {
+        if (k < degree) {
+            number[k] = m[static_cast<std::size_t>(k)];
+        } else {
+            number[k] = number[k - degree] ^ number[k - degree] << degree;
+            for (int i = 1; i < degree; ++i)
+                if ((a >> (degree - 1 - i) & 1u) != 0) number[k] ^= number[k - i] << i;
+        }
+        matrix.column[k] = reverse_bits(number[k] << (31 - k));
+    }
+    return matrix;
+}
+
+constexpr SobolMatrix third_dimension = sobol_matrix(2, 1, {1, 3, 0});
+constexpr SobolMatrix fourth_dimension = sobol_matrix(3, 1, {1, 3, 1});
+
 constexpr std::uint32_t mix(std::uint32_t x) {
     x ^= x >> 16;
     x *= 0x7feb352du;
@@ -86,6 +112,25 @@ void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v) {
             reverse_bits(scramble_reversed(reverse_bits(pascal(reverse_bits(shuffled))), second));
         u.v[i] = to_unit(a);
         v.v[i] = to_unit(b);
+    }
+}
+
+OBSCURA_VECTOR_CLONES
+void sobol_second_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v) {
+    Words shuffled;
+    Words third{};
+    Words fourth{};
+    for (int i = 0; i < packet_size; ++i)
+        shuffled.v[i] = reverse_bits(scramble_reversed(reverse_bits(index.v[i]), mix(seed.v[i])));
+    for (int k = 0; k < 32; ++k)
+        for (int i = 0; i < packet_size; ++i) {
+            const std::uint32_t bit = 0u - (shuffled.v[i] >> k & 1u);
+            third.v[i] ^= bit & third_dimension.column[k];
+            fourth.v[i] ^= bit & fourth_dimension.column[k];
+        }
+    for (int i = 0; i < packet_size; ++i) {
+        u.v[i] = to_unit(reverse_bits(scramble_reversed(third.v[i], mix(seed.v[i] ^ 0x1b873593u))));
+        v.v[i] = to_unit(reverse_bits(scramble_reversed(fourth.v[i], mix(seed.v[i] ^ 0x7a5662dbu))));
     }
 }
 

@@ -35,4 +35,9 @@ void pixel_seeds(std::uint64_t seed, std::uint64_t frame, std::int32_t x, std::i
 /// Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact, EGSR 2024.
 void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v);
 
+/// Third and fourth dimension of the sequence whose first two are sobol_pair() of the same seed: stratified
+/// together with them, where padded pairs are not. Direction numbers: Joe and Kuo, Constructing Sobol
+/// Sequences with Better Two-Dimensional Projections, SIAM J. Sci. Comput. 30(5), 2008.
+void sobol_second_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v);
+
 } // namespace obscura::renderer

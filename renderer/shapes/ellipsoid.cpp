@@ -52,7 +52,8 @@ void distances(const RayPacket& rays, Vec3 inverse_radii, Doubles& distance) {
 } // namespace
 
 Ellipsoid::Ellipsoid(const EllipsoidParameters& d)
-    : inverse_radii_{1 / d.radii_m.x, 1 / d.radii_m.y, 1 / d.radii_m.z},
+    : radii_m_(d.radii_m),
+      inverse_radii_{1 / d.radii_m.x, 1 / d.radii_m.y, 1 / d.radii_m.z},
       bounding_radius_m_(std::max({d.radii_m.x, d.radii_m.y, d.radii_m.z})) {}
 
 void Ellipsoid::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {

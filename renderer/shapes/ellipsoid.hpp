@@ -29,12 +29,14 @@ public:
 
     [[nodiscard]] double bounding_radius_m() const override { return bounding_radius_m_; }
     [[nodiscard]] bool shadows_itself() const override { return false; }
+    [[nodiscard]] Vec3 ellipsoid_radii_m() const override { return radii_m_; }
     void intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const override;
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;
 
 private:
+    Vec3 radii_m_;
     Vec3 inverse_radii_;
     double bounding_radius_m_;
 };

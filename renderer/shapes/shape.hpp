@@ -17,6 +17,8 @@ public:
     [[nodiscard]] virtual double bounding_radius_m() const = 0;
     /// Whether the lit side of the surface can shadow itself; false for convex shapes.
     [[nodiscard]] virtual bool shadows_itself() const = 0;
+    /// Semi-axes if the surface is an ellipsoid about the origin, else 0.
+    [[nodiscard]] virtual Vec3 ellipsoid_radii_m() const { return {0, 0, 0}; }
 
     /// Culling: switches off lanes of `near` whose rays cannot meet the surface, also when turned by up to
     /// `slack_rad` about their common origin. Conservative: may leave any lane on.

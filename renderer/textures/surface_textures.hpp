@@ -9,6 +9,7 @@
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/texture.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -63,6 +64,10 @@ public:
     [[nodiscard]] bool varies() const { return !maps_.empty(); }
     /// Whether the factor is the same in all bands.
     [[nodiscard]] bool grey() const { return grey_; }
+    /// Whether a normal map turns its normals.
+    [[nodiscard]] bool turns_normals() const {
+        return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.normal != nullptr; });
+    }
     /// Mean factor over slots and texels, first band.
     [[nodiscard]] double mean_factor() const { return mean_factor_; }
     [[nodiscard]] std::size_t slots() const { return slots_.size(); }

@@ -139,7 +139,10 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         const Vec3 to_body = pose.position_m - row.camera.position_m;
         const double distance = length(to_body);
         const double radius = s.shape->bounding_radius_m();
+        s.thin_crescent = false;
         if (distance <= radius) {
+            s.radius_px = 0;
+            s.disc = {};
             s.direction = {0, 0, 1};
             s.cone_sine = 1;
             s.cos_cone = -1;
@@ -159,7 +162,13 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         const double half = (angle + margin_rad) / 2;
         s.reach_chord2 = half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5;
         const double radius_px = angle / projection.local_pixel_angle_rad(s.direction);
+        s.radius_px = radius_px;
+        // The Sun has no dark side.
+        s.disc = LitDisc(*s.shape, s.camera_m, s.sun_m, s.material != nullptr ? scene.sun.radius_m : 0);
         s.targeted = radius_px < targeted_radius_px;
+        const double lit_share = s.disc.lit_share();
+        s.thin_crescent = !s.targeted && s.disc.exact() && lit_share < crescent_share &&
+                          lit_share * std::numbers::pi * radius_px * radius_px < crescent_area_px;
         s.large = radius_px > large_radius_px;
         s.samples = 0;
         if (!s.targeted) {

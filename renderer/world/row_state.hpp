@@ -6,6 +6,7 @@
 #include "renderer/camera/projection.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/shapes/lit_disc.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/surface_textures.hpp"
 
@@ -48,13 +49,23 @@ struct BodyState {
     /// for the smallest cones, where cosines are not. 5: every direction.
     double reach_chord2 = 5;
     double solid_angle_sr = 0;
+    double radius_px = 0;      ///< of the bounding cone; 0: camera inside
+    LitDisc disc;              ///< from the camera
     std::uint32_t samples = 0; ///< per pixel; 0: not sampled by pixels
     /// Radiance of the surface whose normal is half way between Sun and camera, per irradiance of the Sun at
     /// 1 au, 1/sr: the reference level of the error. 0 for the Sun.
     double reference_radiance = 0;
-    bool large = false;                  ///< larger than large_radius_px: few limb pixels
-    bool targeted = false;               ///< sub-pixel: its directions are sampled, then splatted
+    bool large = false;    ///< larger than large_radius_px: few limb pixels
+    bool targeted = false; ///< sub-pixel: its directions are sampled, then splatted
+    /// The lit part of its disc is too thin for pixel samples: sampled and splatted as a targeted body is.
+    bool thin_crescent = false;
     std::vector<std::int32_t> occluders; ///< bodies that may shade it from the Sun
+
+    /// Whether its light along `towards` (unit, camera frame) is splatted, core and wings; else it is
+    /// sampled by pixels.
+    [[nodiscard]] bool splatted(Vec3 towards) const {
+        return targeted || (thin_crescent && disc.lit(from_camera * towards));
+    }
 };
 
 /// Poses of everything at the instant of a row.
@@ -81,6 +92,12 @@ constexpr double large_radius_px = 128;
 constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
+/// Largest lit share of the disc, and lit area, of a thin crescent: with less light, pixel samples are too
+/// few; of a larger area they are enough.
+constexpr double crescent_share = 0.25;
+constexpr double crescent_area_px = 256;
+/// Samples of a thin crescent per pixel of its area, between samples_per_target and four times as many.
+constexpr double samples_per_crescent_px = 64;
 
 /// Apparent pose of body `i` for a camera at `camera_m` at `time_s`: with Scene::light_time that of the
 /// instant at which the light left it, t' = t - |r(t') - camera| / c.

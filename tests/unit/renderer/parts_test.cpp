@@ -15,9 +15,11 @@
 #include "tests/support/data.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <set>
 
 using namespace obscura;
@@ -146,6 +148,38 @@ TEST_CASE("The samples are Sobol points: every elementary interval is hit once")
                 boxes.emplace(static_cast<int>(u * (1 << k)), static_cast<int>(v * (1 << (10 - k))));
             CHECK(boxes.size() == 1024);
         }
+    }
+}
+
+TEST_CASE("Both pairs of a sample are stratified together") {
+    // 2^12 points in four dimensions: 4^4 boxes get 16 points each, whichever two bits of each are taken
+    // first.
+    for (const std::uint32_t seed : {1u, 77u, 0xdeadbeefu}) {
+        std::map<std::array<int, 4>, int> quarters;
+        std::set<std::pair<int, int>> boxes;
+        for (std::uint32_t first = 0; first < 4096; first += packet_size) {
+            Words index;
+            Words seeds;
+            for (std::uint32_t i = 0; i < packet_size; ++i) {
+                index[static_cast<int>(i)] = first + i;
+                seeds[static_cast<int>(i)] = seed;
+            }
+            Doubles p[4];
+            sobol_pair(index, seeds, p[0], p[1]);
+            sobol_second_pair(index, seeds, p[2], p[3]);
+            for (int i = 0; i < packet_size; ++i) {
+                std::array<int, 4> box{};
+                for (std::size_t d = 0; d < 4; ++d)
+                    box[d] = static_cast<int>(p[d][i] * 4);
+                ++quarters[box];
+                boxes.emplace(static_cast<int>(p[2][i] * 4096), 0);
+                boxes.emplace(static_cast<int>(p[3][i] * 4096), 1);
+            }
+        }
+        CHECK(boxes.size() == 2 * 4096);
+        CHECK(quarters.size() == 256);
+        for (const auto& [box, count] : quarters)
+            CHECK(count == 16);
     }
 }
 
