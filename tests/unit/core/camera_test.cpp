@@ -33,9 +33,28 @@ TEST_CASE("settings outside the limits are named with what is allowed") {
     CHECK(complaint([](auto& s) { s.gain_db = NAN; }) == "Gain nan dB: allowed 0 to 24");
     CHECK(complaint([](auto& s) { s.frame_rate_hz = 1e9; }) ==
           "AcquisitionFrameRate 1000000000 Hz: allowed 0.01 to 1000");
-    CHECK(complaint([](auto& s) { s.trigger_delay_ns = -1; }) == "TriggerDelay -0.001 us: allowed 0 to 10000000");
+    CHECK(complaint([](auto& s) { s.trigger_delay_ns = -1; }) ==
+          "TriggerDelay -0.001 us: allowed 0 to 10000000");
     CHECK(complaint([](auto& s) { s.acquisition_frame_count = 0; }) ==
           "AcquisitionFrameCount 0: allowed 1 to 4294967295");
+}
+
+TEST_CASE("a sequencer set replaces its own features and no others") {
+    CameraSettings settings;
+    settings.region = {8, 16, 64, 32};
+    settings.gain_db = 3;
+    Sequence sequence;
+    sequence.steps[2] = {5 * ns_per_ms, 6, 100, 24, 40, 0};
+    sequence.features = sequenced_exposure | sequenced_offset_x | sequenced_offset_y;
+    const CameraSettings changed = with_step(settings, sequence, 2);
+    CHECK(changed.exposure_ns == 5 * ns_per_ms);
+    CHECK(changed.region == Region{24, 40, 64, 32});
+    CHECK(changed.gain_db == 3);
+    CHECK(changed.black_level_dn == settings.black_level_dn);
+    sequence.features = sequenced_gain | sequenced_black_level;
+    CHECK(with_step(settings, sequence, 2).gain_db == 6);
+    CHECK(with_step(settings, sequence, 2).black_level_dn == 100);
+    CHECK(with_step(settings, sequence, 2).region == settings.region);
 }
 
 TEST_CASE("a sequence is checked along the sets that it reaches") {

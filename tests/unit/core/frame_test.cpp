@@ -19,6 +19,11 @@ TEST_CASE("a pool lends each frame once and takes it back") {
     CHECK_FALSE(pool.acquire());
     CHECK(pool.in_use() == 2);
     FrameRef copy = a;
+    a->flags = frame_late;
+    a->saturated_windows = 1;
+    a->info.width = 8;
+    a->info.height = 1;
+    a->publish_rows(1);
     a = FrameRef{};
     CHECK_FALSE(pool.acquire()); // the copy still holds it
     copy = FrameRef{};
@@ -27,6 +32,7 @@ TEST_CASE("a pool lends each frame once and takes it back") {
     REQUIRE(again);
     CHECK(again->rows_ready() == 0);
     CHECK(again->flags == 0);
+    CHECK(again->saturated_windows == 0);
     CHECK(again->info.width == 0);
 }
 
@@ -94,6 +100,8 @@ TEST_CASE("pixels are packed as PFNC says") {
     std::vector<std::uint8_t> out(16);
 
     CHECK(packed_bytes(PixelFormat::mono12p, 4) == 6);
+    CHECK(packed_bytes(PixelFormat::mono12p, 3) == 5); // the last byte is half full
+    CHECK(packed_bytes(PixelFormat::mono10p, 5) == 7);
     pack_pixels(PixelFormat::mono12p, 12, twelve, out);
     // LSB first: byte 0 = p0[7:0], byte 1 = p1[3:0] p0[11:8], byte 2 = p1[11:4].
     CHECK(std::vector(out.begin(), out.begin() + 6) ==

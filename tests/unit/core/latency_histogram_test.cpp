@@ -45,4 +45,8 @@ TEST_CASE("quantiles agree with the sorted spans") {
     }
     CHECK(histogram.max_ns() == spans.back());
     CHECK(histogram.count() == 20'000);
+    LatencyHistogram few; // the middle one of three is the median
+    for (const std::int64_t span : {1, 2, 3})
+        few.add(span);
+    CHECK(few.quantile_ns(0.5) == 2);
 }

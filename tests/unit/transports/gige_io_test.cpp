@@ -198,6 +198,11 @@ TEST_CASE("Counters count from their reset on, and stop at their duration") {
     b.camera.shown.lines[0].edges += 5;
     CHECK(b.read(address_of("CounterValue", 1)) == 3);
     CHECK(b.read(address_of("CounterStatus", 1)) == static_cast<std::uint32_t>(IoStatus::completed));
+    b.set(address_of("CounterResetSource", 1), static_cast<std::uint32_t>(CounterReset::counter_end));
+    CHECK(b.read(address_of("CounterValue", 1)) == 2); // begins anew after every three
+    b.camera.shown.lines[0].edges += 1;
+    CHECK(b.read(address_of("CounterValue", 1)) == 0);
+    CHECK(b.read(address_of("CounterStatus", 1)) == static_cast<std::uint32_t>(IoStatus::active));
 
     // Frame events are counted when they happen, not when they are planned.
     b.set(address_of("CounterEventSource"), static_cast<std::uint32_t>(IoEvent::exposure_end));
