@@ -103,6 +103,7 @@ GigeCounters GigeCamera::gige_counters() const noexcept {
     out.injected_losses = s.injected_losses.load();
     out.resend_requests = s.resend_requests.load();
     out.resent_packets = s.resent_packets.load();
+    out.repeated_packets = s.repeated_packets.load();
     out.control_lost = c.control_lost.load();
     out.retries = c.retries.load();
     out.commands = c.datagrams.load();
@@ -126,6 +127,7 @@ TransportStatistics GigeCamera::statistics() const {
                                      {"injected_losses", g.injected_losses},
                                      {"resend_requests", g.resend_requests},
                                      {"resent_packets", g.resent_packets},
+                                     {"repeated_packets", g.repeated_packets},
                                      {"control_lost", g.control_lost}});
     s.groups = {{"trigger_to_first_packet_us",
                  {{"p50", us(g.trigger_to_first_p50_ns)}, {"p99", us(g.trigger_to_first_p99_ns)}}},

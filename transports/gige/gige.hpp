@@ -24,8 +24,9 @@ struct GigeCounters {
     std::uint64_t injected_losses = 0; ///< packets and frames withheld by injected faults
     std::uint64_t resend_requests = 0; ///< PACKETRESEND commands accepted
     std::uint64_t resent_packets = 0;
-    std::uint64_t control_lost = 0; ///< heartbeat time-outs of controllers
-    std::uint64_t retries = 0;      ///< repeated commands, answered but not executed again
+    std::uint64_t repeated_packets = 0; ///< while rows were late, see GigeSettings::keep_alive_ms
+    std::uint64_t control_lost = 0;     ///< heartbeat time-outs of controllers
+    std::uint64_t retries = 0;          ///< repeated commands, answered but not executed again
     std::uint64_t commands = 0, denied = 0;
     std::uint64_t throttled = 0; ///< answers withheld by the rate limit of SourcePolicy
     std::uint64_t events_acknowledged = 0, events_lost = 0;

@@ -179,6 +179,12 @@ config::Section section_of(GigeSettings& s) {
                 key("history_frames", &s.history_frames)
                     .range(1, 64)
                     .help("Number of frames kept for packet resend"),
+                key("keep_alive_ms", &s.keep_alive_ms)
+                    .unit("ms")
+                    .range(0, 10000)
+                    .help("Time within a frame after which, if rows are late, its newest packet is sent once "
+                          "more, so "
+                          "that receivers do not give the frame up; 0: never"),
                 key("drop_percent", &s.drop_percent)
                     .unit("%")
                     .range(0, 100)

@@ -31,7 +31,11 @@ struct GigeSettings {
     std::int32_t heartbeat_timeout_ms = 3000;
     std::int32_t heartbeat_timeout_max_ms = 60'000;
     std::int32_t history_frames = 4; ///< frames of the pool kept for packet resend
-    double drop_percent = 0;         ///< fault: payload packets withheld at first sending
+    /// Silence within a block after which its newest packet is sent again; 0: never. The default is half the
+    /// packet timeout of Aravis: after that it asks for everything that is missing, after 100 ms it gives the
+    /// block up.
+    double keep_alive_ms = 10;
+    double drop_percent = 0; ///< fault: payload packets withheld at first sending
 
     /// Reset value of DeviceLinkThroughputLimit. Receivers buffer a fraction of a frame, so packets are lost
     /// when the camera sends faster than they read; they are made for a gigabit link. 0: no limit.

@@ -91,6 +91,7 @@ packet_size = 1500
 heartbeat_timeout_ms = 3000
 heartbeat_timeout_max_ms = 60000
 history_frames = 4
+keep_alive_ms = 10.0
 drop_percent = 0.0
 throughput_limit_mbit_s = 1000.0
 backend = "sendmmsg"

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 namespace obscura::transports::gige {
@@ -26,6 +27,7 @@ GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& net
                        MessageChannel& messages, const Clock& clock, const ThreadSettings& thread,
                        std::size_t slot)
     : settings_(settings),
+      keep_alive_ns_(std::llround(settings.keep_alive_ms * static_cast<double>(ns_per_ms))),
       thread_settings_(thread),
       network_(network),
       clock_(clock),
@@ -215,7 +217,10 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
         return false;
     }
     post(Event::frame_start, block, edge);
-    if (fault(Fault::drop_leader, block) == nullptr) queue_packet(block, 0, false);
+    if (fault(Fault::drop_leader, block) == nullptr) {
+        queue_packet(block, 0, false);
+        block.newest = 0;
+    }
     socket_.flush();
     block.sent = 1;
     if (!again) {
@@ -249,6 +254,7 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
 
 bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     block.sent = 0;
+    block.newest.reset();
     block.resent = {};
     block.count = session_->frames + 1;
     // The producer also numbers frames that no transport accepted.
@@ -293,6 +299,7 @@ bool GvspSender::send_payload(Block& block) noexcept {
     const std::uint32_t end = block.payload.packets() + 1; // payload has the ids 1 .. end - 1
     std::uint32_t held = 0;                                // id delayed by a reorder fault; 0: none
     Time due = clock_.now();
+    Time silent_since = due;
     while (block.sent < end) {
         const std::uint32_t seen = wake_.value();
         if (giving_up()) return false;
@@ -308,7 +315,7 @@ bool GvspSender::send_payload(Block& block) noexcept {
         const std::uint32_t until = std::min({block.sent + session_->batch, ready + 1, end});
         heartbeat_.beat();
         if (until <= block.sent) {
-            wake_.wait(seen, clock_.now() + Heartbeat::longest_wait_ns);
+            wait_for_rows(block, seen, silent_since);
             continue;
         }
         pace(due, until - block.sent);
@@ -323,8 +330,27 @@ bool GvspSender::send_payload(Block& block) noexcept {
         }
         socket_.flush();
         block.sent = until;
+        silent_since = clock_.now();
     }
     return true;
+}
+
+// Receivers give a block up that they have heard nothing of for a while (Aravis: 100 ms), so the newest
+// packet is sent once more while rows are late. A receiver takes it for a copy made by the network and
+// discards it.
+void GvspSender::wait_for_rows(const Block& block, std::uint32_t seen, Time& silent_since) noexcept {
+    const Time now = clock_.now();
+    Time until = now + Heartbeat::longest_wait_ns;
+    if (keep_alive_ns_ > 0 && block.newest) {
+        if (now - silent_since >= keep_alive_ns_) {
+            queue_packet(block, *block.newest, false);
+            socket_.flush();
+            counters_.repeated_packets.fetch_add(1, std::memory_order_relaxed);
+            silent_since = now;
+        }
+        until = std::min(until, silent_since + keep_alive_ns_);
+    }
+    wake_.wait(seen, until);
 }
 
 void GvspSender::pace(Time& due, std::uint32_t packets) noexcept {
@@ -460,6 +486,7 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
 void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
     if (!session_->config.faults.any()) {
         queue_packet(block, id, false);
+        block.newest = id;
         return;
     }
     if (fault(Fault::lose, block, id) != nullptr || fault(Fault::lose_for_good, block, id) != nullptr) {
@@ -475,7 +502,9 @@ void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
             wake_.wait(seen, until);
         }
     }
-    queue_packet(block, id, false, fault(Fault::corrupt, block, id) != nullptr);
+    const bool corrupt = fault(Fault::corrupt, block, id) != nullptr;
+    queue_packet(block, id, false, corrupt);
+    if (!corrupt) block.newest = id;
     if (fault(Fault::duplicate, block, id) != nullptr) queue_packet(block, id, false);
 }
 

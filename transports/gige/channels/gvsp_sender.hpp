@@ -16,6 +16,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct SenderCounters {
     std::atomic<std::uint64_t> submitted{0}, delivered{0}, dropped{0};
     std::atomic<std::uint64_t> resend_requests{0}, resent_packets{0}, resend_refused{0};
     std::atomic<std::uint64_t> injected_losses{0};
+    std::atomic<std::uint64_t> repeated_packets{0}; ///< see GigeSettings::keep_alive_ms
     LatencyHistogram trigger_to_first, trigger_to_last;
 };
 
@@ -67,7 +69,8 @@ private:
         std::uint64_t wire_id = 0; // block id on the wire
         std::uint16_t flags = 0;   // of its packets
         Payload payload;
-        std::uint32_t sent = 0; // packets with ids below this are sent or withheld by a fault
+        std::uint32_t sent = 0;              // packets with ids below this are sent or withheld by a fault
+        std::optional<std::uint32_t> newest; // packet sent last without a fault
         // Packets resent so far, by ResendRequest::trusted.
         std::array<std::uint32_t, 2> resent{};
         std::array<std::uint8_t, gvsp_max_leader> leader{};
@@ -95,6 +98,7 @@ private:
     bool send_block(const FrameRef& frame, bool again) noexcept;
     bool prepare(Block& block, const FrameRef& frame) noexcept;
     bool send_payload(Block& block) noexcept;
+    void wait_for_rows(const Block& block, std::uint32_t seen, Time& silent_since) noexcept;
     void write_trailer(Block& block) noexcept;
     void pace(Time& due, std::uint32_t packets) noexcept;
     void queue_packet(const Block& block, std::uint32_t id, bool resent, bool corrupt = false) noexcept;
@@ -111,6 +115,7 @@ private:
     }
 
     const GigeSettings settings_;
+    const std::int64_t keep_alive_ns_;
     const ThreadSettings thread_settings_;
     const NetworkInterface network_;
     const Clock& clock_;
