@@ -81,9 +81,12 @@ bool ensure_limit(Resource resource, rlim_t wanted) noexcept {
 
 } // namespace
 
-std::uint64_t replace_by_limits(int priority) noexcept {
-    if (priority <= 0) return 0;
+std::uint64_t replace_by_limits(int priority, int nice) noexcept {
     std::uint64_t missing = 0;
+    // RLIMIT_NICE counts from 1 (nice level 19) to 40 (-20).
+    if (nice < 0 && !ensure_limit(RLIMIT_NICE, static_cast<rlim_t>(20 - nice)))
+        missing |= 1ULL << CAP_SYS_NICE;
+    if (priority <= 0) return missing;
     if (!ensure_limit(RLIMIT_RTPRIO, static_cast<rlim_t>(priority))) missing |= 1ULL << CAP_SYS_NICE;
     if (!ensure_limit(RLIMIT_MEMLOCK, RLIM_INFINITY)) missing |= 1ULL << CAP_IPC_LOCK;
     return missing;

@@ -17,9 +17,9 @@ struct CapabilityReport {
 
 /// Replaces the capabilities that real time needs by resource limits: raises RLIMIT_RTPRIO and
 /// RLIMIT_MEMLOCK so far that later threads may use SCHED_FIFO up to `priority` and locked memory may grow
-/// without them. Returns the bits of those capabilities (CAP_SYS_NICE, CAP_IPC_LOCK) whose limit could not be
-/// raised; 0 for `priority` 0.
-[[nodiscard]] std::uint64_t replace_by_limits(int priority) noexcept;
+/// without them (0: neither), and RLIMIT_NICE for a nice level of `nice`, if that is negative. Returns the
+/// bits of those capabilities (CAP_SYS_NICE, CAP_IPC_LOCK) whose limit could not be raised.
+[[nodiscard]] std::uint64_t replace_by_limits(int priority, int nice = 0) noexcept;
 
 /// Drops every capability but those of `keep` from all threads of this process, empties the ambient and
 /// inheritable sets, the bounding set where permitted, and forbids new privileges. Does nothing if the

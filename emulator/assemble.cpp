@@ -38,14 +38,19 @@ sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
 
 std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
                                                   const ThreadPlan& threads) {
-    const PinnedHere pinned(threads.render.cores); // the renderer's threads inherit the affinity
+    const PinnedHere pinned(threads.render.cores); // threads that build the scene inherit the affinity
+    // By default one thread per core that rendering may use.
+    const std::size_t render_threads = config.render.threads > 0
+                                           ? static_cast<std::size_t>(config.render.threads)
+                                           : threads.render.cores.count();
     return std::make_unique<renderer::Renderer>(
         std::move(scene),
         renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
-                                 static_cast<std::uint32_t>(config.render.threads), config.daemon.seed,
+                                 static_cast<std::uint32_t>(render_threads), config.daemon.seed,
                                  config.render.target_error,
                                  static_cast<std::uint32_t>(config.render.max_samples_per_pixel), 0,
-                                 static_cast<std::uint32_t>(config.render.max_instants)});
+                                 static_cast<std::uint32_t>(config.render.max_instants),
+                                 [render = threads.render] { enter_render_worker(render); }});
 }
 
 Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
@@ -61,6 +66,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
 
     camera.thread = threads.pipeline;
     camera.trigger_thread = threads.trigger;
+    camera.render = threads.render;
 
     scene::Scene scene = config.scene;
     if (config.simulator.enabled)

@@ -37,6 +37,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
       frame_settings_(config.initial) {
     thread_ = std::thread([this] {
         enter_thread("pipeline", config_.thread);
+        if (config_.thread.priority == 0) schedule_this_thread(config_.render);
         declare_this_thread_realtime();
         run();
     });

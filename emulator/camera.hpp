@@ -11,6 +11,7 @@
 #include "emulator/frame_maker.hpp"
 #include "emulator/policies.hpp"
 #include "emulator/releaser.hpp"
+#include "emulator/render_scheduling.hpp"
 #include "emulator/trigger_router.hpp"
 #include "sync/schedule.hpp"
 #include "sync/sync.hpp"
@@ -34,6 +35,8 @@ struct CameraConfig {
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
     ThreadSettings thread{};         ///< pipeline
     ThreadSettings trigger_thread{}; ///< free-run timer, alarms
+    RenderScheduling
+        render{}; ///< class of the pipeline thread, which renders, unless `thread` has a priority
 };
 
 /// The scene time at the trigger of frame `frame_id` when the scene follows nominal periods.

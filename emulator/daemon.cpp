@@ -81,6 +81,7 @@ void Daemon::start() {
         else
             log_warning("real time: SCHED_FIFO, but memory can be paged out ({})", locked.why);
     }
+    set_session_nice(threads_.render.nice);
     running_ = true;
     try {
         for (const auto& unit : units_)

@@ -62,8 +62,8 @@ public:
     /// Counters and latencies as JSON; for several cameras a list "cameras" with the address of each.
     [[nodiscard]] std::string statistics_json() const;
 
-    /// The highest SCHED_FIFO priority of its threads; 0: none.
-    [[nodiscard]] int realtime_priority() const noexcept { return highest_priority(threads_); }
+    /// Scheduling of its threads, as granted.
+    [[nodiscard]] const ThreadPlan& threads() const noexcept { return threads_; }
     [[nodiscard]] std::size_t camera_count() const noexcept { return units_.size(); }
     [[nodiscard]] Camera& camera(std::size_t number = 0) noexcept { return units_.at(number)->camera(); }
 

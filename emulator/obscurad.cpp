@@ -116,8 +116,9 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string&
 
 // Drops the capabilities, after reading files and before opening sockets: devices and addresses need only the
 // user's rights and the resource limits.
-void give_up_capabilities(int priority) {
-    const CapabilityReport report = drop_capabilities(replace_by_limits(priority));
+void give_up_capabilities(const emulator::ThreadPlan& threads) {
+    const CapabilityReport report =
+        drop_capabilities(replace_by_limits(emulator::highest_priority(threads), threads.render.nice));
     if (!report.why.empty())
         log_warning("capabilities: not all given up: {}", report.why);
     else if (report.had_any)
@@ -153,7 +154,7 @@ int run(const Options& options) {
         if (!timing[i]) throw OutputError(fmt::format("{}: cannot be written", file));
         daemon.write_timing_to(timing[i], i);
     }
-    if (config.daemon.drop_capabilities) give_up_capabilities(daemon.realtime_priority());
+    if (config.daemon.drop_capabilities) give_up_capabilities(daemon.threads());
     daemon.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);

@@ -5,80 +5,52 @@
 #include "core/log.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <string>
 #include <utility>
 
 namespace obscura::emulator {
 namespace {
 
-// Threads of the plan by their names in [threads].
-std::array<std::pair<const char*, ThreadSettings*>, 7> parts_of(ThreadPlan& plan) {
+// Threads of the plan besides rendering, by their names in [threads].
+std::array<std::pair<const char*, ThreadSettings*>, 6> parts_of(ThreadPlan& plan) {
     return {{{"trigger", &plan.trigger},
              {"pipeline", &plan.pipeline},
              {"detector", &plan.detector},
              {"release", &plan.release},
              {"transmit", &plan.transmit},
-             {"display", &plan.display},
-             {"render", &plan.render}}};
+             {"display", &plan.display}}};
 }
 
-void reduce_cores(ThreadPlan& plan, bool required) {
-    const CoreSet permitted = permitted_cores();
-    for (auto& [name, thread] : parts_of(plan)) {
-        if ((thread->cores & ~permitted).none()) continue;
-        const std::string text =
-            fmt::format("threads.{}_cores: {} are not all available, this process may use {}", name,
-                        cores_text(thread->cores), cores_text(permitted));
-        if (required) throw HardwareError(text + "; daemon.realtime is \"required\"");
-        thread->cores &= permitted;
-        log_warning("{}; the thread goes to {}", text, cores_text(thread->cores));
-    }
+void reduce_cores(const char* name, CoreSet& cores, const CoreSet& permitted, bool required) {
+    if ((cores & ~permitted).none()) return;
+    const std::string text =
+        fmt::format("threads.{}_cores: {} are not all available, this process may use {}", name,
+                    cores_text(cores), cores_text(permitted));
+    if (required) throw HardwareError(text + "; daemon.realtime is \"required\"");
+    cores &= permitted;
+    log_warning("{}; the thread goes to {}", text, cores_text(cores));
 }
 
-} // namespace
-
-ThreadPlan configured_threads(const emulator::DaemonConfig& config) {
-    const emulator::ThreadsSection& s = config.threads;
-    const auto cores = [](const std::string& text) { return parse_cores(text).value_or(CoreSet{}); };
-    return {{s.trigger_priority, cores(s.trigger_cores)},
-            {s.pipeline_priority, cores(s.pipeline_cores)},
-            {s.detector_priority, cores(s.detector_cores)},
-            {s.release_priority, cores(s.release_cores)},
-            {s.transmit_priority, cores(s.transmit_cores)},
-            {s.display_priority, cores(s.display_cores)},
-            {0, cores(s.render_cores)}};
+void clear_priorities(ThreadPlan& plan) {
+    for (auto& [name, thread] : parts_of(plan))
+        thread->priority = 0;
+    if (plan.render.has_priority()) plan.render = {.cores = plan.render.cores};
 }
 
-int highest_priority(const ThreadPlan& plan) noexcept {
-    const int control = plan.transmit.priority > 0 ? plan.transmit.priority + 1 : 0;
-    return std::max({plan.trigger.priority, plan.pipeline.priority, plan.detector.priority,
-                     plan.release.priority, control, plan.display.priority});
-}
-
-ThreadPlan granted_threads(const emulator::DaemonConfig& config) {
-    const RealtimeMode wish = config.daemon.realtime;
-    ThreadPlan plan = configured_threads(config);
-    reduce_cores(plan, wish == RealtimeMode::required);
+void grant_priorities(ThreadPlan& plan, bool required) {
     const int highest = highest_priority(plan);
-    const auto ordinary = [&plan] {
-        for (auto& [name, thread] : parts_of(plan))
-            thread->priority = 0;
-        return plan;
-    };
-    if (wish == RealtimeMode::off) {
-        log_info("real time: off, as configured; deadlines are met as well as ordinary scheduling allows");
-        return ordinary();
-    }
     if (highest == 0) {
         log_info("real time: no thread has a priority in [threads]; ordinary scheduling");
-        return plan;
+        return;
     }
     const RealtimeGrant grant = realtime_permitted(highest);
-    if (grant.granted) return plan;
-    if (wish == RealtimeMode::required)
+    if (grant.granted) return;
+    if (required)
         throw HardwareError(fmt::format(
             "daemon.realtime: \"required\", but {}; allowed with \"auto\", CAP_SYS_NICE or LimitRTPRIO >= {}",
             grant.why, highest));
@@ -86,7 +58,79 @@ ThreadPlan granted_threads(const emulator::DaemonConfig& config) {
         "real time: not permitted ({}); running with ordinary scheduling, expect late frames on a busy "
         "machine",
         grant.why);
-    return ordinary();
+    clear_priorities(plan);
+}
+
+void grant_rendering(RenderScheduling& render, bool required) {
+    const RealtimeGrant grant = scheduling_permitted(render);
+    if (grant.granted) return;
+    if (required)
+        throw HardwareError(fmt::format("daemon.realtime: \"required\", but rendering: {}; allowed with "
+                                        "\"auto\", CAP_SYS_NICE or LimitNICE={}",
+                                        grant.why, render.nice));
+    log_warning("rendering: {}; rendering shares the processors evenly with other programs", grant.why);
+    render.nice = 0;
+}
+
+// Rendering without cores of its own keeps off those of threads with a priority, if that leaves any.
+void separate_rendering(ThreadPlan& plan, const CoreSet& permitted) {
+    CoreSet taken;
+    for (const ThreadSettings* thread :
+         {&plan.trigger, &plan.detector, &plan.release, &plan.transmit, &plan.display})
+        if (thread->priority > 0) taken |= thread->cores;
+    const CoreSet left = permitted & ~taken;
+    if (plan.render.cores.none() && taken.any() && left.any()) plan.render.cores = left;
+    if (plan.pipeline.cores.none() && plan.pipeline.priority == 0) plan.pipeline.cores = plan.render.cores;
+}
+
+} // namespace
+
+ThreadPlan configured_threads(const emulator::DaemonConfig& config) {
+    const emulator::ThreadsSection& s = config.threads;
+    const auto cores = [](const std::string& text) { return parse_cores(text).value_or(CoreSet{}); };
+    RenderScheduling render{.policy = s.render_class, .cores = cores(s.render_cores)};
+    if (render.has_priority())
+        render.priority = s.render_priority;
+    else
+        render.nice = s.render_nice;
+    return {{s.trigger_priority, cores(s.trigger_cores)},
+            {s.pipeline_priority, cores(s.pipeline_cores)},
+            {s.detector_priority, cores(s.detector_cores)},
+            {s.release_priority, cores(s.release_cores)},
+            {s.transmit_priority, cores(s.transmit_cores)},
+            {s.display_priority, cores(s.display_cores)},
+            render};
+}
+
+int highest_priority(const ThreadPlan& plan) noexcept {
+    const int control = plan.transmit.priority > 0 ? plan.transmit.priority + 1 : 0;
+    return std::max({plan.trigger.priority, plan.pipeline.priority, plan.detector.priority,
+                     plan.release.priority, control, plan.display.priority,
+                     plan.render.has_priority() ? plan.render.priority : 0});
+}
+
+ThreadPlan granted_threads(const emulator::DaemonConfig& config, const CoreSet& permitted) {
+    const bool required = config.daemon.realtime == RealtimeMode::required;
+    ThreadPlan plan = configured_threads(config);
+    for (auto& [name, thread] : parts_of(plan))
+        reduce_cores(name, thread->cores, permitted, required);
+    reduce_cores("render", plan.render.cores, permitted, required);
+    if (config.daemon.realtime == RealtimeMode::off) {
+        log_info("real time: off, as configured; deadlines are met as well as ordinary scheduling allows");
+        clear_priorities(plan);
+        plan.render = {.cores = plan.render.cores};
+    } else {
+        grant_priorities(plan, required);
+        grant_rendering(plan.render, required);
+    }
+    separate_rendering(plan, permitted);
+    return plan;
+}
+
+void set_session_nice(int nice) {
+    if (nice >= 0 || getsid(0) != getpid()) return;
+    // A kernel without autogroups has no such file.
+    std::ofstream("/proc/self/autogroup") << nice;
 }
 
 PinnedHere::PinnedHere(const CoreSet& cores) {

@@ -4,6 +4,7 @@
 
 #include "core/realtime.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/render_scheduling.hpp"
 
 namespace obscura::emulator {
 
@@ -15,19 +16,26 @@ struct ThreadPlan {
     ThreadSettings release;  ///< row release
     ThreadSettings transmit; ///< GigE Vision; its control thread runs one priority above
     ThreadSettings display;  ///< V4L2 and stimulator
-    ThreadSettings render;   ///< the renderer's workers: cores only
+    RenderScheduling render; ///< the renderer's workers, and the pipeline thread if that has no priority
 };
 
 /// Plan as configured in [threads], which emulator::load_config() has checked.
 [[nodiscard]] ThreadPlan configured_threads(const emulator::DaemonConfig& config);
 
 /// The plan reduced to what is granted; each reduction is logged. Priorities are dropped if SCHED_FIFO is off
-/// or not permitted, cores if this process may not use them. If daemon.realtime is "required", throws
-/// HardwareError instead.
-[[nodiscard]] ThreadPlan granted_threads(const emulator::DaemonConfig& config);
+/// or not permitted, the nice level of rendering likewise, cores if this process may not use them. If
+/// daemon.realtime is "required", throws HardwareError instead. Rendering without cores gets those of
+/// `permitted` that no thread with a priority has been given, if there are any.
+[[nodiscard]] ThreadPlan granted_threads(const emulator::DaemonConfig& config,
+                                         const CoreSet& permitted = permitted_cores());
 
-/// The highest SCHED_FIFO priority in the plan; 0: none.
+/// The highest priority in the plan; 0: none.
 [[nodiscard]] int highest_priority(const ThreadPlan& plan) noexcept;
+
+/// Gives the process a negative nice level also among the sessions of the machine, if it leads a session of
+/// its own, as a service does: Linux shares the processors out among sessions (autogroups) before it looks at
+/// threads.
+void set_session_nice(int nice);
 
 /// Scope guard that pins the calling thread to `cores`, if any; threads created in the scope inherit it.
 class PinnedHere {

@@ -26,6 +26,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_scheduler_observer.h>
 
 #if defined(__SSE2__)
 #include <pmmintrin.h>
@@ -89,6 +90,24 @@ struct RowBlock {
     SampleGrid grid;
 };
 
+/// Calls a function on each worker thread that joins an arena.
+class WorkerObserver final : public tbb::task_scheduler_observer {
+public:
+    WorkerObserver(tbb::task_arena& arena, const std::function<void()>& enter)
+        : tbb::task_scheduler_observer(arena), enter_(enter) {
+        observe(true);
+    }
+    ~WorkerObserver() override { observe(false); }
+    WorkerObserver(const WorkerObserver&) = delete;
+    WorkerObserver& operator=(const WorkerObserver&) = delete;
+    void on_scheduler_entry(bool is_worker) override {
+        if (is_worker) enter_();
+    }
+
+private:
+    const std::function<void()> enter_;
+};
+
 /// Whether any body is larger than pixels.
 bool resolves_any(const RowState& row) {
     return std::any_of(row.bodies.begin(), row.bodies.end(), [](const BodyState& b) { return !b.targeted; });
@@ -112,6 +131,7 @@ struct Renderer::Impl {
     /// Raises the limit of TBB, one worker per core by default, to the number of threads.
     std::optional<tbb::global_control> more_threads;
     mutable tbb::task_arena arena;
+    std::optional<WorkerObserver> observer; ///< with RenderSettings::enter_worker
     mutable tbb::enumerable_thread_specific<Scratch> scratch;
     /// Per thread that calls render().
     mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
@@ -130,6 +150,7 @@ struct Renderer::Impl {
           splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
           stray(read_stray_light(scene)),
           arena(static_cast<int>(threads)) {
+        if (settings.enter_worker) observer.emplace(arena, settings.enter_worker);
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
         settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
@@ -226,6 +247,7 @@ bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* c
     };
     for (unsigned i = 0; i < threads; ++i)
         workers.emplace_back([&, i] {
+            if (settings.enter_worker) settings.enter_worker();
             Scratch own;
             do_rows(first_row_of(i), first_row_of(i + 1), own);
         });

@@ -16,6 +16,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -41,6 +42,9 @@ struct RenderSettings {
     /// Motion blur: largest number of instants, half a pixel of motion apart, whose light a row's exposure
     /// averages. A pixel's samples are shared among them, so they cost no more. 1: mid-exposure only.
     std::uint32_t max_instants = 256;
+    /// Called on a worker thread whenever it begins to help with this renderer's rows: sets its scheduling.
+    /// Must not throw; cheap when repeated. Not called on the threads that call render().
+    std::function<void()> enter_worker{};
 };
 
 /// Request for some rows of a window, each at its own time. The result depends only on the scene, the

@@ -135,16 +135,40 @@ config::Section section_of(ThreadsSection& s) {
         key("detector_cores", &s.detector_cores)
             .help("Cores of the detector thread, like \"2-3,5\"; empty: any"),
         key("pipeline_cores", &s.pipeline_cores)
-            .help("Cores of the pipeline thread, like \"2-3,5\"; empty: any"),
+            .help("Cores of the pipeline thread, like \"2-3,5\"; empty: those of the render threads"),
         key("display_cores", &s.display_cores)
             .help("Cores of the V4L2 and stimulator threads, like \"2-3,5\"; empty: any"),
-        key("render_cores", &s.render_cores).help("Cores of the render threads, like \"2-3,5\"; empty: any"),
+        key("render_class", &s.render_class)
+            .help("Scheduling class of the render threads, and of the pipeline thread if it has no priority. "
+                  "other, "
+                  "batch: beside other programs, with the share that render_nice gives; rr, fifo: before all "
+                  "of them, "
+                  "with render_priority"),
+        key("render_nice", &s.render_nice)
+            .range(-20, 19)
+            .help("Nice level of rendering with render_class other or batch; 0: that of the daemon"),
+        key("render_priority", &s.render_priority)
+            .range(1, 97)
+            .help("Priority of rendering with render_class rr or fifo, below those of the other threads"),
+        key("render_cores", &s.render_cores)
+            .help("Cores of the render threads, like \"2-3,5\"; empty: those that no thread with a priority "
+                  "has been "
+                  "given, or any if there are none"),
     };
-    section.check = [keys = section.keys](const config::ReadTable& table) {
+    section.check = [&s, keys = section.keys](const config::ReadTable& table) {
         for (const config::Key& key : keys)
             if (const auto* cores = std::get_if<std::string*>(&key.target);
                 cores != nullptr && !parse_cores(**cores))
                 table.refuse(key.name, fmt::format("\"{}\" is no list of cores like \"2-3,5\"", **cores));
+        if (s.render_class != RenderClass::rr && s.render_class != RenderClass::fifo) return;
+        for (const int priority : {s.trigger_priority, s.release_priority, s.transmit_priority,
+                                   s.detector_priority, s.display_priority})
+            if (priority > 0 && s.render_priority >= priority) {
+                table.refuse("render_priority",
+                             fmt::format("{} is not below the priorities of the other threads, {}",
+                                         s.render_priority, priority));
+                break;
+            }
     };
     return section;
 }

@@ -5,6 +5,7 @@
 #include "config/section.hpp"
 #include "core/log.hpp"
 #include "emulator/policies.hpp"
+#include "emulator/render_scheduling.hpp"
 
 #include <array>
 #include <cstdint>
@@ -53,13 +54,15 @@ struct DeadlineSection {
     double spin_us = 100;
 };
 
-/// [threads]: SCHED_FIFO priorities (0: SCHED_OTHER) and cores ("2-3,5"; empty: any). Rendering has no
-/// priority: a thread that computes for tens of milliseconds under SCHED_FIFO starves everything else on its
-/// core.
+/// [threads]: SCHED_FIFO priorities (0: SCHED_OTHER) and cores ("2-3,5"; empty: any). Rendering is an
+/// ordinary class with a high share by default: a thread that computes for tens of milliseconds under
+/// SCHED_RR or SCHED_FIFO starves everything else on its core.
 struct ThreadsSection {
     std::int32_t trigger_priority = 80, release_priority = 75, transmit_priority = 70, detector_priority = 65;
     std::int32_t pipeline_priority = 0, display_priority = 0;
     std::string trigger_cores, release_cores, transmit_cores, detector_cores, pipeline_cores, display_cores;
+    RenderClass render_class = RenderClass::other;
+    std::int32_t render_nice = -10, render_priority = 1;
     std::string render_cores;
 };
 

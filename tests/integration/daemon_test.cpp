@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sched.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -367,4 +368,104 @@ TEST_CASE("no thread of a serving daemon has a capability left") {
     CHECK(daemon.process().wait(30s) == 0);
     CHECK_THAT(daemon.process().err(), ContainsSubstring("capabilities: given up"));
     CHECK_THAT(daemon.process().err(), !ContainsSubstring("not all given up"));
+}
+
+namespace {
+
+struct ThreadState {
+    std::string name;
+    int nice = 0, priority = 0, policy = 0;
+};
+
+// Fields 19, 40 and 41 of proc(5)'s stat: nice level, real-time priority and scheduling policy.
+std::vector<ThreadState> threads_of(pid_t process) {
+    std::vector<ThreadState> all;
+    for (const auto& task :
+         std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
+        const std::string text = text_of(task.path() / "stat");
+        const std::size_t open = text.find('('), close = text.rfind(')');
+        if (close == std::string::npos) continue; // has ended
+        std::istringstream rest(text.substr(close + 1));
+        std::vector<std::string> fields{"pid", "name"};
+        for (std::string field; rest >> field;)
+            fields.push_back(field);
+        all.push_back({text.substr(open + 1, close - open - 1), std::stoi(fields.at(18)),
+                       std::stoi(fields.at(39)), std::stoi(fields.at(40))});
+    }
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("threads of a serving daemon have the scheduling classes of the configuration") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 128;
+    options.rate_hz = 20;
+    options.frames_folder = (folder.path() / "frames").string();
+    options.more = "[threads]\nrelease_priority = 33\n";
+    std::string said = "rendering: ";
+    ThreadState wanted{"render", -7, 0, SCHED_OTHER};
+    SECTION("as any program, at a nice level") {
+        options.more += "render_nice = -7\n";
+    }
+    SECTION("in longer time slices") {
+        options.more += "render_class = \"batch\"\nrender_nice = -7\n";
+        wanted.policy = SCHED_BATCH;
+    }
+    SECTION("before other programs, below the threads with deadlines") {
+        options.more += "render_class = \"rr\"\nrender_priority = 3\n";
+        wanted = {"render", 0, 3, SCHED_RR};
+        said = "real time: not permitted";
+    }
+    options.more += "[render]\nthreads = 2\n";
+    const std::filesystem::path file = write_configuration(folder, options);
+    // The options above replace the section that the configuration has already.
+    std::string text = text_of(file);
+    text.erase(text.find("[render]\nsamples_per_pixel"),
+               std::string("[render]\nsamples_per_pixel = 1\n").size());
+    folder.write("obscurad.toml", text);
+    // A session of its own, as a service has: among sessions Linux shares the processors out first.
+    ChildProcess daemon(
+        folder.path(), "daemon",
+        {"/usr/bin/setsid", OBSCURA_BINARY_DIR "/emulator/obscurad", "--config", file.string()});
+    for (int i = 0; i < 3000 && !std::filesystem::exists(folder.path() / "frames" / "frame_000010.raw"); ++i)
+        std::this_thread::sleep_for(10ms);
+    const std::vector<ThreadState> threads = threads_of(daemon.pid());
+    const std::string autogroup = text_of("/proc/" + std::to_string(daemon.pid()) + "/autogroup");
+    daemon.send(SIGTERM);
+    REQUIRE(daemon.wait(30s) == 0);
+    const std::string log = daemon.err();
+    if (log.find(said) != std::string::npos || log.find("real time: not permitted") != std::string::npos) {
+        WARN("skipped: this process may not have such threads");
+        // The frames came all the same, and the refusal is said once.
+        CHECK(std::filesystem::exists(folder.path() / "frames" / "frame_000010.raw"));
+        CHECK(log.find(said) == log.rfind(said));
+        return;
+    }
+    int workers = 0, renderers = 0, releases = 0;
+    for (const ThreadState& thread : threads) {
+        CAPTURE(thread.name, thread.nice, thread.priority, thread.policy);
+        if (thread.name == "render" || thread.name == "pipeline") {
+            CHECK(thread.nice == wanted.nice);
+            CHECK(thread.priority == wanted.priority);
+            CHECK(thread.policy == wanted.policy);
+            ++(thread.name == "render" ? workers : renderers);
+        } else if (thread.name == "release") {
+            CHECK(thread.priority == 33);
+            CHECK(thread.policy == SCHED_FIFO);
+            ++releases;
+        } else if (thread.name == "detector") {
+            CHECK(thread.priority == 65);
+            CHECK(thread.policy == SCHED_FIFO);
+        } else if (thread.name == "obscurad") {
+            CHECK(thread.nice == 0);
+            CHECK(thread.policy == SCHED_OTHER);
+        }
+    }
+    CHECK(workers >= 1);
+    CHECK(renderers == 1);
+    CHECK(releases == 1);
+    if (!autogroup.empty())
+        CHECK_THAT(autogroup, ContainsSubstring("nice " + std::to_string(wanted.nice) + "\n"));
 }

@@ -67,7 +67,7 @@ for unit in obscurad.service obscurad@.service; do
 done
 
 # As the unit would: its account, its limits, no capability.
-limits=(prlimit --rtprio=90 --memlock=unlimited --nice=25)
+limits=(prlimit --rtprio=90 --memlock=unlimited --nice=30)
 "${limits[@]}" true 2>/dev/null || { echo "    limits cannot be raised on this machine: tried without"; limits=(); }
 as_service() {
     "${limits[@]}" setpriv --reuid=obscura --regid=obscura --init-groups --bounding-set=-all --inh-caps=-all --no-new-privs \

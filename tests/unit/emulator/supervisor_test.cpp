@@ -99,3 +99,49 @@ TEST_CASE("threads get the cores they ask for, and it is said when they cannot")
     config.threads.transmit_priority = 90;
     CHECK(highest_priority(configured_threads(config)) == 91); // its control thread
 }
+
+TEST_CASE("rendering keeps off the cores of threads with a priority, if any are left") {
+    if (!realtime_permitted(81).granted) {
+        WARN("skipped: this process may not use SCHED_FIFO");
+        return;
+    }
+    const CoreSet four = parse_cores("0-3").value();
+    emulator::DaemonConfig config;
+    CHECK(granted_threads(config, four).render.cores.none());
+    config.threads.release_cores = "3";
+    config.threads.transmit_cores = "2-3";
+    CHECK(cores_text(granted_threads(config, four).render.cores) == "0-1");
+    CHECK(cores_text(granted_threads(config, four).pipeline.cores) == "0-1");
+    config.threads.pipeline_cores = "1";
+    CHECK(cores_text(granted_threads(config, four).pipeline.cores) == "1");
+    // Threads without a priority give way by themselves.
+    config.threads.transmit_priority = 0;
+    CHECK(cores_text(granted_threads(config, four).render.cores) == "0-2");
+    config.threads.detector_cores = "0-2";
+    CHECK(granted_threads(config, four).render.cores.none());
+    config.threads.render_cores = "3";
+    CHECK(cores_text(granted_threads(config, four).render.cores) == "3");
+}
+
+TEST_CASE("the class of rendering is as configured, and ordinary without real time") {
+    emulator::DaemonConfig config;
+    config.daemon.realtime = emulator::RealtimeMode::off;
+    config.threads.render_cores = "0";
+    RenderScheduling render = granted_threads(config, parse_cores("0").value()).render;
+    CHECK(render.policy == RenderClass::other);
+    CHECK(render.nice == 0);
+    CHECK(cores_text(render.cores) == "0");
+    render = configured_threads(config).render;
+    CHECK(render.nice == -10);
+    CHECK(highest_priority(configured_threads(config)) == 80);
+    config.threads.render_class = RenderClass::rr;
+    config.threads.render_priority = 90;
+    render = configured_threads(config).render;
+    CHECK(render.priority == 90);
+    CHECK(render.nice == 0);
+    CHECK(highest_priority(configured_threads(config)) == 90);
+    // More than any process may have.
+    RenderScheduling beyond{.policy = RenderClass::fifo, .priority = 100};
+    CHECK_FALSE(schedule_this_thread(beyond).granted);
+    CHECK(schedule_this_thread(beyond).why.find("fifo") != std::string::npos);
+}

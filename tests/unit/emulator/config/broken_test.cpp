@@ -437,6 +437,13 @@ release_cores = "3-1"
      R"(c.toml:4:17: threads.release_cores: "3-1" is no list of cores like "2-3,5")"},
     {R"([scene]
 file = "scene.toml"
+[threads]
+render_class = "rr"
+render_priority = 70
+)",
+     "c.toml:5:19: threads.render_priority: 70 is not below the priorities of the other threads, 70"},
+    {R"([scene]
+file = "scene.toml"
 [stimulator]
 grey = "sum"
 )",
