@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -58,6 +59,7 @@ struct DaemonOptions {
     std::string camera_more;   ///< further keys of [camera]
     std::string scene;         ///< another scene file; empty: the light one
     std::string daemon_more;   ///< further keys of [daemon]
+    std::int64_t run = 0;      ///< run word; -1: random
     bool several = false;      ///< no [camera]: `more` has [[camera]] elements
 };
 
@@ -70,7 +72,8 @@ inline std::filesystem::path write_configuration(const TempFolder& folder, const
         scene = folder.write("scene.toml", scene).string();
     }
     std::string text = "[scene]\nfile = \"" + scene + "\"\n";
-    text += "[daemon]\nseed = 11\npool_frames = 16\n" + o.daemon_more + "\nrun = 0\n";
+    text +=
+        "[daemon]\nseed = 11\npool_frames = 16\n" + o.daemon_more + "\nrun = " + std::to_string(o.run) + "\n";
     text += "[render]\nsamples_per_pixel = 1\n";
     text += "[trigger]\nrate_hz = " + std::to_string(o.rate_hz) + "\n";
     if (!o.several) text += "[camera]\nexposure_us = 5000\n" + o.camera_more;

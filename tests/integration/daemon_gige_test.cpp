@@ -410,6 +410,49 @@ TEST_CASE("the configuration of several cameras may be reloaded as far as their 
                Catch::Matchers::ContainsSubstring("camera[1].gige.interface"));
 }
 
+TEST_CASE("the run word of the noise comes with every frame") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(41);
+    options.size = 64;
+    options.rate_hz = 20;
+    options.run = GENERATE(as<std::int64_t>(), 0xC0FFEE01, -1); // the first does not fit a signed word
+    CAPTURE(options.run);
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    client.set("AcquisitionMode", "MultiFrame");
+    client.set("AcquisitionFrameCount", std::int64_t{2});
+    client.set_flag("ChunkModeActive", true);
+    client.set("ChunkSelector", "GroundTruth");
+    client.set_flag("ChunkEnable", true);
+    client.set_flag("GevSCCFGExtendedChunkData", true);
+    client.open_stream(4);
+    const Object<ArvChunkParser> parser(arv_camera_create_chunk_parser(client.camera()));
+    std::vector<std::int64_t> words;
+    for (int acquisition = 0; acquisition < 2; ++acquisition) {
+        client.execute("AcquisitionStart");
+        for (int frame = 0; frame < 2; ++frame) {
+            auto buffer = client.next(5000);
+            REQUIRE(buffer != nullptr);
+            REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+            GError* error = nullptr;
+            words.push_back(
+                arv_chunk_parser_get_integer_value(parser.get(), buffer.get(), "ChunkSceneRun", &error));
+            check(error, "ChunkSceneRun");
+            client.give_back(std::move(buffer));
+        }
+        client.execute("AcquisitionStop");
+    }
+    // Chosen: every acquisition has it. Random: each acquisition has the word after that of the one before.
+    const std::int64_t first = options.run >= 0 ? options.run : words[0];
+    const std::int64_t second = options.run >= 0 ? first : (first + 1) & 0xFFFFFFFF;
+    CHECK(words == std::vector{first, first, second, second});
+    CHECK(words[0] >= 0);
+    const auto json = nlohmann::json::parse(daemon.statistics_json());
+    CHECK(json["camera"]["run"] == words.back());
+}
+
 TEST_CASE("without a PTP daemon the Ptp features say so") {
     const TempFolder folder;
     DaemonOptions options;
