@@ -48,6 +48,14 @@ void PacketSocket::set_destination(std::uint32_t ip, std::uint16_t port) noexcep
     destination_.sin_family = AF_INET;
     destination_.sin_addr.s_addr = htonl(ip);
     destination_.sin_port = htons(port);
+    // Not undone for port 0: that would also take the socket's own port away.
+    connected_ = port != 0 && connect(fd_.get(), reinterpret_cast<const sockaddr*>(&destination_),
+                                      sizeof destination_) == 0;
+}
+
+void PacketSocket::address(msghdr& message) noexcept {
+    message.msg_name = connected_ ? nullptr : &destination_;
+    message.msg_namelen = connected_ ? 0 : sizeof destination_;
 }
 
 void PacketSocket::set_do_not_fragment(bool on) noexcept {
@@ -63,8 +71,7 @@ void PacketSocket::add(std::span<const std::uint8_t> header, std::span<const std
     for (const std::span<const std::uint8_t> piece : {header, first, second, third})
         if (!piece.empty()) pieces[n++] = {const_cast<std::uint8_t*>(piece.data()), piece.size()};
     msghdr& message = messages_[queued_].msg_hdr;
-    message.msg_name = &destination_;
-    message.msg_namelen = sizeof destination_;
+    address(message);
     message.msg_iov = pieces.data();
     message.msg_iovlen = n;
     ++queued_;
@@ -96,8 +103,7 @@ void PacketSocket::coalesce() noexcept {
         const std::size_t most = std::min<std::size_t>(gso_segments, 65'000 / std::max<std::size_t>(size, 1));
         msghdr& message = gso_messages_[gso_count_].msg_hdr;
         message = {};
-        message.msg_name = &destination_;
-        message.msg_namelen = sizeof destination_;
+        address(message);
         message.msg_iov = &gso_pieces_[used];
         std::size_t packets = 0;
         // All segments have the size of the first; only the last may be shorter.
@@ -127,11 +133,11 @@ void PacketSocket::coalesce() noexcept {
 void PacketSocket::flush() noexcept {
     if (backend_ == SendBackend::gso && queued_ > 1) {
         coalesce();
-        std::size_t done = 0;
+        std::size_t done = 0, refusals = 0;
         while (done < gso_count_) {
             const int n = sendmmsg(fd_.get(), &gso_messages_[done], static_cast<unsigned>(gso_count_ - done),
                                    MSG_NOSIGNAL);
-            if (n < 0 && errno == EINTR) continue;
+            if (n < 0 && (errno == EINTR || (errno == ECONNREFUSED && ++refusals <= gso_count_))) continue;
             if (n <= 0) break;
             for (std::size_t i = done; i < done + static_cast<std::size_t>(n); ++i) {
                 packets_.fetch_add(gso_packets_[i], std::memory_order_relaxed);
@@ -157,6 +163,7 @@ void PacketSocket::flush() noexcept {
 
 void PacketSocket::send_queued(std::size_t first) noexcept {
     int timeouts = 0;
+    std::size_t refusals = 0;
     std::uint64_t bytes = 0, packets = 0, errors = 0;
     for (std::size_t done = first; done < queued_;) {
         const std::size_t n = send_from(done);
@@ -165,6 +172,8 @@ void PacketSocket::send_queued(std::size_t first) noexcept {
         packets += n;
         done += n;
         if (n != 0 || errno == EINTR) continue;
+        // That an earlier packet found no receiver is reported in place of sending this one.
+        if (errno == ECONNREFUSED && ++refusals <= queued_) continue;
         if ((errno == EAGAIN || errno == EWOULDBLOCK) && ++timeouts < 4) continue;
         // Count a packet that cannot be sent (link down, no route, too big) as lost, as it would be on the
         // wire.

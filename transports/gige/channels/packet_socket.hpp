@@ -47,6 +47,7 @@ public:
     [[nodiscard]] std::uint64_t errors() const noexcept { return errors_.load(std::memory_order_relaxed); }
 
 private:
+    void address(msghdr& message) noexcept;
     std::size_t send_from(std::size_t first) noexcept;
     void send_queued(std::size_t first) noexcept;
     void coalesce() noexcept;
@@ -55,6 +56,7 @@ private:
     std::uint16_t port_ = 0;
     SendBackend backend_ = SendBackend::sendmmsg;
     sockaddr_in destination_{};
+    bool connected_ = false; ///< to `destination_`: saves the kernel a route look-up for each packet
     std::array<mmsghdr, batch_packets> messages_{};
     std::array<std::array<iovec, 4>, batch_packets> pieces_{};
     std::size_t queued_ = 0;
