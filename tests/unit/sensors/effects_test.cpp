@@ -489,6 +489,10 @@ TEST_CASE("row and column noise are common to rows and columns") {
         REQUIRE(r[5 * size + x] == r[5 * size]);
     CHECK_THAT(std::sqrt(variance_of(r)), WithinRel(20.0, 0.15));
     CHECK(rows.flat(0, 2) != r);
+    // It belongs to the row, wherever a band begins.
+    Image band_of_rows(10 * size);
+    rows.detector.expose(rows.plan, {100, 10, size, std::vector<float>(10 * size), 0, 0}, 1, 0, band_of_rows);
+    CHECK(std::equal(band_of_rows.begin(), band_of_rows.end(), r.begin() + 100 * size));
     d = bare();
     d.detector.column_fpn_e = 20;
     Camera columns(d);

@@ -575,6 +575,12 @@ quantum_efficiency = [[500, 0.5], [400, 0.4]]
     {R"([scene]
 file = "scene.toml"
 [sensor.detector]
+quantum_efficiency = [[500, 0.5], [500, 0.4]]
+)",
+     "c.toml:4:35: sensor.detector.quantum_efficiency: wavelengths must increase"},
+    {R"([scene]
+file = "scene.toml"
+[sensor.detector]
 quantum_efficiency = [[500, 1.5]]
 )",
      "c.toml:4:29: sensor.detector.quantum_efficiency: 1.5 is out of range, allowed 0 to 1"},
