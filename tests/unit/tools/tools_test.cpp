@@ -8,6 +8,7 @@
 #include "tools/support/report.hpp"
 #include "tools/support/sequence.hpp"
 
+#include <cmath>
 #include <random>
 
 using namespace obscura;
@@ -65,6 +66,11 @@ TEST_CASE("reports: a table for people, JSON for machines, missing values in bot
                             "saved in    a \"b\"\n");
     CHECK(report.json() == "{\n  \"frames\": 25,\n  \"fps\": 4.9996,\n  \"delay_ms\": null,\n"
                            "  \"output\": \"a \\\"b\\\"\"\n}\n");
+    // What is no number is missing.
+    Report undefined;
+    undefined.add("ratio", "ratio", std::nan(""), "", 3);
+    CHECK(undefined.table() == "ratio  -\n");
+    CHECK(undefined.json() == "{\n  \"ratio\": null\n}\n");
 }
 
 TEST_CASE("command lines fill their targets, and say what is wrong") {
