@@ -244,6 +244,9 @@ TEST_CASE("What the driver changes silently is refused with one line") {
         width = 640, height = 480;
         CHECK(refusal(driver, settings) ==
               node + "the driver made Y16 640x480 of Y16 20x6 (does another program hold the format?)");
+        width = 0, height = 8; // the height alone
+        CHECK(refusal(driver, settings) ==
+              node + "the driver made Y16 20x8 of Y16 20x6 (does another program hold the format?)");
     }
     SECTION("bytes a row: formats counted as packed") {
         stride = 25;

@@ -316,11 +316,16 @@ TEST_CASE("A driver that opens and fails every time is logged once and tried eve
     FakeV4l2Driver driver;
     std::atomic<bool> broken{true};
     driver.fault = [&](const std::string& call) { return call == "QBUF" && broken ? -EIO : 0; };
-    V4l2Output output(settings_for(driver), quick_context(), driver);
+    auto context = quick_context();
+    context.retry_first_ns = 10 * ns_per_ms, context.retry_last_ns = 40 * ns_per_ms;
+    V4l2Output output(settings_for(driver), context, driver);
     Camera camera(output);
+    const auto begin = std::chrono::steady_clock::now();
     output.start();
     while (output.v4l2_counters().lost < 8)
         camera.shoot();
+    // Pauses of 10, 20 and five times 40 ms, at least.
+    CHECK(std::chrono::steady_clock::now() - begin >= std::chrono::milliseconds(230));
     CHECK(output.v4l2_counters().problems == 1);
     broken = false;
     wait_until([&] { return output.v4l2_counters().opened > output.v4l2_counters().lost; });
