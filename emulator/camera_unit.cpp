@@ -2,7 +2,6 @@
 #include "emulator/camera_unit.hpp"
 
 #include "emulator/reload.hpp"
-#include "emulator/statistics.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -157,8 +156,8 @@ std::string CameraUnit::summary() const {
     return summary_line(*camera_, transports_);
 }
 
-std::string CameraUnit::statistics_json(ClockState clock, std::string_view source) const {
-    return statistics_to_json(*camera_, *releaser_, transports_, clock, source, imaging_->maker->run());
+std::string CameraUnit::statistics_json(const SourceState& source) const {
+    return statistics_to_json(*camera_, *releaser_, transports_, source, imaging_->maker->run());
 }
 
 } // namespace obscura::emulator

@@ -9,6 +9,7 @@
 #include "emulator/output_lines.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/simulator_server.hpp"
+#include "emulator/statistics.hpp"
 #include "emulator/thread_plan.hpp"
 #include "emulator/timing_log.hpp"
 #include "sync/ptp_monitor.hpp"
@@ -19,7 +20,6 @@
 #include <iosfwd>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace obscura::emulator {
@@ -67,7 +67,7 @@ public:
     [[nodiscard]] std::string summary() const;
     /// Run word of the current or latest acquisition, see FrameMaker::run().
     [[nodiscard]] std::uint32_t run() const noexcept { return imaging_->maker->run(); }
-    [[nodiscard]] std::string statistics_json(ClockState clock, std::string_view source) const;
+    [[nodiscard]] std::string statistics_json(const SourceState& source) const;
     /// Heartbeats of all threads except the pipeline's (render, detector), for which see Camera::alive().
     [[nodiscard]] Heartbeats heartbeats() const;
     [[nodiscard]] Camera& camera() noexcept { return *camera_; }

@@ -179,6 +179,7 @@ std::string Daemon::address() const {
 void Daemon::tick() {
     log_.drain();
     publish_clock_states();
+    report_refused_triggers();
     for (const auto& unit : units_) {
         if (ptp_) unit->set_tai_correction_ns(ptp_->tai_correction_ns());
         unit->tick();
@@ -198,6 +199,15 @@ void Daemon::publish_clock_states() {
             log_notice("clock: {} ({})", name_of(state), line->source_name());
         else
             log_warning("clock: {} ({})", name_of(state), line->source_name());
+    }
+}
+
+void Daemon::report_refused_triggers() {
+    for (const auto& line : lines_) {
+        if (line->refusal_logged || line->refused() == 0) continue;
+        line->refusal_logged = true;
+        log_warning("trigger {}: what arrived is no trigger; it is dropped and counted (trigger.refused)",
+                    line->source_name());
     }
 }
 
@@ -238,8 +248,8 @@ std::string Daemon::statistics_of(std::size_t unit) const {
     for (const auto& line : lines_)
         for (const CameraUnit* one : line->units)
             if (one == units_[unit].get())
-                return one->statistics_json(line->clock_state(), line->source_name());
-    return units_[unit]->statistics_json(ClockState::free, "none");
+                return one->statistics_json({line->source_name(), line->clock_state(), line->refused()});
+    return units_[unit]->statistics_json({});
 }
 
 std::string Daemon::statistics_json() const {

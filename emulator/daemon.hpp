@@ -77,15 +77,18 @@ private:
         std::unique_ptr<sync::Conditioner> conditioner;
         std::unique_ptr<sync::TriggerSource> source; ///< null: software triggers only
         ClockState clock = ClockState::free;         ///< state logged last
+        bool refusal_logged = false;
 
         [[nodiscard]] ClockState clock_state() const;
         [[nodiscard]] std::string_view source_name() const { return source ? source->name() : "none"; }
+        [[nodiscard]] std::uint64_t refused() const { return source ? source->refused() : 0; }
         /// Connects the simulators of its cameras to the source for steps, or disconnects them (Line0 only).
         void let_step(bool with_source) const;
     };
 
     void wire(std::size_t number, const std::vector<const emulator::DaemonConfig*>& cameras);
     void publish_clock_states();
+    void report_refused_triggers();
     void replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera);
     [[nodiscard]] std::string statistics_of(std::size_t unit) const;
 

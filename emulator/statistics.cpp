@@ -52,11 +52,12 @@ std::string summary_line(const Camera& camera, const TransportList& transports) 
 }
 
 std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                               const TransportList& transports, ClockState clock, std::string_view source,
+                               const TransportList& transports, const SourceState& source,
                                std::uint32_t run) {
     const CameraCounters c = camera.counters();
     Json json;
-    json["clock"] = {{"state", name_of(clock)}, {"source", source}};
+    json["clock"] = {{"state", name_of(source.clock)}, {"source", source.name}};
+    json["trigger"] = {{"refused", source.refused}};
     json["camera"] = {{"run", run},
                       {"triggers", c.triggers},
                       {"frames", c.frames},

@@ -6,6 +6,7 @@
 #include "emulator/releaser.hpp"
 #include "transports/transport.hpp"
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,13 +16,20 @@ namespace obscura::emulator {
 
 using TransportList = std::vector<std::unique_ptr<transports::Transport>>;
 
+/// The trigger source of a camera.
+struct SourceState {
+    std::string_view name = "none";
+    ClockState clock = ClockState::free;
+    std::uint64_t refused = 0; ///< TriggerSource::refused()
+};
+
 [[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
 
-/// {"clock": {"state", "source"}, "camera": {"run", counters...}, "latency_us": {"trigger_to_first_row":
-/// {"count", "p50", "p99", "max"}, ...},
+/// {"clock": {"state", "source"}, "trigger": {"refused"}, "camera": {"run", counters...},
+///  "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max"}, ...},
 ///  "transports": {"gige": {...}, ...}}
 [[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
-                                             const TransportList& transports, ClockState clock,
-                                             std::string_view source, std::uint32_t run);
+                                             const TransportList& transports, const SourceState& source,
+                                             std::uint32_t run);
 
 } // namespace obscura::emulator

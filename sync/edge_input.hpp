@@ -26,6 +26,8 @@ public:
     /// written to `edges`, 0 on timeout, or `gone` when the input has vanished and must be reopened. Neither
     /// allocates nor throws.
     virtual int wait(std::int64_t timeout_ns, std::span<Edge> edges) noexcept = 0;
+    /// What arrived so far and was no edge. Called on the thread of wait().
+    [[nodiscard]] virtual std::uint64_t refused() const noexcept { return 0; }
 };
 
 } // namespace obscura::sync

@@ -26,6 +26,7 @@ void EdgeTrigger::start(TriggerSink& sink) {
     input_ = open_();
     stopping_ = false;
     connected_ = true;
+    refused_ = 0;
     last_edge_ns_ = INT64_MIN;
     thread_ = std::thread([this, &sink] {
         enter_thread(heartbeat_.name().c_str(), settings_.thread);
@@ -44,7 +45,7 @@ void EdgeTrigger::stop() {
 
 void EdgeTrigger::run(TriggerSink& sink) {
     std::array<Edge, 16> edges;
-    std::uint64_t id = 0, last_sequence = 0;
+    std::uint64_t id = 0, last_sequence = 0, refused_before = 0;
     while (!stopping_.load(std::memory_order_relaxed)) {
         heartbeat_.beat();
         if (!input_) {
@@ -57,9 +58,11 @@ void EdgeTrigger::run(TriggerSink& sink) {
             // The thread may log and allocate until the input is back: it has no deadline without edges.
             log_warning("trigger {}: the input has vanished; waiting for it to come back", settings_.name);
             connected_ = false;
+            refused_before += input_->refused();
             input_.reset();
             continue;
         }
+        refused_.store(refused_before + input_->refused(), std::memory_order_relaxed);
         const Time seen = clock_.now();
         for (int i = 0; i < count; ++i) {
             const Edge& edge = edges[static_cast<std::size_t>(i)];

@@ -47,6 +47,9 @@ public:
     [[nodiscard]] ClockState clock_state(Time now) const noexcept override;
     /// False while the input is gone. Thread-safe.
     [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
+    [[nodiscard]] std::uint64_t refused() const noexcept override {
+        return refused_.load(std::memory_order_relaxed);
+    }
     [[nodiscard]] std::uint64_t reconnects() const noexcept {
         return reconnects_.load(std::memory_order_relaxed);
     }
@@ -61,7 +64,7 @@ private:
     const Clock& clock_;
     std::unique_ptr<EdgeInput> input_;
     std::atomic<bool> stopping_{false}, connected_{false};
-    std::atomic<std::uint64_t> reconnects_{0};
+    std::atomic<std::uint64_t> reconnects_{0}, refused_{0};
     std::atomic<std::int64_t> last_edge_ns_{INT64_MIN};
     std::atomic<bool> regular_{false}; ///< the last edge came within 1.5 nominal periods
     Heartbeat heartbeat_;

@@ -47,6 +47,8 @@ public:
     virtual void stop() = 0;
     /// Synchronisation state of its clock at `now` (scheduling clock). Thread-safe.
     [[nodiscard]] virtual ClockState clock_state(Time /*now*/) const noexcept { return ClockState::free; }
+    /// What arrived since start() and was no trigger: it is dropped. Thread-safe.
+    [[nodiscard]] virtual std::uint64_t refused() const noexcept { return 0; }
     /// Heartbeats of its threads. They outlive stop().
     [[nodiscard]] virtual Heartbeats heartbeats() const { return {}; }
 };

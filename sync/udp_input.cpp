@@ -24,8 +24,8 @@ constexpr std::array<std::uint8_t, 4> magic{'O', 'B', 'T', 'R'};
 
 class UdpInput final : public EdgeInput {
 public:
-    UdpInput(const std::string& table, const std::string& text)
-        : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    UdpInput(const std::string& table, const std::string& text, bool accept_empty)
+        : accept_empty_(accept_empty), fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
         const std::string key = table + ".listen";
         const sockaddr_in address = parse_ipv4_endpoint(key, text, lowest_port, example_address);
         if (!fd_ || ::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
@@ -44,6 +44,8 @@ public:
         return count;
     }
 
+    [[nodiscard]] std::uint64_t refused() const noexcept override { return refused_; }
+
 private:
     // Find the next trigger in the queue; drop other datagrams before it.
     bool receive(Edge& edge) noexcept {
@@ -59,7 +61,11 @@ private:
             const ssize_t size = ::recvmsg(fd_.get(), &header, MSG_DONTWAIT);
             if (size < 0) return false;
             UdpTriggerMessage message;
-            if (!decode({bytes.data(), static_cast<std::size_t>(size)}, message)) continue;
+            const bool empty = accept_empty_ && size == 0;
+            if (!empty && !decode({bytes.data(), static_cast<std::size_t>(size)}, message)) {
+                ++refused_;
+                continue;
+            }
             timespec now{};
             clock_gettime(CLOCK_MONOTONIC, &now);
             const Time seen{to_ns(now)};
@@ -82,7 +88,9 @@ private:
         return 0;
     }
 
+    const bool accept_empty_;
     FileDescriptor fd_;
+    std::uint64_t refused_ = 0;
 };
 
 } // namespace
@@ -116,8 +124,8 @@ sockaddr_in parse_udp_address(const std::string& text) {
     return parse_ipv4_endpoint(text, lowest_port, example_address);
 }
 
-std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address) {
-    return std::make_unique<UdpInput>(table, address);
+std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address, bool accept_empty) {
+    return std::make_unique<UdpInput>(table, address, accept_empty);
 }
 
 } // namespace obscura::sync

@@ -2,7 +2,8 @@
 // Edge input for trigger datagrams (UDP), for simulators without a trigger wire.
 //
 // A datagram is 16 bytes, big endian: the letters "OBTR", a 32-bit sequence number that counts from 1 (0: not
-// counted), and the edge's instant in ns of TAI (0: the datagram's arrival, as stamped by the kernel).
+// counted), and the edge's instant in ns of TAI (0: the datagram's arrival, as stamped by the kernel). An
+// empty datagram may be an edge too, neither counted nor stamped.
 #pragma once
 
 #include "sync/edge_input.hpp"
@@ -32,8 +33,10 @@ constexpr std::size_t udp_trigger_bytes = 16;
 /// Parses an address such as "127.0.0.1:5002". Throws std::invalid_argument.
 [[nodiscard]] sockaddr_in parse_udp_address(const std::string& text);
 
-/// Binds to `address`. Datagrams that are not triggers are dropped. Throws ConfigError for an invalid
-/// address, else HardwareError; both name the key `listen` of `table`.
-[[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address);
+/// Binds to `address`. Datagrams that are not triggers are dropped and counted; `accept_empty`: empty ones
+/// are triggers. Throws ConfigError for an invalid address, else HardwareError; both name the key `listen` of
+/// `table`.
+[[nodiscard]] std::unique_ptr<EdgeInput> open_udp(const std::string& table, const std::string& address,
+                                                  bool accept_empty = false);
 
 } // namespace obscura::sync

@@ -10,7 +10,15 @@
 namespace obscura::sync {
 
 config::Keys UdpKind::keys() {
-    return {config::key("listen", &listen).help("udp: IPv4 address and port that triggers are sent to")};
+    return {
+        config::key("listen", &listen)
+            .help(
+                "udp: IPv4 address and port that triggers are sent to. A trigger is a datagram of 16 bytes, "
+                "big endian: \"OBTR\", a 32-bit number that counts from 1 (0: not counted), and the edge's "
+                "instant in ns of TAI (64 bits; 0: its arrival). obscura trigger sends them"),
+        config::key("accept_empty", &accept_empty)
+            .help("udp: an empty datagram is a trigger too, at its arrival"),
+    };
 }
 
 void UdpKind::check(const TriggerLineSettings& /*line*/, const Refuse& refuse) const {
@@ -23,7 +31,9 @@ void UdpKind::check(const TriggerLineSettings& /*line*/, const Refuse& refuse) c
 
 std::unique_ptr<TriggerSource> UdpKind::make(const TriggerLineSettings& line, const Clock& clock,
                                              const ThreadSettings& thread) const {
-    const auto open = [table = line.table(), address = listen] { return open_udp(table, address); };
+    const auto open = [table = line.table(), address = listen, empty = accept_empty] {
+        return open_udp(table, address, empty);
+    };
     return std::make_unique<EdgeTrigger>(edge_trigger_settings(line, thread), open, clock);
 }
 

@@ -14,6 +14,7 @@ public:
     static constexpr SourceTraits description{.name = "udp", .help = "trigger datagrams"};
 
     std::string listen = "127.0.0.1:5002"; ///< IPv4 address and port
+    bool accept_empty = false;             ///< an empty datagram is a trigger
 
     [[nodiscard]] config::Keys keys() override;
     void check(const TriggerLineSettings& line, const Refuse& refuse) const override;

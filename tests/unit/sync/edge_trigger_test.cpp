@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
+#include "core/file_descriptor.hpp"
 #include "sync/clock_reading.hpp"
 #include "sync/edge_trigger.hpp"
 #include "sync/gpio_input.hpp"
@@ -210,35 +211,46 @@ TEST_CASE("UDP triggers: the message by its bytes") {
     CHECK_FALSE(decode(wrong, message));
 }
 
+/// Sends datagrams to a UDP trigger on an address of this process's own.
+class UdpSender {
+public:
+    UdpSender() {
+        to_.sin_family = AF_INET;
+        to_.sin_port = htons(static_cast<std::uint16_t>(std::stoi(port_)));
+        inet_pton(AF_INET, host_.c_str(), &to_.sin_addr);
+    }
+    [[nodiscard]] std::string address() const { return host_ + ":" + port_; }
+    void send(const void* data, std::size_t size) const {
+        sendto(fd_.get(), data, size, 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
+    }
+
+private:
+    const std::string port_ = std::to_string(20'000 + getpid() % 40'000);
+    const std::string host_ = "127.77." + std::to_string(getpid() / 250 % 250) + ".1";
+    FileDescriptor fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+    sockaddr_in to_{};
+};
+
 TEST_CASE("UDP triggers over a socket: stamps, gaps, rubbish") {
-    const std::string port = std::to_string(20'000 + getpid() % 40'000);
-    const std::string host = "127.77." + std::to_string(getpid() / 250 % 250) + ".1";
+    const UdpSender sender;
     const MonotonicClock clock;
     Collector sink;
     EdgeTrigger source(
-        {}, [&] { return open_udp("trigger", host + ":" + port); }, clock);
+        {}, [&] { return open_udp("trigger", sender.address()); }, clock);
     source.start(sink);
-    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(port)));
-    inet_pton(AF_INET, host.c_str(), &to.sin_addr);
-    const auto send = [&](const void* data, std::size_t size) {
-        sendto(fd, data, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
-    };
     const Time begin = clock.now();
     const std::int64_t tai_of_begin = begin.ns - monotonic_minus(CLOCK_TAI);
-    send("rubbish", 7);
+    sender.send("rubbish", 7);
     auto message = encode({7, tai_of_begin});
-    send(message.data(), message.size());
+    sender.send(message.data(), message.size());
     sink.wait_for(1);
     message = encode({10, 0});
-    send(message.data(), message.size());
+    sender.send(message.data(), message.size());
     sink.wait_for(2);
     const Time end = clock.now();
-    close(fd);
     source.stop();
     CHECK(sink.count == 2);
+    CHECK(source.refused() == 1);
     CHECK(sink.triggers[0].id == 1);
     CHECK(sink.triggers[1].id == 4); // 8 and 9 never came
     // Comparing clocks has an error; a whole millisecond would be another edge.
@@ -246,4 +258,24 @@ TEST_CASE("UDP triggers over a socket: stamps, gaps, rubbish") {
     CHECK(begin - sink.triggers[0].edge < ns_per_ms);
     CHECK(sink.triggers[1].edge - begin > -ns_per_ms);
     CHECK(end - sink.triggers[1].edge > -ns_per_ms);
+}
+
+TEST_CASE("UDP triggers: an empty datagram is an edge only where it is accepted") {
+    const UdpSender sender;
+    const MonotonicClock clock;
+    const bool accepted = GENERATE(true, false);
+    Collector sink;
+    EdgeTrigger source(
+        {}, [&] { return open_udp("trigger", sender.address(), accepted); }, clock);
+    source.start(sink);
+    const Time begin = clock.now();
+    sender.send("", 0);
+    sender.send("\n", 1);
+    const auto message = encode({1, 0});
+    sender.send(message.data(), message.size());
+    sink.wait_for(accepted ? 2 : 1);
+    source.stop();
+    CHECK(sink.count == (accepted ? 2 : 1));
+    CHECK(source.refused() == (accepted ? 1 : 2));
+    CHECK(sink.triggers[0].edge - begin > -ns_per_ms);
 }
