@@ -31,6 +31,7 @@ struct Options {
     std::string config_file;
     std::string ready_file;
     std::string statistics_file;
+    double statistics_interval_s = 0; ///< 0: only when asked and at the end
     std::string timing_file;
     bool check = false;
     bool print_config = false;
@@ -54,7 +55,7 @@ void write_whole(const std::string& file, const std::string& text) {
 sigset_t block_signals() {
     sigset_t set;
     sigemptyset(&set);
-    for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGUSR2})
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGUSR1, SIGUSR2})
         sigaddset(&set, signal);
     pthread_sigmask(SIG_BLOCK, &set, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
@@ -84,11 +85,23 @@ void reload(emulator::Daemon& daemon, const std::string& config_file,
     emulator::notify_service_manager("READY=1");
 }
 
+// A file that cannot be written now does not end a daemon that serves.
+void write_statistics(const emulator::Daemon& daemon, const std::string& file) {
+    try {
+        write_whole(file, daemon.statistics_json());
+    } catch (const OutputError& e) {
+        log_error("statistics: {}", e.what());
+    }
+}
+
 // Serves until SIGTERM or SIGINT.
-void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string& config_file) {
+void serve(emulator::Daemon& daemon, const sigset_t& signals, const Options& options) {
     const MonotonicClock clock;
     const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
     Time next_beat = clock.now();
+    const auto between_statistics_ns =
+        static_cast<std::int64_t>(options.statistics_interval_s * static_cast<double>(ns_per_s));
+    Time next_statistics = clock.now() + between_statistics_ns;
     const auto mind = [&] {
         daemon.tick();
         // Notify the watchdog after a third of its interval, so that one notification may be lost; withhold
@@ -106,7 +119,15 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const std::string&
             log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
             return;
         }
-        if (signal == SIGHUP) reload(daemon, config_file, mind);
+        if (signal == SIGHUP) reload(daemon, options.config_file, mind);
+        if (signal == SIGUSR1) {
+            log_notice("SIGUSR1: {}", daemon.summary());
+            if (!options.statistics_file.empty()) write_statistics(daemon, options.statistics_file);
+        }
+        if (between_statistics_ns > 0 && clock.now() >= next_statistics) {
+            write_statistics(daemon, options.statistics_file);
+            next_statistics = clock.now() + between_statistics_ns;
+        }
         if (signal == SIGUSR2) {
             log_notice("SIGUSR2: clients lose control of the cameras");
             daemon.release_control();
@@ -162,7 +183,7 @@ int run(const Options& options) {
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
     emulator::notify_service_manager("READY=1");
 
-    serve(daemon, signals, options.config_file);
+    serve(daemon, signals, options);
 
     emulator::notify_service_manager("STOPPING=1");
     daemon.stop();
@@ -176,10 +197,11 @@ int run(const Options& options) {
 int main(int argc, char* argv[]) {
     CLI::App app{
         "The camera emulator: renders a scene on every trigger and streams the frames.\n"
-        "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP, takes control of its cameras away\n"
-        "from their clients on SIGUSR2 (obscura release). Exit status: 0 success, 64 bad command line,\n"
-        "66 bad input file, 69 interface or device not available, 70 internal error, 74 output cannot be\n"
-        "written, 78 bad configuration.",
+        "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP, logs its counters and writes its\n"
+        "statistics on SIGUSR1, takes control of its cameras away from their clients on SIGUSR2 (obscura\n"
+        "release). Exit status: 0 success, 64 bad command line, 66 bad input file, 69 interface or device "
+        "not\n"
+        "available, 70 internal error, 74 output cannot be written, 78 bad configuration.",
         "obscurad"};
     Options options;
     app.add_option("-c,--config", options.config_file, "Configuration file (TOML)")
@@ -194,9 +216,15 @@ int main(int argc, char* argv[]) {
     app.add_option("--ready-file", options.ready_file,
                    "Write \"ready ADDRESS:PORT\" to FILE when the cameras accept clients")
         ->type_name("FILE");
-    app.add_option("--stats", options.statistics_file,
-                   "Write counters and latencies to FILE (JSON) when the daemon ends")
-        ->type_name("FILE");
+    CLI::Option* statistics =
+        app.add_option("--stats", options.statistics_file,
+                       "Write counters and latencies to FILE (JSON) on SIGUSR1 and when the daemon ends")
+            ->type_name("FILE");
+    app.add_option("--stats-interval", options.statistics_interval_s,
+                   "Write them every SECONDS too; FILE is replaced as a whole")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.1, 86400.0))
+        ->needs(statistics);
     app.add_option(
            "--timing", options.timing_file,
            "Write the time stamps of every frame to FILE (CSV, for obscura timing); those of camera[1] to "
