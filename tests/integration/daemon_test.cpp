@@ -3,7 +3,9 @@
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <nlohmann/json.hpp>
 #include <sched.h>
 #include <sys/socket.h>
@@ -16,8 +18,11 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 using namespace obscura::test;
 using namespace std::chrono_literals;
@@ -188,6 +193,79 @@ TEST_CASE("a trigger faster than the chip or the rendering is counted, and the d
     CHECK(camera["missed_triggers"] > camera["frames"]);
     CHECK(camera["triggers"] ==
           camera["frames"].get<int>() + camera["missed_triggers"].get<int>() + camera["dropped"].get<int>());
+}
+
+TEST_CASE("SIGUSR1: counters are logged, statistics are written, and frames flow on") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 64;
+    options.rate_hz = 50;
+    options.frames_folder = (folder.path() / "frames").string();
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    const auto wait_for_frame = [&](const char* name) {
+        for (int i = 0; i < 1000 && !std::filesystem::exists(folder.path() / "frames" / name); ++i)
+            std::this_thread::sleep_for(20ms);
+    };
+    wait_for_frame("frame_000010.raw");
+    REQUIRE(daemon.statistics().empty());
+    daemon.process().send(SIGUSR1);
+    for (int i = 0; i < 1000 && daemon.statistics().empty() && daemon.process().running(); ++i)
+        std::this_thread::sleep_for(20ms);
+    REQUIRE(daemon.process().running());
+    const Json then = Json::parse(daemon.statistics());
+    CHECK(then["camera"]["frames"] >= 10);
+    CHECK(then["trigger"]["refused"] == 0);
+    CHECK_THAT(daemon.process().err(), ContainsSubstring("SIGUSR1: "));
+    const int frames = then["camera"]["frames"];
+    wait_for_frame(fmt::format("frame_{:06}.raw", frames + 10).c_str());
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    CHECK(Json::parse(daemon.statistics())["camera"]["frames"] >= frames + 10);
+}
+
+TEST_CASE("obscura trigger starts frames over UDP; other datagrams are counted and said once") {
+    const TempFolder folder;
+    const std::string address = own_address(1) + ":5002";
+    const auto send = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words{OBSCURA_BINARY_DIR "/tools/obscura", "trigger", "--udp", address};
+        words.insert(words.end(), more.begin(), more.end());
+        ChildProcess sender(folder.path(), "sender", words);
+        const auto status = sender.wait(30s);
+        return std::pair(status, sender.out() + sender.err());
+    };
+    CHECK(send({}) == std::pair(std::optional(69), "obscura trigger: " + address +
+                                                       ": Connection refused: nothing listens there\n"));
+
+    DaemonOptions options;
+    options.size = 64;
+    options.trigger_more = "source = \"udp\"\nlisten = \"" + address + "\"\n";
+    DaemonProcess daemon(folder, write_configuration(folder, options));
+    REQUIRE(daemon.wait_ready());
+    const int rubbish = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(5002);
+    inet_pton(AF_INET, own_address(1).c_str(), &to.sin_addr);
+    for (const char* text : {"trigger", ""})
+        sendto(rubbish, text, std::strlen(text), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    close(rubbish);
+    CHECK(send({"--rate", "20", "--frames", "5", "--stamp"}) ==
+          std::pair(std::optional(0), "5 triggers sent to " + address + "\n"));
+    Json now;
+    for (int i = 0; i < 100 && (now.is_null() || now["camera"]["triggers"] < 5); ++i) {
+        daemon.process().send(SIGUSR1);
+        std::this_thread::sleep_for(200ms);
+        if (const std::string text = daemon.statistics(); !text.empty()) now = Json::parse(text);
+    }
+    CHECK(now["camera"]["triggers"] == 5);
+    CHECK(now["trigger"]["refused"] == 2);
+    daemon.process().send(SIGTERM);
+    CHECK(daemon.process().wait(30s) == 0);
+    const std::string said = daemon.process().err();
+    const std::string line = "trigger udp: what arrived is no trigger";
+    CHECK(said.find(line) != std::string::npos);
+    CHECK(said.find(line) == said.rfind(line));
 }
 
 TEST_CASE("SIGHUP: a good configuration is taken on, a bad one changes nothing, and frames flow on") {

@@ -43,5 +43,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_characterise();
 [[nodiscard]] std::unique_ptr<Verb> make_timing();
 [[nodiscard]] std::unique_ptr<Verb> make_release();
+[[nodiscard]] std::unique_ptr<Verb> make_trigger();
 
 } // namespace obscura::tools

@@ -19,6 +19,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"sensor", make_sensor},
         VerbEntry{"characterise", make_characterise},
         VerbEntry{"timing", make_timing},
+        VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
     };
     return table;
