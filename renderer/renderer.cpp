@@ -20,6 +20,7 @@
 #include "renderer/world/build.hpp"
 #include "renderer/world/exposure.hpp"
 #include "renderer/world/kinematics.hpp"
+#include "renderer/world/planetshine.hpp"
 #include "renderer/world/row_state.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -196,6 +197,7 @@ struct Renderer::Impl {
         const std::uint32_t least = instants > 1 && settings.target_error > 0 ? 2 : 1;
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
                       std::max(least, settings.samples_per_pixel / instants), instants, time_s, s.row);
+        if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(scene.sun, s.row);
     }
     /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
     template<typename Use>

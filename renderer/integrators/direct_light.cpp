@@ -62,7 +62,7 @@ void DirectLight::add_emission(const BodyState& body, const Lanes& here, const S
 }
 
 void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v,
-                          const PathPacket& paths, Channels& out) {
+                          const PathPacket& paths, const Doubles* mis_weight, Channels& out) {
     // Sample the Sun's disc.
     RayPacket light;
     Doubles solid_angle;
@@ -80,6 +80,9 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
     // Add throughput times BRDF times radiance over the pdf.
     for (int i = 0; i < packet_size; ++i)
         r[i] = light.active.on[i] != 0 ? r[i] * solid_angle[i] : 0;
+    if (mis_weight != nullptr)
+        for (int i = 0; i < packet_size; ++i)
+            r[i] *= (*mis_weight)[i];
     for (std::size_t c = 0; c < lighting_.sun_w_m2.size(); ++c)
         add_light(paths.throughput.v[c], vertex.colour.v[c], r, sun_radiance_ * lighting_.sun_w_m2[c],
                   out.v[c]);
@@ -172,18 +175,8 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
         double value = r[i] * inverse_pdf[i];
         // Compute the MIS weight against BSDF sampling.
         if (weighted) {
-            const Vec3 n = vertex.surface.normal.lane(i);
-            Vec3 a;
-            Vec3 b;
-            orthonormal_basis(n, a, b);
-            const auto local = [&](Vec3 w) { return Vec3{dot(w, a), dot(w, b), dot(w, n)}; };
-            const Material& material = *row_.bodies[static_cast<std::size_t>(vertex.of[i])].material;
-            const Vec3 seen = local(-vertex.view.direction.lane(i));
-            const Vec3 lit = local(light.direction.lane(i));
-            const ParameterPacket* const varied = vertex.varied_at(i);
-            const double bsdf_pdf =
-                varied != nullptr ? material.pdf_varied(*varied, i, seen, lit) : material.pdf(seen, lit);
             const double area_pdf = 1 / inverse_pdf[i];
+            const double bsdf_pdf = sample_bsdf_pdf(row_, vertex, i, light.direction.lane(i));
             value *= area_pdf / (area_pdf + bsdf_pdf);
         }
         const std::vector<double>& emission =

@@ -25,9 +25,9 @@ public:
     /// Adds emission at the hits `here` of `body`, with its MIS weight. Paths that hit the Sun end.
     void add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
                       const RayPacket& view, const HitPacket& hits, PathPacket& paths, Channels& out) const;
-    /// Light of the Sun's disc, from one direction.
+    /// Light of the Sun's disc, from one direction. `mis_weight`: factor by lane; null: 1.
     void add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v, const PathPacket& paths,
-                 Channels& out);
+                 const Doubles* mis_weight, Channels& out);
     /// Light of every lamp.
     void add_lamps(const PathVertex& vertex, const PathPacket& paths, Channels& out);
     /// Light of one point of the emitting bodies. `weighted`: with the MIS weight against BSDF sampling.

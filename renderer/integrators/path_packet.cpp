@@ -52,6 +52,7 @@ std::size_t compact(std::span<PathPacket> paths, std::size_t channels) {
                 to.index[lane] = from.index[i];
                 to.seed[lane] = from.seed[i];
                 to.owner[lane] = from.owner[i];
+                to.shone_on[lane] = from.shone_on[i];
             } else {
                 paths[k].travelled_m[i] += from.hits.t[i];
             }

@@ -26,7 +26,9 @@ struct PathPacket {
     Doubles pdf;         ///< of `direction` by BSDF sampling, 1/sr; or delta_pdf
     Doubles travelled_m; ///< path length from the camera
     HitPacket hits;      ///< nearest surfaces along the rays
-    Words index, seed;   ///< of their random numbers, see SampleStream
+    /// Body that the path left, if the light of its planetshine sources was sampled there; else -1.
+    std::int32_t shone_on[packet_size];
+    Words index, seed; ///< of their random numbers, see SampleStream
     /// The camera ray that the path began with: packet of the batch times packet_size plus lane.
     std::int32_t owner[packet_size];
 };

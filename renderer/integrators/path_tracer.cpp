@@ -11,6 +11,11 @@
 namespace obscura::renderer {
 namespace {
 
+/// First of the pairs of random numbers for planetshine: beyond those of any bounce's own four.
+constexpr std::uint32_t planetshine_pairs = 0x10000000;
+/// At vertices in direct sunlight, sources below this share of the Sun's irradiance are left to chance.
+constexpr double least_sunlit_ratio = 2e-3;
+
 void copy_lanes(const Lanes& which, const SurfacePacket& from, SurfacePacket& to) {
     copy_lanes(which, from.position, to.position);
     copy_lanes(which, from.shadow_origin, to.shadow_origin);
@@ -24,7 +29,11 @@ void copy_lanes(const Lanes& which, const SurfacePacket& from, SurfacePacket& to
 
 PathTracer::PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun,
                        RayCounts& counts)
-    : Tracer(row, sun, counts), lighting_(lighting), direct_light_(row, lighting, sun, counts) {}
+    : Tracer(row, sun, counts),
+      lighting_(lighting),
+      direct_light_(row, lighting, sun, counts),
+      planetshine_(std::any_of(row.bodies.begin(), row.bodies.end(),
+                               [](const BodyState& body) { return body.planetshine[0].body >= 0; })) {}
 
 bool PathTracer::sunlight_only() const {
     return lighting_.max_bounces == 0 && lighting_.lamps.empty() &&
@@ -33,7 +42,7 @@ bool PathTracer::sunlight_only() const {
 }
 
 void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, PathVertex& vertex,
-                        Channels& out) const {
+                        Channels* emitted) const {
     vertex.count = 0;
     vertex.body = nullptr;
     vertex.here = {};
@@ -57,7 +66,8 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         SurfacePacket own;
         SurfacePacket& surface = vertex.count == 0 ? vertex.surface : own;
         body.shape->surface(vertex.view, hits, index, surface);
-        direct_light_.add_emission(body, here, surface, vertex.view, hits, paths, out);
+        if (emitted != nullptr)
+            direct_light_.add_emission(body, here, surface, vertex.view, hits, paths, *emitted);
         if (body.material == nullptr) {
             if (vertex.count == 0) vertex.body = nullptr;
             continue;
@@ -102,6 +112,118 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
     return built.textures->varies();
 }
 
+bool PathTracer::sunlight_weights(const PathVertex& vertex, const PathPacket& paths, Doubles& weight) const {
+    bool any = false;
+    for (int i = 0; i < packet_size; ++i) {
+        weight[i] = 1;
+        if (vertex.here.on[i] == 0 || paths.shone_on[i] < 0 || paths.pdf[i] == delta_pdf) continue;
+        const auto& sources = row_.bodies[static_cast<std::size_t>(paths.shone_on[i])].planetshine;
+        if (std::none_of(sources.begin(), sources.end(),
+                         [&](const PlanetshineSource& s) { return s.body == vertex.of[i]; }))
+            continue;
+        const BodyState& source = row_.bodies[static_cast<std::size_t>(vertex.of[i])];
+        const LitDisc disc(*source.shape, vertex.view.origin.lane(i), source.sun_m, sun_.radius_m);
+        const double inverse_pdf = disc.inverse_pdf_sr(LitDisc::Part::lit, vertex.view.direction.lane(i));
+        if (!(inverse_pdf > 0)) continue;
+        // Compute the MIS weight: balance heuristic, pdfs per steradian.
+        weight[i] = paths.pdf[i] / (paths.pdf[i] + 1 / inverse_pdf);
+        any = true;
+    }
+    return any;
+}
+
+void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex, PathPacket& paths,
+                                 Channels& out) {
+    const std::size_t channels = lighting_.sun_w_m2.size();
+    const auto source_of = [&](int lane, std::size_t slot) {
+        return row_.bodies[static_cast<std::size_t>(vertex.of[lane])].planetshine[slot];
+    };
+    for (int i = 0; i < packet_size; ++i) {
+        if (vertex.here.on[i] == 0) continue;
+        double light = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            light = std::max(light, out.v[c][i]);
+        const PlanetshineSource brightest = source_of(i, 0);
+        const bool matters = light > 0 ? brightest.ratio > least_sunlit_ratio : brightest.body >= 0;
+        paths.shone_on[i] = matters ? vertex.of[i] : -1;
+    }
+    for (std::size_t slot = 0; slot < max_planetshine_sources; ++slot) {
+        Lanes active{};
+        for (int i = 0; i < packet_size; ++i)
+            active.on[i] =
+                vertex.here.on[i] != 0 && paths.shone_on[i] >= 0 && source_of(i, slot).body >= 0 ? -1 : 0;
+        if (!active.any()) return;
+        SampleStream random(paths.index, paths.seed,
+                            planetshine_pairs +
+                                2 * (max_planetshine_sources * bounce + static_cast<std::uint32_t>(slot)));
+        Doubles u;
+        Doubles v;
+        Doubles sun_u;
+        Doubles sun_v;
+        random.next(u, v);
+        random.next(sun_u, sun_v);
+        // Sample the lit part of each lane's source.
+        Vec3s light;
+        Doubles inverse_pdf;
+        Mat3 turn;
+        Vec3 offset;
+        std::int32_t turned_to = -1;
+        for (int i = 0; i < packet_size; ++i) {
+            light.set(i, {0, 0, 1});
+            inverse_pdf[i] = 0;
+            if (active.on[i] == 0) continue;
+            const std::int32_t index = source_of(i, slot).body;
+            const BodyState& source = row_.bodies[static_cast<std::size_t>(index)];
+            if (turned_to != index) {
+                turn = relative_rotation(*vertex.body, source);
+                offset = relative_origin(*vertex.body, source);
+                turned_to = index;
+            }
+            const LitDisc disc(*source.shape, turn * vertex.surface.shadow_origin.lane(i) + offset,
+                               source.sun_m, sun_.radius_m);
+            Vec3 direction;
+            inverse_pdf[i] = disc.sample(LitDisc::Part::lit, u[i], v[i], direction);
+            if (inverse_pdf[i] > 0) light.set(i, transposed(turn) * direction);
+        }
+        // Evaluate the BRDF.
+        Doubles r;
+        evaluate_brdf(row_, vertex, light, r);
+        PathPacket probe;
+        transform(vertex.body->to_inertial, vertex.surface.shadow_origin, {}, probe.origin);
+        transform(vertex.body->to_inertial, light, {}, probe.direction);
+        set_all(probe.start, vertex.body->position_m);
+        for (int i = 0; i < packet_size; ++i) {
+            const bool open = dot(light.lane(i), vertex.surface.facet_normal.lane(i)) > 0;
+            probe.alive.on[i] = active.on[i] != 0 && open && r[i] * inverse_pdf[i] > 0 ? -1 : 0;
+            double value = 0;
+            if (probe.alive.on[i] != 0) {
+                // Compute the MIS weight against BSDF sampling.
+                const double pdf = 1 / inverse_pdf[i];
+                value = r[i] * inverse_pdf[i] * pdf / (pdf + sample_bsdf_pdf(row_, vertex, i, light.lane(i)));
+            }
+            for (std::size_t c = 0; c < channels; ++c)
+                probe.throughput.v[c][i] = paths.throughput.v[c][i] * vertex.colour.v[c][i] * value;
+            probe.travelled_m[i] = paths.travelled_m[i] + paths.hits.t[i];
+        }
+        if (!probe.alive.any()) continue;
+        // Trace the rays, which must hit the source, and add the direct sunlight there.
+        follow(probe);
+        for (int i = 0; i < packet_size; ++i)
+            if (probe.alive.on[i] != 0 && probe.hits.body[i] != source_of(i, slot).body)
+                probe.alive.on[i] = 0;
+        PathVertex lit;
+        lit.coherent = false;
+        for (std::size_t c = 0; c < channels; ++c)
+            for (double& value : lit.colour.v[c].v)
+                value = 0;
+        Lanes left = probe.alive;
+        while (left.any()) {
+            gather(probe.hits, probe, left, lit, nullptr);
+            if (lit.count > 0) direct_light_.add_sun(lit, sun_u, sun_v, probe, nullptr, out);
+        }
+    }
+}
+
 void PathTracer::shade(std::uint32_t bounce, PathPacket& paths, Channels& out) {
     const std::size_t channels = lighting_.sun_w_m2.size();
     // Draw random numbers: each bounce has four pairs of its own, used or not.
@@ -132,12 +254,17 @@ void PathTracer::shade(std::uint32_t bounce, PathPacket& paths, Channels& out) {
             vertex.colour.v[c][i] = 0;
     Lanes left = paths.alive;
     while (left.any()) {
-        gather(paths.hits, paths, left, vertex, out);
+        gather(paths.hits, paths, left, vertex, &out);
         if (vertex.count == 0) continue;
         // Sample lights.
-        if (sun) direct_light_.add_sun(vertex, sun_u, sun_v, paths, out);
+        if (sun) {
+            Doubles weight;
+            const bool weighted = planetshine_ && bounce > 0 && sunlight_weights(vertex, paths, weight);
+            direct_light_.add_sun(vertex, sun_u, sun_v, paths, weighted ? &weight : nullptr, out);
+        }
         direct_light_.add_lamps(vertex, paths, out);
         if (area) direct_light_.add_area_light(vertex, area_u, area_v, paths, !last, out);
+        if (sun && planetshine_ && !last) add_planetshine(bounce, vertex, paths, out);
         // Sample the next direction.
         if (!last) sample_bsdf(row_, vertex, bsdf_u, bsdf_v, channels, paths);
     }
@@ -204,6 +331,7 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
             paths.alive.on[i] = rays.hits.body[i] >= 0 ? -1 : 0;
             paths.pdf[i] = delta_pdf;
             paths.travelled_m[i] = 0;
+            paths.shone_on[i] = -1;
             paths.owner[i] = static_cast<std::int32_t>(k) * packet_size + i;
         }
     }

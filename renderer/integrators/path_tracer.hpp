@@ -17,6 +17,12 @@ namespace obscura::renderer {
 ///
 /// At each vertex: emission and direct light (DirectLight); then one BSDF-sampled direction.
 ///
+/// Planetshine: at each vertex that has sunlit bodies for sources (BodyState::planetshine), a direction to
+/// the lit part of each one's disc is sampled as well (LitDisc), and the direct sunlight where its ray hits
+/// that body is combined by the balance heuristic with that found by the BSDF-sampled direction. It belongs
+/// to the next bounce. Vertices in direct sunlight leave sources to chance that are too faint to matter
+/// there.
+///
 /// Russian roulette: survival probability sqrt(max throughput), clamped to [0.05, 1] (measured: less noise in
 /// the same time than the throughput itself, or than after a fixed number of reflections); disabled for the
 /// first bounce where direct light is zero (mirrors, shadow, planetshine).
@@ -36,9 +42,15 @@ public:
 
 private:
     /// Takes from `left` the lanes whose hits lie in the same frame as its first lane's, evaluates their
-    /// surfaces and adds their emission to `out`.
+    /// surfaces and adds their emission to `emitted`, unless null.
     void gather(const HitPacket& hits, PathPacket& paths, Lanes& left, PathVertex& vertex,
-                Channels& out) const;
+                Channels* emitted) const;
+    /// MIS weights of the direct sunlight at a vertex that BSDF sampling found. False: all 1.
+    [[nodiscard]] bool sunlight_weights(const PathVertex& vertex, const PathPacket& paths,
+                                        Doubles& weight) const;
+    /// Adds the sunlight that the planetshine sources of each lane's body reflect to it; sets
+    /// PathPacket::shone_on.
+    void add_planetshine(std::uint32_t bounce, const PathVertex& vertex, PathPacket& paths, Channels& out);
     /// Evaluates colours and textures: the factor on the reflectance, shading normals by the normal map.
     /// True if material parameters vary over the surface: they are in `varied`.
     bool colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const PathPacket& paths,
@@ -51,6 +63,7 @@ private:
 
     const Lighting& lighting_;
     DirectLight direct_light_;
+    bool planetshine_; ///< some body has sources
 };
 
 } // namespace obscura::renderer

@@ -24,6 +24,19 @@ void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& l
     }
 }
 
+double sample_bsdf_pdf(const RowState& row, const PathVertex& vertex, int lane, Vec3 light) {
+    const Vec3 n = vertex.surface.normal.lane(lane);
+    Vec3 a;
+    Vec3 b;
+    orthonormal_basis(n, a, b);
+    const Vec3 d = vertex.view.direction.lane(lane);
+    const Vec3 out{-dot(d, a), -dot(d, b), std::max(-dot(d, n), 1e-6)};
+    const Vec3 in{dot(light, a), dot(light, b), dot(light, n)};
+    const Material& material = *row.bodies[static_cast<std::size_t>(vertex.of[lane])].material;
+    const ParameterPacket* const varied = vertex.varied_at(lane);
+    return varied != nullptr ? material.pdf_varied(*varied, lane, out, in) : material.pdf(out, in);
+}
+
 void sample_bsdf(const RowState& row, const PathVertex& vertex, const Doubles& u, const Doubles& v,
                  std::size_t channels, PathPacket& next) {
     // Sample the BSDF.

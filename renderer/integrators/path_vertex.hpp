@@ -37,6 +37,10 @@ struct PathVertex {
 /// on mirrors.
 void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& light, Doubles& r);
 
+/// pdf of sample_bsdf() for the direction `light` (unit, the vertex's frame) of one lane, 1/sr; not of
+/// mirrors.
+[[nodiscard]] double sample_bsdf_pdf(const RowState& row, const PathVertex& vertex, int lane, Vec3 light);
+
 /// Samples the BSDF: next ray and throughput of `next`, whose paths end where nothing is scattered.
 void sample_bsdf(const RowState& row, const PathVertex& vertex, const Doubles& u, const Doubles& v,
                  std::size_t channels, PathPacket& next);

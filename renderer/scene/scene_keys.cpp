@@ -25,7 +25,8 @@ config::Keys keys_of(Scene& s) {
         config::key("name", &s.name).help("Name of the scene; the file's own name if not given"),
         config::key("max_bounces", &s.max_bounces)
             .range(0, 1000)
-            .help("Largest number of reflections after the first; 0: direct light only"),
+            .help("Largest number of reflections after the first; 0: direct light only, 1: also what other "
+                  "bodies reflect to a body (planetshine)"),
         config::key("light_time", &s.light_time)
             .help("Correct for light time: show bodies where they were when the light left them"),
         config::key("aberration", &s.aberration)

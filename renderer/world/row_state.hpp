@@ -10,6 +10,8 @@
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/surface_textures.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -29,6 +31,14 @@ struct BuiltBody {
     /// Number of its first material slot among those of all bodies, from 1.
     std::uint32_t first_material = 0;
 };
+
+/// Sunlit body whose reflected light is sampled as a light source at another one.
+struct PlanetshineSource {
+    std::int32_t body = -1; ///< index in the row; -1: none
+    double ratio = 0;       ///< estimate of its irradiance over the Sun's
+};
+/// Largest number of them for each body.
+constexpr std::size_t max_planetshine_sources = 2;
 
 /// A body at the row's instant.
 struct BodyState {
@@ -60,6 +70,8 @@ struct BodyState {
     /// The lit part of its disc is too thin for pixel samples: sampled and splatted as a targeted body is.
     bool thin_crescent = false;
     std::vector<std::int32_t> occluders; ///< bodies that may shade it from the Sun
+    /// The brightest first; none unless find_planetshine() was called.
+    std::array<PlanetshineSource, max_planetshine_sources> planetshine;
 
     /// Whether its light along `towards` (unit, camera frame) is splatted, core and wings; else it is
     /// sampled by pixels.
