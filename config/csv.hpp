@@ -15,17 +15,29 @@ namespace obscura::config {
 struct CsvRow {
     const std::filesystem::path& file;
     std::size_t line = 0;
-    std::span<const double> values;         ///< one per column of the header
-    std::span<const std::size_t> column_at; ///< text column of each value, from 1
+    std::span<const double> values; ///< one per column; NaN: a text, an empty optional cell or no such column
+    std::span<const std::string_view> cells; ///< as written, one per column; empty: none
+    std::span<const std::size_t> column_at;  ///< text column of each value, from 1
 
     /// Throws ConfigError `file:line:column: name: what`.
     [[noreturn]] void fail(std::size_t index, std::string_view name, std::string_view what) const;
+};
+
+/// Column of a table.
+struct CsvColumn {
+    std::string_view name;
+    bool optional = false; ///< the table may lack the column, and a cell may be empty
+    bool text = false;     ///< any text instead of a number
 };
 
 /// Reads `file`: the header, exactly `columns` (comma separated), then rows of as many finite decimal
 /// numbers. Lines that start with # and empty lines are skipped. Calls `row` for each data row. Throws
 /// ConfigError.
 void read_csv(const std::filesystem::path& file, std::string_view columns,
+              const std::function<void(const CsvRow&)>& row);
+
+/// As above, with columns that the table may lack; those that it has are in the order of `columns`.
+void read_csv(const std::filesystem::path& file, std::span<const CsvColumn> columns,
               const std::function<void(const CsvRow&)>& row);
 
 } // namespace obscura::config

@@ -2,7 +2,7 @@
 #include "renderer/lights/star_field.hpp"
 
 #include "core/error.hpp"
-#include "renderer/lights/spectrum.hpp"
+#include "renderer/lights/star_spectra.hpp"
 
 #include <fmt/format.h>
 
@@ -18,17 +18,21 @@ Vec3 star_direction(double right_ascension_rad, double declination_rad) {
 
 StarField::StarField(const std::vector<scene::Star>& stars, const std::vector<SpectralBand>& bands)
     : bands_(bands.size()) {
+    std::vector<StarBins> weights_um;
+    for (const SpectralBand& band : bands)
+        weights_um.push_back(star_band_weights_um(band));
     for (std::size_t i = 0; i < stars.size(); ++i) {
         const scene::Star& s = stars[i];
         if (!std::isfinite(s.right_ascension_rad) || !std::isfinite(s.declination_rad) ||
-            !std::isfinite(s.magnitude_v) || !std::isfinite(s.colour_b_v))
+            !std::isfinite(s.magnitude_v) || !std::isfinite(s.colour_b_v.value_or(0)))
             throw ConfigError(fmt::format("stars: star {} has a number that is not finite", i + 1));
         const Vec3 d = star_direction(s.right_ascension_rad, s.declination_rad);
         x_.push_back(d.x);
         y_.push_back(d.y);
         z_.push_back(d.z);
-        for (const SpectralBand& band : bands)
-            irradiance_.push_back(star_irradiance_w_m2(s.magnitude_v, s.colour_b_v, band));
+        const StarBins spectrum = star_spectrum(s);
+        for (const StarBins& weights : weights_um)
+            irradiance_.push_back(star_irradiance_w_m2(s, spectrum, weights));
     }
 }
 

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -151,11 +152,36 @@ struct Sun {
     double limb_darkening = 0;
 };
 
+/// Spectral type of a star.
+struct SpectralType {
+    /// Luminosity class.
+    enum class Luminosity : std::uint8_t {
+        unknown,
+        dwarf,      ///< IV and V
+        giant,      ///< II and III
+        supergiant, ///< I
+    };
+    double number = 0; ///< O, B, A, F, G, K, M are 0 to 6, the subclass is a tenth: G2 is 4.2
+    Luminosity luminosity = Luminosity::unknown;
+};
+
+/// Spectral distribution of a star's light.
+enum class StarSpectrum : std::uint8_t {
+    measured,   ///< of its spectral class
+    black_body, ///< of its colour temperature
+};
+constexpr auto enum_names(StarSpectrum /*type*/) {
+    return std::array{EnumName{StarSpectrum::measured, "template"},
+                      EnumName{StarSpectrum::black_body, "black-body"}};
+}
+
 /// Star at infinite distance: J2000 direction, Johnson V and B-V magnitudes.
 struct Star {
     double right_ascension_rad = 0, declination_rad = 0; ///< J2000 equator and equinox
     double magnitude_v = 0;
-    double colour_b_v = 0;
+    std::optional<double> colour_b_v{}; ///< none: that of the spectral type
+    std::optional<SpectralType> type{}; ///< none: by the colour; neither: as the Sun
+    StarSpectrum spectrum = StarSpectrum::measured;
 };
 
 /// Projection: image distance from the centre over the focal length, for a direction at the angle t to the

@@ -52,6 +52,7 @@ config::Section sun_section(Sun& sun) {
 struct StarKeys {
     std::string catalogue;
     double limiting_magnitude = 20;
+    StarSpectrum spectrum = StarSpectrum::measured;
 };
 
 config::Section stars_section(std::vector<Star>& stars) {
@@ -60,15 +61,20 @@ config::Section stars_section(std::vector<Star>& stars) {
     section.keys = {
         config::key("catalogue", config::Path{&read->catalogue})
             .required()
-            .help("Star catalogue, CSV table ra_deg,dec_deg,v_mag,b_v (J2000)"),
+            .help("Star catalogue, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000)"),
         config::key("limiting_magnitude", &read->limiting_magnitude)
             .unit("mag")
             .range(-30, 40)
             .help("Limiting visual magnitude: fainter stars are left out"),
+        config::key("spectrum", &read->spectrum)
+            .help("Spectra of the stars: that of the class by B-V and spectral type, or a black body by B-V"),
     };
     section.optional = true;
     section.check = [&stars, read](const config::ReadTable& table) {
-        if (table.table() != nullptr) stars = read_stars(read->catalogue, read->limiting_magnitude);
+        if (table.table() == nullptr) return;
+        stars = read_stars(read->catalogue, read->limiting_magnitude);
+        for (Star& star : stars)
+            star.spectrum = read->spectrum;
     };
     return section;
 }

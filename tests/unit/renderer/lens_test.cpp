@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "renderer/camera/lens.hpp"
 #include "renderer/camera/pinhole.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "support.hpp"
@@ -286,7 +287,7 @@ TEST_CASE("Pictures through a lens: bodies, targeted bodies and stars lie where 
     };
     double sum = 0;
     CHECK(centroid_near(star, 9, sum) < 1e-3);
-    CHECK_THAT(sum, WithinRel(star_irradiance_w_m2(0, 0.5, s.bands[0]) * star.z, 2e-3));
+    CHECK_THAT(sum, WithinRel(star_irradiance_w_m2({0, 0, 0, 0.5}, s.bands[0]) * star.z, 2e-3));
     // Its centre of light lies a little towards the Sun from its own: less than a third of its radius.
     CHECK(centroid_near(s.bodies[1].motion.samples[0].pose.position_m, 9, sum) < 0.2);
     // The small ball's flux, at a phase angle near 0: 2/3 albedo (R/d)^2 E, dimmed by the pupil.

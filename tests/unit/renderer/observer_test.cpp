@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "images/writers/exr.hpp"
 #include "renderer/camera/aberration.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/world/row_state.hpp"
@@ -173,14 +174,14 @@ TEST_CASE("A filter weighs the light of a band by its curve") {
     window.transmission = {{599.99e-9, 0}, {600e-9, 1}, {650e-9, 1}, {650.01e-9, 0}};
     const SpectralBand narrow{600e-9, 650e-9};
     CHECK_THAT(renderer::sun_irradiance_w_m2(window), WithinRel(renderer::sun_irradiance_w_m2(narrow), 2e-3));
-    CHECK_THAT(renderer::star_irradiance_w_m2(1, 0.6, window),
-               WithinRel(renderer::star_irradiance_w_m2(1, 0.6, narrow), 5e-3));
+    CHECK_THAT(renderer::star_irradiance_w_m2({0, 0, 1, 0.6}, window),
+               WithinRel(renderer::star_irradiance_w_m2({0, 0, 1, 0.6}, narrow), 5e-3));
     // A ramp over a flat spectrum of a star: between its ends.
     SpectralBand ramp{540e-9, 550e-9};
     ramp.transmission = {{540e-9, 0.2}, {550e-9, 0.8}};
     const SpectralBand flat{540e-9, 550e-9};
-    CHECK_THAT(renderer::star_irradiance_w_m2(1, 0.6, ramp),
-               WithinRel(renderer::star_irradiance_w_m2(1, 0.6, flat) / 2, 2e-3));
+    CHECK_THAT(renderer::star_irradiance_w_m2({0, 0, 1, 0.6}, ramp),
+               WithinRel(renderer::star_irradiance_w_m2({0, 0, 1, 0.6}, flat) / 2, 2e-3));
     // And in a picture.
     scene::Scene s = sphere_scene(renderer::LambertParameters{0.5}, 0.5, 10, 32);
     const double before = render(renderer::Renderer(s, {})).sum();

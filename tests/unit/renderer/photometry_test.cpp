@@ -2,6 +2,7 @@
 // Flux and geometry of rendered frames against closed formulas.
 #include "renderer/camera/pinhole.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
@@ -146,7 +147,7 @@ TEST_CASE("A star falls where it is projected and keeps its flux") {
                     mx += v * x;
                     my += v * y;
                 }
-            CHECK_THAT(sum, WithinRel(renderer::star_irradiance_w_m2(2.5, 0.6, s.bands[0]), 1e-4));
+            CHECK_THAT(sum, WithinRel(renderer::star_irradiance_w_m2({0, 0, 2.5, 0.6}, s.bands[0]), 1e-4));
             CHECK_THAT(mx / sum, WithinAbs(at_x, pixel_phase));
             CHECK_THAT(my / sum, WithinAbs(at_y, pixel_phase));
             CHECK(image.at(0, 0) == 0);

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/camera/psf_profile.hpp"
+#include "renderer/lights/star_spectra.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "support.hpp"
@@ -68,7 +69,7 @@ void add_star(scene::Scene& s, double dx, double dy) {
 }
 
 double star_light(const scene::Scene& s, std::size_t band = 0) {
-    return renderer::star_irradiance_w_m2(0, 0.5, s.bands[band]);
+    return renderer::star_irradiance_w_m2({0, 0, 0, 0.5}, s.bands[band]);
 }
 
 struct Plane {
