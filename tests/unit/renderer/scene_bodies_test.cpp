@@ -105,7 +105,7 @@ file = "m.obj"
     CHECK(s.bodies[1].parent == "bus");
     CHECK(s.bodies[1].joint.kind == scene::Joint::Kind::hinge);
     CHECK_THAT(s.bodies[1].joint.samples.at(1).value, WithinAbs(std::numbers::pi / 2, 1e-12));
-    CHECK(s.bodies[2].material.get<renderer::HapkeParameters>().single_scattering_albedo == 0.21);
+    CHECK(s.bodies[2].material.get<renderer::HapkeParameters>().single_scattering_albedo == 0.233);
     CHECK(s.bodies[2].textures.albedo == (folder.path() / "t.png").string());
     CHECK(s.bodies[2].textures.srgb);
     CHECK(s.bodies[2].textures.left_longitude_rad == 0);
