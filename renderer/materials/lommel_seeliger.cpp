@@ -9,7 +9,7 @@ scene::ParameterList declare(LommelSeeligerParameters& p) {
     return {config::key("albedo", &p.albedo)
                 .range(0, 1)
                 .required()
-                .help("Single-scattering albedo of the grains, w")};
+                .help("Single-scattering albedo of the grains, w; the normal albedo is w / 8")};
 }
 
 void LommelSeeliger::reflectance(const ScatterPacket& s, Doubles& r) const {

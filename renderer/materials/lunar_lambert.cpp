@@ -12,7 +12,7 @@ scene::ParameterList declare(LunarLambertParameters& p) {
         config::key("albedo", &p.albedo)
             .range(0, 1)
             .required()
-            .help("Albedo A, the factor of both parts of the lunar-Lambert law"),
+            .help("Albedo A, the factor of both parts of the lunar-Lambert law: the normal albedo"),
         scene::image_or(
             config::key("weight", config::Numbers{p.weight.data(), p.weight.size()})
                 .range(-1e6, 1e6)

@@ -14,7 +14,10 @@ constexpr double degree = std::numbers::pi / 180;
 
 scene::ParameterList declare(OrenNayarParameters& p) {
     return {
-        config::key("albedo", &p.albedo).range(0, 1).required().help("Albedo of the facets"),
+        config::key("albedo", &p.albedo)
+            .range(0, 1)
+            .required()
+            .help("Albedo of the facets; the normal albedo is less, by the slopes"),
         scene::image_or(config::key("slope_deg", config::Scaled{&p.slope_rad, degree})
                             .unit("deg")
                             .range(0, 57.3) // 1 rad, as far as the fit was made for

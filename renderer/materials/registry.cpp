@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 #include <stdexcept>
 
 namespace obscura::renderer {
@@ -111,6 +112,16 @@ std::unique_ptr<Material> make_material(const scene::Material& description, cons
     const MaterialKind& kind = law_of(description, place);
     check_description(kind, description, place);
     return kind.make(description);
+}
+
+double normal_albedo(const scene::Material& description) {
+    const std::unique_ptr<Material> material = law_of(description, "normal albedo").make(description);
+    ScatterPacket s;
+    for (int i = 0; i < packet_size; ++i)
+        s.cos_in[i] = s.cos_out[i] = s.cos_phase[i] = 1;
+    Doubles r;
+    material->reflectance(s, r);
+    return std::numbers::pi * r[0];
 }
 
 std::vector<VaryingParameter> varying_parameters(const scene::Material& material) {

@@ -19,6 +19,7 @@ struct MaterialKind : scene::Kind<scene::MaterialFamily> {
     std::unique_ptr<Material> (*make)(const scene::Material& description);
     bool preset = false;
 };
+};
 
 /// All kinds in the order in which messages and the reference list them. The first is the default material of
 /// a body whose shape has none of its own.
@@ -27,6 +28,10 @@ struct MaterialKind : scene::Kind<scene::MaterialFamily> {
 /// Checks the description and makes its law. Throws ConfigError that names `place`.
 [[nodiscard]] std::unique_ptr<Material> make_material(const scene::Material& description,
                                                       const std::string& place);
+
+/// Radiance factor I/F of a plane surface lit and seen along its normal, which is pi times the reflectance.
+/// Surges at opposition count.
+[[nodiscard]] double normal_albedo(const scene::Material& description);
 
 /// A parameter of a law that may vary over the surface.
 struct VaryingParameter {

@@ -73,6 +73,7 @@ config::Keys keys_of(std::vector<ParameterTexture>& textures) {
 struct BodyKeys {
     std::string shape, material;
     std::vector<SpectralPoint> colour_curve;
+    double normal_albedo = 0;
     JointKeys joint;
     PlaceKeys place;
     std::vector<ParameterTexture> textures;
@@ -96,6 +97,22 @@ config::Keys common_keys(Body& body, BodyKeys& read) {
     for (const config::Keys& more : {body_place_keys(read.place), keys_of(read.joint)})
         keys.insert(keys.end(), more.begin(), more.end());
     return keys;
+}
+
+/// The albedo of a law that has one, which the reflectance is proportional to; null: it has none.
+double* albedo_of(const ParameterList& parameters) {
+    const auto found = std::find_if(parameters.begin(), parameters.end(),
+                                    [](const Parameter& p) { return p.key.name == "albedo"; });
+    return found == parameters.end() ? nullptr : *std::get_if<double*>(&found->key.target);
+}
+
+constexpr std::string_view normal_albedo_name = "normal_albedo";
+
+/// Key of every law that has an albedo.
+config::Key normal_albedo_key(double& value) {
+    return config::key(normal_albedo_name, &value)
+        .range(0, 1)
+        .help("Normal albedo: radiance factor I/F lit and seen along the normal; instead of albedo");
 }
 
 /// `key` as an optional key.
@@ -124,7 +141,8 @@ std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::strin
     for (const K& kind : kinds) {
         auto description = kind.make_default();
         for (const Parameter& p : kind.parameters(description))
-            if (p.key.name == key) names.push_back(kind.name);
+            if (p.key.name == key || (p.key.name == "albedo" && key == normal_albedo_name))
+                names.push_back(kind.name);
     }
     return names;
 }
@@ -171,8 +189,10 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
             const config::Member* file = table.find(t.file_key);
             return t.constant_key == p.key.name && file != nullptr && !file->value.string.empty();
         });
-        section.keys.push_back(material.preset || by_image ? optional(p.key) : p.key);
+        const bool by_normal_albedo = p.key.name == "albedo" && table.find(normal_albedo_name) != nullptr;
+        section.keys.push_back(material.preset || by_image || by_normal_albedo ? optional(p.key) : p.key);
     }
+    if (albedo_of(parameters) != nullptr) section.keys.push_back(normal_albedo_key(read.normal_albedo));
     const config::Keys textures = keys_of(read.textures);
     section.keys.insert(section.keys.end(), textures.begin(), textures.end());
 }
@@ -187,10 +207,26 @@ void check_textures(std::vector<ParameterTexture>& textures, Body& body, const c
     }
 }
 
+/// Sets the albedo of the material by its normal albedo, if that is given.
+void apply_normal_albedo(Body& body, double wanted, const config::ReadTable& table) {
+    if (!table.has(normal_albedo_name)) return;
+    exclude(table, normal_albedo_name, "albedo");
+    // The one parameter by image that the normal albedo depends on, of the Oren-Nayar law.
+    exclude(table, normal_albedo_name, "slope_texture");
+    double* const albedo =
+        albedo_of(find_kind(material_kinds(), body.material.kind())->parameters(body.material));
+    *albedo = 1;
+    const double most = renderer::normal_albedo(body.material);
+    *albedo = wanted / most;
+    if (wanted > most)
+        table.refuse(normal_albedo_name, fmt::format("{}: allowed 0 to {:.4g} with this law", wanted, most));
+}
+
 void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::ReadTable& table) {
     Body& body = scene.bodies[index];
     check_textures(read.textures, body, table);
     exclude(table, "colour_curve", "colour");
+    apply_normal_albedo(body, read.normal_albedo, table);
     for (const Conflict& c : find_kind(shape_kinds(), body.shape.kind())->conflicts(body.shape))
         table.refuse(c.key, c.what);
     // With textured parameters, the renderer checks the rules at the extremes of their texels.
@@ -278,6 +314,8 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
         example.read.textures = textures_of(parameters);
         for (const Parameter& p : parameters)
             sections.back().keys.push_back(kind.preset ? optional(p.key) : p.key);
+        if (albedo_of(parameters) != nullptr)
+            sections.back().keys.push_back(normal_albedo_key(example.read.normal_albedo));
         const config::Keys textures = keys_of(example.read.textures);
         sections.back().keys.insert(sections.back().keys.end(), textures.begin(), textures.end());
     }

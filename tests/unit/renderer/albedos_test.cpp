@@ -1,22 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // Albedos and phase curves of spheres by integration: laws against closed forms, named surfaces against their
 // stated values, the Moon against published photometry.
+#include "core/error.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/materials/minnaert.hpp"
 #include "renderer/materials/presets.hpp"
 #include "renderer/materials/registry.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
 
 #include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
 #include <vector>
 
 using namespace obscura;
 using namespace obscura::renderer;
+using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 
@@ -136,6 +141,12 @@ double allen_v(double phase_deg) {
     return 0.12 * std::pow(10, -0.4 * (0.026 * phase_deg + 4e-9 * std::pow(phase_deg, 4)));
 }
 
+scene::Scene scene_with(const std::string& keys) {
+    const test::TempFolder folder;
+    return scene::load_scene(
+        folder.write("s.toml", "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\n" + keys));
+}
+
 } // namespace
 
 TEST_CASE("Spheres of the simple laws have their closed albedos") {
@@ -202,4 +213,30 @@ TEST_CASE("The Moon has the disc-integrated brightness of published photometry")
         CHECK_THAT(albedo, WithinRel(rolo_553_nm(phase), 0.05));
         if (phase >= 4) CHECK_THAT(albedo, WithinRel(allen_v(phase), 0.05));
     }
+}
+
+TEST_CASE("Every law with an albedo can be given its normal albedo") {
+    for (const std::string law :
+         {"lambert", "lommel-seeliger", "lunar-lambert", "minnaert", "oren-nayar", "white-paint"}) {
+        INFO(law);
+        const scene::Scene scene = scene_with("material = \"" + law + "\"\nnormal_albedo = 0.1\n");
+        const auto material = make(scene.bodies[0].material);
+        CHECK_THAT(pi * reflectance(*material, 1, 1, 1), WithinRel(0.1, 1e-12));
+        CHECK_THAT(normal_albedo(scene.bodies[0].material), WithinRel(0.1, 1e-12));
+    }
+    const auto refused = [](const std::string& keys) -> std::string {
+        try {
+            (void)scene_with(keys);
+        } catch (const Error& e) {
+            return e.what();
+        }
+        return "accepted";
+    };
+    CHECK_THAT(refused("material = \"lommel-seeliger\"\nnormal_albedo = 0.2\n"),
+               ContainsSubstring("normal_albedo: 0.2: allowed 0 to 0.125 with this law"));
+    CHECK_THAT(refused("material = \"lambert\"\nnormal_albedo = 0.2\nalbedo = 0.2\n"),
+               ContainsSubstring("normal_albedo: cannot stand beside \"albedo\""));
+    CHECK_THAT(refused("material = \"hapke\"\nsingle_scattering_albedo = 0.3\nnormal_albedo = 0.2\n"),
+               ContainsSubstring("normal_albedo: belongs to material ="));
+    CHECK_THAT(refused("material = \"lambert\"\n"), ContainsSubstring("the key \"albedo\" is missing"));
 }
