@@ -89,4 +89,12 @@ scene::Material white_paint() {
     return LambertParameters{0.88};
 }
 
+/// Mean of the S class: DeMeo, Binzel, Slivan, Bus, An extension of the Bus asteroid taxonomy into the
+/// near-infrared, Icarus 202, 160 (2009), to 0.01.
+std::vector<SpectralPoint> s_class_curve() {
+    return {{450e-9, 0.84}, {500e-9, 0.92},  {550e-9, 1.00}, {600e-9, 1.06}, {650e-9, 1.11},
+            {700e-9, 1.14}, {750e-9, 1.16},  {800e-9, 1.14}, {850e-9, 1.10}, {900e-9, 1.07},
+            {950e-9, 1.08}, {1000e-9, 1.10}, {1050e-9, 1.12}};
+}
+
 } // namespace obscura::renderer

@@ -2,7 +2,10 @@
 // Material presets: parameters of real surfaces from papers and handbooks.
 #pragma once
 
+#include "core/spectral_band.hpp"
 #include "renderer/scene/scene.hpp"
+
+#include <vector>
 
 namespace obscura::renderer {
 
@@ -15,5 +18,8 @@ namespace obscura::renderer {
 [[nodiscard]] scene::Material mli();
 [[nodiscard]] scene::Material solar_cell();
 [[nodiscard]] scene::Material white_paint();
+
+/// Reflectance of S-class asteroids over wavelength, relative to that at 550 nm.
+[[nodiscard]] std::vector<SpectralPoint> s_class_curve();
 
 } // namespace obscura::renderer

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace obscura::renderer {
 namespace {
@@ -50,19 +51,22 @@ const std::vector<MaterialKind>& laws() {
 }
 
 /// Preset: a real surface by name, with the keys of its law.
-MaterialKind preset(std::string_view name, std::string_view help, scene::Material (*parameters)()) {
+MaterialKind preset(std::string_view name, std::string_view help, scene::Material (*parameters)(),
+                    std::vector<SpectralPoint> colour_curve = {}) {
     MaterialKind kind = *find_kind(laws(), parameters().kind());
     kind.name = name;
     kind.help = help;
     kind.make_default = parameters;
     kind.preset = true;
+    kind.colour_curve = std::move(colour_curve);
     return kind;
 }
 
 std::vector<MaterialKind> presets() {
     return {
         preset("moon", "The Moon, average surface: Hapke's model.", moon),
-        preset("eros", "Asteroid 433 Eros: Hapke's model.", eros),
+        preset("eros", "Asteroid 433 Eros: Hapke's model, and a spectrum of its class.", eros,
+               s_class_curve()),
         preset("itokawa", "Asteroid 25143 Itokawa: Hapke's model.", itokawa),
         preset("67p", "Nucleus of comet 67P/Churyumov-Gerasimenko: Hapke's model.", comet_67p),
         preset("mli", "Multi-layer insulation, aluminised Kapton: GGX metal.", mli),

@@ -2,6 +2,7 @@
 // Registry of all materials: scattering laws and presets, their parameters, and how they are made.
 #pragma once
 
+#include "core/spectral_band.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/scene/kind.hpp"
 #include "renderer/scene/scene.hpp"
@@ -18,7 +19,9 @@ namespace obscura::renderer {
 struct MaterialKind : scene::Kind<scene::MaterialFamily> {
     std::unique_ptr<Material> (*make)(const scene::Material& description);
     bool preset = false;
-};
+    /// Reflectance over wavelength relative to that of the parameters, for bodies of scene files that do not
+    /// give a colour; empty: grey.
+    std::vector<SpectralPoint> colour_curve{};
 };
 
 /// All kinds in the order in which messages and the reference list them. The first is the default material of

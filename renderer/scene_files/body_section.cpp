@@ -274,9 +274,10 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         for (const Stranger& stranger : strangers)
             mistakes.add(where.in(stranger.member->key), stranger.member->value.at, stranger.what);
     };
-    section.check = [&scene, index, read, curves](const config::ReadTable& t) {
+    section.check = [&scene, index, read, curves, material](const config::ReadTable& t) {
         check_body(scene, index, *read, t);
-        (*curves)[index] = read->colour_curve;
+        const bool own_colour = t.has("colour") || t.has("colour_curve");
+        (*curves)[index] = own_colour ? read->colour_curve : material->colour_curve;
     };
     return section;
 }

@@ -240,3 +240,16 @@ TEST_CASE("Every law with an albedo can be given its normal albedo") {
                ContainsSubstring("normal_albedo: belongs to material ="));
     CHECK_THAT(refused("material = \"lambert\"\n"), ContainsSubstring("the key \"albedo\" is missing"));
 }
+
+TEST_CASE("Eros has the spectrum of its class unless a scene gives another") {
+    const std::string bands = "[[band]]\nfrom_nm = 540\nto_nm = 560\n[[band]]\nfrom_nm = 950\nto_nm = 1000\n";
+    const scene::Scene own = scene_with("material = \"eros\"\n" + bands);
+    REQUIRE(own.bodies[0].colour.size() == 2);
+    CHECK_THAT(own.bodies[0].colour[0], WithinAbs(1, 0.005));
+    CHECK_THAT(own.bodies[0].colour[1], WithinAbs(1.09, 0.01));
+    const scene::Scene given = scene_with("material = \"eros\"\ncolour = [1, 1]\n" + bands);
+    CHECK(given.bodies[0].colour[1] == 1);
+    const scene::Scene grey = scene_with("material = \"moon\"\n" + bands);
+    for (const double factor : grey.bodies[0].colour)
+        CHECK(factor == 1);
+}
