@@ -236,9 +236,9 @@ TEST_CASE("fixed patterns have the spread they are asked for and never change") 
     CHECK(a.dark_e_per_s == b.dark_e_per_s);
     d.serial = 2;
     const FixedPattern other(d);
-    CHECK(other.response != a.response);
-    CHECK(other.dark_e_per_s != a.dark_e_per_s);
-    CHECK(other.offset_e != a.offset_e);
+    CHECK((other.response != a.response)); // parentheses: a failure does not print the maps
+    CHECK((other.dark_e_per_s != a.dark_e_per_s));
+    CHECK((other.offset_e != a.offset_e));
 
     // The tail: hot pixels stand out, the mean stays.
     d.detector.hot_fraction = 0.01;
