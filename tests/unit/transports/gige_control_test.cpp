@@ -495,6 +495,7 @@ TEST_CASE("A heartbeat time-out is its controller's alone and has a maximum") {
     }
     SECTION("control is taken away on the camera's side") {
         b.port.release();
+        CHECK(timeout() == 3000); // without waiting for the next controller
     }
     SECTION("control is handed over") {
         CHECK(b.write(reg::switchover_key, 77) == ok);
@@ -562,6 +563,11 @@ TEST_CASE("PACKETRESEND is served for controller and receiver, in both id format
     REQUIRE(b.stream.resends.size() == 3);
     CHECK(b.stream.resends[2].extended);
     CHECK(b.stream.resends[2].block_id == 0x500000006);
+    b.send(b.datagram(0x40, Bench::words({0, 0x1000001, 0x1000002, 5, 6}), 0x10)); // ids of 32 bits
+    REQUIRE(b.stream.resends.size() == 4);
+    CHECK(b.stream.resends[3].first == 0x1000001);
+    CHECK(b.stream.resends[3].last == 0x1000002);
+    b.stream.resends.pop_back();
     // From another socket of that host: only as far as nobody else has to go short for it.
     b.send(standard, Peer{alice.ip, 61234});
     REQUIRE(b.stream.resends.size() == 4);
@@ -955,6 +961,11 @@ TEST_CASE("Time stamps are TAI, latched whole, and restart at a reset") {
     b.clock.advance(77);
     CHECK(b.write(reg::timestamp_control, 2) == ok);
     CHECK(latched() == 77);
+    // Stamps of a stream have one origin.
+    CHECK(b.write(reg::stream_port, 5555) == ok);
+    CHECK(b.write(address_of("AcquisitionStart"), 1) == ok);
+    CHECK(b.write(reg::timestamp_control, 1) == write_protect);
+    CHECK(b.write(reg::timestamp_control, 2) == ok);
 }
 
 TEST_CASE("100 000 random and damaged datagrams neither crash the device nor get control of it") {

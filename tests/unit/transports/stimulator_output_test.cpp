@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -483,6 +484,34 @@ TEST_CASE("Devices that lie are named once, in one line, and asked again") {
         CHECK_THAT(text, ContainsSubstring(c.line));
         CHECK(lines_with(text, "fake display") == 1);
         CHECK(rig.bench->with([](FakeBench& b) { return b.open_handles == 0; }));
+    }
+}
+
+TEST_CASE("The mode is that of the wanted refresh rate, or else the preferred one") {
+    std::vector<std::uint8_t> modes;
+    for (const auto& [hz, flags] : {std::pair{50.0, 0u}, {60.0, 1u << 10}, {75.0, 0u}}) {
+        gud::Mode m;
+        m.hdisplay = width, m.hsync_start = width + 8, m.hsync_end = width + 16, m.htotal = width + 32;
+        m.vdisplay = height, m.vsync_start = height + 4, m.vsync_end = height + 8, m.vtotal = height + 16;
+        m.clock_khz = static_cast<std::uint32_t>(std::lround(hz * m.htotal * m.vtotal / 1000));
+        m.flags = flags;
+        const auto bytes = gud::encode(m);
+        modes.insert(modes.end(), bytes.begin(), bytes.end());
+    }
+    for (const auto& [wanted_hz, line] :
+         {std::pair{0.0, "at 60.0 Hz"}, {52.0, "at 50.0 Hz"}, {90.0, "at 75.0 Hz"}}) {
+        StderrCapture capture;
+        Rig rig({}, [hz = wanted_hz](StimulatorSettings& s) { s.refresh_hz = hz; });
+        rig.bench->on_control_in = [&](std::uint8_t request,
+                                       std::span<std::uint8_t> data) -> std::optional<UsbResult> {
+            if (request != 0x55) return std::nullopt; // get_connector_modes
+            std::copy(modes.begin(), modes.end(), data.begin());
+            return UsbResult{UsbStatus::ok, modes.size()};
+        };
+        rig.output->start();
+        REQUIRE(rig.wait_connected());
+        rig.output->stop();
+        CHECK_THAT(capture.text(), ContainsSubstring(line));
     }
 }
 
