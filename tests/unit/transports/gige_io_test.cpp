@@ -530,6 +530,8 @@ TEST_CASE("Regions are the windows of the sensor, each with an integration time 
     CHECK(b.read(address_of("RegionFlags", 2)) == 7);
     CHECK(b.write(address_of("RegionReads", 2), 60) == Status::invalid_parameter);
     CHECK(b.read(address_of("RegionReads", 2)) == 3);
+    CHECK(b.write(address_of("RegionReads", 2), 10) == Status::invalid_parameter); // with the other windows
+    CHECK(b.read(address_of("RegionReads", 2)) == 3);
     b.set(address_of("RegionSampling", 2), static_cast<std::uint32_t>(Sampling::ramp));
     CHECK(b.camera.settings_.window(2).reads == 3);
     b.set(address_of("RegionSampling", 2), static_cast<std::uint32_t>(Sampling::destructive));
