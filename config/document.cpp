@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <toml++/toml.h>
@@ -54,6 +55,62 @@ Value convert(const toml::node& node) {
     return value;
 }
 
+/// Parts of the longest dotted key. toml++ 3.3 bounds nested arrays and inline tables, not the tables that a
+/// dotted key nests, and goes through all of them by recursion.
+constexpr std::size_t most_key_parts = 16;
+
+/// Position behind the string that begins at `at`, or where a string that has no end breaks off.
+std::size_t end_of_string(std::string_view text, std::size_t at) {
+    const char quote = text[at];
+    const std::string_view three = text.substr(at, 3);
+    const bool several_lines = three.size() == 3 && three[1] == quote && three[2] == quote;
+    at += several_lines ? 3 : 1;
+    for (; at < text.size(); ++at) {
+        if (text[at] == '\\' && quote == '"') {
+            ++at;
+        } else if (text[at] == '\n' && !several_lines) {
+            return at;
+        } else if (text[at] == quote) {
+            if (!several_lines) return at + 1;
+            if (text.substr(at, 3) != three) continue;
+            at += 3;
+            // Up to two quotes may precede the three that end the string.
+            for (int more = 0; more < 2 && at < text.size() && text[at] == quote; ++more)
+                ++at;
+            return at;
+        }
+    }
+    return text.size();
+}
+
+/// Throws ConfigError for a key of more than most_key_parts parts.
+void check_dotted_keys(std::string_view text, const std::string& name) {
+    constexpr std::string_view between_dots = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+                                              "0123456789_- \t";
+    std::size_t dots = 0; // of the key, or number, so far
+    for (std::size_t at = 0; at < text.size();) {
+        const char c = text[at];
+        if (c == '"' || c == '\'') {
+            at = end_of_string(text, at);
+            continue;
+        }
+        if (c == '#') {
+            at = std::min(text.find('\n', at), text.size());
+            continue;
+        }
+        if (c != '.' && between_dots.find(c) == std::string_view::npos) dots = 0;
+        if (c == '.' && ++dots == most_key_parts) {
+            const std::string_view before = text.substr(0, at);
+            const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+            const std::size_t end_of_last = before.rfind('\n');
+            const std::size_t column = end_of_last == std::string_view::npos ? at + 1 : at - end_of_last;
+            throw ConfigError(fmt::format("{}:{}:{}: not valid TOML: a key has more than {} parts", name,
+                                          line, column, most_key_parts));
+        }
+        ++at;
+    }
+}
+
 } // namespace
 
 const Member* Value::find(std::string_view key) const {
@@ -92,11 +149,13 @@ std::string printable(std::string_view text, std::size_t limit) {
 
 std::string read_text(const std::filesystem::path& file, std::string& text) {
     constexpr std::size_t limit = std::size_t{64} << 20;
+    // Non-blocking, so that a pipe under this name cannot hold up the start.
+    const int opened = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (opened < 0) return std::strerror(errno);
     const auto close = [](std::FILE* f) { std::fclose(f); };
-    const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
-    if (!in) return std::strerror(errno);
+    const std::unique_ptr<std::FILE, decltype(close)> in(fdopen(opened, "rb"), close);
     struct stat facts {};
-    if (fstat(fileno(in.get()), &facts) != 0) return std::strerror(errno);
+    if (!in || fstat(opened, &facts) != 0) return std::strerror(errno);
     // Reading a directory, device or pipe could block or never end.
     if (!S_ISREG(facts.st_mode)) return "not a regular file";
     if (static_cast<std::size_t>(facts.st_size) > limit) return "larger than 64 MiB";
@@ -107,6 +166,7 @@ std::string read_text(const std::filesystem::path& file, std::string& text) {
 }
 
 Value parse_text(std::string_view text, const std::string& name) {
+    check_dotted_keys(text, name);
     try {
         return convert(toml::parse(text, name));
     } catch (const toml::parse_error& error) {

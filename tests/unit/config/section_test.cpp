@@ -3,7 +3,11 @@
 #include "config/section.hpp"
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
 
+#include <sys/stat.h>
+
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -198,4 +202,42 @@ TEST_CASE("structs that a program filled are held to the ranges of their keys", 
     CHECK(config::explain_out_of_range(section_of(basket).keys) == "weight_kg: -1, allowed 0 to 50 kg");
     basket.weight_kg = std::numeric_limits<double>::quiet_NaN();
     CHECK(config::explain_out_of_range(section_of(basket).keys) == "weight_kg: nan, allowed 0 to 50 kg");
+}
+
+TEST_CASE("keys of many parts are refused before they nest tables as deep") {
+    const auto refusal = [](const std::string& text) -> std::string {
+        try {
+            (void)config::parse_text(text, "b.toml");
+        } catch (const ConfigError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    std::string dotted = "a";
+    for (int i = 0; i < 200'000; ++i)
+        dotted += ".a";
+    const std::string refused = "not valid TOML: a key has more than 16 parts";
+    CHECK(refusal(dotted + " = 1\n") == "b.toml:1:32: " + refused);
+    CHECK(refusal("\n[" + dotted + "]\n") == "b.toml:2:33: " + refused);
+    CHECK(refusal("x = {" + dotted + " = 1}\n") == "b.toml:1:37: " + refused);
+    CHECK(refusal("s = \"\\\" # \"\n'q' . \"q\" . a.a.a.a.a.a.a.a.a.a.a.a.a.a.a = 1\n").find(refused) !=
+          std::string::npos);
+    CHECK(refusal("a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p = 1\n").empty());
+    // Dots that are no key's.
+    CHECK(refusal("# " + dotted + "\nl = 'x\\'\ns = \"" + dotted + " \\\" " + dotted + "\"\n").empty());
+    CHECK(refusal("m = \"\"\"\n" + dotted + " \"\" \\\"\"\" " + dotted + "\"\"\"\"\"\nl = '''" + dotted +
+                  "\n'''\'\n")
+              .empty());
+    std::string numbers = "1.5";
+    for (int i = 0; i < 100; ++i)
+        numbers += ", 1.5";
+    CHECK(refusal("n = [" + numbers + "]\n[\"" + dotted + "\"]\nt = {a.b = 1.5, c.d = 2.5}\n").empty());
+}
+
+TEST_CASE("a pipe in place of a file is refused at once") {
+    const test::TempFolder folder;
+    const std::filesystem::path pipe = folder.path() / "pipe";
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    std::string text;
+    CHECK(config::read_text(pipe, text) == "not a regular file");
 }

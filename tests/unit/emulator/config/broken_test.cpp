@@ -627,6 +627,7 @@ file = "missing.toml"
 file = ""
 )",
      "c.toml:2:8: scene.file: empty, a file name is wanted"},
+    {"[a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q]\n", "c.toml:1:33: not valid TOML: a key has more than 16 parts"},
     {"[scene\n", "c.toml:1:7: not valid TOML: Error while parsing table header: expected ']', saw '\\n'"},
     {"key = \n", "c.toml:1:7: not valid TOML: Error while parsing key-value pair: expected value, saw '\\n'"},
     {R"([scene]
