@@ -2,6 +2,7 @@
 #include "images/image.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 #include "core/memory_budget.hpp"
 
 #include <fmt/format.h>
@@ -22,10 +23,10 @@ enum class Kind : std::uint8_t { fits, png, tiff, jpeg, exr, pds3 };
 
 Kind kind_of(const std::filesystem::path& file) {
     const auto close = [](std::FILE* f) { std::fclose(f); };
+    // Opening a pipe or a device could block or do more than open it.
+    require_regular_file(file);
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
-    if (!std::filesystem::is_regular_file(file))
-        throw InputError(fmt::format("{}: cannot be opened: not a regular file", file.string()));
     std::array<char, 512> bytes{};
     const std::string_view start(bytes.data(), std::fread(bytes.data(), 1, bytes.size(), in.get()));
     using namespace std::string_view_literals;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 #include "images/image.hpp"
 #include "images/readers/pds_label.hpp"
 
@@ -15,6 +16,9 @@
 
 namespace obscura::images {
 namespace {
+
+/// Bytes of the largest file that a label may describe; sums with it stay far from overflow.
+constexpr std::int64_t largest_file = std::int64_t{1} << 40;
 
 /// Encoding of a sample in the file.
 struct SampleType {
@@ -89,13 +93,12 @@ void locate(const PdsLabel& label, std::filesystem::path& data, std::int64_t& of
     }
     if (offset < 1) throw InputError(fmt::format("{}: ^IMAGE points before the file", label.file().string()));
     offset -= 1;
-    if (!in_bytes) {
-        const std::int64_t record = label.integer("RECORD_BYTES");
-        if (record < 1 || offset > (std::int64_t{1} << 40) / record)
-            throw InputError(
-                fmt::format("{}: RECORD_BYTES {} is out of range", label.file().string(), record));
-        offset *= record;
-    }
+    const std::int64_t record = in_bytes ? 1 : label.integer("RECORD_BYTES");
+    if (record < 1)
+        throw InputError(fmt::format("{}: RECORD_BYTES {} is out of range", label.file().string(), record));
+    if (offset > largest_file / record)
+        throw InputError(fmt::format("{}: ^IMAGE points behind any file", label.file().string()));
+    offset *= record;
 }
 
 } // namespace
@@ -121,8 +124,11 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
     std::int64_t offset = 0;
     locate(label, data, offset);
     const std::int64_t line_bytes = prefix + width * static_cast<std::int64_t>(type.bytes) + suffix;
+    if (line_bytes > largest_file / bands / height)
+        throw InputError(fmt::format("{}: the label's image layout is invalid", file.string()));
     offset += plane_number(file, plane, bands) * height * line_bytes;
 
+    require_regular_file(data);
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(data.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", data.string(), std::strerror(errno)));
@@ -131,7 +137,8 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
     if (error || offset + height * line_bytes > size + suffix)
         throw InputError(fmt::format("{}: {} bytes, its label describes an image up to byte {}",
                                      data.string(), error ? 0 : size, offset + height * line_bytes));
-    std::fseek(in.get(), static_cast<long>(offset), SEEK_SET);
+    if (std::fseek(in.get(), static_cast<long>(offset), SEEK_SET) != 0)
+        throw InputError(fmt::format("{}: cannot be read: {}", data.string(), std::strerror(errno)));
     std::vector<std::uint8_t> line(static_cast<std::size_t>(line_bytes));
     const double scale = label.number("IMAGE.SCALING_FACTOR", 1), shift = label.number("IMAGE.OFFSET", 0);
     Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {}, 1};

@@ -2,6 +2,7 @@
 #include "images/readers/pds_label.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 
 #include <fmt/format.h>
 
@@ -100,6 +101,7 @@ private:
                 // A unit may follow on a separate line.
                 const std::size_t after = text_.find_first_not_of(" \t\r\n", at_);
                 if (after == std::string_view::npos || text_[after] != '<') break;
+                at_ = after - 1; // the blanks are looked at once
             } else if (text_.substr(at_, 2) == "/*" && depth <= 0) {
                 break;
             }
@@ -117,6 +119,7 @@ private:
 } // namespace
 
 PdsLabel::PdsLabel(const std::filesystem::path& file) : file_(file) {
+    require_regular_file(file);
     const auto close = [](std::FILE* f) { std::fclose(f); };
     const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
     if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));

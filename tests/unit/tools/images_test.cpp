@@ -15,6 +15,8 @@
 #include "tools/import/utc.hpp"
 #include "tools/support/registration.hpp"
 
+#include <sys/stat.h>
+
 #include <array>
 #include <cmath>
 #include <functional>
@@ -274,6 +276,15 @@ TEST_CASE("PDS3 images, attached and detached, in every sample type") {
     CHECK(
         refusal("PDS_VERSION_ID = PDS3\nOBJECT = IMAGE\n LINES = 9999999\n LINE_SAMPLES = 9999999\nEND\n") ==
         "x.lbl: an image of 9999999 x 9999999 pixels, allowed 1 to 268435456 in total");
+    CHECK(refusal(label("(\"DATA.IMG\", 9223372036854775807 <BYTES>)", "UNSIGNED_INTEGER", 8, "")) ==
+          "x.lbl: ^IMAGE points behind any file");
+    CHECK(
+        refusal("PDS_VERSION_ID = PDS3\n^IMAGE = \"DATA.IMG\"\nRECORD_BYTES = 1\nOBJECT = IMAGE\n LINES = "
+                "268435456\n LINE_SAMPLES = 1\n LINE_SUFFIX_BYTES = 1048576\n BANDS = 65536\n SAMPLE_BITS = "
+                "8\nEND_OBJECT\nEND\n") == "x.lbl: the label's image layout is invalid");
+    // In one pass: blanks looked at again for each of them would take this a quarter of an hour.
+    CHECK(refusal("PDS_VERSION_ID = PDS3\nA = 1" + std::string(1'000'000, '\n') + "<m>\nEND\n") ==
+          "x.lbl: the label has no IMAGE.LINE_SAMPLES");
 }
 
 TEST_CASE("TIFF and JPEG pictures are read, and their colours one by one") {
@@ -325,6 +336,9 @@ TEST_CASE("broken and hostile image files are refused with one line") {
           "gone: cannot be opened: No such file or directory");
     CHECK(complaint(folder, [&] { (void)read_image(folder.path()); }).find("cannot be opened") !=
           std::string::npos);
+    REQUIRE(mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+    CHECK(complaint(folder, [&] { (void)read_image(folder.path() / "pipe"); }) ==
+          "pipe: cannot be opened: not a regular file");
     // Every file cut short at many places, and with flipped bytes, is refused or read, never worse.
     const std::vector<std::uint16_t> words(64 * 64, 1234);
     const std::vector<float> floats(64 * 64, 0.5F);

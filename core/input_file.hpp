@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of an input file before a library opens it by its name.
+#pragma once
+
+#include <filesystem>
+
+namespace obscura {
+
+/// Throws InputError unless `file` is a regular file or a link to one: to open a pipe can block, and to open
+/// a device can do more than open it.
+void require_regular_file(const std::filesystem::path& file);
+
+/// Whether `file` is a regular file that begins as FITS does. CFITSIO would decompress a file of gzip or
+/// compress in memory, without limit, before it looks at the header.
+[[nodiscard]] bool is_plain_fits(const std::filesystem::path& file);
+
+} // namespace obscura
