@@ -42,6 +42,7 @@ struct GigeCamera::Parts {
           device(s, network, control, sender, messages, clock, context.seed),
           port(device, s, network),
           server(port, network, clock, s.port, control_thread(context.thread)) {
+        device.set_before_disk([this] { server.announce_disk(); });
         device.set_statistics([this] {
             const SenderCounters& c = sender.counters();
             return StreamStatistics{static_cast<std::uint32_t>(c.submitted.load()),

@@ -13,11 +13,15 @@
 #include "transports/gige/device/state_file.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
+#include <sys/inotify.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -544,6 +548,18 @@ TEST_CASE("A repeated request is answered again but run once") {
     CHECK(b.camera.triggers() == 2);
 }
 
+TEST_CASE("Repeated answers count towards what an address may be sent") {
+    Bench b;
+    b.take_control();
+    const Bytes request = b.datagram(0x84, Bench::words({reg::xml_url_first, 512}));
+    std::size_t bytes = 0;
+    for (int i = 0; i < 10'000; ++i) // an address can be forged, and takes control as any other
+        bytes += b.send(request).size();
+    CHECK(b.port.counters().retries == 9'999);
+    CHECK(bytes > 950'000);
+    CHECK(bytes <= 1'000'000);
+}
+
 TEST_CASE("PACKETRESEND is served for controller and receiver, in both id formats") {
     Bench b;
     b.start();
@@ -631,6 +647,7 @@ TEST_CASE("Scheduled actions fire at their instant, in the scheduling clock") {
     b.port.on_timer(b.clock.now());
     CHECK(b.camera.triggers() == 2);
     CHECK(schedule(-1) == 0x8016); // ACTION_LATE
+    CHECK(schedule(INT64_MAX - b.clock.now().ns - b.clock.tai_offset_ns()) == invalid_parameter); // 2262
     CHECK(b.camera.triggers() == 2);
     for (int i = 0; i < 16; ++i)
         CHECK(schedule(1'000'000 + i) == ok);
@@ -873,6 +890,48 @@ TEST_CASE("What a state file says is escaped, checked and validated") {
     std::filesystem::create_symlink(victim, file + ".XXXXXX");
     CHECK(write_state(file, state).empty());
     CHECK(test::text_of(victim) == "precious");
+}
+
+TEST_CASE("A command writes the state file once at most, and only for a change") {
+    const test::TempFolder folder;
+    const int watch = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    REQUIRE(inotify_add_watch(watch, folder.path().c_str(), IN_MOVED_TO) >= 0);
+    const auto writes = [&] {
+        std::size_t n = 0;
+        std::array<char, 65536> events;
+        for (ssize_t bytes = 0; (bytes = read(watch, events.data(), events.size())) > 0;)
+            for (ssize_t at = 0; at < bytes; ++n) {
+                inotify_event event{};
+                std::memcpy(&event, events.data() + at, sizeof event);
+                at += static_cast<ssize_t>(sizeof event + event.len);
+            }
+        return n;
+    };
+    GigeSettings s;
+    s.state_file = (folder.path() / "state").string();
+    Bench b(s);
+    b.take_control();
+    Bytes many;
+    for (std::uint32_t i = 0; i < 67; ++i) {
+        const Bytes entry = Bench::words({reg::user_name + i % 4 * 4, 0x41414141 + i % 26});
+        many.insert(many.end(), entry.begin(), entry.end());
+    }
+    CHECK(Bench::status(b.ask(0x82, many)) == ok);
+    CHECK(writes() == 1);
+    CHECK(Bench::status(b.ask(0x82, many)) == ok);
+    CHECK(writes() == 0);
+    CHECK(b.write(address_of("UserSetSelector"), 1) == ok);
+    Bytes saves;
+    for (int i = 0; i < 67; ++i) {
+        const Bytes entry = Bench::words({address_of("UserSetSave"), 1});
+        saves.insert(saves.end(), entry.begin(), entry.end());
+    }
+    CHECK(Bench::status(b.ask(0x82, saves)) == ok);
+    CHECK(writes() == 1);
+    REQUIRE(std::remove(s.state_file.c_str()) == 0);
+    CHECK(b.write(address_of("UserSetSave"), 1) == ok); // what is gone is written again
+    CHECK(writes() == 1);
+    close(watch);
 }
 
 TEST_CASE("A state file that is not the camera's is left as it is") {

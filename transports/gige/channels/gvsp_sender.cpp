@@ -498,8 +498,10 @@ void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
         for (const Time until = clock_.now() + static_cast<std::int64_t>(rule->amount * ns_per_us);
              !giving_up();) {
             const std::uint32_t seen = wake_.value();
-            if (clock_.now() >= until) break;
-            wake_.wait(seen, until);
+            const Time now = clock_.now();
+            if (now >= until) break;
+            heartbeat_.beat(); // a client sets the delay: a long one is no hung thread
+            wake_.wait(seen, std::min(until, now + Heartbeat::longest_wait_ns));
         }
     }
     const bool corrupt = fault(Fault::corrupt, block, id) != nullptr;

@@ -72,25 +72,32 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
         if (answered && datagram.size() == last_request_bytes_ &&
             std::equal(datagram.begin(), datagram.end(), last_request_.begin())) {
             counters_.retries.fetch_add(1, std::memory_order_relaxed);
-            return {last_reply_.data(), last_reply_bytes_};
+            return within_allowance({last_reply_.data(), last_reply_bytes_}, datagram.size(), from, now);
         }
     }
     const std::span<const std::uint8_t> reply = run(request, from, broadcast, now);
+    device_.keep_state();
     if (is_controller(from) && answered && datagram.size() <= last_request_.size() && !reply.empty()) {
         std::copy(datagram.begin(), datagram.end(), last_request_.begin());
         std::copy(reply.begin(), reply.end(), last_reply_.begin());
         last_request_bytes_ = datagram.size();
         last_reply_bytes_ = reply.size();
     }
-    if (!request.wants_ack() || reply.empty()) return {};
-    // Limit answers longer than their request: only they amplify.
-    if (reply.size() > datagram.size() && !policy_.spend(from.ip, reply.size(), now)) {
-        counters_.throttled.fetch_add(1, std::memory_order_relaxed);
-        return {};
-    }
+    if (!request.wants_ack()) return {};
+    const std::span<const std::uint8_t> sent = within_allowance(reply, datagram.size(), from, now);
+    if (sent.empty()) return {};
     if (const std::uint32_t delay_ms = device_.take_pending_ack_ms(); delay_ms > 0)
-        return postpone(reply, from, now, delay_ms);
-    return reply;
+        return postpone(sent, from, now, delay_ms);
+    return sent;
+}
+
+std::span<const std::uint8_t> ControlPort::within_allowance(std::span<const std::uint8_t> reply,
+                                                            std::size_t request_bytes, Peer from, Time now) {
+    // Limit answers longer than their request: only they amplify. Any source can be forged, the controller's
+    // too.
+    if (reply.size() <= request_bytes || policy_.spend(from.ip, reply.size(), now)) return reply;
+    counters_.throttled.fetch_add(1, std::memory_order_relaxed);
+    return {};
 }
 
 std::span<const std::uint8_t> ControlPort::postpone(std::span<const std::uint8_t> reply, Peer from, Time now,

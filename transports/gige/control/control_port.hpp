@@ -62,6 +62,9 @@ private:
     Status write_privilege(std::uint32_t value);
     [[nodiscard]] Status force_ip(const ForceIpRequest& wanted) const;
     [[nodiscard]] Time heartbeat_deadline() const noexcept;
+    /// `reply` to a request of `request_bytes`; empty when it exceeds what `from` may be sent.
+    std::span<const std::uint8_t> within_allowance(std::span<const std::uint8_t> reply,
+                                                   std::size_t request_bytes, Peer from, Time now);
     std::span<const std::uint8_t> postpone(std::span<const std::uint8_t> reply, Peer from, Time now,
                                            std::uint32_t delay_ms);
 

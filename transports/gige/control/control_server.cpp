@@ -89,6 +89,11 @@ void ControlServer::release_control() {
     if (thread_.joinable()) signal(release_event_);
 }
 
+void ControlServer::announce_disk() noexcept {
+    constexpr std::int64_t longest_write_ns = 60 * ns_per_s;
+    heartbeat_.allow_silence_until(MonotonicClock().now() + longest_write_ns);
+}
+
 void ControlServer::stop() {
     if (!thread_.joinable()) return;
     signal(stop_event_);
@@ -143,6 +148,7 @@ void ControlServer::serve(int fd, bool broadcast) {
         const ssize_t n = recvfrom(fd, datagram.data(), datagram.size(), MSG_TRUNC,
                                    reinterpret_cast<sockaddr*>(&from), &from_bytes);
         if (n < 0) return;
+        heartbeat_.beat(); // a round of commands that each take their time is no hung thread
         if (static_cast<std::size_t>(n) > datagram.size()) continue;
         const Peer peer{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)};
         const auto reply =

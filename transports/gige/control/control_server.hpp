@@ -29,6 +29,8 @@ public:
     void stop();
     /// Makes the controller, if any, lose control soon. Thread-safe between start() and stop().
     void release_control();
+    /// Control thread: announces a write to a disk, which may be slow and is no hung thread.
+    void announce_disk() noexcept;
     [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
 
 private:

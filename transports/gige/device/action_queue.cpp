@@ -18,8 +18,13 @@ bool take_action(DeviceContext& d, const ActionRequest& request, Time now, Statu
         d.control.action_trigger(now);
         return true;
     }
-    // From device time back to the scheduling clock.
-    const auto instant = static_cast<std::int64_t>(request.instant_ns & 0x7FFFFFFFFFFFFFFF);
+    // From device time back to the scheduling clock. Sums with later instants could overflow.
+    constexpr std::uint64_t latest_instant_ns = std::uint64_t{1} << 62; // the year 2116
+    if (request.instant_ns > latest_instant_ns) {
+        status = Status::invalid_parameter;
+        return true;
+    }
+    const auto instant = static_cast<std::int64_t>(request.instant_ns);
     const Time due{instant + d.timestamp_origin_ns - d.clock.tai_offset_ns()};
     if (due <= now) {
         status = Status::action_late;

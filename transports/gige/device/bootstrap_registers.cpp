@@ -37,7 +37,7 @@ void add_identity(DeviceContext& d) {
     text("DeviceVersion", device_version);
     text("DeviceManufacturerInfo", "Camera emulator");
     text("DeviceSerialNumber", d.settings.serial);
-    text("DeviceUserID", d.settings.user_name).written = [&d] { write_state_file(d); };
+    text("DeviceUserID", d.settings.user_name).written = [&d] { d.state_changed = true; };
 }
 
 void add_network(DeviceContext& d) {

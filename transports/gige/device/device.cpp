@@ -64,6 +64,10 @@ Status Device::write_word(std::uint32_t address, std::uint32_t value) {
     return write(address, bytes, done);
 }
 
+void Device::keep_state() {
+    if (context_.state_changed) write_state_file(context_);
+}
+
 std::string Device::xml_report() const {
     return user_xml_ ? user_xml_->report() : std::string();
 }

@@ -31,6 +31,10 @@ public:
     Status write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done);
     Status read_word(std::uint32_t address, std::uint32_t& value);
     Status write_word(std::uint32_t address, std::uint32_t value);
+    /// Writes the state file if a client has changed what it holds: once for all writes of a command.
+    void keep_state();
+    /// `call` is called before a file is written, which may take as long as the disk wants.
+    void set_before_disk(std::function<void()> call) { context_.before_disk = std::move(call); }
     /// Bound, absent and unusable features of a user-supplied description, in one line; empty without one.
     [[nodiscard]] std::string xml_report() const;
 

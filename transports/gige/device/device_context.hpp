@@ -57,6 +57,10 @@ struct DeviceContext {
     std::array<Time, action_queue_size> actions{};  ///< scheduled, in no order; 0: free
     std::vector<SavedWord> default_set, user_set_1; ///< see saved_features()
     bool state_file_usable = true; ///< false: settings.state_file is not ours and must not be replaced
+    DeviceState state_in_file;     ///< what settings.state_file holds
+    /// DeviceUserID or UserSetDefault were written since the state file was; see Device::keep_state().
+    bool state_changed = false;
+    std::function<void()> before_disk; ///< called before a file is written; may be empty
 
     /// Regions from the second on; Region0 is always enabled and its window is in the camera's settings.
     struct RegionSlot {

@@ -46,7 +46,7 @@ constexpr std::array features{
             .address = 0xA46C,
             .entries = user_sets,
             .in_user_set = false,
-            .written = [](DeviceContext& d, std::uint32_t) { write_state_file(d); }},
+            .written = [](DeviceContext& d, std::uint32_t) { d.state_changed = true; }},
 };
 
 } // namespace

@@ -9,7 +9,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <string>
+#include <system_error>
+#include <utility>
 
 namespace obscura::transports::gige {
 namespace {
@@ -76,6 +79,7 @@ void read_state_file(DeviceContext& d) {
         d.state_file_usable = false;
         return;
     }
+    d.state_in_file = state;
     if (!state.user_id.empty()) d.bank.set_text(reg::user_name, state.user_id);
     d.user_set_1 = std::move(state.user_set_1);
     if (state.user_set_default == 0) return;
@@ -92,13 +96,18 @@ void read_state_file(DeviceContext& d) {
             file, refused, d.user_set_1.size());
 }
 
-bool write_state_file(const DeviceContext& d) {
+bool write_state_file(DeviceContext& d) {
+    d.state_changed = false;
     const std::string& file = d.settings.state_file;
     if (file.empty()) return true;
     if (!d.state_file_usable) return false;
-    const std::string why =
-        write_state(file, {d.bank.text(reg::user_name), stored(d, "UserSetDefault"), d.user_set_1});
+    DeviceState state{d.bank.text(reg::user_name), stored(d, "UserSetDefault"), d.user_set_1};
+    std::error_code error;
+    if (state == d.state_in_file && std::filesystem::exists(file, error)) return true;
+    if (d.before_disk) d.before_disk();
+    const std::string why = write_state(file, state);
     if (!why.empty()) log_warning("gige.state_file: {}: {}", file, why);
+    if (why.empty()) d.state_in_file = std::move(state);
     return why.empty();
 }
 

@@ -17,6 +17,6 @@ Status load_features(DeviceContext& d, const std::vector<SavedWord>& set);
 /// Words are checked as those that clients write. A file that cannot be used is logged and never replaced.
 void read_state_file(DeviceContext& d);
 /// Returns false if the file cannot be written, which is logged, or could not be used at start.
-bool write_state_file(const DeviceContext& d);
+bool write_state_file(DeviceContext& d);
 
 } // namespace obscura::transports::gige
