@@ -12,7 +12,9 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdint>
+#include <thread>
 #include <vector>
 
 using namespace obscura;
@@ -32,7 +34,7 @@ struct Bench {
     GvspSender sender{settings, network, messages, clock};
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 
-    explicit Bench(bool extended) {
+    explicit Bench(bool extended, const std::vector<FaultRule>& faults = {}) {
         sockaddr_in a{};
         a.sin_family = AF_INET;
         a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -48,6 +50,7 @@ struct Bench {
         config.payload.max_width = width;
         config.payload.max_height = height;
         config.payload.max_image_bytes = std::size_t{2} * width * height;
+        config.faults.set_rules(faults);
         REQUIRE(sender.begin(config));
     }
     ~Bench() {
@@ -123,4 +126,57 @@ TEST_CASE("standard headers have no flags: there the block id stands in their pl
     REQUIRE(all.size() == 10);
     for (std::size_t i = 0; i < 10; ++i)
         CHECK(all[i] == std::array<std::uint16_t, 2>{0, static_cast<std::uint16_t>(1 + i / 5)});
+}
+
+TEST_CASE("a long delay fault is no hung thread to the watchdog") {
+    FaultRule delay;
+    delay.fault = Fault::delay;
+    delay.amount = 1e9; // us
+    Bench bench(false, {delay});
+    const FrameRef frame = bench.pool.acquire();
+    REQUIRE(bool{frame});
+    test::describe_mono16(frame->info, 1, width, height);
+    frame->publish_rows(height);
+    const std::uint64_t before = bench.sender.heartbeat().beats();
+    REQUIRE(bench.sender.submit(frame));
+    // Four beats a second; a sender that waits in silence has made a few before.
+    const Time give_up = bench.clock.now() + 30 * ns_per_s;
+    while (bench.sender.heartbeat().beats() < before + 12 && bench.clock.now() < give_up)
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    CHECK(bench.sender.heartbeat().beats() >= before + 12);
+    bench.sender.abort();
+    CHECK(bench.sender.wait_idle(10 * ns_per_s));
+}
+
+TEST_CASE("a message without an acknowledge does not hold up those to the next client") {
+    MessageChannel messages(test::loopback_interface());
+    messages.start();
+    messages.enable(Event::test, true);
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_in a{};
+    a.sin_family = AF_INET;
+    a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t bytes = sizeof a;
+    const timeval patience{30, 0};
+    REQUIRE(setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0);
+    REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+    REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
+    MessageConfig config{INADDR_LOOPBACK, ntohs(a.sin_port), 10'000, 10};
+    messages.configure(config);
+    const auto received_stamp = [&] {
+        std::array<std::uint8_t, 64> d{};
+        return recv(fd, d.data(), d.size(), 0) == 24 ? load_be64(&d[16]) : 0;
+    };
+    messages.post({Event::test, 0, 1});
+    REQUIRE(received_stamp() == 1); // and not acknowledged: repeated for 110 s
+    config.timeout_ms = 0;
+    messages.configure(config);
+    messages.post({Event::test, 0, 2});
+    std::uint64_t next = 1; // the first may have been repeated
+    for (int repeats = 0; repeats < 3 && next == 1; ++repeats)
+        next = received_stamp();
+    CHECK(next == 2);
+    CHECK(messages.lost() == 1);
+    close(fd);
+    messages.stop();
 }

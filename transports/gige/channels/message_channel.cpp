@@ -50,6 +50,11 @@ void MessageChannel::configure(const MessageConfig& config) {
     config_ = config;
 }
 
+bool MessageChannel::still(const MessageConfig& config) {
+    const std::lock_guard lock(mutex_);
+    return config == config_;
+}
+
 void MessageChannel::enable(Event e, bool on) noexcept {
     const std::uint32_t bit = 1U << static_cast<unsigned>(e);
     if (on)
@@ -125,13 +130,13 @@ void MessageChannel::deliver(const EventMessage& message, const MessageConfig& c
     to.sin_family = AF_INET;
     to.sin_addr.s_addr = htonl(config.destination_ip);
     to.sin_port = htons(config.destination_port);
-    for (std::uint32_t attempt = 0; attempt <= config.retries && !quit_.load(); ++attempt) {
+    for (std::uint32_t attempt = 0; attempt <= config.retries && still(config) && !quit_.load(); ++attempt) {
         sendto(socket_.get(), datagram.data(), datagram.size(), MSG_NOSIGNAL,
                reinterpret_cast<const sockaddr*>(&to), sizeof to);
         if (config.timeout_ms == 0) return;
         using Clock = std::chrono::steady_clock;
         const auto give_up = Clock::now() + std::chrono::milliseconds(config.timeout_ms);
-        while (!quit_.load()) {
+        while (!quit_.load() && still(config)) {
             const auto left =
                 std::chrono::duration_cast<std::chrono::milliseconds>(give_up - Clock::now()).count();
             if (left <= 0) break;

@@ -29,6 +29,8 @@ struct MessageConfig {
     std::uint16_t destination_port = 0; ///< 0: channel closed
     std::uint32_t timeout_ms = 300;     ///< 0: no acknowledge is requested
     std::uint32_t retries = 3;
+
+    constexpr bool operator==(const MessageConfig&) const = default;
 };
 
 /// Sender of event messages. Has a thread of its own, because waiting for acknowledges must delay neither
@@ -41,6 +43,7 @@ public:
     /// Throws HardwareError.
     void start();
     void stop();
+    /// A message that waits for its acknowledge is given up if this changes anything.
     void configure(const MessageConfig& config);
     void enable(Event e, bool on) noexcept;
     [[nodiscard]] bool enabled(Event e) const noexcept {
@@ -58,6 +61,7 @@ public:
 private:
     void loop();
     void deliver(const EventMessage& message, const MessageConfig& config);
+    [[nodiscard]] bool still(const MessageConfig& config);
     bool pop(EventMessage& message) noexcept;
 
     // Vyukov's bounded queue: each cell holds the turn at which it may be written or read.
