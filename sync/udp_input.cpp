@@ -38,8 +38,9 @@ public:
         pollfd poll{fd_.get(), POLLIN, 0};
         const timespec limit{timeout_ns / ns_per_s, timeout_ns % ns_per_s};
         if (::ppoll(&poll, 1, &limit, nullptr) <= 0) return 0;
-        int count = 0;
-        while (count < static_cast<int>(edges.size()) && receive(edges[static_cast<std::size_t>(count)]))
+        int count = 0, datagrams = udp_datagrams_per_wait;
+        while (count < static_cast<int>(edges.size()) &&
+               receive(edges[static_cast<std::size_t>(count)], datagrams))
             ++count;
         return count;
     }
@@ -47,9 +48,10 @@ public:
     [[nodiscard]] std::uint64_t refused() const noexcept override { return refused_; }
 
 private:
-    // Find the next trigger in the queue; drop other datagrams before it.
-    bool receive(Edge& edge) noexcept {
-        for (;;) {
+    // Find the next trigger in the queue; drop other datagrams before it, but look at no more than
+    // `datagrams`, so that a flood of them cannot keep the thread here.
+    bool receive(Edge& edge, int& datagrams) noexcept {
+        while (datagrams-- > 0) {
             std::array<std::uint8_t, 64> bytes;
             alignas(cmsghdr) std::array<char, 128> control;
             iovec data{bytes.data(), bytes.size()};
@@ -75,6 +77,7 @@ private:
                           : plausible_edge(arrival_ns(header), monotonic_minus(CLOCK_REALTIME), seen);
             return true;
         }
+        return false;
     }
 
     // CLOCK_REALTIME; 0 (never plausible) without a kernel stamp.

@@ -25,6 +25,8 @@ struct UdpTriggerMessage {
     constexpr bool operator==(const UdpTriggerMessage&) const = default;
 };
 constexpr std::size_t udp_trigger_bytes = 16;
+/// Datagrams, of triggers or not, that one EdgeInput::wait() takes at most.
+constexpr int udp_datagrams_per_wait = 64;
 
 /// Decodes a datagram. Returns false when the bytes are not a trigger message.
 [[nodiscard]] bool decode(std::span<const std::uint8_t> bytes, UdpTriggerMessage& message) noexcept;

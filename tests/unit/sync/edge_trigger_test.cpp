@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <deque>
@@ -230,6 +231,18 @@ private:
     FileDescriptor fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
     sockaddr_in to_{};
 };
+
+TEST_CASE("a flood of other datagrams does not keep the thread of UDP triggers") {
+    const UdpSender sender;
+    const auto input = open_udp("trigger", sender.address());
+    for (int i = 0; i < udp_datagrams_per_wait; ++i)
+        sender.send("rubbish", 7);
+    const auto message = encode({1, 0});
+    sender.send(message.data(), message.size());
+    std::array<Edge, 4> edges;
+    CHECK(input->wait(ns_per_s, edges) == 0); // beats and goes on
+    CHECK(input->wait(ns_per_s, edges) == 1);
+}
 
 TEST_CASE("UDP triggers over a socket: stamps, gaps, rubbish") {
     const UdpSender sender;
