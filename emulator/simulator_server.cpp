@@ -32,6 +32,13 @@ std::uint64_t settled(const CameraCounters& c) {
     return c.complete + c.abandoned + c.dropped + c.missed_triggers + c.masked_triggers + c.ignored;
 }
 
+std::string explain_unknown_name(const PoseRings& rings) {
+    std::string names;
+    for (const auto& [name, unused] : rings)
+        names += (names.empty() ? "" : ", ") + name;
+    return fmt::format("pose: nothing in the scene has that name, allowed are {}", names);
+}
+
 const char* outcome(const CameraCounters& before, const CameraCounters& after) {
     if (after.complete > before.complete)
         return after.repeated > before.repeated ? "repeated" : after.late > before.late ? "late" : "complete";
@@ -61,7 +68,11 @@ PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s) {
 }
 
 SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock)
-    : listen_(std::move(listen)), rings_(std::move(rings)), camera_(camera), clock_(clock) {}
+    : listen_(std::move(listen)),
+      rings_(std::move(rings)),
+      unknown_name_(explain_unknown_name(rings_)),
+      camera_(camera),
+      clock_(clock) {}
 
 SimulatorServer::~SimulatorServer() {
     stop();
@@ -148,8 +159,15 @@ void SimulatorServer::accept_client() {
         refused_.fetch_add(1);
         return;
     }
-    const int on = 1;
-    ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    const auto set = [&fd](int level, int option, int value) {
+        ::setsockopt(fd.get(), level, option, &value, sizeof value);
+    };
+    set(IPPROTO_TCP, TCP_NODELAY, 1);
+    // A machine that has gone without a word must not hold one of the few connections for ever.
+    set(SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(IPPROTO_TCP, TCP_KEEPIDLE, 10); // s
+    set(IPPROTO_TCP, TCP_KEEPINTVL, 5); // s
+    set(IPPROTO_TCP, TCP_KEEPCNT, 4);
     connections_.fetch_add(1);
     clients_.push_back(std::make_unique<Client>());
     clients_.back()->fd = std::move(fd);
@@ -171,6 +189,7 @@ void SimulatorServer::receive_datagrams() {
         std::array<char, 65536> bytes;
         const ssize_t n = ::recv(udp_.get(), bytes.data(), bytes.size(), 0);
         if (n < 0) return;
+        heartbeat_.beat(); // datagrams full of refused lines take their time
         std::string_view rest(bytes.data(), static_cast<std::size_t>(n));
         while (!rest.empty()) {
             const std::size_t end = std::min(rest.find('\n'), rest.size());
@@ -221,12 +240,7 @@ void SimulatorServer::handle(Client& client, std::string_view text) {
 
 std::string SimulatorServer::take_pose(const PoseLine& line) {
     const auto ring = rings_.find(line.name);
-    if (ring == rings_.end()) {
-        std::string names;
-        for (const auto& [name, unused] : rings_)
-            names += (names.empty() ? "" : ", ") + name;
-        return fmt::format("pose: nothing in the scene has that name, allowed are {}", names);
-    }
+    if (ring == rings_.end()) return unknown_name_;
     if (!ring->second->push(to_seconds(line.time.ns), line.pose))
         return "pose: TIME: not later than the pose before";
     poses_.fetch_add(1);

@@ -86,6 +86,7 @@ private:
 
     const std::string listen_;
     const PoseRings rings_;
+    const std::string unknown_name_; ///< answer to a pose of something that the scene does not have
     Camera& camera_;
     const Clock& clock_;
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};

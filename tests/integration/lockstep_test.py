@@ -241,6 +241,12 @@ with Daemon(source="timer") as daemon, Simulator("127.0.0.1", daemon.port) as si
     # Eight clients at a time; who comes later is not kept waiting.
     others = [Simulator("127.0.0.1", daemon.port) for _ in range(7)]
     check("eight clients are greeted", all(other.greeting for other in others), [o.greeting for o in others])
+    # A peer that goes without a word is noticed: the kernel asks after it (timer 2 of /proc/net/tcp).
+    timers, end = [], time.monotonic() + 60
+    while timers != ["02"] * 8 and time.monotonic() < end: # 01 while a greeting is not yet acknowledged
+        rows = [row.split() for row in pathlib.Path("/proc/net/tcp").read_text(encoding="ascii").splitlines()[1:]]
+        timers = [row[5][:2] for row in rows if row[1].endswith(f":{daemon.port:04X}") and row[3] == "01"]
+    check("silent connections are asked after", timers == ["02"] * 8, timers)
     try:
         ninth = Simulator("127.0.0.1", daemon.port).greeting
     except OSError:
