@@ -2,6 +2,7 @@
 #include "sensors/fits_map.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -36,6 +37,7 @@ std::vector<float> read_fits_map(const std::filesystem::path& file, std::int32_t
         return InputError(fmt::format("{}: {}; allowed: a FITS image of {} x {} numbers, at least {}",
                                       file.string(), why, width, height, least));
     };
+    if (!is_plain_fits(file)) throw fail(explain(FILE_NOT_OPENED));
     int status = 0;
     fitsfile* raw = nullptr;
     // Use the disk-file call: fits_open_image would parse brackets in the name as a filter expression.

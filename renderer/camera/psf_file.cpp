@@ -2,6 +2,8 @@
 #include "renderer/camera/psf_file.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
+#include "core/memory_budget.hpp"
 
 #include <fitsio.h>
 #include <fmt/format.h>
@@ -61,6 +63,7 @@ double PsfImage::at(double x, double y) const {
 }
 
 std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
+    if (!is_plain_fits(file)) refuse(file, "cannot be read as FITS");
     int status = 0;
     fitsfile* opened = nullptr;
     // No extended file name syntax: the name is a path and nothing else.
@@ -102,6 +105,8 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
         const auto count = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
         for (long plane = 0; plane < size[2]; ++plane) {
             if (images.size() >= static_cast<std::size_t>(most_images)) refuse(file, "more than 4096 images");
+            // This image, and the copy of it in the list.
+            require_memory(2 * count * sizeof(double), file.string());
             image.values.assign(count, 0);
             // A cube without BAND has one plane for each.
             image.band = static_cast<std::int32_t>(size[2] > 1 && band == 0 ? plane + 1 : band);

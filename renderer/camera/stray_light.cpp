@@ -2,6 +2,7 @@
 #include "renderer/camera/stray_light.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 #include "images/image.hpp"
 #include "renderer/camera/psf_file.hpp"
 #include "renderer/lights/spectrum.hpp"
@@ -29,6 +30,7 @@ struct Plane {
 /// OpenEXR channels named as `obscura render` names them, or red, green and blue by wavelength.
 std::vector<Plane> read_planes(const std::filesystem::path& file, const std::vector<SpectralBand>& bands) {
     std::vector<Plane> planes;
+    require_regular_file(file);
     std::array<char, 6> first{};
     std::ifstream(file, std::ios::binary).read(first.data(), first.size());
     if (std::string_view(first.data(), first.size()) == "SIMPLE") {

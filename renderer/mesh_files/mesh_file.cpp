@@ -27,11 +27,12 @@ std::string lower_extension(const std::filesystem::path& file) {
 }
 
 std::string text_of(const std::filesystem::path& file, const char* kind) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in || std::filesystem::is_directory(file))
+    std::error_code error;
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(file, error)) in.open(file, std::ios::binary);
+    if (!in.is_open())
         throw InputError(fmt::format("{}: cannot open: a readable {} is wanted", file.string(), kind));
     // The text twice while it is read, and what it describes.
-    std::error_code error;
     const std::uintmax_t bytes = std::filesystem::file_size(file, error);
     if (!error) require_memory(4 * bytes, file.string());
     std::ostringstream text;

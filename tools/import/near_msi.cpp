@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/geometry.hpp"
+#include "core/input_file.hpp"
 #include "images/readers/pds_label.hpp"
 #include "tools/import/utc.hpp"
 
@@ -38,7 +39,7 @@ constexpr double pole_ra_deg = 11.35, pole_dec_deg = 17.22, meridian_deg = 326.0
 class Header {
 public:
     explicit Header(const std::filesystem::path& file) : file_(file) {
-        int status = 0;
+        int status = is_plain_fits(file) ? 0 : FILE_NOT_OPENED;
         fits_open_diskfile(&fits_, file.c_str(), READONLY, &status);
         if (status != 0) {
             fits_clear_errmsg();

@@ -2,6 +2,7 @@
 #include "transports/stimulator/calibration_table.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 #include "images/writers/pending_file.hpp"
 
 #include <fitsio.h>
@@ -81,6 +82,7 @@ struct Image {
 class TableReader {
 public:
     explicit TableReader(const std::filesystem::path& file) : name_(file.string()) {
+        if (!is_plain_fits(file)) fail(fits_text(FILE_NOT_OPENED));
         fitsfile* raw = nullptr;
         int status = 0;
         fits_open_diskfile(&raw, name_.c_str(), READONLY, &status);

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 
 using namespace obscura;
@@ -376,6 +377,13 @@ TEST_CASE("Out of focus a star becomes the aperture: a disc, or a ring") {
 TEST_CASE("Point spread functions that cannot be are refused") {
     const TempFolder folder;
     scene::Scene s = table_scene((folder.path() / "absent.fits").string(), 32);
+    CHECK_THROWS_AS(renderer::Renderer(s, {}), InputError);
+    // Of gzip: CFITSIO would decompress it, however large that is.
+    const std::string plain = write_fits(folder, "plain.fits", {gaussian(1)});
+    s.camera.psf.file = plain;
+    CHECK_NOTHROW(renderer::Renderer(s, {}));
+    REQUIRE(std::system(("gzip -k " + plain + " && mv " + plain + ".gz " + plain + ".fits").c_str()) == 0);
+    s.camera.psf.file = plain + ".fits";
     CHECK_THROWS_AS(renderer::Renderer(s, {}), InputError);
     Plane dark = gaussian(1);
     std::fill(dark.values.begin(), dark.values.end(), 0.0);
