@@ -124,7 +124,14 @@ private:
     }
 
     void plate(const std::vector<std::string_view>& words) {
-        plates_.push_back({{integer(words[1]), integer(words[2]), integer(words[3])}, line_});
+        plates_.push_back(
+            {{vertex_number(words[1]), vertex_number(words[2]), vertex_number(words[3])}, line_});
+    }
+
+    std::int64_t vertex_number(std::string_view word) const {
+        const std::int64_t number = integer(word);
+        if (number < 0) fail(fmt::format("vertex {} out of range: allowed are numbers from 0 up", number));
+        return number;
     }
 
     std::int64_t integer(std::string_view word) const {

@@ -13,6 +13,8 @@
 #include "tests/support/temp_folder.hpp"
 #include "tests/support/wavy_mesh.hpp"
 
+#include <sys/stat.h>
+
 #include <cstring>
 #include <limits>
 #include <map>
@@ -248,6 +250,13 @@ TEST_CASE("Files that are no meshes are refused with one line, whatever is in th
           "gone.ply: cannot open: a readable mesh file is wanted");
     CHECK(complaint(folder, folder.path() / "gone.obj") ==
           "gone.obj: cannot open: a readable mesh file is wanted");
+    for (const char* name : {"pipe.obj", "pipe.tab"}) {
+        REQUIRE(mkfifo((folder.path() / name).c_str(), 0600) == 0);
+        CHECK_THAT(complaint(folder, folder.path() / name),
+                   ContainsSubstring(std::string(name) + ": cannot open"));
+    }
+    CHECK(complaint(folder, folder.write("m.tab", "1\n1 0 0 0\n1\n1 -9223372036854775808 1 1\n")) ==
+          "m.tab:4: vertex -9223372036854775808 out of range: allowed are numbers from 0 up");
     CHECK(complaint(folder, folder.write("a.blend", "x")) ==
           "a.blend: mesh files whose names end in \".blend\" are not supported, allowed are .obj, .stl, "
           ".ply, .3ds, .dae, .gltf, .glb, .tab, .plt");
