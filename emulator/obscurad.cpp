@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/memory_budget.hpp"
+#include "core/terminal_text.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/daemon.hpp"
 #include "emulator/service_notify.hpp"
@@ -239,7 +240,7 @@ int main(int argc, char* argv[]) {
     try {
         return run(options);
     } catch (const Error& e) {
-        fmt::print(stderr, "{}\n", e.what());
+        fmt::print(stderr, "{}\n", for_terminal(e.what()));
         return e.status();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr,
@@ -247,7 +248,7 @@ int main(int argc, char* argv[]) {
                    "daemon.memory_limit_mib may help\n");
         return exit_hardware;
     } catch (const std::exception& e) {
-        fmt::print(stderr, "internal error: {}\n", e.what());
+        fmt::print(stderr, "internal error: {}\n", for_terminal(e.what()));
         return exit_software;
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Main program of `obscura VERB`, the command line beside the daemon.
 #include "core/suggestion.hpp"
+#include "core/terminal_text.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/verbs/verb.hpp"
 
@@ -72,13 +73,13 @@ int main(int argc, char* argv[]) {
     try {
         return run(std::vector<std::string>(argv + 1, argv + argc));
     } catch (const Error& error) {
-        fmt::print(stderr, "{}\n", error.what());
+        fmt::print(stderr, "{}\n", for_terminal(error.what()));
         return error.status();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "obscura: not enough memory for images of this size\n");
         return exit_failure;
     } catch (const std::exception& error) {
-        fmt::print(stderr, "obscura: internal error: {}\n", error.what());
+        fmt::print(stderr, "obscura: internal error: {}\n", for_terminal(error.what()));
         return exit_software;
     }
 }

@@ -97,6 +97,7 @@ TEST_CASE("broken meshes: exit 66") {
     check_mesh("v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n",
                "m.obj: every triangle has zero area: nothing could be seen");
     check_mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "m.obj: no triangles: a mesh needs at least one face");
+    check_mesh("v \x1b[31m 0 0\n", "m.obj:1: ' [31m' is not a coordinate: a decimal number is wanted");
     check_mesh("\x7f"
                "ELF\x02\x01\x01",
                "m.obj: no triangles: a mesh needs at least one face");

@@ -10,7 +10,9 @@
 #include <cmath>
 #include <fstream>
 #include <locale>
+#include <set>
 #include <sstream>
+#include <tuple>
 
 namespace obscura::tools {
 namespace {
@@ -81,19 +83,15 @@ Descriptor read_descriptor(const std::filesystem::path& file) {
         }
     }
     if (format.bits == 0) throw InputError(fmt::format("{}: no line \"n BITS WIDTH HEIGHT\"", file.string()));
-    for (auto entry = result.entries.begin(); entry != result.entries.end(); ++entry) {
-        if (entry->images.size() < 2)
-            refuse(entry->line, fmt::format("{} image{}; a pair, or a stack of three or more, is wanted",
-                                            entry->images.size(), entry->images.size() == 1 ? "" : "s"));
-        const bool again = std::any_of(result.entries.begin(), entry, [&](const auto& other) {
-            return other.bright == entry->bright && other.exposure_ns == entry->exposure_ns &&
-                   other.photons == entry->photons &&
-                   (other.images.size() == 2) == (entry->images.size() == 2);
-        });
-        if (again)
-            refuse(entry->line,
-                   fmt::format("a second {} of this exposure{}", entry->images.size() == 2 ? "pair" : "stack",
-                               entry->bright ? " and number of photons" : ""));
+    std::set<std::tuple<bool, bool, double, double>> known;
+    for (const Descriptor::Entry& entry : result.entries) {
+        if (entry.images.size() < 2)
+            refuse(entry.line, fmt::format("{} image{}; a pair, or a stack of three or more, is wanted",
+                                           entry.images.size(), entry.images.size() == 1 ? "" : "s"));
+        const bool pair = entry.images.size() == 2;
+        if (!known.emplace(entry.bright, pair, entry.exposure_ns, entry.photons).second)
+            refuse(entry.line, fmt::format("a second {} of this exposure{}", pair ? "pair" : "stack",
+                                           entry.bright ? " and number of photons" : ""));
     }
     return result;
 }

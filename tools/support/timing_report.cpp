@@ -18,6 +18,9 @@ namespace obscura::tools {
 namespace {
 
 constexpr std::size_t most_rows = 1'000'000;
+constexpr std::size_t most_columns = 256;
+/// Numbers are below this: differences of larger ones could overflow.
+constexpr std::int64_t number_limit = std::int64_t{1} << 62;
 constexpr std::size_t worst_count = 10;
 
 struct NumberColumn {
@@ -64,6 +67,9 @@ public:
         if (std::find(titles_.begin(), titles_.end(), frame_id_column) == titles_.end())
             throw InputError(
                 fmt::format("{}:1: this is no timing file, allowed is what obscurad --timing writes", name));
+        if (titles_.size() > most_columns)
+            throw InputError(
+                fmt::format("{}:1: {} columns, allowed are {}", name, titles_.size(), most_columns));
         frame_id_ = index_of(frame_id_column);
         trigger_id_ = index_of(trigger_id_column);
         for (const NumberColumn& column : number_columns)
@@ -72,6 +78,11 @@ public:
             for (const std::string_view suffix : {first_byte_suffix, last_byte_suffix}) {
                 if (!title.ends_with(suffix)) continue;
                 const std::string kind(title.substr(0, title.size() - suffix.size()));
+                // The name goes into pictures (SVG) and tables.
+                if (kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
+                    throw InputError(fmt::format("{}:1: \"{}\" is no kind of transport: allowed are small "
+                                                 "letters, digits and _",
+                                                 name, kind.substr(0, 40)));
                 if (std::find(transports.begin(), transports.end(), kind) != transports.end()) continue;
                 transports.push_back(kind);
                 first_byte_.push_back(index_of(kind + std::string(first_byte_suffix)));
@@ -88,7 +99,8 @@ public:
             std::int64_t value = 0;
             const char* const end = fields[column].data() + fields[column].size();
             const auto [rest, error] = std::from_chars(fields[column].data(), end, value);
-            if (error != std::errc() || rest != end) refuse(number, column);
+            if (error != std::errc() || rest != end || value <= -number_limit || value >= number_limit)
+                refuse(number, column);
             return value;
         };
         TimingRow row;

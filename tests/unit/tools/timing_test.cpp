@@ -78,6 +78,26 @@ TEST_CASE("what is no timing file is refused with its line") {
     }
 }
 
+TEST_CASE("what a timing file names and counts stays within bounds") {
+    const auto with_transport = [](const std::string& kind) {
+        std::string text = header;
+        for (std::size_t at = 0; (at = text.find("gige", at)) != std::string::npos; at += kind.size())
+            text.replace(at, 4, kind);
+        return text;
+    };
+    CHECK(complaint(with_transport("usb3_vision")).empty());
+    CHECK(complaint(with_transport("<script>x()</script>")) ==
+          "run.csv:1: \"<script>x()</script>\" is no kind of transport: allowed are small letters, digits "
+          "and _");
+    std::string extremes = in_time;
+    extremes.replace(extremes.find("1000000000"), 10, "-9223372036854775808");
+    CHECK_THAT(complaint(header + extremes), ContainsSubstring("run.csv:2: column 3"));
+    std::string wide = header;
+    for (int i = 0; i < 300; ++i)
+        wide.insert(0, "x,");
+    CHECK(complaint(wide) == "run.csv:1: 326 columns, allowed are 256");
+}
+
 TEST_CASE("a timing file has the columns of the configured transports") {
     emulator::TimingLog log;
     log.set_transports({"file", "loopback"});
