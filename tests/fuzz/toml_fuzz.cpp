@@ -21,12 +21,13 @@ namespace {
 /// With the scene "scene.toml" in it.
 struct Folder : test::ScratchFolder {
     Folder() {
-        (void)write("scene.toml", "[sun]\ndirection = [-1, 0, 0]\ndistance_au = 1\n[camera]\n"
-                                  "width = 64\nheight = 48\nfocal_length_mm = 25\n"
-                                  "aperture_mm = 12.5\nposition_m = [0, 0, -5000]\n"
-                                  "boresight = [0, 0, 1]\nup = [0, 1, 0]\n[[body]]\n"
-                                  "name = \"ball\"\nshape = \"sphere\"\nradius_m = 1000\n"
-                                  "[[band]]\nfrom_nm = 400\nto_nm = 900\n");
+        (void)write("scene.toml",
+                    "[sun]\ndirection = [-1, 0, 0]\ndistance_au = 1\n[camera]\n"
+                    "width = 64\nheight = 48\nfocal_length_mm = 25\n"
+                    "aperture_mm = 12.5\nposition_m = [0, 0, -5000]\n"
+                    "boresight = [0, 0, 1]\nup = [0, 1, 0]\n[[body]]\n"
+                    "name = \"ball\"\nshape = \"ellipsoid\"\nradii_m = [1000, 1000, 1000]\nalbedo = 0.3\n"
+                    "[[band]]\nfrom_nm = 400\nto_nm = 900\n");
     }
 };
 
