@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cstdint>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace obscura;
@@ -179,4 +180,60 @@ TEST_CASE("a message without an acknowledge does not hold up those to the next c
     CHECK(messages.lost() == 1);
     close(fd);
     messages.stop();
+}
+
+TEST_CASE("packets that found no receiver do not cost the next ones theirs") {
+    const auto receiver = [](std::uint16_t port) {
+        const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+        sockaddr_in a{};
+        a.sin_family = AF_INET;
+        a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        a.sin_port = htons(port);
+        socklen_t bytes = sizeof a;
+        REQUIRE(bind(fd, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+        REQUIRE(getsockname(fd, reinterpret_cast<sockaddr*>(&a), &bytes) == 0);
+        return std::pair(fd, ntohs(a.sin_port));
+    };
+    const auto count = [](int fd) {
+        int n = 0;
+        for (std::array<std::uint8_t, 64> d{}; recv(fd, d.data(), d.size(), 0) > 0;)
+            ++n;
+        return n;
+    };
+    for (const SendBackend backend : {SendBackend::sendto, SendBackend::sendmmsg, SendBackend::gso}) {
+        CAPTURE(static_cast<int>(backend));
+        PacketSocket out;
+        out.open(test::loopback_interface(), 1 << 20);
+        out.set_backend(backend);
+        const std::uint16_t own_port = out.port();
+        auto [first, first_port] = receiver(0);
+        const auto [second, second_port] = receiver(0);
+        const std::array<std::uint8_t, 8> header{};
+        const auto send = [&](std::uint16_t port) {
+            out.set_destination(INADDR_LOOPBACK, port);
+            for (int i = 0; i < 4; ++i)
+                out.add(header, header);
+            out.flush();
+        };
+        close(first);
+        send(first_port); // leaves a refusal behind
+        send(second_port);
+        CHECK(count(second) == 4);
+        first = receiver(first_port).first;
+        send(first_port);
+        CHECK(count(first) == 4);
+        CHECK(count(second) == 0);
+        CHECK(out.packets() == 12);
+        CHECK(out.errors() == 0);
+        out.set_destination(0, 0); // the client has closed its stream
+        CHECK(out.port() == own_port);
+        send(second_port);
+        sockaddr_in from{};
+        socklen_t bytes = sizeof from;
+        std::array<std::uint8_t, 64> d{};
+        REQUIRE(recvfrom(second, d.data(), d.size(), 0, reinterpret_cast<sockaddr*>(&from), &bytes) == 16);
+        CHECK(ntohs(from.sin_port) == own_port);
+        close(first);
+        close(second);
+    }
 }
