@@ -5,7 +5,7 @@
 //     gige_bench [--seconds S] [--realtime]
 //
 // Each device runs in a process of its own on the first core; the receiver, on the last, counts packets by
-// kernel time stamps and reads no pixel.
+// kernel time stamps and reads no pixel. "bare" is the cost of sendmmsg alone for the same datagrams.
 #include "core/clock.hpp"
 #include "core/realtime.hpp"
 #include "tests/integration/gige_client.hpp"
@@ -28,6 +28,7 @@
 #include <functional>
 #include <iostream>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace obscura;
@@ -289,6 +290,64 @@ json at_rate(const Device& device, const std::string& address, double rate_hz, s
             {"cpu_ms_per_frame", used / 1e6 / static_cast<double>(frames.size())}};
 }
 
+/// CPU time of a frame's datagrams alone at `rate_hz`: sendmmsg on a connected socket from memory that is
+/// ready, in a process that does nothing else. No sender of single packets through the kernel's UDP can cost
+/// less.
+json bare_at_rate(double rate_hz, std::uint32_t packet_size) {
+    Receiver receiver;
+    const std::uint32_t payload = packet_size - 36, packets = 2 + (2U * side * side + payload - 1) / payload;
+    const Device device([&] {
+        std::thread([=, port = receiver.port()] {
+            if (realtime) make_this_thread_realtime(60);
+            constexpr std::size_t batch = 64; // as PacketSocket
+            const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+            sockaddr_in to{};
+            to.sin_family = AF_INET;
+            to.sin_addr.s_addr = inet_addr("127.0.0.1");
+            to.sin_port = htons(port);
+            if (connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) _exit(1);
+            std::vector<std::uint8_t> image(std::size_t{packets} * payload);
+            std::array<std::array<std::uint8_t, 8>, batch> headers{};
+            std::array<std::array<iovec, 2>, batch> pieces{};
+            std::array<mmsghdr, batch> messages{};
+            MonotonicClock clock;
+            Time due = clock.now();
+            for (std::uint16_t frame = 1;; ++frame) {
+                for (std::uint32_t id = 0; id < packets;) {
+                    std::size_t n = 0;
+                    for (; n < batch && id < packets; ++n, ++id) {
+                        const std::uint8_t kind = id == 0 ? 1 : id + 1 == packets ? 2 : 3;
+                        headers[n] = {
+                            0,    0, static_cast<std::uint8_t>(frame >> 8), static_cast<std::uint8_t>(frame),
+                            kind, 0, static_cast<std::uint8_t>(id >> 8),    static_cast<std::uint8_t>(id)};
+                        pieces[n] = {
+                            iovec{headers[n].data(), 8},
+                            iovec{image.data() + std::size_t{id} * payload, kind == 3 ? payload : 36}};
+                        messages[n].msg_hdr.msg_iov = pieces[n].data();
+                        messages[n].msg_hdr.msg_iovlen = 2;
+                    }
+                    for (std::size_t sent = 0; sent < n;) {
+                        const int k = sendmmsg(fd, &messages[sent], static_cast<unsigned>(n - sent), 0);
+                        if (k <= 0) _exit(1);
+                        sent += static_cast<std::size_t>(k);
+                    }
+                }
+                due = due + static_cast<std::int64_t>(1e9 / rate_hz);
+                clock.sleep_until(due);
+            }
+        }).detach();
+    });
+    receiver.receive([](const std::vector<FrameSeen>& f) { return f.size() > 5; }, 2000); // cold pages
+    const double cpu = device.cpu_ns();
+    const auto wanted = static_cast<std::size_t>(std::max(20.0, seconds * rate_hz * 1.5));
+    const auto frames =
+        receiver.receive([&](const std::vector<FrameSeen>& f) { return f.size() > wanted; }, 2000);
+    return {{"rate_hz", rate_hz},
+            {"complete", std::count_if(frames.begin(), frames.end(),
+                                       [&](const FrameSeen& f) { return complete(f, packet_size); })},
+            {"cpu_ms_per_frame", (device.cpu_ns() - cpu) / 1e6 / static_cast<double>(frames.size())}};
+}
+
 json trigger(const std::string& address, std::uint32_t packet_size) {
     Session s(address, -1, packet_size);
     s.client.execute("AcquisitionStart");
@@ -344,7 +403,10 @@ int main(int argc, char* argv[]) {
         out["peer"] = all("127.0.0.1", [] { run_peer("lo"); });
         out["sendmmsg"] = all("127.0.0.11", [] { run_ours("127.0.0.11", "sendmmsg"); });
         out["gso"] = all("127.0.0.12", [] { run_ours("127.0.0.12", "gso"); });
+        out["bare"]["30hz"] = bare_at_rate(30, 1500);
         const json& peer = out["peer"];
+        out["ratios"]["bare"]["cpu_30hz"] =
+            number(out["bare"], "30hz", "cpu_ms_per_frame") / number(peer, "30hz", "cpu_ms_per_frame");
         for (const char* backend : {"sendmmsg", "gso"})
             out["ratios"][backend] = {{"frames_1500", number(out[backend], "1500", "frames_per_s") /
                                                           number(peer, "1500", "frames_per_s")},
