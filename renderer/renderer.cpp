@@ -38,6 +38,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <thread>
@@ -78,6 +79,10 @@ struct Scratch {
     std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight;         ///< bands x pixels, W/m2
     std::vector<double> per_pixel;         ///< factor from irradiance to the requested quantity
+    std::vector<NoiseSums> noise;          ///< per block of 16 pixels, over all instants of the row
+    bool sunlight_only = true;             ///< of the row's tracer
+    std::vector<double> variance;          ///< per pixel; 0: no samples
+    std::vector<double> sampled_share;     ///< of the instants, per pixel: those with samples
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     RowTime measured{}; ///< the exposure that `motion` belongs to
@@ -108,6 +113,9 @@ public:
 private:
     const std::function<void()> enter_;
 };
+
+/// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
+constexpr double least_variance = std::numeric_limits<double>::min();
 
 /// Whether any body is larger than pixels.
 bool resolves_any(const RowState& row) {
@@ -211,6 +219,8 @@ struct Renderer::Impl {
     /// Adds the light of instant `instant` of the `instants` that share the samples of the row's pixels.
     void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                       std::uint32_t instant, std::uint32_t instants, Tracer& tracer, Scratch& s) const;
+    /// Estimates the variance of a row from Scratch::noise and what Scratch::variance has of the grid.
+    void estimate_variance(const RenderRequest& request, Scratch& s, std::span<float> variance) const;
     [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t instant = 0,
                                     std::uint32_t instants = 1) const {
         // Errors of the instants are independent and averaged: each may be larger by the root of their
@@ -316,12 +326,16 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     if (!resolves_any(s.row)) return;
     const auto width = static_cast<std::size_t>(request.window.width);
     const Sampling how = sampling(request, instant, instants);
+    s.sunlight_only = tracer.sunlight_only();
     const double share = 1.0 / instants;
     BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
-    for (std::int32_t block = BlockTracer::block_of(request.window.x); block <= last; ++block) {
+    const std::int32_t first = BlockTracer::block_of(request.window.x);
+    for (std::int32_t block = first; block <= last; ++block) {
         BlockResult result;
-        if (!blocks.trace(block, y, result, rows.kernel ? &*rows.kernel : nullptr,
+        NoiseSums* const noise =
+            request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)];
+        if (!blocks.trace(block, y, result, noise, rows.kernel ? &*rows.kernel : nullptr,
                           rows.kernel ? &rows.grid : nullptr))
             continue;
         for (int i = 0; i < packet_size; ++i) {
@@ -333,9 +347,46 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
             const std::size_t at =
                 static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
             if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
-            if (!request.variance.empty())
-                request.variance[at] += static_cast<float>(share * share * result.variance[i]);
+            if (noise == nullptr) continue;
+            s.sampled_share[pixel] += share;
+            // From the grid; the variance of a pixel's own samples follows when all instants are done.
+            if (noise->count(i) == 0) s.variance[pixel] = std::max(result.variance[i], least_variance);
         }
+    }
+}
+
+void Renderer::Impl::estimate_variance(const RenderRequest& request, Scratch& s,
+                                       std::span<float> variance) const {
+    std::fill(variance.begin(), variance.end(), 0.0F);
+    const double unit =
+        plain ? std::accumulate(sun_w_m2.begin(), sun_w_m2.end(), 0.0) / static_cast<double>(sun_w_m2.size())
+              : 1;
+    const std::int32_t first = BlockTracer::block_of(request.window.x);
+    const auto width = static_cast<std::int32_t>(variance.size());
+    for (std::size_t b = 0; b < s.noise.size(); ++b) {
+        Doubles own;
+        s.noise[b].variance(s.sunlight_only, own);
+        for (int i = 0; i < packet_size; ++i) {
+            const std::int32_t column =
+                (first + static_cast<std::int32_t>(b)) * packet_size + i - request.window.x;
+            if (column < 0 || column >= width || s.noise[b].count(i) == 0) continue;
+            const auto pixel = static_cast<std::size_t>(column);
+            const double share = s.sampled_share[pixel];
+            s.variance[pixel] = std::max(own[i] * share * share, least_variance);
+        }
+    }
+    const std::size_t channels = s.light.size() / variance.size();
+    for (std::size_t x = 0; x < variance.size(); ++x) {
+        if (!(s.variance[x] > 0)) continue;
+        double value = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            value += s.light[c * variance.size() + x] / static_cast<double>(channels);
+        // No less than the rounding of the image to float, nor than a float can hold.
+        const double scale = unit * s.per_pixel[x];
+        const double rounded = 0x1p-24 * value;
+        variance[x] =
+            static_cast<float>(std::max(std::max(s.variance[x], rounded * rounded / 12) * scale * scale,
+                                        static_cast<double>(std::numeric_limits<float>::min())));
     }
 }
 
@@ -348,8 +399,16 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     const auto row_of = [&](std::span<float> plane) {
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
     };
-    for (const std::span<float> plane : {row_of(request.samples), row_of(request.variance)})
-        std::fill(plane.begin(), plane.end(), 0.0F);
+    std::fill(row_of(request.samples).begin(), row_of(request.samples).end(), 0.0F);
+    if (!request.variance.empty()) {
+        s.variance.assign(width, 0);
+        s.sampled_share.assign(width, 0);
+        s.noise.resize(
+            static_cast<std::size_t>(BlockTracer::block_of(request.window.x + request.window.width - 1) -
+                                     BlockTracer::block_of(request.window.x) + 1));
+        for (NoiseSums& noise : s.noise)
+            noise.reset();
+    }
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
     const bool together = when.pixels == when.points;
     for (std::uint32_t i = 0; i < when.points; ++i) {
@@ -371,16 +430,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
             const double solid_angle_sr = lens->solid_angle_sr(request.window.x + static_cast<double>(x), y);
             s.per_pixel[x] = solid_angle_sr > 0 ? 1 / solid_angle_sr : 0;
         }
-    if (!request.variance.empty()) {
-        const double unit = plain ? std::accumulate(sun_w_m2.begin(), sun_w_m2.end(), 0.0) /
-                                        static_cast<double>(sun_w_m2.size())
-                                  : 1;
-        const std::span<float> row = row_of(request.variance);
-        for (std::size_t x = 0; x < width; ++x) {
-            const double scale = unit * s.per_pixel[x];
-            row[x] = static_cast<float>(static_cast<double>(row[x]) * scale * scale);
-        }
-    }
+    if (!request.variance.empty()) estimate_variance(request, s, row_of(request.variance));
     for (const StrayMap& map : stray)
         map.add(request.window.x, y, sun_at_camera(s.row.camera.position_m), scene.bands.size(), s.starlight);
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {

@@ -30,10 +30,10 @@ struct RenderSettings {
     std::uint64_t seed = 1;
     /// Target error of adaptive sampling: pixels get more samples until the standard error, root mean square
     /// over the lit pixels, is at most about this fraction of the lit body's radiance or of the pixel's own,
-    /// whichever is larger. With `samples_per_pixel` 1 or 2, a PSF of 0.4 to 0.75 px and rows of one instant,
-    /// pixels begin with one ray each on a shared sample grid (renderer/integrators/sample_grid.hpp); else
-    /// with as many samples of their own (at least 2; 4 for errors below 0.02). 0: `samples_per_pixel`
-    /// everywhere.
+    /// whichever is larger; light of many reflections or of area lights comes within a factor of 1.3. With
+    /// `samples_per_pixel` 1 or 2, a PSF of 0.4 to 0.75 px and rows of one instant, pixels begin with one ray
+    /// each on a shared sample grid (renderer/integrators/sample_grid.hpp); else with as many samples of
+    /// their own (at least 2; 4 for errors below 0.02). 0: `samples_per_pixel` everywhere.
     double target_error = 0;
     std::uint32_t max_samples_per_pixel = 64; ///< with target_error
     /// Largest number of reflections after the first, at least the scene's own; 0: direct light only. Light
@@ -56,8 +56,8 @@ struct RenderRequest {
     std::span<const RowTime> row_times; ///< one per requested row; see RenderSettings::max_instants
     std::uint64_t frame_id = 0;         ///< decorrelates the sampling of successive frames
     /// Optional outputs, rows x window.width each: number of samples of each pixel, and the estimated
-    /// variance of the mean of its bands, in the square of the image's unit. Sub-pixel bodies and stars are
-    /// not included.
+    /// variance of the mean of its bands, in the square of the image's unit: 0 only where no ray was traced
+    /// (renderer/integrators/noise_estimate.hpp). Sub-pixel bodies and stars are not included.
     std::span<float> samples{}, variance{};
 };
 

@@ -5,6 +5,7 @@
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
+#include "renderer/integrators/noise_estimate.hpp"
 #include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/packets/sampler.hpp"
@@ -28,7 +29,8 @@ struct Sampling {
 struct BlockResult {
     bool covered[packet_size]; ///< false: no body is near, no ray was traced
     double mean[max_channels][packet_size];
-    double variance[packet_size]; ///< of the mean over the channels, as estimated
+    /// Of the mean over the channels, as estimated; only of pixels that are filtered from the grid.
+    double variance[packet_size];
     std::uint32_t samples[packet_size];
 };
 
@@ -41,6 +43,10 @@ struct BlockResult {
 /// n^-0.7 on edges, measured), which gives the number of samples needed. The target error, root mean square
 /// over the lit pixels, is `target_error` times the larger of the pixel's value and the reference radiance of
 /// the body (BodyState::reference_radiance).
+/// Light of several reflections or of area lights is noise of similar size in neighbouring pixels, rare and
+/// strong, and falls as n^-0.55: there a pixel's error is at least that of its block, so that a few equal
+/// samples do not end the sampling of a pixel, and its value is compared with the mean over the block as
+/// well.
 class BlockTracer {
 public:
     /// All arguments must outlive the tracer. `candidates` is scratch space.
@@ -50,8 +56,8 @@ public:
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
     /// rows about `y` are filled, pixels in smooth regions are filtered from it instead of having samples of
-    /// their own.
-    bool trace(std::int32_t block, std::int32_t y, BlockResult& result,
+    /// their own. Adds the samples to `noise`, if any.
+    bool trace(std::int32_t block, std::int32_t y, BlockResult& result, NoiseSums* noise = nullptr,
                const SampleGridKernel* kernel = nullptr, const SampleGrid* grid = nullptr);
 
     /// Traces the grid's points of that block.
@@ -65,11 +71,11 @@ public:
 private:
     struct Sums {
         double channel[max_channels][packet_size];
-        double sum[packet_size] = {}; ///< of the means over the channels
-        double square[packet_size] = {};
         double least[packet_size];
         double most[packet_size];
         std::uint32_t count[packet_size] = {};
+        NoiseSums noise;           ///< of the means over the channels, with a target error
+        NoiseSums* more = nullptr; ///< the caller's
     };
 
     /// Packets of samples that are traced together.
@@ -81,9 +87,17 @@ private:
     NearBodies find_near(const Vec3s& centre);
     /// Number of samples that brings a pixel of standard deviation `spread` to the error `aim`.
     [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
+    /// As samples_for(), for a pixel whose `count` samples have the error `error`, of indirect light.
+    [[nodiscard]] std::uint32_t indirect_samples_for(double error, double count, double aim,
+                                                     std::uint32_t least) const;
+    /// Error aimed at, before any margin, in a pixel of value `mean` in a block of mean value `block_mean`.
+    [[nodiscard]] double goal(const NearBodies& near, int pixel, double mean, double block_mean) const;
     /// Takes smooth pixels from the grid; sets `wanted` samples for the others.
     void take_smooth(const SampleGridKernel& kernel, const SampleGrid& grid, const NearBodies& near,
                      BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
+    /// Sets `wanted` samples of pixels whose error exceeds the goal; false when there are none.
+    bool refine(const NearBodies& near, const BlockResult& result, bool first_round, const Sums& sums,
+                std::uint32_t (&wanted)[packet_size]) const;
     /// Sums the samples [count, wanted) of every pixel, counted from `first_sample_`.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
     /// Aims the rays of the batch's last packet.
@@ -100,6 +114,7 @@ private:
     const RowState& row_;
     Tracer& tracer_;
     std::vector<std::int32_t>& candidates_;
+    bool sunlight_only_; ///< of the tracer
     std::int32_t first_x_ = 0, y_ = 0;
     std::uint32_t first_sample_ = 0; ///< of a pixel's sequence: earlier ones belong to other instants
     Doubles solid_angle_;

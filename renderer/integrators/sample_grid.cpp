@@ -34,15 +34,16 @@ void add_column(const double* from, double weight, Doubles& sum) {
         sum.v[i] += weight * from[i];
 }
 
-/// Least squares over three rows of 18 points: see SampleGrid::roughness().
+/// Least squares and second differences over three rows of 18 points: see SampleGrid::roughness().
 OBSCURA_VECTOR_CLONES
-void fit_planes(const double (&points)[3][packet_size + 2], Doubles& deviation, Doubles& residual) {
+void fit_planes(const double (&points)[3][packet_size + 2], GridRoughness& rough) {
     for (int i = 0; i < packet_size; ++i) {
         const double middle = points[1][i + 1];
         double sum = 0;
         double squares = 0;
         double right = 0;
         double down = 0;
+        double bend = 0;
         for (int r = 0; r < 3; ++r)
             for (int k = 0; k < 3; ++k) {
                 const double d = points[r][i + k] - middle;
@@ -50,11 +51,13 @@ void fit_planes(const double (&points)[3][packet_size + 2], Doubles& deviation, 
                 squares += d * d;
                 right += (k - 1) * d;
                 down += (r - 1) * d;
+                bend += (r == 1 ? -2.0 : 1.0) * (k == 1 ? -2.0 : 1.0) * d;
             }
         const double spread = squares - sum * sum / 9;
         const double rest = spread - (right * right + down * down) / 6;
-        deviation.v[i] = std::sqrt((spread > 0 ? spread : 0.0) / 8);
-        residual.v[i] = std::sqrt((rest > 0 ? rest : 0.0) / 6);
+        rough.deviation.v[i] = std::sqrt((spread > 0 ? spread : 0.0) / 8);
+        rough.residual.v[i] = std::sqrt((rest > 0 ? rest : 0.0) / 6);
+        rough.noise2.v[i] = bend * bend / 36;
     }
 }
 
@@ -83,6 +86,7 @@ SampleGridKernel::SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, s
     fill(shift_x, x, squares[0]);
     fill(shift_y, y, squares[1]);
     noise = std::sqrt(std::max(squares[0], squares[1]));
+    independent = squares[0] * squares[1];
 }
 
 void SampleGrid::reset(const Region& window, std::int32_t first_row, std::int32_t rows, std::size_t channels,
@@ -115,14 +119,15 @@ void SampleGrid::gather(const SampleGridKernel& kernel, std::size_t channel, std
         add_column(column + k, kernel.x[k], value);
 }
 
-void SampleGrid::roughness(std::size_t channels, std::int32_t x, std::int32_t y, Doubles& deviation,
-                           Doubles& residual) const {
+GridRoughness SampleGrid::roughness(std::size_t channels, std::int32_t x, std::int32_t y) const {
     double points[3][packet_size + 2] = {};
     const double share = 1 / static_cast<double>(channels);
     for (int r = 0; r < 3; ++r)
         for (std::size_t c = 0; c < channels; ++c)
             add_row(row(c, y + r - 1) + (x - 1 - first_x_), share, packet_size + 2, points[r]);
-    fit_planes(points, deviation, residual);
+    GridRoughness rough;
+    fit_planes(points, rough);
+    return rough;
 }
 
 } // namespace obscura::renderer

@@ -25,6 +25,8 @@ struct SampleGridKernel {
     double x[2 * max_reach + 1] = {}, y[2 * max_reach + 1] = {};
     /// Standard deviation in a pixel over that of points which are equal along the other axis, as on an edge.
     double noise = 1;
+    /// Variance of a pixel over that of points whose errors are independent: sum of the squared weights.
+    double independent = 1;
 
     /// Does not throw; a PSF too narrow or too wide has no kernel: see fits().
     SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, std::uint64_t frame_id);
@@ -37,6 +39,15 @@ struct NearBodies {
     std::uint32_t samples = 0; ///< per pixel, as the bodies require; 0: no body is near
     bool large = true;         ///< all bodies near are BodyState::large
     double reference = 0;      ///< brightest of the bodies' reference radiances
+};
+
+/// Local roughness of 16 points, over the 3 x 3 points about each.
+struct GridRoughness {
+    Doubles deviation; ///< standard deviation from their mean
+    Doubles residual;  ///< standard deviation from the plane fitted through them
+    /// Variance of independent noise: the square of the second difference along rows of that along columns,
+    /// over its sum of squared weights, 36 (Immerkaer, CVIU 64(2), 1996). Edges along an axis leave nothing.
+    Doubles noise2;
 };
 
 /// Radiance times solid angle of the grid's points over a window and the kernel's reach beyond it. Rows may
@@ -71,10 +82,8 @@ public:
     /// Filters the grid to the pixels [x, x + 16) of row `y` in one channel.
     void gather(const SampleGridKernel& kernel, std::size_t channel, std::int32_t x, std::int32_t y,
                 Doubles& value) const;
-    /// Local roughness over the 3 x 3 points about each of those pixels, mean over the channels: standard
-    /// deviation from their mean, and from the plane fitted through them.
-    void roughness(std::size_t channels, std::int32_t x, std::int32_t y, Doubles& deviation,
-                   Doubles& residual) const;
+    /// Roughness of the mean over the channels about the pixels [x, x + 16) of row `y`.
+    [[nodiscard]] GridRoughness roughness(std::size_t channels, std::int32_t x, std::int32_t y) const;
 
 private:
     [[nodiscard]] std::size_t near_index(std::int32_t x, std::int32_t y) const {

@@ -166,6 +166,8 @@ TEST_CASE("a render has the same bytes on any number of threads, in every format
     CHECK(report["width"] == 80);
     CHECK(report["height"] == 64);
     CHECK(report["rays"] > 0);
+    CHECK(report["noise_rms"] > 1e-4);
+    CHECK(report["noise_rms"] < 0.1);
     // The same field in fewer pixels: the same light, to the sampling's precision.
     const auto larger = nlohmann::json::parse(
         run(folder, {"render", scene, "-o", folder.path() / "x.exr", "--size", "320x256", "--json"}));

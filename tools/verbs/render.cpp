@@ -54,7 +54,7 @@ public:
         line.number(
             "--error", &settings_.target_error, "SHARE",
             "Adaptive sampling: add samples until the relative standard error of a pixel is about this "
-            "(0: --samples everywhere)",
+            "(0: --samples everywhere); the noise that is reached is printed at the end",
             0, 1);
         line.number("--max-samples", &settings_.max_samples_per_pixel, "N",
                     "With --error: largest number of samples per pixel", 1, 65536);
@@ -80,11 +80,10 @@ public:
                     "Render each frame repeatedly for about this many seconds and average the passes (0: one "
                     "pass)",
                     0, 1e6);
-        line.flag(
-            "--layers", layers_,
-            "With EXR and FITS: also write the AOVs (body, range, depth, normals, latitude, longitude, "
-            "slope, angles, texture coordinates, albedo, material) and the samples and variance of each "
-            "pixel, as layers or image extensions");
+        line.flag("--layers", layers_,
+                  "With EXR and FITS: also write the AOVs (body, range, depth, normals, latitude, longitude, "
+                  "slope, angles, texture coordinates, albedo, material), and the samples and the estimated "
+                  "variance of each pixel, as layers or image extensions");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
@@ -160,6 +159,9 @@ public:
             report.add("max_w_m2", "brightest pixel", fmt::format("{:.6g} W/m2", brightest), brightest);
             report.add("total_w_m2", "sum of all pixels", fmt::format("{:.6g} W/m2", total), total);
         }
+        if (const double noise = noise_rms(); written > 0 && noise > 0)
+            report.add("noise_rms", "noise",
+                       fmt::format("{:.2g} % rms of the lit pixels (estimated)", 100 * noise), noise);
         report.print(json_);
         return written + present == frames.size() ? exit_ok : exit_failure;
     }
@@ -217,15 +219,16 @@ private:
         // Passes use distinct frame ids, so that no two passes or frames share random numbers.
         constexpr std::uint64_t pass_stride = std::uint64_t{1} << 24;
         passes_ = 0;
-        if (layers_) {
-            samples_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-            variance_.resize(samples_.size());
-        }
+        samples_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+        variance_.resize(samples_.size());
         std::uint64_t rows_before = (frame.number - 1) * static_cast<std::uint64_t>(height);
         if (!fill(renderer, width, height, frame.number, frame.time_s, rows_before, progress, image))
             return false;
         passes_ = 1;
-        if (budget_s_ <= 0) return true;
+        if (budget_s_ <= 0) {
+            sum_squares(image);
+            return true;
+        }
         std::vector<double> sum(image.begin(), image.end());
         // Start a pass only if, at the mean duration of a pass, it ends within the budget.
         while (!interrupted() &&
@@ -242,8 +245,27 @@ private:
             v /= static_cast<float>(passes_ * passes_);
         std::transform(sum.begin(), sum.end(), image.begin(),
                        [this](double v) { return static_cast<float>(v / static_cast<double>(passes_)); });
+        sum_squares(image);
         return true;
     }
+
+    /// Sums the frame's estimated variance and the squares of its pixels, mean over the bands, where rays
+    /// were traced.
+    void sum_squares(const std::vector<float>& image) {
+        const std::size_t bands = image.size() / variance_.size();
+        noise2_ = lit2_ = 0;
+        for (std::size_t i = 0; i < variance_.size(); ++i) {
+            if (!(variance_[i] > 0)) continue;
+            double mean = 0;
+            for (std::size_t b = 0; b < bands; ++b)
+                mean += static_cast<double>(image[b * variance_.size() + i]) / static_cast<double>(bands);
+            noise2_ += static_cast<double>(variance_[i]);
+            lit2_ += mean * mean;
+        }
+    }
+
+    /// Estimated noise of the last frame, rms over the rms of the lit pixels; 0: no body was sampled.
+    [[nodiscard]] double noise_rms() const { return lit2_ > 0 ? std::sqrt(noise2_ / lit2_) : 0; }
 
     [[nodiscard]] Writer writer() const {
         const std::string extension = std::filesystem::path(output_).extension().string();
@@ -277,15 +299,13 @@ private:
             const std::size_t values =
                 static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(width);
             band.resize(values * planes);
-            if (layers_) {
-                band_samples_.resize(values);
-                band_variance_.resize(values);
-                request.samples = band_samples_;
-                request.variance = band_variance_;
-            }
+            band_samples_.resize(values);
+            band_variance_.resize(values);
+            request.samples = band_samples_;
+            request.variance = band_variance_;
             renderer.render(request, band);
             const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-            for (std::size_t i = 0; layers_ && i < values; ++i) {
+            for (std::size_t i = 0; i < values; ++i) {
                 samples_[at + i] = band_samples_[i] + (first_pass ? 0.0F : samples_[at + i]);
                 variance_[at + i] = band_variance_[i] + (first_pass ? 0.0F : variance_[at + i]);
             }
@@ -378,6 +398,7 @@ private:
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;
     bool trajectory_ = false, resume_ = false;
+    double noise2_ = 0, lit2_ = 0; ///< see sum_squares()
     std::vector<float> aov_values_, samples_, variance_, band_samples_, band_variance_;
     bool layers_ = false, radiance_ = false, json_ = false;
 };
