@@ -7,18 +7,21 @@
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/camera/stray_light.hpp"
+#include "renderer/camera/wing_kernels.hpp"
 #include "renderer/integrators/aovs.hpp"
 #include "renderer/integrators/block_tracer.hpp"
 #include "renderer/integrators/path_tracer.hpp"
 #include "renderer/integrators/point_splatter.hpp"
 #include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
+#include "renderer/integrators/wing_maps.hpp"
 #include "renderer/lights/lighting.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/exposure.hpp"
+#include "renderer/world/key_times.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/planetshine.hpp"
 #include "renderer/world/row_state.hpp"
@@ -83,6 +86,7 @@ struct Scratch {
     bool sunlight_only = true;             ///< of the row's tracer
     std::vector<double> variance;          ///< per pixel; 0: no samples
     std::vector<double> sampled_share;     ///< of the instants, per pixel: those with samples
+    std::vector<float> wing_row;
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     RowTime measured{}; ///< the exposure that `motion` belongs to
@@ -94,6 +98,7 @@ struct RowBlock {
     std::vector<std::uint32_t> stars;       ///< candidates: may be visible in some row
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
+    std::optional<WingMaps> wings; ///< empty: the PSF has none
 };
 
 /// Calls a function on each worker thread that joins an arena.
@@ -137,6 +142,7 @@ struct Renderer::Impl {
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
     bool plain = true; ///< direct sunlight on grey surfaces: one channel is enough
+    std::unique_ptr<const WingKernels> wing_kernels; ///< null: the PSF has no wings
     /// Raises the limit of TBB, one worker per core by default, to the number of threads.
     std::optional<tbb::global_control> more_threads;
     mutable tbb::task_arena arena;
@@ -172,6 +178,8 @@ struct Renderer::Impl {
                 std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
                     return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey());
                 });
+        if (psf && psf->wings_px() > 0)
+            wing_kernels = std::make_unique<WingKernels>(*psf, plain ? 1 : scene.bands.size());
     }
 
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled.
@@ -214,6 +222,9 @@ struct Renderer::Impl {
     [[nodiscard]] bool shares_samples(const RenderRequest& request, Scratch& s) const;
     bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                           RowBlock& rows) const;
+    /// Makes the wings of the request's rows ready; false when cancelled.
+    bool fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
+    bool fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const;
     void render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
     /// Adds the light of instant `instant` of the `instants` that share the samples of the row's pixels.
@@ -320,6 +331,73 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
     });
 }
 
+bool Renderer::Impl::fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel,
+                                RowBlock& rows) const {
+    if (!wing_kernels) return true;
+    if (!rows.wings)
+        rows.wings.emplace(*psf, *wing_kernels,
+                           KeyTimes(scene, bodies, *lens, splatter.reach_px(), WingMaps::spacing_px(*psf)));
+    std::vector<RowTime> middles;
+    std::span<const RowTime> times = request.row_times;
+    if (settings.max_instants == 1) {
+        for (const RowTime& t : times)
+            middles.push_back({t.mid(), t.mid()});
+        times = middles;
+    }
+    const std::span<const WingMaps::Needed> needed =
+        rows.wings->find(request.frame_id, times, request.window.y + request.first_row, request.window.x,
+                         request.window.width);
+    return std::all_of(needed.begin(), needed.end(),
+                       [&](const WingMaps::Needed& n) { return fill_wing_map(n, cancel); });
+}
+
+bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const {
+    WingMap& map = *needed.map;
+    const double time_s = to_seconds(map.time().ns);
+    if (!map.has_bodies()) {
+        Scratch& s = scratch.local();
+        begin_row(time_s, 1, s);
+        map.set_bodies(*s.lens, s.row);
+    }
+    // Calls `use(job, view)` for every job, with the scene at the map's time.
+    const auto trace = [&](std::int32_t jobs, const auto& use) {
+        return for_rows(jobs, cancel, [&](std::int32_t i, Scratch& s) {
+            begin_row(time_s, 1, s);
+            with_tracer(s, [&](Tracer& tracer) {
+                use(i, WingMap::View{*s.lens, s.row, tracer, s.candidates, settings.seed});
+            });
+        });
+    };
+    const auto each = [&](std::span<const WingMap::Job> jobs, const auto& use) {
+        return for_rows(static_cast<std::int32_t>(jobs.size()), cancel,
+                        [&](std::int32_t i, Scratch& s) { use(jobs[static_cast<std::size_t>(i)], s); });
+    };
+    if (!map.has_points()) {
+        if (!trace(map.point_jobs(),
+                   [&](std::int32_t i, const WingMap::View& view) { map.trace_points(i, view); }))
+            return false;
+        map.sort_points();
+    }
+    map.plan(needed.first_y, needed.last_y);
+    if (!trace(static_cast<std::int32_t>(map.cell_jobs().size()),
+               [&](std::int32_t i, const WingMap::View& view) {
+                   map.trace_cells(map.cell_jobs()[static_cast<std::size_t>(i)], view);
+               }))
+        return false;
+    if (!each(map.source_jobs(), [&](WingMap::Job job, Scratch&) { map.gather(job); })) return false;
+    const std::span<const WingMap::Job> results = map.result_jobs();
+    if (!each(results, [&](WingMap::Job job, Scratch&) { map.convolve(job); })) return false;
+    // Jobs are in the order of their levels; each needs the one above.
+    for (auto end = results.end(); end != results.begin();) {
+        const auto begin = std::find_if(
+            results.begin(), end, [&](const WingMap::Job& job) { return job.level == (end - 1)->level; });
+        if (!each({begin, end}, [&](WingMap::Job job, Scratch& s) { map.add_level_above(job, s.wing_row); }))
+            return false;
+        end = begin;
+    }
+    return true;
+}
+
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                                   std::uint32_t instant, std::uint32_t instants, Tracer& tracer,
                                   Scratch& s) const {
@@ -424,6 +502,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
         begin_row(when.pixel_s(i), when.pixels, s);
         with_tracer(s, [&](Tracer& tracer) { trace_pixels(request, y, rows, i, when.pixels, tracer, s); });
     }
+    if (rows.wings) rows.wings->add(static_cast<std::size_t>(r), s.light, s.wing_row);
     s.per_pixel.assign(width, 1);
     if (scene.quantity == scene::Quantity::radiance)
         for (std::size_t x = 0; x < width; ++x) {
@@ -464,7 +543,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     RowBlock& rows = impl_->block_scratch.local();
     impl_->splatter.find_stars(request.row_times, rows.stars);
-    return impl_->fill_sample_grid(request, cancel, rows) &&
+    return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_wings(request, cancel, rows) &&
            impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
                impl_->render_row(request, rows, r, irradiance, scratch);
            });

@@ -64,12 +64,17 @@ PsfProfile tabulate(const RadialPsf& psf_at, double to_px, double step_px) {
 
 /// Fraction of the light within the core.
 double core_light(const PsfProfile& p, double core_px, bool with_wings) {
+    // The integral of a profile that is linear in each step.
     double sum = 0;
+    double inner = p.values.front();
     for (std::size_t i = 1; i < p.values.size(); ++i) {
-        const double r = static_cast<double>(i) * p.step_px;
-        sum += 2 * pi * r * p.values[i] * core_window(r, core_px, with_wings) * p.step_px;
+        const double to = static_cast<double>(i) * p.step_px;
+        const double from = to - p.step_px;
+        const double outer = p.values[i] * core_window(to, core_px, with_wings);
+        sum += (2 * from + to) * inner + (from + 2 * to) * outer;
+        inner = outer;
     }
-    return sum;
+    return sum * 2 * pi / 6 * p.step_px;
 }
 
 /// Values of `psf_at(x, y)` times the window on the grid of PsfCore, normalised to `light` in all; each is
@@ -247,15 +252,9 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
     using Model = scene::PointSpread::Model;
     if (s.model == Model::gaussian && s.defocus_m == 0) return nullptr;
     const bool with_wings = s.wings_px > 0;
-    if (!(s.core_px >= 2 && s.core_px <= 128))
-        throw ConfigError(fmt::format("camera: psf: core of {} px: allowed 2 to 128", s.core_px));
-    if (with_wings && !(s.wings_px > s.core_px && s.wings_px <= 65536))
+    if (with_wings && !(s.wings_px > s.core_px))
         throw ConfigError(fmt::format("camera: psf: wings of {} px: allowed 0 or more than the core's {} px",
                                       s.wings_px, s.core_px));
-    if (!(s.obscuration >= 0 && s.obscuration < 1))
-        throw ConfigError(fmt::format("camera: psf: obscuration {}: allowed 0 to below 1", s.obscuration));
-    if (!(camera.aperture_m > 0 && std::isfinite(camera.aperture_m) && std::isfinite(s.defocus_m)))
-        throw ConfigError("camera: psf: aperture and defocus must be finite, the aperture positive");
     const Aperture aperture{camera.focal_length_m / camera.aperture_m, s.obscuration, camera.pixel_pitch_m};
     const double disc_px = std::abs(s.defocus_m) / (2 * aperture.f_number) / camera.pixel_pitch_m;
     const double room_px =
@@ -300,6 +299,7 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
         for (const double y : ys)
             for (const double x : xs) {
                 std::vector<std::vector<double>> grids;
+                std::vector<std::vector<float>> wings;
                 for (std::size_t b = 0; b < bands.size(); ++b) {
                     const auto found = std::find_if(images.begin(), images.end(), [&](const PsfImage& i) {
                         return i.field_x == x && i.field_y == y &&
@@ -329,19 +329,17 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                     double inside = 1;
                     if (with_wings) {
                         inside = core_light(tabulate(ring, s.core_px, 1.0 / 16), s.core_px, true);
-                        const std::vector<float> wing = wing_table(ring, s.core_px, s.wings_px);
-                        if (psf->wings_.size() <= b)
-                            psf->wings_.resize(b + 1, std::vector<float>(wing.size()));
-                        for (std::size_t k = 0; k < wing.size(); ++k)
-                            psf->wings_[b][k] += wing[k] / static_cast<float>(xs.size() * ys.size());
+                        wings.push_back(wing_table(ring, s.core_px, s.wings_px));
                     }
                     grids.push_back(grid_of(psf_at, half, s.core_px, with_wings, inside, finer));
                 }
                 psf->cores_.emplace_back(half, grids);
+                if (with_wings) psf->wings_.push_back(std::move(wings));
             }
     } else {
         check_size(1);
         std::vector<std::vector<double>> grids;
+        std::vector<std::vector<float>> wings;
         for (const SpectralBand& band : bands) {
             RadialPsf psf_at;
             RadialPsf far;
@@ -376,16 +374,18 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
             const double inside = with_wings ? core_light(profile, s.core_px, true) : 1;
             grids.push_back(grid_of([&](double x, double y) { return profile.at(std::sqrt(x * x + y * y)); },
                                     half, s.core_px, with_wings, inside, 4));
-            if (with_wings) psf->wings_.push_back(wing_table(far, s.core_px, s.wings_px));
+            if (with_wings) wings.push_back(wing_table(far, s.core_px, s.wings_px));
         }
         psf->cores_.emplace_back(half, grids);
+        if (with_wings) psf->wings_.push_back(std::move(wings));
         psf->chromatic_ = bands.size() > 1 && s.model == Model::airy;
     }
     if (s.model == Model::table && bands.size() > 1) psf->chromatic_ = true;
     return psf;
 }
 
-Psf::Mix Psf::mix(double x, double y) const {
+PsfZones Psf::zones_at(double x, double y) const {
+    if (cores_.size() == 1) return {};
     const auto find = [](const std::vector<double>& at, double value, double& share) {
         if (at.size() == 1 || value <= at.front()) {
             share = 0;
@@ -403,9 +403,8 @@ Psf::Mix Psf::mix(double x, double y) const {
     const std::size_t i1 = std::min(i + 1, field_x_.size() - 1);
     const std::size_t j1 = std::min(j + 1, field_y_.size() - 1);
     const std::size_t width = field_x_.size();
-    return {
-        {&cores_[j * width + i], &cores_[j * width + i1], &cores_[j1 * width + i], &cores_[j1 * width + i1]},
-        {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down}};
+    return {{j * width + i, j * width + i1, j1 * width + i, j1 * width + i1},
+            {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down}};
 }
 
 void Psf::displace(const Doubles& u, const Doubles& v, std::size_t channels, Doubles& x, Doubles& y,
@@ -415,12 +414,12 @@ void Psf::displace(const Doubles& u, const Doubles& v, std::size_t channels, Dou
         double choice = u[i];
         if (cores_.size() > 1) {
             // Select the field position by the first number; its remainder samples the core.
-            const Mix places = mix(x[i], y[i]);
+            const PsfZones places = zones_at(x[i], y[i]);
             int k = 0;
             while (k < 3 && choice >= places.share[k])
                 choice -= places.share[k++];
             choice = places.share[k] > 0 ? std::min(choice / places.share[k], 1 - 1e-9) : 0.5;
-            core = places.core[k];
+            core = &cores_[places.zone[k]];
         }
         double dx = 0;
         double dy = 0;
@@ -437,20 +436,20 @@ double Psf::weight(ImagePoint at, std::int32_t column, std::int32_t row, std::si
     const double dx = column - at.x;
     const double dy = row - at.y;
     if (cores_.size() == 1) return cores_.front().response(band, dx, dy);
-    const Mix places = mix(at.x, at.y);
+    const PsfZones places = zones_at(at.x, at.y);
     double sum = 0;
     for (int k = 0; k < 4; ++k)
-        if (places.share[k] > 0) sum += places.share[k] * places.core[k]->response(band, dx, dy);
+        if (places.share[k] > 0) sum += places.share[k] * cores_[places.zone[k]].response(band, dx, dy);
     return sum;
 }
 
-double Psf::wing(std::size_t band, double squared_distance_px) const {
+double Psf::wing(std::size_t zone, std::size_t band, double squared_distance_px) const {
     const double from = core_px_ * core_px_ / 4;
     if (squared_distance_px <= from || squared_distance_px >= wings_px_ * wings_px_) return 0;
     const double position =
         std::log(squared_distance_px / from) * (wing_entries - 1) / std::log(wings_px_ * wings_px_ / from);
     const auto i = std::min(static_cast<std::size_t>(position), wing_entries - 2);
-    const std::vector<float>& table = wings_[band];
+    const std::vector<float>& table = wings_[zone][band];
     const auto a = static_cast<double>(table[i]);
     const auto b = static_cast<double>(table[i + 1]);
     return a + (b - a) * (position - static_cast<double>(i));

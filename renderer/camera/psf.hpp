@@ -41,8 +41,14 @@ private:
     std::vector<float> column_sums_; ///< cumulative within each row
 };
 
+/// Field positions about an image point, for which the PSF is given, and their weights.
+struct PsfZones {
+    std::size_t zone[4] = {};
+    double share[4] = {1, 0, 0, 0};
+};
+
 /// PSF of a camera. Camera samples are displaced within its core, out to `reach_px()`; the wings beyond are
-/// added source by source. Immutable; thread-safe.
+/// added point by point (PointSplatter) or by convolution (WingKernels). Immutable; thread-safe.
 class Psf {
 public:
     /// Null for a plain Gaussian: use GaussianPsf. Throws ConfigError or InputError.
@@ -53,31 +59,39 @@ public:
     [[nodiscard]] bool chromatic() const { return chromatic_; }
     /// Largest displacement along an axis: half a pixel beyond the core.
     [[nodiscard]] double reach_px() const { return core_px_ + 0.5; }
+    /// Radius of the core; the wings begin at half of it.
+    [[nodiscard]] double core_px() const { return core_px_; }
     /// Radius of the wings; 0: none, all light is in the core.
     [[nodiscard]] double wings_px() const { return wings_px_; }
+    /// Number of field positions.
+    [[nodiscard]] std::size_t zones() const { return cores_.size(); }
+    [[nodiscard]] PsfZones zones_at(double x, double y) const;
 
     /// Displaces samples of the pixels (x, y) by the PSF core; `weight`: sample weight in each channel.
     void displace(const Doubles& u, const Doubles& v, std::size_t channels, Doubles& x, Doubles& y,
                   Channels& weight) const;
     /// Fraction of the light of a point at `at` that the core brings into a pixel.
     [[nodiscard]] double weight(ImagePoint at, std::int32_t column, std::int32_t row, std::size_t band) const;
-    /// Fraction of the light of a point that the wings bring into a pixel at a distance.
-    [[nodiscard]] double wing(std::size_t band, double squared_distance_px) const;
+    /// Fraction of the light of a point at one field position that the wings bring into a pixel at a
+    /// distance.
+    [[nodiscard]] double wing(std::size_t zone, std::size_t band, double squared_distance_px) const;
+    /// As above, for a point between the field positions.
+    [[nodiscard]] double wing(const PsfZones& at, std::size_t band, double squared_distance_px) const {
+        double sum = 0;
+        for (int k = 0; k < 4; ++k)
+            if (at.share[k] > 0) sum += at.share[k] * wing(at.zone[k], band, squared_distance_px);
+        return sum;
+    }
 
 private:
     Psf() = default;
-    /// The four field positions about a point, and their weights.
-    struct Mix {
-        const PsfCore* core[4];
-        double share[4];
-    };
-    [[nodiscard]] Mix mix(double x, double y) const;
 
     double core_px_ = 0, wings_px_ = 0;
     bool chromatic_ = false;
     std::vector<double> field_x_, field_y_; ///< field positions, increasing
     std::vector<PsfCore> cores_;            ///< row by row
-    std::vector<std::vector<float>> wings_; ///< per band, by the logarithm of the squared distance
+    /// Per field position and band, by the logarithm of the squared distance.
+    std::vector<std::vector<std::vector<float>>> wings_;
 };
 
 } // namespace obscura::renderer

@@ -31,9 +31,10 @@ struct SplatTarget {
     std::vector<std::int32_t>& candidates; ///< scratch space
 };
 
-/// Adds what pixel samples do not find: stars, sub-pixel bodies, and the PSF's wings of larger bodies. A
-/// point source gives each pixel its irradiance times the fraction of the PSF there, so that flux is
-/// conserved from infinity to contact. Immutable; thread-safe.
+/// Adds what pixel samples do not find: stars and sub-pixel bodies, and the light of thin crescents that
+/// falls into the PSF's core. A point source gives each pixel its irradiance times the fraction of the PSF
+/// there, so that flux is conserved from infinity to contact. Wings of larger bodies: see WingMap. Immutable;
+/// thread-safe.
 class PointSplatter {
 public:
     /// All arguments but the seed must outlive the splatter. `psf`: replaces the Gaussian; may be null.
@@ -52,14 +53,14 @@ public:
     void splat(const SplatTarget& target, std::span<const std::uint32_t> in_view, Tracer& tracer) const;
 
 private:
-    enum class SplatParts : std::uint8_t { all, wings };
+    enum class SplatParts : std::uint8_t { all, core };
     /// Adds the light of a point to row `target.y`; `amount`: by channel.
     void splat_point(const SplatTarget& target, ImagePoint at, std::span<const double> amount,
                      SplatParts parts, std::vector<double>& light) const;
     void splat_body(const SplatTarget& target, std::int32_t body, Tracer& tracer) const;
     /// Adds the light of one part of a body's disc, by `samples` points. Occluders: `target.candidates`.
-    void splat_disc(const SplatTarget& target, std::int32_t body, LitDisc::Part part, SplatParts parts,
-                    std::uint32_t samples, Tracer& tracer) const;
+    void splat_disc(const SplatTarget& target, std::int32_t body, LitDisc::Part part, std::uint32_t samples,
+                    Tracer& tracer) const;
     void splat_stars(const SplatTarget& target, std::span<const std::uint32_t> in_view, Tracer& tracer) const;
 
     const scene::Scene& scene_;

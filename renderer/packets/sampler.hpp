@@ -17,7 +17,14 @@ struct alignas(64) Words {
 };
 
 /// Purpose of a sample: part of the Philox counter, so that effects share no numbers.
-enum class SamplePurpose : std::uint32_t { pixel = 1, body = 2, sample_grid = 3, instant = 4 };
+enum class SamplePurpose : std::uint32_t {
+    pixel = 1,
+    body = 2,
+    sample_grid = 3,
+    instant = 4,
+    wing_cells = 5,
+    wing_points = 6
+};
 
 /// Random words of one pixel (or body) in one frame: each seeds one pair of dimensions.
 using SeedWords = std::array<std::uint32_t, 4>;

@@ -48,20 +48,21 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const double radius_m = bodies[b].shape->bounding_radius_m();
         std::array<Pose, 3> body;
+        for (std::size_t i = 0; i < 3; ++i)
+            body[i] = seen_pose(scene, bodies, b, camera[i].position_m, times[i]);
+        double moved_rad = 0;
+        for (std::size_t i = 0; i < 2; ++i)
+            moved_rad += body_angle(camera[i], camera[i + 1], body[i], body[i + 1], radius_m);
+        // It may cross the field between the poses.
         bool near = false;
         for (std::size_t i = 0; i < 3; ++i) {
-            body[i] = seen_pose(scene, bodies, b, camera[i].position_m, times[i]);
             const Vec3 to_body = body[i].position_m - camera[i].position_m;
             const double distance = length(to_body);
             near = near || distance <= radius_m ||
                    std::acos(std::clamp(dot(rotate(camera[i].orientation, {0, 0, 1}), to_body) / distance,
-                                        -1.0, 1.0)) < field_rad + std::asin(radius_m / distance);
+                                        -1.0, 1.0)) < field_rad + moved_rad + std::asin(radius_m / distance);
         }
-        if (!near) continue;
-        double moved_rad = 0;
-        for (std::size_t i = 0; i < 2; ++i)
-            moved_rad += body_angle(camera[i], camera[i + 1], body[i], body[i + 1], radius_m);
-        most_rad = std::max(most_rad, moved_rad);
+        if (near) most_rad = std::max(most_rad, moved_rad);
     }
     return (turn_rad + most_rad) / projection.pixel_angle_rad();
 }

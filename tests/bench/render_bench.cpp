@@ -81,9 +81,10 @@ struct Frame {
     std::uint64_t samples, rays;
 };
 
-Frame render_frame(const renderer::Renderer& r, std::uint64_t frame_id, std::vector<float>& image) {
+Frame render_frame(const renderer::Renderer& r, std::uint64_t frame_id, std::vector<float>& image,
+                   Time when = {}) {
     const std::int32_t size = r.scene().camera.width;
-    const std::vector<RowTime> times(static_cast<std::size_t>(size));
+    const std::vector<RowTime> times(static_cast<std::size_t>(size), {when, when});
     image.resize(r.band_count() * static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
     renderer::RenderRequest request;
     request.window = {0, 0, size, size};
@@ -127,6 +128,35 @@ void measure_200k(scene::Scene s, const std::string& name, bool last) {
                name, s.camera.width, best_one.wall_s * 1e3, best_two_s * 1e3, best_one.wall_s / best_two_s,
                best_one.samples, samples / best_one.cpu_s, shadowed / best_one.cpu_s,
                static_cast<double>(best_one.rays) / best_one.cpu_s, last ? "" : ",");
+}
+
+/// What the wings of an f/20 PSF add to a frame, in every one of which they are new: the best of some frames
+/// with and without them, by turns.
+void measure_wings(const std::string& name, scene::Scene s, unsigned threads, bool last) {
+    s.camera.psf.model = scene::PointSpread::Model::airy;
+    s.camera.aperture_m = s.camera.focal_length_m / 20;
+    s.stars.clear(); // their wings are splatted one by one
+    const renderer::RenderSettings settings{4, threads, 1};
+    const renderer::Renderer without(s, settings);
+    s.camera.psf.wings_px = 1024;
+    const renderer::Renderer with(s, settings);
+    std::vector<float> image;
+    Frame best[2] = {{1e9, 1e9, 0, 0}, {1e9, 1e9, 0, 0}};
+    for (std::int64_t frame = 0; frame < 7; ++frame)
+        for (const bool wings : {false, true}) {
+            const Frame f = render_frame(wings ? with : without, static_cast<std::uint64_t>(frame), image,
+                                         Time{frame * 10'000'000'000});
+            Frame& b = best[wings ? 1 : 0];
+            b = {std::min(b.wall_s, f.wall_s), std::min(b.cpu_s, f.cpu_s), f.samples, f.rays};
+        }
+    const double megapixels = 1e-6 * s.camera.width * s.camera.height;
+    fmt::print(
+        "  {{\"scene\": \"{}\", \"size\": {}, \"threads\": {}, \"frame_ms\": {:.1f}, "
+        "\"frame_ms_without_wings\": {:.1f}, \"added_samples\": {}, \"added_ms_per_megapixel\": {:.1f}, "
+        "\"added_cpu_ms_per_megapixel\": {:.1f}}}{}\n",
+        name, s.camera.width, threads, best[1].wall_s * 1e3, best[0].wall_s * 1e3,
+        best[1].samples - best[0].samples, (best[1].wall_s - best[0].wall_s) * 1e3 / megapixels,
+        (best[1].cpu_s - best[0].cpu_s) * 1e3 / megapixels, last ? "" : ",");
 }
 
 /// Renders some frames and prints one JSON object; the best frame counts.
@@ -208,6 +238,8 @@ int main(int argc, char* argv[]) {
     renderer::RenderSettings real_time{2, o.threads, 1};
     real_time.target_error = 0.01;
     const std::string facets_200k = "asteroid 200k facets, 16 samples, 1 and 2 threads";
+    const std::string ball_wings = "ellipsoid, wings to 1024 px";
+    const std::string facet_wings = "asteroid 82k facets, wings to 1024 px";
     std::vector<Case> cases{
         {facets_200k, scene_with(small, lambert, o.size), fixed},
         {"asteroid 82k facets, 16 samples", scene_with(small, lambert, o.size), fixed},
@@ -218,6 +250,8 @@ int main(int argc, char* argv[]) {
          fixed},
         {"asteroid 82k facets, adaptive 1 %", scene_with(small, lambert, o.size), real_time},
         {"asteroid 328k facets, adaptive 1 %", scene_with(large, lambert, o.size), real_time},
+        {ball_wings, scene_with(renderer::EllipsoidParameters{{500, 450, 400}}, lambert, o.size), fixed},
+        {facet_wings, scene_with(small, lambert, o.size), fixed},
     };
     std::erase_if(cases, [&](const Case& c) { return c.name.find(o.only) == std::string::npos; });
     fmt::print("[\n");
@@ -226,6 +260,8 @@ int main(int argc, char* argv[]) {
     for (const Case& c : cases)
         if (c.name == facets_200k)
             measure_200k(c.scene, c.name, &c == &cases.back());
+        else if (c.name == ball_wings || c.name == facet_wings)
+            measure_wings(c.name, c.scene, o.threads, &c == &cases.back());
         else
             measure(c.name, c.scene, c.settings, &c == &cases.back());
     fmt::print("]\n");

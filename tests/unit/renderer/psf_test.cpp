@@ -158,7 +158,7 @@ TEST_CASE("The encircled energy of an Airy pattern is the analytic one within 0.
         for (double y = -120.25; y < 121; y += step)
             for (double x = -120.25; x < 121; x += step) {
                 const double r2 = x * x + y * y;
-                const double share = psf->weight({-x, -y}, 0, 0, 0) + psf->wing(0, r2);
+                const double share = psf->weight({-x, -y}, 0, 0, 0) + psf->wing(0, 0, r2);
                 for (std::size_t k = 0; k < radii.size(); ++k)
                     if (r2 < radii[k] * radii[k]) light[k] += share * step * step;
             }

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sampling of the scene by cells and by points: steps 1 to 3 of WingMap.
+#include "renderer/integrators/disc_points.hpp"
+#include "renderer/integrators/wing_map.hpp"
+#include "renderer/packets/frames.hpp"
+#include "renderer/packets/sampler.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+/// Samples of a cell; of one whose first samples differ by more than a fraction of the largest; and of one
+/// that some of them miss.
+constexpr std::uint32_t cell_samples = 4;
+constexpr std::uint32_t rough_cell_samples = 8;
+constexpr std::uint32_t limb_cell_samples = 16;
+constexpr double largest_spread = 0.75;
+static_assert(cell_samples <= Tracer::batch_size);
+
+/// Bodies of a smaller radius, in cells, are sampled by points: by as many as cells would take, or more.
+constexpr double small_radius_cells = 16;
+constexpr std::uint32_t least_points = 1024;
+constexpr std::uint32_t most_points = 4096;
+constexpr std::uint32_t points_per_job = 256;
+static_assert(most_points >= cell_samples * 3 * small_radius_cells * small_radius_cells);
+
+std::uint64_t stream_of(Time time, std::size_t level) {
+    return static_cast<std::uint64_t>(time.ns) * 32 + level;
+}
+
+} // namespace
+
+void WingMap::set_bodies(const Projection& lens, const RowState& row) {
+    small_from_.assign(row.bodies.size(), never);
+    point_jobs_.clear();
+    std::size_t points = 0;
+    for (std::size_t b = 0; b < row.bodies.size(); ++b) {
+        const BodyState& body = row.bodies[b];
+        if (body.targeted || body.cos_cone < 0) continue;
+        int level = 0;
+        while (body.radius_px >= small_radius_cells * kernels_.cell_px(static_cast<std::size_t>(level)) &&
+               level < static_cast<int>(kernels_.levels()))
+            ++level;
+        small_from_[b] = level;
+        const double away = std::acos(std::clamp(body.direction.z, -1.0, 1.0));
+        if (away > std::asin(body.cone_sine) + lens.field_angle_rad(psf_.wings_px() + 1)) continue;
+        const double cells =
+            std::min(small_radius_cells, body.radius_px / kernels_.cell_px(static_cast<std::size_t>(level)));
+        const std::uint32_t few =
+            std::clamp(std::bit_ceil(static_cast<std::uint32_t>(4 * cell_samples * cells * cells)),
+                       least_points, most_points);
+        for (const LitDisc::Part part : {LitDisc::Part::lit, LitDisc::Part::dark}) {
+            const bool crescent = body.thin_crescent && part == LitDisc::Part::lit;
+            const int from_level = crescent ? 0 : level;
+            if (from_level == static_cast<int>(kernels_.levels())) continue;
+            const std::uint32_t count = crescent ? most_points : few;
+            for (std::uint32_t first = 0; first < count; first += points_per_job) {
+                point_jobs_.push_back(
+                    {static_cast<std::int32_t>(b), part, from_level, first, points_per_job, count, points});
+                points += points_per_job;
+            }
+        }
+    }
+    points_.assign(points, {});
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+        Level& l = levels_[i];
+        // From the middle of a cell to its corner.
+        l.near_rad = kernels_.cell_px(i) * std::numbers::sqrt2 / 2 * (1 + 1e-6) * lens.pixel_angle_rad();
+        l.near_chord2.clear();
+        l.sampled = false;
+        for (std::size_t b = 0; b < row.bodies.size(); ++b) {
+            const BodyState& body = row.bodies[b];
+            const double half = (std::asin(body.cone_sine) + l.near_rad) / 2;
+            l.near_chord2.push_back(
+                body.cos_cone >= 0 && half < std::numbers::pi / 2 ? 4 * std::sin(half) * std::sin(half) : 5);
+            l.sampled = l.sampled || (!body.targeted && small_from_[b] > static_cast<int>(i));
+        }
+    }
+    bodies_set_ = true;
+}
+
+void WingMap::trace_points(std::int32_t index, const View& view) {
+    const PointJob& job = point_jobs_[static_cast<std::size_t>(index)];
+    const auto body = static_cast<std::size_t>(job.body);
+    for (std::size_t i = 0; i < job.count; ++i)
+        points_[job.at + i].from_level = never;
+    if (job.part == LitDisc::Part::dark && !dark_part_shines(view.row.bodies[body], view.tracer)) return;
+    find_occluders(view.row, job.body, view.candidates);
+    const SeedWords seeds =
+        seed_words(view.seed, stream_of(time_, 0), SamplePurpose::wing_points, job.body, 0);
+    const DiscPoints points{view.row,
+                            job.body,
+                            job.part,
+                            job.first,
+                            job.count,
+                            job.of,
+                            seeds[job.part == LitDisc::Part::lit ? 0 : 2]};
+    std::size_t used = job.at;
+    trace_disc(
+        points, view.lens, view.candidates, view.tracer, [](ImagePoint) { return true; },
+        [&](ImagePoint at, std::span<const double> amount) {
+            Point& point = points_[used];
+            point.x = at.x;
+            point.y = at.y;
+            point.from_level = job.from_level;
+            point.order = static_cast<std::uint32_t>(used++);
+            for (std::size_t c = 0; c < amount.size(); ++c)
+                point.amount[c] = static_cast<float>(amount[c]);
+        });
+}
+
+void WingMap::trace_cells(Job job, const View& view) {
+    Level& l = levels_[job.level];
+    GridRows::Row& cells = l.cells.at(job.row);
+    const auto columns = static_cast<std::size_t>(source_columns(l));
+    cells.lit = 0;
+    cells.stage = 1;
+    if (!l.sampled) return;
+    // For each channel, light for the nodes of the row above the cells, then of the one below.
+    cells.values.assign(2 * kernels_.channels() * columns, 0.0F);
+    view.tracer.set_ray_width(view.lens.pixel_angle_rad() * kernels_.cell_px(job.level) /
+                              std::sqrt(cell_samples));
+    float* top = cells.values.data();
+    float* bottom = top + kernels_.channels() * columns;
+    for (std::int32_t k = 0; k < static_cast<std::int32_t>(columns); k += packet_size)
+        trace_block(job.level, job.row, k, top, bottom, view);
+    cells.lit = static_cast<std::int32_t>(columns);
+}
+
+void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, float* top, float* bottom,
+                          const View& view) const {
+    const Level& l = levels_[level];
+    const double cell_px = kernels_.cell_px(level);
+    const auto columns = static_cast<std::size_t>(source_columns(l));
+    const std::int32_t first = l.first_column - margin + at;
+    const std::size_t channels = kernels_.channels();
+    // Find the bodies near the cells.
+    Doubles x;
+    Doubles y;
+    Doubles weight;
+    Vec3s centre;
+    for (int i = 0; i < packet_size; ++i) {
+        x.v[i] = (first + i + 0.5) * cell_px;
+        y.v[i] = (row + 0.5) * cell_px;
+    }
+    view.lens.rays(x, y, centre, weight);
+    view.candidates.clear();
+    Lanes covered{};
+    for (std::size_t b = 0; b < view.row.bodies.size(); ++b) {
+        const BodyState& body = view.row.bodies[b];
+        Lanes near;
+        for (int i = 0; i < packet_size; ++i) {
+            const Vec3 d = centre.lane(i) - body.direction;
+            near.on[i] = dot(d, d) <= l.near_chord2[b] ? -1 : 0;
+        }
+        if (!near.any()) continue;
+        if (!body.targeted) {
+            RayPacket rays;
+            transform(body.from_camera, centre, {}, rays.direction);
+            set_all(rays.origin, body.camera_m);
+            body.shape->cull(rays, l.near_rad, near);
+            if (!near.any()) continue;
+        }
+        // Bodies that are not sampled here hide what is behind them.
+        view.candidates.push_back(static_cast<std::int32_t>(b));
+        if (body.targeted || small_from_[b] <= static_cast<int>(level)) continue;
+        for (int i = 0; i < packet_size; ++i)
+            covered.on[i] |= near.on[i];
+    }
+    if (!covered.any()) return;
+
+    Words place_seed;
+    Words light_seed;
+    for (int i = 0; i < packet_size; ++i) {
+        const SeedWords seeds =
+            seed_words(view.seed, stream_of(time_, level), SamplePurpose::wing_cells, first + i, row);
+        place_seed.v[i] = seeds[0];
+        light_seed.v[i] = seeds[1];
+    }
+    struct Samples {
+        CameraRays rays[Tracer::batch_size];
+        Doubles u[Tracer::batch_size], v[Tracer::batch_size], weight[Tracer::batch_size];
+        int cell[Tracer::batch_size][packet_size];
+    } samples;
+    // Aims and intersects packet `k`, whose lanes hold samples `rays.index` of `cell`.
+    const auto intersect = [&](std::size_t k, const Lanes& active) {
+        CameraRays& rays = samples.rays[k];
+        Words seeds;
+        for (int i = 0; i < packet_size; ++i) {
+            seeds.v[i] = place_seed.v[samples.cell[k][i]];
+            rays.light_seed.v[i] = light_seed.v[samples.cell[k][i]];
+        }
+        sobol_pair(rays.index, seeds, samples.u[k], samples.v[k]);
+        Doubles px;
+        Doubles py;
+        for (int i = 0; i < packet_size; ++i) {
+            px.v[i] = (first + samples.cell[k][i] + samples.u[k].v[i]) * cell_px;
+            py.v[i] = (row + samples.v[k].v[i]) * cell_px;
+        }
+        view.lens.rays(px, py, rays.direction, samples.weight[k]);
+        view.tracer.intersect(rays.direction, active, view.candidates, rays.hits);
+        view.tracer.count_samples(active);
+        for (int i = 0; i < packet_size; ++i) {
+            std::int32_t& hit = rays.hits.body[i];
+            if (hit < 0) continue;
+            const auto body = static_cast<std::size_t>(hit);
+            if (small_from_[body] <= static_cast<int>(level) ||
+                view.row.bodies[body].splatted(rays.direction.lane(i)))
+                hit = -1;
+        }
+    };
+    // Deposits a lane's light, shared among `count` samples of its cell.
+    const auto deposit = [&](std::size_t k, int i, std::uint32_t count) {
+        if (samples.rays[k].hits.body[i] < 0) return;
+        const auto node = static_cast<std::size_t>(at + samples.cell[k][i]);
+        const double right = samples.u[k].v[i];
+        const double down = samples.v[k].v[i];
+        const double scale = samples.weight[k].v[i] * cell_px * cell_px / count;
+        for (std::size_t c = 0; c < channels; ++c) {
+            const double light = samples.rays[k].radiance.v[c].v[i] * scale;
+            float* above = top + c * columns + node;
+            float* below = bottom + c * columns + node;
+            above[0] += static_cast<float>(light * (1 - right) * (1 - down));
+            below[0] += static_cast<float>(light * (1 - right) * down);
+            if (node + 1 == columns) continue;
+            above[1] += static_cast<float>(light * right * (1 - down));
+            below[1] += static_cast<float>(light * right * down);
+        }
+    };
+
+    for (std::uint32_t k = 0; k < cell_samples; ++k) {
+        for (int i = 0; i < packet_size; ++i) {
+            samples.cell[k][i] = i;
+            samples.rays[k].index.v[i] = k;
+        }
+        intersect(k, covered);
+    }
+    view.tracer.radiance({samples.rays, cell_samples});
+    // Find the cells that need more samples.
+    std::uint32_t counts[packet_size];
+    for (int i = 0; i < packet_size; ++i) {
+        double least = no_hit;
+        double most = 0;
+        std::uint32_t hits = 0;
+        for (std::uint32_t k = 0; k < cell_samples; ++k) {
+            double value = 0;
+            if (samples.rays[k].hits.body[i] >= 0) {
+                ++hits;
+                for (std::size_t c = 0; c < channels; ++c)
+                    value += samples.rays[k].radiance.v[c].v[i];
+            }
+            least = std::min(least, value);
+            most = std::max(most, value);
+        }
+        counts[i] = cell_samples;
+        if (most - least > largest_spread * most)
+            counts[i] = hits < cell_samples ? limb_cell_samples : rough_cell_samples;
+    }
+    for (std::uint32_t k = 0; k < cell_samples; ++k)
+        for (int i = 0; i < packet_size; ++i)
+            deposit(k, i, counts[i]);
+    // Take them in full packets.
+    std::size_t packets = 0;
+    int lanes = 0;
+    Lanes active{};
+    const auto flush = [&] {
+        if (lanes > 0) {
+            for (int i = lanes; i < packet_size; ++i) {
+                samples.cell[packets][i] = samples.cell[packets][0];
+                samples.rays[packets].index.v[i] = samples.rays[packets].index.v[0];
+                active.on[i] = 0;
+            }
+            intersect(packets, active);
+            ++packets;
+        }
+        view.tracer.radiance({samples.rays, packets});
+        for (std::size_t k = 0; k < packets; ++k)
+            for (int i = 0; i < packet_size; ++i)
+                deposit(k, i, counts[samples.cell[k][i]]);
+        packets = 0;
+        lanes = 0;
+    };
+    for (int i = 0; i < packet_size; ++i)
+        for (std::uint32_t s = cell_samples; s < counts[i]; ++s) {
+            samples.cell[packets][lanes] = i;
+            samples.rays[packets].index.v[lanes] = s;
+            active.on[lanes] = -1;
+            if (++lanes < packet_size) continue;
+            intersect(packets, active);
+            lanes = 0;
+            if (++packets == Tracer::batch_size) flush();
+        }
+    if (packets > 0 || lanes > 0) flush();
+}
+
+} // namespace obscura::renderer
