@@ -116,7 +116,8 @@ struct ImageSize {
 /// Limits of CameraSettings; constant for the life of the camera.
 struct CameraLimits {
     std::int32_t sensor_width = 0, sensor_height = 0;
-    std::int32_t width_step = 1, height_step = 1; ///< increments of Width, Height and the offsets
+    double pixel_width_m = 5.5e-6, pixel_height_m = 5.5e-6; ///< pitches of the columns and of the rows
+    std::int32_t width_step = 1, height_step = 1;           ///< increments of Width, Height and the offsets
     std::int32_t width_min = 1, height_min = 1;
     std::uint32_t windows_max = 1;
     std::int32_t rows_max = 0; ///< of the composed image; 0: the sensor's height

@@ -7,6 +7,7 @@
 #include "core/event_count.hpp"
 #include "core/geometry.hpp"
 #include "core/heartbeat.hpp"
+#include "core/intrinsics.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
 #include "core/transmit_timestamps.hpp"
@@ -110,6 +111,7 @@ struct GroundTruth {
     std::array<BodyTruth, max_truth_bodies> bodies{};
     std::uint64_t seed = 0;
     std::uint32_t run = 0; ///< run word: keys the temporal noise of the acquisition, with the seed
+    Intrinsics intrinsics;
 };
 
 /// The camera's lines, as bits of a status word: the inputs from Line0 on, then the output.

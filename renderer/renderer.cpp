@@ -158,7 +158,7 @@ struct Renderer::Impl {
           settings(r),
           threads(r.threads > 0 ? r.threads : std::max(1u, std::thread::hardware_concurrency())),
           lens(scene::at_position(scene.camera.position, [&] { return make_projection(scene.camera); })),
-          gaussian_psf(scene.camera.psf_sigma_px),
+          gaussian_psf(scene.camera.psf_sigma_px, scene.camera.pixel_aspect()),
           psf(scene::at_position(scene.camera.position,
                                  [&] { return Psf::make(scene.camera, scene.bands); })),
           bodies(build_bodies(scene)),
@@ -241,6 +241,10 @@ struct Renderer::Impl {
     }
     /// Largest displacement of a camera sample by the PSF, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
+    /// Largest angle across a square of a pixel's area, for the footprints of rays.
+    [[nodiscard]] double pixel_width_rad() const {
+        return lens->pixel_angle_rad() * std::sqrt(scene.camera.pixel_flattening());
+    }
 };
 
 template<typename DoRow>
@@ -288,7 +292,7 @@ bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* c
 
 template<typename Use>
 void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
-    const double ray_width_rad = lens->pixel_angle_rad() / std::sqrt(settings.samples_per_pixel);
+    const double ray_width_rad = pixel_width_rad() / std::sqrt(settings.samples_per_pixel);
     if (plain) {
         Tracer tracer(s.row, scene.sun, s.counts);
         tracer.set_ray_width(ray_width_rad);
@@ -558,7 +562,7 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
         impl_->begin_row(time_s, 1, s);
         trace_aovs(*s.lens, s.row, request.window.x, request.window.y + request.first_row + r,
-                   request.window.width, impl_->lens->pixel_angle_rad(), s.candidates,
+                   request.window.width, impl_->pixel_width_rad(), s.candidates,
                    aovs.data() + static_cast<std::size_t>(r) * width, plane);
     });
 }
@@ -569,6 +573,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.camera = camera_pose(impl_->scene, impl_->bodies, time_s);
     truth.sun_position_m = impl_->scene.sun.position_m;
     truth.seed = impl_->settings.seed;
+    truth.intrinsics = impl_->scene.camera.intrinsics();
     const auto& bodies = impl_->scene.bodies;
     truth.body_count = static_cast<std::uint32_t>(std::min(bodies.size(), max_truth_bodies));
     for (std::uint32_t i = 0; i < truth.body_count; ++i) {

@@ -149,8 +149,10 @@ struct DetectorSettings {
 struct SensorDescription {
     std::string file; ///< sensor file that the other figures override; empty: none
     std::string name = "generic";
-    std::uint64_t serial = 1; ///< seeds the fixed patterns
-    double pixel_pitch_m = 5.5e-6;
+    std::uint64_t serial = 1;      ///< seeds the fixed patterns
+    double pixel_pitch_m = 5.5e-6; ///< of the columns
+    double pixel_pitch_y_m = 0;    ///< of the rows; 0: pixel_pitch_m, square pixels
+    [[nodiscard]] double row_pitch_m() const { return pixel_pitch_y_m > 0 ? pixel_pitch_y_m : pixel_pitch_m; }
     ReadoutSettings readout;
     DetectorSettings detector;
 };

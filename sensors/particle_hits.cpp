@@ -26,8 +26,9 @@ std::array<double, 3> diffusion(double offset) {
 ParticleFlux::ParticleFlux(const SensorDescription& d) noexcept
     : width_(d.readout.width),
       height_(d.readout.height),
-      flux_per_px_s_(d.detector.hit_flux_per_cm2_s * 1e4 * d.pixel_pitch_m * d.pixel_pitch_m),
+      flux_per_px_s_(d.detector.hit_flux_per_cm2_s * 1e4 * d.pixel_pitch_m * d.row_pitch_m()),
       depth_px_(d.detector.hit_depth_m / d.pixel_pitch_m),
+      rows_per_column_(d.pixel_pitch_m / d.row_pitch_m()),
       charge_e_(d.detector.hit_charge_e_per_m * d.detector.hit_depth_m) {}
 
 void ParticleFlux::count_in(std::uint64_t key, std::uint64_t frame, std::int64_t span_ns,
@@ -63,11 +64,12 @@ ParticleHit ParticleFlux::hit(std::uint64_t key, std::uint64_t frame, Time begin
     out.time = begin + static_cast<std::int64_t>(uniform_double(words[2]) * static_cast<double>(span_ns));
     const double cos_theta = std::sqrt(uniform_double(words[3]));
     const double across = depth_px_ * std::sqrt(1 - cos_theta * cos_theta) / cos_theta;
-    const double cut = std::min(1.0, (reach_px - 2) / std::max(across, 1e-9));
+    const double cut =
+        std::min(1.0, (reach_px - 2) / std::max(across * std::max(1.0, rows_per_column_), 1e-9));
     const double nx = static_cast<double>(z0[0]), ny = static_cast<double>(z1[0]);
     const double norm = std::max(std::sqrt(nx * nx + ny * ny), 1e-9);
     out.dx_px = cut * across * nx / norm;
-    out.dy_px = cut * across * ny / norm;
+    out.dy_px = cut * across * ny / norm * rows_per_column_;
     // Draw the Moyal variate as minus the logarithm of a squared normal; the normal is made from two uniforms
     // of `more` that normal_row() has not used.
     const double radius = std::sqrt(-2 * std::log(uniform_double(more[0])));

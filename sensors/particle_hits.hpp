@@ -58,8 +58,9 @@ private:
 
     std::int32_t width_, height_;
     double flux_per_px_s_;
-    double depth_px_;
-    double charge_e_; ///< mean, for a track normal to the layer
+    double depth_px_;        ///< in pitches of the columns
+    double rows_per_column_; ///< pitch of the columns over that of the rows
+    double charge_e_;        ///< mean, for a track normal to the layer
 };
 
 /// Adds the charge that the hit leaves in `charge`, a row of `n` pixels from column `x0` of array row `y` on.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sensors/sensor_file.hpp"
 
+#include "core/pixel_pitch.hpp"
 #include "sensors/response_pattern.hpp"
 
 #include <fmt/format.h>
@@ -46,6 +47,11 @@ config::Section section_of(SensorDescription& sensor) {
     section.keys = keys_of(sensor);
     section.tables = {std::move(readout), std::move(detector)};
     section.annotated = true;
+    section.check = [&sensor](const config::ReadTable& table) {
+        if (const std::string why = explain_invalid_row_pitch(sensor.pixel_pitch_m, sensor.pixel_pitch_y_m);
+            !why.empty())
+            table.refuse("pixel_pitch_y_um", why);
+    };
     return section;
 }
 
@@ -100,6 +106,8 @@ std::string explain_invalid(const DetectorSettings& settings) {
 std::string explain_invalid(const SensorDescription& description) {
     SensorDescription s = description;
     if (std::string why = config::explain_out_of_range(keys_of(s)); !why.empty()) return why;
+    if (std::string why = explain_invalid_row_pitch(s.pixel_pitch_m, s.pixel_pitch_y_m); !why.empty())
+        return "pixel_pitch_y_um: " + why;
     if (std::string why = config::explain_out_of_range(keys_of(s.readout)); !why.empty()) return why;
     return explain_invalid(s.detector);
 }
@@ -116,6 +124,10 @@ config::Keys keys_of(SensorDescription& s) {
             .unit("um")
             .range(0.1, 1000)
             .help("Pixel pitch"),
+        config::key("pixel_pitch_y_um", config::Scaled{&s.pixel_pitch_y_m, micro})
+            .unit("um")
+            .range(0, 1000)
+            .help("Pitch of the rows where pixels are not square; 0: pixel_pitch_um"),
     };
 }
 

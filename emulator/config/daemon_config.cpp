@@ -162,6 +162,7 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
     config.scene.camera.width = config.sensor.readout.width;
     config.scene.camera.height = config.sensor.readout.height;
     config.scene.camera.pixel_pitch_m = config.sensor.pixel_pitch_m;
+    config.scene.camera.pixel_pitch_y_m = config.sensor.pixel_pitch_y_m;
 }
 
 /// Reads the scene file `file`, if it is not empty. Returns an empty scene if it has mistakes, which are

@@ -23,6 +23,8 @@ CameraLimits camera_limits(const SensorDescription& sensor, std::int32_t rows_ma
     CameraLimits limits;
     limits.sensor_width = sensor.readout.width;
     limits.sensor_height = sensor.readout.height;
+    limits.pixel_width_m = sensor.pixel_pitch_m;
+    limits.pixel_height_m = sensor.row_pitch_m();
     limits.windows_max = static_cast<std::uint32_t>(sensor.readout.windows_max);
     limits.rows_max = std::max(rows_max, sensor.readout.height);
     limits.strict = sensor.readout.strict;

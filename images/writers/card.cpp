@@ -49,6 +49,19 @@ void add_windows(Cards& cards, const Frame& frame) {
 
 } // namespace
 
+Cards intrinsics_cards(const Intrinsics& i) {
+    if (!(i.pixel_pitch_m[0] > 0)) return {};
+    return {
+        {"XPIXSZ", 1e6 * i.pixel_pitch_m[0], "[um] pitch of the columns"},
+        {"YPIXSZ", 1e6 * i.pixel_pitch_m[1], "[um] pitch of the rows"},
+        {"FOCALLEN", 1e3 * (i.focal_length_px[0] * i.pixel_pitch_m[0]), "[mm] focal length"},
+        {"FX", i.focal_length_px[0], "[px] focal length over XPIXSZ"},
+        {"FY", i.focal_length_px[1], "[px] focal length over YPIXSZ"},
+        {"CX", i.principal_point_px[0], "[px] principal point, column from 0"},
+        {"CY", i.principal_point_px[1], "[px] principal point, row from 0"},
+    };
+}
+
 Cards frame_cards(const Frame& frame) {
     const FrameInfo& info = frame.info;
     const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
@@ -70,6 +83,8 @@ Cards frame_cards(const Frame& frame) {
         {"NOLAG", (frame.flags.load(std::memory_order_relaxed) & frame_lag_unknown) != 0,
          "image lag of the frame before is missing"},
     };
+    const Cards camera = intrinsics_cards(info.truth.intrinsics);
+    cards.insert(cards.end(), camera.begin(), camera.end());
     if (info.window_count > 0) {
         cards.push_back({"OFFSETX", whole(info.windows[0].sensor.x), "[px] first sensor column"});
         cards.push_back({"OFFSETY", whole(info.windows[0].sensor.y), "[px] first sensor row"});

@@ -23,6 +23,9 @@ using Cards = std::vector<Card>;
 /// gives the same cards, without wall-clock time.
 [[nodiscard]] Cards frame_cards(const Frame& frame);
 
+/// XPIXSZ, YPIXSZ, FOCALLEN, FX, FY, CX and CY; none if the intrinsics are not known (pitches of 0).
+[[nodiscard]] Cards intrinsics_cards(const Intrinsics& intrinsics);
+
 /// The value as text: strings unchanged, numbers in their shortest exact form.
 [[nodiscard]] std::string card_text(const Card& card);
 

@@ -58,7 +58,7 @@ void interpolate_table(const float* table, const Doubles& u, Doubles& offset) {
 
 } // namespace
 
-GaussianPsf::GaussianPsf(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5), quantiles_(intervals + 1) {
+GaussianAxis::GaussianAxis(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5), quantiles_(intervals + 1) {
     double quantile = -0.5 - 9 * sigma_px;
     for (int i = 0; i <= intervals / 2; ++i) {
         const double p = i == 0 ? 1.0 / (16 * intervals) : static_cast<double>(i) / intervals;
@@ -71,11 +71,11 @@ GaussianPsf::GaussianPsf(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5),
     reach_px_ = -static_cast<double>(quantiles_[0]);
 }
 
-void GaussianPsf::offsets(const Doubles& u, Doubles& offset) const {
+void GaussianAxis::offsets(const Doubles& u, Doubles& offset) const {
     interpolate_table(quantiles_.data(), u, offset);
 }
 
-double GaussianPsf::weight(double x, std::int32_t i) const {
+double GaussianAxis::weight(double x, std::int32_t i) const {
     const double d = i - x;
     if (sigma_px_ == 0) return d > -0.5 && d <= 0.5 ? 1 : 0;
     return normal_cdf((d + 0.5) / sigma_px_) - normal_cdf((d - 0.5) / sigma_px_);

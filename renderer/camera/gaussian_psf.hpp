@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gaussian PSF integrated over square pixels.
+// Gaussian PSF integrated over square or rectangular pixels.
 #pragma once
 
 #include "renderer/packets/packet.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 namespace obscura::renderer {
 
-/// Separable, in pixels. A camera sample of a pixel is displaced by offset(u), offset(v); a point source at x
-/// gives pixel i the fraction weight(x, i) along each axis. Both describe the same response. sigma 0: the
-/// square of the pixel alone.
-class GaussianPsf {
+/// Response along one axis, in pixels. A camera sample of a pixel is displaced by offset(u); a point source
+/// at x gives pixel i the fraction weight(x, i). Both describe the same response. sigma 0: the pixel alone.
+class GaussianAxis {
 public:
-    explicit GaussianPsf(double sigma_px);
+    explicit GaussianAxis(double sigma_px);
 
     /// Inverse CDF of the pixel response along one axis: a box of 1 px convolved with the Gaussian.
     /// Tabulated; the outermost 1/2048 of the light ends at the quantile 1/32768.
@@ -32,6 +32,19 @@ private:
     double sigma_px_;
     double reach_px_;
     std::vector<float> quantiles_;
+};
+
+/// The responses along columns and rows; the PSF is their product. Round on the focal plane.
+struct GaussianPsf {
+    /// `sigma_px` is in pitches of the columns, `aspect` the pitch of the rows over that of the columns.
+    explicit GaussianPsf(double sigma_px, double aspect = 1) : x(sigma_px), y(sigma_px / aspect) {}
+
+    GaussianAxis x, y;
+
+    /// Largest offset along an axis.
+    [[nodiscard]] double reach_px() const { return std::max(x.reach_px(), y.reach_px()); }
+    /// Largest distance along an axis at which a point gives a pixel light.
+    [[nodiscard]] double splat_reach_px() const { return std::max(x.splat_reach_px(), y.splat_reach_px()); }
 };
 
 } // namespace obscura::renderer

@@ -25,7 +25,8 @@ Lens::Lens(const scene::Camera& camera)
       distortion_(camera.distortion, camera.focal_length_m),
       width_(camera.width),
       height_(camera.height),
-      scale_(camera.pixel_pitch_m / camera.focal_length_m),
+      scale_x_(camera.pixel_pitch_m / camera.focal_length_m),
+      scale_y_(camera.row_pitch_m() / camera.focal_length_m),
       centre_x_((camera.width - 1) / 2.0 + camera.principal_offset_px[0]),
       centre_y_((camera.height - 1) / 2.0 + camera.principal_offset_px[1]),
       cosine_(std::cos(camera.sensor_rotation_rad)),
@@ -77,11 +78,12 @@ Lens::Lens(const scene::Camera& camera)
             rim = rim || inside == 0;
         }
     if (projection_ == scene::Projection::orthographic && rim)
-        pixel_angle_rad_ = std::max(pixel_angle_rad_, std::sqrt(2 * scale_));
+        pixel_angle_rad_ = std::max(pixel_angle_rad_, std::sqrt(2 * std::max(scale_x_, scale_y_)));
     // Add a margin for what lies between the points of the grid.
-    pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : scale_) * 1.2;
-    limit_rad_ =
-        std::min(most_angle_rad_, field_angle_rad(std::max(least_margin_px, camera.psf.wings_px + 1)) + 1e-9);
+    pixel_angle_rad_ = (pixel_angle_rad_ > 0 ? pixel_angle_rad_ : std::max(scale_x_, scale_y_)) * 1.2;
+    // The wings are an ellipse in rectangular pixels.
+    const double wings_px = camera.psf.wings_px * std::max(1.0, 1 / camera.pixel_aspect());
+    limit_rad_ = std::min(most_angle_rad_, field_angle_rad(std::max(least_margin_px, wings_px + 1)) + 1e-9);
 }
 
 double Lens::radius(double t) const {
@@ -117,8 +119,8 @@ double Lens::angle(double r) const {
 }
 
 PlanePoint Lens::on_plane(double x, double y) const {
-    const double u = (x - centre_x_) * scale_;
-    const double v = (y - centre_y_) * scale_;
+    const double u = (x - centre_x_) * scale_x_;
+    const double v = (y - centre_y_) * scale_y_;
     return {cosine_ * u - sine_ * v, sine_ * u + cosine_ * v};
 }
 
@@ -148,7 +150,7 @@ Vec3 Lens::direction_at(double x, double y, double& solid_angle_sr) const {
     const double r = std::sqrt(p.x * p.x + p.y * p.y);
     const double t = std::min(angle(std::min(r, most_radius_)), most_angle_rad_);
     const bool inside = ideal.has_value() && r <= most_radius_;
-    solid_angle_sr = inside ? scale_ * scale_ * area_ratio * solid_angle_per_area(t) : 0;
+    solid_angle_sr = inside ? scale_x_ * scale_y_ * area_ratio * solid_angle_per_area(t) : 0;
     if (r == 0) return {0, 0, 1};
     const double s = std::sin(t) / r;
     return {p.x * s, p.y * s, std::cos(t)};
@@ -175,8 +177,8 @@ std::optional<ImagePoint> Lens::project_any(Vec3 direction) const {
     const double s = across > 0 ? radius(t) / across : 0;
     const std::optional<PlanePoint> p = distortion_.real({direction.x * s, direction.y * s});
     if (!p) return std::nullopt;
-    return ImagePoint{(cosine_ * p->x + sine_ * p->y) / scale_ + centre_x_,
-                      (cosine_ * p->y - sine_ * p->x) / scale_ + centre_y_};
+    return ImagePoint{(cosine_ * p->x + sine_ * p->y) / scale_x_ + centre_x_,
+                      (cosine_ * p->y - sine_ * p->x) / scale_y_ + centre_y_};
 }
 
 std::optional<ImagePoint> Lens::project(Vec3 direction) const {
@@ -190,7 +192,8 @@ double Lens::transmission(Vec3 direction) const {
 }
 
 double Lens::local_pixel_angle_rad(Vec3 direction) const {
-    const double h = std::min(1e-4, scale_);
+    const double finer = std::min(scale_x_, scale_y_);
+    const double h = std::min(1e-4, finer);
     const Vec3 d = normalized(direction);
     Vec3 a;
     Vec3 b;
@@ -203,7 +206,7 @@ double Lens::local_pixel_angle_rad(Vec3 direction) const {
             most = std::max(most,
                             std::sqrt((p->x - at->x) * (p->x - at->x) + (p->y - at->y) * (p->y - at->y)) / h);
     }
-    return most > 0 ? 1 / most : scale_;
+    return most > 0 ? 1 / most : finer;
 }
 
 double Lens::field_angle_rad(double margin) const {

@@ -38,7 +38,7 @@ private:
     scene::Projection projection_;
     Distortion distortion_;
     std::int32_t width_, height_;
-    double scale_; ///< pitch / focal length
+    double scale_x_, scale_y_; ///< pitch / focal length
     double centre_x_, centre_y_, cosine_, sine_;
     bool pupil_cosine_;
     double most_radius_, most_angle_rad_; ///< of the projection itself

@@ -78,9 +78,11 @@ double core_light(const PsfProfile& p, double core_px, bool with_wings) {
 }
 
 /// Values of `psf_at(x, y)` times the window on the grid of PsfCore, normalised to `light` in all; each is
-/// the mean over `points` x `points` points, for patterns finer than the grid.
+/// the mean over `points` points along x and as dense ones along y, for patterns finer than the grid. Both
+/// axes of `psf_at` are in pitches of the columns; `aspect`: see scene::Camera::pixel_aspect().
 std::vector<double> grid_of(const std::function<double(double, double)>& psf_at, std::int32_t half,
-                            double core_px, bool with_wings, double light, int points) {
+                            double aspect, double core_px, bool with_wings, double light, int points) {
+    const int points_y = points * std::max(1, static_cast<int>(std::ceil(aspect)));
     const std::int32_t side = 2 * half + 1;
     std::vector<double> grid(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
     const double step = 1.0 / PsfCore::per_pixel;
@@ -88,14 +90,15 @@ std::vector<double> grid_of(const std::function<double(double, double)>& psf_at,
     for (std::int32_t j = 0; j < side; ++j)
         for (std::int32_t i = 0; i < side; ++i) {
             const double x = (i - half) * step;
-            const double y = (j - half) * step;
+            const double y = aspect * ((j - half) * step);
             const double r = std::sqrt(x * x + y * y);
             double mean = 0;
-            for (int b = 0; b < points; ++b)
-                for (int a = 0; a < points; ++a)
-                    mean +=
-                        psf_at(x + step * ((a + 0.5) / points - 0.5), y + step * ((b + 0.5) / points - 0.5));
-            const double value = mean / (points * points) * core_window(r, core_px, with_wings);
+            if (r < core_px + aspect)
+                for (int b = 0; b < points_y; ++b)
+                    for (int a = 0; a < points; ++a)
+                        mean += psf_at(x + step * ((a + 0.5) / points - 0.5),
+                                       y + aspect * step * ((b + 0.5) / points_y - 0.5));
+            const double value = mean / (points * points_y) * core_window(r, core_px, with_wings);
             grid[static_cast<std::size_t>(j) * static_cast<std::size_t>(side) + static_cast<std::size_t>(i)] =
                 value;
             sum += value;
@@ -267,11 +270,16 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                         "of {} px allows {:.1f}",
                         disc_px, s.core_px, room_px));
 
+    const double aspect = camera.pixel_aspect();
+    if (with_wings && aspect != 1)
+        throw ConfigError("camera: psf: wings are made for square pixels only: allowed is psf_wings_px = 0 "
+                          "where pixel_pitch_y_um differs from pixel_pitch_um");
     std::unique_ptr<Psf> psf(new Psf);
     psf->core_px_ = s.core_px;
     psf->wings_px_ = with_wings ? s.wings_px : 0;
+    psf->aspect_ = aspect;
     psf->field_x_ = psf->field_y_ = {0};
-    const auto half = static_cast<std::int32_t>(std::lround(s.core_px * PsfCore::per_pixel));
+    const auto half = static_cast<std::int32_t>(std::lround(psf->core_extent_px() * PsfCore::per_pixel));
     const auto check_size = [&](std::size_t places) {
         const double bytes =
             8.0 * (2.0 * half + 9) * (2.0 * half + 9) * static_cast<double>(bands.size() * places);
@@ -311,9 +319,12 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                                         "grid, each with all bands",
                                         s.file, b + 1, x, y));
                     const PsfImage& image = *found;
-                    const double scale = image.samples_per_pixel * image.samples_per_pixel / image.sum();
+                    // Samples per pitch of the columns, along both axes.
+                    const double across = image.samples_per_pixel;
+                    const double down = image.samples_per_row > 0 ? image.samples_per_row / aspect : across;
+                    const double scale = across * down / image.sum();
                     const auto psf_at = [&](double dx, double dy) {
-                        return scale * image.at(dx * image.samples_per_pixel, dy * image.samples_per_pixel);
+                        return scale * image.at(dx * across, dy * down);
                     };
                     const auto ring = [&](double r) {
                         constexpr int points = 64;
@@ -325,13 +336,13 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                         return mean;
                     };
                     const int finer =
-                        std::max(1, static_cast<int>(image.samples_per_pixel / PsfCore::per_pixel));
+                        std::max(1, static_cast<int>(std::max(across, down) / PsfCore::per_pixel));
                     double inside = 1;
                     if (with_wings) {
                         inside = core_light(tabulate(ring, s.core_px, 1.0 / 16), s.core_px, true);
                         wings.push_back(wing_table(ring, s.core_px, s.wings_px));
                     }
-                    grids.push_back(grid_of(psf_at, half, s.core_px, with_wings, inside, finer));
+                    grids.push_back(grid_of(psf_at, half, aspect, s.core_px, with_wings, inside, finer));
                 }
                 psf->cores_.emplace_back(half, grids);
                 if (with_wings) psf->wings_.push_back(std::move(wings));
@@ -373,7 +384,7 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
             const PsfProfile profile = tabulate(psf_at, s.core_px + 1, step);
             const double inside = with_wings ? core_light(profile, s.core_px, true) : 1;
             grids.push_back(grid_of([&](double x, double y) { return profile.at(std::sqrt(x * x + y * y)); },
-                                    half, s.core_px, with_wings, inside, 4));
+                                    half, aspect, s.core_px, with_wings, inside, 4));
             if (with_wings) wings.push_back(wing_table(far, s.core_px, s.wings_px));
         }
         psf->cores_.emplace_back(half, grids);

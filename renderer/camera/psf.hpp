@@ -6,6 +6,8 @@
 #include "renderer/packets/packet.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -58,7 +60,7 @@ public:
     /// Whether the PSF differs between bands.
     [[nodiscard]] bool chromatic() const { return chromatic_; }
     /// Largest displacement along an axis: half a pixel beyond the core.
-    [[nodiscard]] double reach_px() const { return core_px_ + 0.5; }
+    [[nodiscard]] double reach_px() const { return core_extent_px() + 0.5; }
     /// Radius of the core; the wings begin at half of it.
     [[nodiscard]] double core_px() const { return core_px_; }
     /// Radius of the wings; 0: none, all light is in the core.
@@ -86,7 +88,11 @@ public:
 private:
     Psf() = default;
 
-    double core_px_ = 0, wings_px_ = 0;
+    /// Largest extent of the core along an axis.
+    [[nodiscard]] double core_extent_px() const { return core_px_ * std::max(1.0, 1 / aspect_); }
+
+    double core_px_ = 0, wings_px_ = 0; ///< radii, in pitches of the columns
+    double aspect_ = 1;                 ///< pitch of the rows over that of the columns
     bool chromatic_ = false;
     std::vector<double> field_x_, field_y_; ///< field positions, increasing
     std::vector<PsfCore> cores_;            ///< row by row

@@ -92,12 +92,16 @@ std::vector<PsfImage> read_psf_file(const std::filesystem::path& file) {
         image.width = static_cast<std::int32_t>(size[0]);
         image.height = static_cast<std::int32_t>(size[1]);
         image.samples_per_pixel = read_card(fits.get(), "OVERSAMP", 1);
+        image.samples_per_row = read_card(fits.get(), "OVERSAMY", 0);
         image.field_x = read_card(fits.get(), "FIELDX", 0);
         image.field_y = read_card(fits.get(), "FIELDY", 0);
         const double band = read_card(fits.get(), "BAND", 0);
         if (!(image.samples_per_pixel >= 0.1 && image.samples_per_pixel <= 256))
             refuse(file, fmt::format("extension {}: OVERSAMP {}: allowed 0.1 to 256 samples a pixel", hdu - 1,
                                      image.samples_per_pixel));
+        if (image.samples_per_row != 0 && !(image.samples_per_row >= 0.1 && image.samples_per_row <= 256))
+            refuse(file, fmt::format("extension {}: OVERSAMY {}: allowed 0.1 to 256 samples a pixel", hdu - 1,
+                                     image.samples_per_row));
         if (!std::isfinite(image.field_x) || !std::isfinite(image.field_y) || !(band >= 0 && band <= 16))
             refuse(file, fmt::format("extension {}: FIELDX, FIELDY or BAND: allowed are pixels of the sensor "
                                      "and bands from 1 to 16",

@@ -11,8 +11,10 @@ namespace obscura::renderer {
 /// Image of a point source before integration over pixels; the point is in the middle.
 struct PsfImage {
     std::int32_t width = 0, height = 0;
-    std::vector<double> values;      ///< row by row, top first; any unit
-    double samples_per_pixel = 1;    ///< OVERSAMP
+    std::vector<double> values;   ///< row by row, top first; any unit
+    double samples_per_pixel = 1; ///< OVERSAMP: along rows, and along columns if the next is 0
+    /// OVERSAMY, samples per pitch of the rows; 0: not given, samples are square on the focal plane.
+    double samples_per_row = 0;
     double field_x = 0, field_y = 0; ///< FIELDX, FIELDY: sensor pixel
     std::int32_t band = 0;           ///< BAND, from 1; 0: all
 

@@ -370,8 +370,8 @@ void BlockTracer::aim(Batch& batch) const {
         psf_->displace(u, v, tracer_.channels(), x, y, batch.psf_weight[k]);
         return;
     }
-    gaussian_psf_.offsets(u, x);
-    gaussian_psf_.offsets(v, y);
+    gaussian_psf_.x.offsets(u, x);
+    gaussian_psf_.y.offsets(v, y);
     for (int i = 0; i < packet_size; ++i) {
         x.v[i] += first_x_ + batch.pixel[k][i];
         y.v[i] += y_;

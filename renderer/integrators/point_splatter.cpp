@@ -61,10 +61,10 @@ void PointSplatter::splat_point(const SplatTarget& target, ImagePoint at, std::s
     };
     const double dy = target.y - at.y;
     if (psf_ == nullptr) {
-        const double row_share = gaussian_psf_.weight(at.y, target.y);
+        const double row_share = gaussian_psf_.y.weight(at.y, target.y);
         if (row_share == 0) return;
-        over(gaussian_psf_.splat_reach_px(), [&](std::int32_t column, std::size_t) {
-            return row_share * gaussian_psf_.weight(at.x, column);
+        over(gaussian_psf_.x.splat_reach_px(), [&](std::int32_t column, std::size_t) {
+            return row_share * gaussian_psf_.x.weight(at.x, column);
         });
         return;
     }

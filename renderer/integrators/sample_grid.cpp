@@ -19,7 +19,7 @@ constexpr double least_sigma_px = 0.4;
 constexpr double most_sigma_px = 0.75;
 
 double reach_of(const GaussianPsf& psf) {
-    return std::ceil(0.5 + wide_sigmas * psf.sigma_px());
+    return std::ceil(0.5 + wide_sigmas * std::max(psf.x.sigma_px(), psf.y.sigma_px()));
 }
 
 OBSCURA_VECTOR_CLONES
@@ -64,7 +64,10 @@ void fit_planes(const double (&points)[3][packet_size + 2], GridRoughness& rough
 } // namespace
 
 bool SampleGridKernel::fits(const GaussianPsf& psf) {
-    return psf.sigma_px() >= least_sigma_px && psf.sigma_px() <= most_sigma_px;
+    const auto good = [](const GaussianAxis& axis) {
+        return axis.sigma_px() >= least_sigma_px && axis.sigma_px() <= most_sigma_px;
+    };
+    return good(psf.x) && good(psf.y);
 }
 
 SampleGridKernel::SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, std::uint64_t frame_id) {
@@ -74,17 +77,17 @@ SampleGridKernel::SampleGridKernel(const GaussianPsf& psf, std::uint64_t seed, s
     shift_y = uniform_double(random[1]) - 0.5;
     reach = static_cast<std::int32_t>(reach_of(psf));
     double squares[2] = {};
-    const auto fill = [&](double shift, double* weights, double& square) {
+    const auto fill = [&](const GaussianAxis& axis, double shift, double* weights, double& square) {
         double sum = 0;
         for (std::int32_t k = -reach; k <= reach; ++k)
-            sum += weights[k + reach] = psf.weight(k + shift, 0);
+            sum += weights[k + reach] = axis.weight(k + shift, 0);
         for (std::int32_t k = 0; k <= 2 * reach; ++k) {
             weights[k] /= sum;
             square += weights[k] * weights[k];
         }
     };
-    fill(shift_x, x, squares[0]);
-    fill(shift_y, y, squares[1]);
+    fill(psf.x, shift_x, x, squares[0]);
+    fill(psf.y, shift_y, y, squares[1]);
     noise = std::sqrt(std::max(squares[0], squares[1]));
     independent = squares[0] * squares[1];
 }

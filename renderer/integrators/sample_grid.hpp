@@ -15,7 +15,7 @@ namespace obscura::renderer {
 
 /// Position of the grid in one frame, and the weights of its points in a pixel. The points are the centres of
 /// the pixels, all displaced by one random shift; a pixel is the sum of the points about it times its
-/// response there. The weights of each axis sum to 1 for any shift, because the response of a square pixel
+/// response there. The weights of each axis sum to 1 for any shift, because the response of a pixel
 /// sums to 1 over any grid of its own pitch; images without detail finer than two pixels lose nothing.
 struct SampleGridKernel {
     static constexpr std::int32_t max_reach = 4;

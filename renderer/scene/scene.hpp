@@ -4,6 +4,7 @@
 
 #include "core/enum_names.hpp"
 #include "core/geometry.hpp"
+#include "core/intrinsics.hpp"
 #include "core/spectral_band.hpp"
 #include "core/time.hpp"
 #include "renderer/scene/description.hpp"
@@ -252,10 +253,13 @@ constexpr auto enum_names(PointSpread::Model /*type*/) {
 /// Camera: sensor, optics and motion. Camera frame: right-handed, x right, y down, z boresight.
 struct Camera {
     std::int32_t width = 1024, height = 1024; ///< of the whole sensor, px
-    double pixel_pitch_m = 18e-6;
+    double pixel_pitch_m = 18e-6;             ///< of the columns
+    double pixel_pitch_y_m = 0;               ///< of the rows; 0: pixel_pitch_m, square pixels
     double focal_length_m = 0.05;
     double aperture_m = 0.025; ///< entrance pupil diameter
-    double psf_sigma_px = 0.5; ///< Gaussian PSF; 0: each star in one pixel
+    /// Gaussian PSF; 0: each star in one pixel. Lengths of the PSF are in pitches of the columns: what is
+    /// round on the focal plane is an ellipse in rectangular pixels.
+    double psf_sigma_px = 0.5;
     PointSpread psf{};
     Motion motion;
     std::string parent{}; ///< see Body::parent
@@ -271,6 +275,19 @@ struct Camera {
     /// with the solid angle of a pinhole's pixels, which falls with the cube, this is the cos^4 law.
     bool pupil_cosine = false;
     std::string position{}; ///< see Body::position
+
+    [[nodiscard]] double row_pitch_m() const { return pixel_pitch_y_m > 0 ? pixel_pitch_y_m : pixel_pitch_m; }
+    /// Pitch of the rows over that of the columns; exactly 1 for square pixels.
+    [[nodiscard]] double pixel_aspect() const { return row_pitch_m() / pixel_pitch_m; }
+    /// The shorter pitch over the longer one; exactly 1 for square pixels.
+    [[nodiscard]] double pixel_flattening() const {
+        return pixel_aspect() > 1 ? 1 / pixel_aspect() : pixel_aspect();
+    }
+    [[nodiscard]] Intrinsics intrinsics() const {
+        return {{focal_length_m / pixel_pitch_m, focal_length_m / row_pitch_m()},
+                {(width - 1) / 2.0 + principal_offset_px[0], (height - 1) / 2.0 + principal_offset_px[1]},
+                {pixel_pitch_m, row_pitch_m()}};
+    }
 };
 
 /// Stray light map: ghosts and reflections of the optics, added to the image.

@@ -67,6 +67,10 @@ config::Keys keys_of(Camera& s) {
             .unit("um")
             .range(0.1, 1000)
             .help("Pitch of the pixels; a daemon takes its own sensor's"),
+        config::key("pixel_pitch_y_um", config::Scaled{&s.pixel_pitch_y_m, micro})
+            .unit("um")
+            .range(0, 1000)
+            .help("Pitch of the rows where pixels are not square; 0: pixel_pitch_um"),
         config::key("focal_length_mm", config::Scaled{&s.focal_length_m, milli})
             .unit("mm")
             .range(0.1, 1e6)

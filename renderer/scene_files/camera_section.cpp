@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/camera_section.hpp"
 
+#include "core/pixel_pitch.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
@@ -29,6 +30,9 @@ config::Section camera_section(Camera& camera) {
     section.check = [&camera, read, place_keys](const config::ReadTable& table) {
         if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
             table.refuse_table("the key \"psf_file\" is missing");
+        if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
+            !why.empty())
+            table.refuse("pixel_pitch_y_um", why);
         camera.position = table.position_text();
         const bool placed = std::any_of(place_keys.begin(), place_keys.end(),
                                         [&](const config::Key& key) { return table.has(key.name); });

@@ -2,6 +2,7 @@
 #include "renderer/world/build.hpp"
 
 #include "core/error.hpp"
+#include "core/pixel_pitch.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/file_materials.hpp"
 #include "renderer/materials/registry.hpp"
@@ -46,6 +47,9 @@ void validate_camera(scene::Camera camera) {
     if (!(camera.focal_length_m > 0 && std::isfinite(camera.focal_length_m)))
         throw ConfigError(
             fmt::format("camera: focal length {} m: allowed are positive numbers", camera.focal_length_m));
+    if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
+        !why.empty())
+        throw ConfigError("camera: pixel_pitch_y_um: " + why);
 }
 
 /// Checks the numbers of a struct of a scene by the ranges of its keys in scene files.

@@ -64,7 +64,7 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
         }
         if (near) most_rad = std::max(most_rad, moved_rad);
     }
-    return (turn_rad + most_rad) / projection.pixel_angle_rad();
+    return (turn_rad + most_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 
 Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most, std::uint32_t samples,

@@ -172,7 +172,8 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.large = radius_px > large_radius_px;
         s.samples = 0;
         if (!s.targeted) {
-            const double wanted = samples_per_body / instants / (std::numbers::pi * radius_px * radius_px);
+            const double pixels = std::numbers::pi * radius_px * radius_px * scene.camera.pixel_flattening();
+            const double wanted = samples_per_body / instants / pixels;
             s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
         }
     }

@@ -105,7 +105,8 @@ public:
 
         scene::Scene scene = scene::load_scene(scene_);
         if (!size_.empty()) {
-            scene.camera.pixel_pitch_m *= static_cast<double>(scene.camera.width) / width;
+            const double larger = static_cast<double>(scene.camera.width) / width;
+            scene.camera.pixel_pitch_m *= larger, scene.camera.pixel_pitch_y_m *= larger;
             scene.camera.width = width, scene.camera.height = height;
         }
         width = scene.camera.width, height = scene.camera.height;
@@ -113,6 +114,7 @@ public:
         const std::vector<SequenceFrame> frames = sequence(output_, times(scene));
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::vector<SpectralBand> bands = scene.bands;
+        intrinsics_ = scene.camera.intrinsics();
         radiance_ = scene.quantity == scene::Quantity::radiance;
 
         const auto start = Clock::now();
@@ -347,6 +349,8 @@ private:
                 {"WINDOWX", static_cast<std::int64_t>(window_x_), "[px] first column on the sensor"});
             out.push_back({"WINDOWY", static_cast<std::int64_t>(window_y_), "[px] first row on the sensor"});
         }
+        const images::Cards camera = images::intrinsics_cards(intrinsics_);
+        out.insert(out.end(), camera.begin(), camera.end());
         const images::Cards of_bands = band_cards(bands);
         out.insert(out.end(), of_bands.begin(), of_bands.end());
         return out;
@@ -394,6 +398,7 @@ private:
     std::string scene_, output_, size_, window_text_;
     std::int32_t window_x_ = 0, window_y_ = 0;
     renderer::RenderSettings settings_;
+    Intrinsics intrinsics_;
     double exposure_s_ = 0;
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;

@@ -158,12 +158,15 @@ private:
                                {"width", s.readout.width},
                                {"height", s.readout.height},
                                {"pixel_pitch_um", s.pixel_pitch_m * 1e6},
+                               {"pixel_pitch_y_um", s.row_pitch_m() * 1e6},
                                {"adc_bits", s.detector.adc_bits},
                                {"file", file.string()}});
             else
-                fmt::print("{:<12} {:<12} {:>5} x {:<5} {:>6.2f} um {:>3} bit\n", file.stem().string(),
-                           s.name, s.readout.width, s.readout.height, s.pixel_pitch_m * 1e6,
-                           s.detector.adc_bits);
+                fmt::print(
+                    "{:<12} {:<12} {:>5} x {:<5} {:>6.2f}{} um {:>3} bit\n", file.stem().string(), s.name,
+                    s.readout.width, s.readout.height, s.pixel_pitch_m * 1e6,
+                    s.row_pitch_m() == s.pixel_pitch_m ? "" : fmt::format(" x {:.2f}", s.row_pitch_m() * 1e6),
+                    s.detector.adc_bits);
         }
         if (json_) fmt::print("{}\n", all.dump(2));
         return exit_ok;

@@ -196,7 +196,7 @@ TEST_CASE("Different pixels, frames, seeds and purposes get different samples") 
 
 TEST_CASE("Displaced samples and splatted points see the same Gaussian PSF") {
     for (const double sigma : {0.0, 0.3, 0.5, 1.2}) {
-        const GaussianPsf psf(sigma);
+        const GaussianAxis psf(sigma);
         // Share of a pixel's samples that land within [a, a + 1/4): by counting, and by integrating the
         // splatted weight of points there.
         constexpr int n = 1 << 16;

@@ -370,6 +370,28 @@ TEST_CASE("particles arrive at their rate and leave their charge where the list 
     CHECK(banded == whole);
 }
 
+TEST_CASE("particles cross rectangular pixels at the rate of their area and in all directions alike") {
+    SensorDescription d = bare();
+    d.pixel_pitch_m = 18e-6;
+    d.pixel_pitch_y_m = 4.5e-6;
+    d.detector.hit_flux_per_cm2_s = 20000;
+    Camera camera(d, 50'000'000);
+    double count = 0, across_m2 = 0, down_m2 = 0;
+    constexpr int frames = 40;
+    for (std::uint64_t f = 0; f < frames; ++f)
+        for (const ParticleHit& hit : camera.detector.hits(camera.plan, f)) {
+            ++count;
+            across_m2 += std::pow(hit.dx_px * 18e-6, 2), down_m2 += std::pow(hit.dy_px * 4.5e-6, 2);
+            CHECK(std::abs(hit.dy_px) < 48);
+        }
+    const auto& rows = camera.plan.rows;
+    const double seconds = to_seconds(rows.back().read - rows.front().reset);
+    const double expected = 20000 * size * size * 18e-4 * 4.5e-4 * seconds * frames;
+    CHECK_THAT(count, WithinAbs(expected, 4 * std::sqrt(expected)));
+    CHECK(across_m2 > 0);
+    CHECK_THAT(down_m2 / across_m2, WithinAbs(1, 0.25)); // long tracks are few
+}
+
 TEST_CASE("an RTS process is in either level half of the time and forgets exponentially") {
     constexpr int pixels = 4000, steps = 40;
     double up = 0, product = 0;
