@@ -51,7 +51,8 @@ spin_rate_deg_per_s = 30
 
 struct DaemonOptions {
     std::string address; ///< empty: no control port
-    int size = 1024;     ///< the sensor is square
+    int size = 1024;     ///< the sensor is square,
+    int height = 0;      ///< unless its rows are given
     double rate_hz = 10;
     std::string frames_folder; ///< empty: no files
     std::string more;          ///< further TOML, at the end
@@ -83,8 +84,8 @@ inline std::filesystem::path write_configuration(const TempFolder& folder, const
                 : "[gige]\ninterface = \"" + o.address + "\"\npacket_size = 8000\n" + o.gige_more + "\n";
     if (!o.frames_folder.empty())
         text += "[file]\nenabled = true\nformat = \"raw\"\ndirectory = \"" + o.frames_folder + "\"\n";
-    text +=
-        "[sensor.readout]\nwidth = " + std::to_string(o.size) + "\nheight = " + std::to_string(o.size) + "\n";
+    text += "[sensor.readout]\nwidth = " + std::to_string(o.size) +
+            "\nheight = " + std::to_string(o.height > 0 ? o.height : o.size) + "\n";
     text += o.more;
     return folder.write("obscurad.toml", text);
 }

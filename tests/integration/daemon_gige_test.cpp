@@ -299,6 +299,34 @@ TEST_CASE("the configuration knows every fault by the name that the camera has f
     }
 }
 
+TEST_CASE("a line camera of one row with tall pixels is served, and tells both pitches") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(22);
+    options.size = 256;
+    options.height = 1;
+    options.rate_hz = 20;
+    options.more = "[sensor]\npixel_pitch_um = 4\npixel_pitch_y_um = 80.5\n";
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
+    daemon.start();
+    GigeClient client(options.address);
+    CHECK(client.integer("SensorHeight") == 1);
+    CHECK(client.integer("Height") == 1);
+    CHECK(std::abs(client.real("SensorPixelWidth") - 4) < 1e-9);
+    CHECK(std::abs(client.real("SensorPixelHeight") - 80.5) < 1e-9);
+    client.open_stream(4);
+    client.execute("AcquisitionStart");
+    for (int i = 0; i < 3; ++i) {
+        auto buffer = client.next(5000);
+        REQUIRE(buffer != nullptr);
+        REQUIRE(arv_buffer_get_status(buffer.get()) == ARV_BUFFER_STATUS_SUCCESS);
+        CHECK(arv_buffer_get_image_width(buffer.get()) == 256);
+        CHECK(arv_buffer_get_image_height(buffer.get()) == 1);
+        client.give_back(std::move(buffer));
+    }
+    client.execute("AcquisitionStop");
+}
+
 TEST_CASE("three cameras in one daemon, two of them on one trigger, are received at once") {
     const TempFolder folder;
     DaemonOptions options;

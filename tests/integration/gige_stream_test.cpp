@@ -456,11 +456,17 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(real("ChunkCameraPositionX") == 1.5 * static_cast<double>(id));
             CHECK(real("ChunkSunPositionZ") == -1e11);
             CHECK(real("ChunkBodyAttitudeW") == 1.0); // of body 0
+            CHECK(real("ChunkFocalLengthX") == 2000);
+            CHECK(real("ChunkFocalLengthY") == 1250);
+            CHECK(real("ChunkPrincipalPointX") == 31.5);
+            CHECK(real("ChunkPrincipalPointY") == 23.5);
+            CHECK(std::abs(real("ChunkSensorPixelWidth") - 10) < 1e-9);
+            CHECK(std::abs(real("ChunkSensorPixelHeight") - 16) < 1e-9);
             // Aravis's chunk parser has selectors of its own that nobody can set: the second body by hand.
             std::size_t bytes = 0;
             const auto* truth =
                 static_cast<const std::uint8_t*>(arv_buffer_get_chunk_data(buffer.get(), 0x4F42000E, &bytes));
-            REQUIRE(bytes == 104 + 16 * 88);
+            REQUIRE(bytes == 104 + 16 * 88 + 48);
             const auto big_endian = [&](std::size_t at) {
                 std::uint64_t bits = 0;
                 for (int i = 0; i < 8; ++i)
@@ -1277,6 +1283,8 @@ TEST_CASE("Every register that the XML names is in the table with the same lengt
         const guint64 where = arv_gc_register_get_address(ARV_GC_REGISTER(node), &error);
         const guint64 bytes = arv_gc_register_get_length(ARV_GC_REGISTER(node), &error);
         REQUIRE(error == nullptr);
+        // Addresses in chunk data count from the beginning of the chunk: they are no registers.
+        if (std::string(name).starts_with("Chunk") && where < 0xA000) continue;
         std::vector<std::uint8_t> data(bytes);
         const ArvGcAccessMode mode = arv_gc_feature_node_get_actual_access_mode(ARV_GC_FEATURE_NODE(node));
         CHECK(

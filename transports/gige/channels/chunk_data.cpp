@@ -14,6 +14,7 @@ namespace {
 constexpr std::size_t region_bytes = 48;
 constexpr std::size_t truth_head_bytes = 104;
 constexpr std::size_t truth_body_bytes = 88;
+constexpr std::size_t truth_intrinsics_bytes = 48;
 
 std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
     switch (c) {
@@ -33,7 +34,7 @@ std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
     case Chunk::row_times:
         return 8 + static_cast<std::size_t>(rows) * 16;
     case Chunk::ground_truth:
-        return truth_head_bytes + max_truth_bodies * truth_body_bytes;
+        return truth_head_bytes + max_truth_bodies * truth_body_bytes + truth_intrinsics_bytes;
     default:
         return 8;
     }
@@ -195,6 +196,12 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                     writer.zeros(truth_body_bytes);
                 }
             }
+            for (const double px : truth.intrinsics.focal_length_px)
+                writer.f64(px);
+            for (const double px : truth.intrinsics.principal_point_px)
+                writer.f64(px);
+            for (const double pitch_m : truth.intrinsics.pixel_pitch_m)
+                writer.f64(1e6 * pitch_m);
             break;
         }
         }

@@ -146,6 +146,12 @@ constexpr std::array sensor_shutter_mode_entries{
     entry("Rolling", 1),
 };
 
+/// A pitch in the feature's unit, um.
+template<auto member>
+std::uint64_t get_pitch(const Feature& f, DeviceContext& d, std::uint32_t /*index*/) {
+    return encode(f, 1e6 * (d.limits.*member));
+}
+
 constexpr std::array features{
     Feature{.name = "SensorWidth",
             .access = Access::read_only,
@@ -158,6 +164,28 @@ constexpr std::array features{
             .address = 0xA004,
             .cached = true,
             .get = get_limit<&CameraLimits::sensor_height>,
+            .foreign = {.bound = true}},
+    Feature{.name = "SensorPixelWidth",
+            .type = FeatureType::floating,
+            .visibility = Visibility::expert,
+            .tooltip = "Pitch of the columns of the sensor, before binning",
+            .access = Access::read_only,
+            .address = 0xA024,
+            .cached = true,
+            .unit = "um",
+            .scale = 1000,
+            .get = get_pitch<&CameraLimits::pixel_width_m>,
+            .foreign = {.bound = true}},
+    Feature{.name = "SensorPixelHeight",
+            .type = FeatureType::floating,
+            .visibility = Visibility::expert,
+            .tooltip = "Pitch of the rows of the sensor, before binning",
+            .access = Access::read_only,
+            .address = 0xA028,
+            .cached = true,
+            .unit = "um",
+            .scale = 1000,
+            .get = get_pitch<&CameraLimits::pixel_height_m>,
             .foreign = {.bound = true}},
     Feature{.name = "WidthMax",
             .access = Access::read_only,

@@ -29,7 +29,8 @@ enum class Chunk : std::uint8_t {
     row_times, ///< u32 count, u32 0, then per row {u64 reset, u64 read}
     /// u64 mid-exposure; f64[3] camera position, f64[4] attitude (scalar first, camera to inertial), f64[3]
     /// Sun position (metres, inertial), u64 seed, u32 bodies, u32 run word; then 16 x {char name[32], f64[3]
-    /// position, f64[4] attitude}
+    /// position, f64[4] attitude}; f64[2] focal length over the pitches, px; f64[2] principal point on the
+    /// sensor, px; f64[2] pitches of the sensor's pixels, um
     ground_truth,
     line_status_all,      ///< u32: levels of the inputs at the trigger edge
     sequencer_set_active, ///< u32
