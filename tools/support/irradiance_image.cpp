@@ -8,13 +8,16 @@
 
 namespace obscura::tools {
 
+std::string band_name(const SpectralBand& band) {
+    return fmt::format("{}-{}nm", std::lround(1e9 * band.from_m), std::lround(1e9 * band.to_m));
+}
+
 std::vector<images::ExrChannel> irradiance_channels(std::span<const float> image,
                                                     const std::vector<SpectralBand>& bands) {
     const std::size_t plane = image.size() / bands.size();
     std::vector<images::ExrChannel> channels;
     for (std::size_t i = 0; i < bands.size(); ++i) {
-        std::string name = fmt::format("irradiance.{}-{}nm", std::lround(1e9 * bands[i].from_m),
-                                       std::lround(1e9 * bands[i].to_m));
+        std::string name = "irradiance." + band_name(bands[i]);
         const auto same = [&](const images::ExrChannel& c) { return c.name == name; };
         if (std::any_of(channels.begin(), channels.end(), same)) name += fmt::format("-{}", i);
         channels.push_back({std::move(name), "W m-2", image.subspan(i * plane, plane)});

@@ -6,9 +6,13 @@
 #include "renderer/scene/scene.hpp"
 
 #include <span>
+#include <string>
 #include <vector>
 
 namespace obscura::tools {
+
+/// "400-900nm".
+[[nodiscard]] std::string band_name(const SpectralBand& band);
 
 /// One channel per band, named like "irradiance.400-900nm". `image` holds the planes of the bands one after
 /// the other and must outlive the channels.

@@ -2,6 +2,7 @@
 #include "tools/support/registration.hpp"
 
 #include "core/error.hpp"
+#include "tools/support/registration_math.hpp"
 
 #include <fmt/format.h>
 
@@ -13,25 +14,6 @@
 
 namespace obscura::tools {
 namespace {
-
-/// Sums of a weighted linear regression.
-struct Sums {
-    std::int64_t n = 0;
-    double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
-
-    void add(double x, double y) {
-        ++n;
-        a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
-    }
-    [[nodiscard]] double correlation() const {
-        if (n < 2) return -1;
-        const auto count = static_cast<double>(n);
-        const double va = aa - a * a / count, vb = bb - b * b / count;
-        // The correlation with a flat image is undefined; return the lowest, so that it is never chosen.
-        if (!(va > 1e-14 * aa) || !(vb > 1e-14 * bb)) return -1;
-        return (ab - a * b / count) / std::sqrt(va * vb);
-    }
-};
 
 Image halved(const Image& image) {
     Image out{image.width / 2, image.height / 2, {}};
@@ -48,7 +30,7 @@ struct Shift {
 };
 
 double correlation_at(const Image& reference, const Image& image, Shift shift) {
-    Sums sums;
+    RegressionSums sums;
     const std::int32_t x0 = std::max(0, -shift.x), x1 = std::min(reference.width, reference.width - shift.x);
     const std::int32_t y0 = std::max(0, -shift.y),
                        y1 = std::min(reference.height, reference.height - shift.y);
@@ -83,13 +65,6 @@ Shift search_pyramid(const Image& reference, const Image& image, std::int32_t ma
     return search(reference, image, {2 * coarse.x, 2 * coarse.y}, 2, max_shift);
 }
 
-/// Weights of Keys' cubic convolution (a = -1/2) for the four neighbours of a point `t` past the second.
-std::array<double, 4> cubic_weights(double t) {
-    const double t2 = t * t, t3 = t2 * t;
-    return {-0.5 * t + t2 - 0.5 * t3, 1 - 2.5 * t2 + 1.5 * t3, 0.5 * t + 2 * t2 - 1.5 * t3,
-            -0.5 * t2 + 0.5 * t3};
-}
-
 /// image(x + dx, y + dy) for every pixel; NaN where a neighbour is missing. Separable.
 Image shifted(const Image& image, double dx, double dy) {
     if (dx == 0 && dy == 0) return image;
@@ -115,41 +90,10 @@ Image shifted(const Image& image, double dx, double dy) {
     return pass(pass(image, dx, true), dy, false);
 }
 
-/// Image smoothed by a Gaussian of one pixel; NaN pixels are left out. Interpolation smooths noise by an
-/// amount that depends on the shift, and smoother images correlate better: without this filter shifts are
-/// biased towards odd multiples of half a pixel by a tenth of a pixel or more.
-Image smoothed(const Image& image) {
-    constexpr std::int32_t radius = 3;
-    std::array<double, 2 * radius + 1> kernel{};
-    for (std::int32_t i = -radius; i <= radius; ++i)
-        kernel[static_cast<std::size_t>(i + radius)] = std::exp(-0.5 * i * i);
-    const auto pass = [&](const Image& in, bool along_x) {
-        Image out{in.width, in.height, in.values};
-        const std::int32_t limit = along_x ? in.width : in.height;
-        for (std::int32_t y = 0; y < in.height; ++y)
-            for (std::int32_t x = 0; x < in.width; ++x) {
-                double sum = 0, weights = 0;
-                const std::int32_t centre = along_x ? x : y;
-                for (std::int32_t i = -radius; i <= radius; ++i) {
-                    if (centre + i < 0 || centre + i >= limit) continue;
-                    const double value = along_x ? in.at(x + i, y) : in.at(x, y + i);
-                    if (std::isnan(value)) continue;
-                    const double weight = kernel[static_cast<std::size_t>(i + radius)];
-                    sum += weight * value, weights += weight;
-                }
-                double& value = out.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(in.width) +
-                                           static_cast<std::size_t>(x)];
-                if (!std::isnan(value)) value = sum / weights;
-            }
-        return out;
-    };
-    return pass(pass(image, true), false);
-}
-
 /// Regression sums over both images, each moved by half of the shift towards the other.
-Sums sums_at(const Image& reference, const Image& image, double dx, double dy) {
+RegressionSums sums_at(const Image& reference, const Image& image, double dx, double dy) {
     const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
-    Sums sums;
+    RegressionSums sums;
     for (std::size_t i = 0; i < a.values.size(); ++i)
         if (!std::isnan(a.values[i] + b.values[i])) sums.add(a.values[i], b.values[i]);
     return sums;
@@ -180,7 +124,7 @@ using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* gri
 /// that a block subtracts.
 BlockShares shares_at(const Image& reference, const Image& image, double dx, double dy) {
     const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
-    Sums s;
+    RegressionSums s;
     for (std::size_t i = 0; i < a.values.size(); ++i)
         if (!std::isnan(a.values[i] + b.values[i])) s.add(a.values[i], b.values[i]);
     const auto n = static_cast<double>(s.n);
@@ -235,6 +179,34 @@ void estimate_errors(const Image& reference, const Image& image, double limit, d
 
 } // namespace
 
+Image smoothed(const Image& image) {
+    constexpr std::int32_t radius = 3;
+    std::array<double, 2 * radius + 1> kernel{};
+    for (std::int32_t i = -radius; i <= radius; ++i)
+        kernel[static_cast<std::size_t>(i + radius)] = std::exp(-0.5 * i * i);
+    const auto pass = [&](const Image& in, bool along_x) {
+        Image out{in.width, in.height, in.values};
+        const std::int32_t limit = along_x ? in.width : in.height;
+        for (std::int32_t y = 0; y < in.height; ++y)
+            for (std::int32_t x = 0; x < in.width; ++x) {
+                double sum = 0, weights = 0;
+                const std::int32_t centre = along_x ? x : y;
+                for (std::int32_t i = -radius; i <= radius; ++i) {
+                    if (centre + i < 0 || centre + i >= limit) continue;
+                    const double value = along_x ? in.at(x + i, y) : in.at(x, y + i);
+                    if (std::isnan(value)) continue;
+                    const double weight = kernel[static_cast<std::size_t>(i + radius)];
+                    sum += weight * value, weights += weight;
+                }
+                double& value = out.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(in.width) +
+                                           static_cast<std::size_t>(x)];
+                if (!std::isnan(value)) value = sum / weights;
+            }
+        return out;
+    };
+    return pass(pass(image, true), false);
+}
+
 Agreement compare_images(const Image& reference, const Image& image, const RegistrationSettings& settings) {
     if (reference.width != image.width || reference.height != image.height)
         throw InputError(fmt::format("the images have {} x {} and {} x {} pixels, allowed are equal sizes",
@@ -246,11 +218,13 @@ Agreement compare_images(const Image& reference, const Image& image, const Regis
     if (limit > 0) {
         const Shift whole = search_pyramid(reference, image, limit);
         out.shift_x_px = whole.x, out.shift_y_px = whole.y;
+    }
+    if (limit > 0 && settings.sub_pixel) {
         const Image a = smoothed(reference), b = smoothed(image);
         refine(a, b, limit, out.shift_x_px, out.shift_y_px);
         estimate_errors(a, b, limit, out.shift_x_px, out.shift_y_px, out);
     }
-    const Sums s = sums_at(reference, image, out.shift_x_px, out.shift_y_px);
+    const RegressionSums s = sums_at(reference, image, out.shift_x_px, out.shift_y_px);
     out.pixels = s.n;
     out.correlation = s.correlation();
     if (out.correlation < -0.999999 && s.n < 2) throw InputError("the images have no pixels in common");

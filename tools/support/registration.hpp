@@ -28,6 +28,7 @@ struct Agreement {
 struct RegistrationSettings {
     std::int32_t max_shift_px = 8; ///< search range in each direction
     bool with_offset = true;       ///< false: image = scale * reference
+    bool sub_pixel = true;         ///< false: whole shifts only, without standard errors
 };
 
 /// Registers `image` to `reference` (same size). First the integer shift of the highest correlation is

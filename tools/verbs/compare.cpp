@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verb `obscura compare`: sub-pixel registration, correlation and residual of two images.
+// Verb `obscura compare`: sub-pixel registration, pointing fit, correlation, I/F and residual of two images.
+#include "core/error.hpp"
+#include "core/solar_spectrum.hpp"
 #include "images/image.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/png.hpp"
+#include "renderer/lights/spectrum.hpp"
+#include "renderer/scene_files/scene_file.hpp"
+#include "tools/support/irradiance_image.hpp"
+#include "tools/support/pointing.hpp"
 #include "tools/support/preview.hpp"
 #include "tools/support/registration.hpp"
 #include "tools/support/report.hpp"
@@ -12,6 +18,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
 
 namespace obscura::tools {
 namespace {
@@ -27,7 +39,10 @@ public:
             "label, or the detached label as the file). Pixels that are NaN in either image are left out. "
             "The standard error of the shift is estimated from the scatter between blocks of the image; "
             "none is given where the correlation has no maximum within --max-shift, because the shift is "
-            "then undetermined.";
+            "then undetermined. With --scene, the scene file that IMAGE was rendered from, the report also "
+            "gives the scale in I/F (pi times the radiance over the Sun's irradiance at the scene's first "
+            "body), which is dimensionless where REFERENCE is in I/F; and --pointing fits three angles of "
+            "the camera instead of a shift: right, down and roll.";
         line.positional("REFERENCE", &reference_, "Reference image");
         line.positional("IMAGE", &image_, "Image to compare with the reference");
         line.option(
@@ -38,6 +53,17 @@ public:
         line.number("--max-shift", &settings_.max_shift_px, "PX",
                     "Largest shift to search for in each direction, in pixels; 0: compare unshifted", 0,
                     1024);
+        line.option(
+            "--scene", &scene_file_, "SCENE",
+            "Scene file (TOML) that IMAGE was rendered from, whole sensor: its camera and Sun, for I/F "
+            "and --pointing");
+        line.flag(
+            "--pointing", pointing_,
+            "Fit the pointing of the scene's camera, two angles and a roll; the other figures are those "
+            "of IMAGE at the fitted pointing");
+        line.number("--max-roll", &max_roll_deg_, "DEG",
+                    "Largest roll to search for with --pointing, in degrees; the shift has --max-shift", 0,
+                    45);
         line.flag("--no-offset", no_offset_, "Fit a scale without an offset: IMAGE = scale * REFERENCE");
         line.number(
             "--blocks", &block_, "PX",
@@ -55,32 +81,40 @@ public:
         line.flag("--json", json_, "Print one JSON object instead of a table");
         line.examples = {
             "obscura compare flight.fit render.fits --min-correlation 0.8",
+            "obscura compare flight.fit render.fits --scene scene.toml --pointing",
             "obscura compare a.exr b.exr --reference-plane irradiance.400-900nm --picture ab.png",
         };
     }
 
     int run() override {
         const Image reference = images::read_image(reference_, reference_plane_);
-        const Image image = images::read_image(image_, image_plane_);
+        Image image = images::read_image(image_, image_plane_);
         settings_.with_offset = !no_offset_;
+        if (pointing_ && scene_file_.empty())
+            throw UsageError("obscura compare: --pointing needs --scene, for the camera");
+        std::optional<RenderedScene> rendered;
+        if (!scene_file_.empty()) rendered.emplace(scene_of(image));
+        std::optional<PointingFit> fit;
+        if (pointing_) {
+            fit = fit_pointing(reference, image, *rendered->lens,
+                               {settings_.max_shift_px, max_roll_deg_ * degree});
+            image = turned(image, *rendered->lens, fit->pointing);
+            settings_.max_shift_px = 0;
+        }
         const Agreement a = compare_images(reference, image, settings_);
         Report report;
         report.add("width", "width", static_cast<std::int64_t>(reference.width));
         report.add("height", "height", static_cast<std::int64_t>(reference.height));
         report.add("pixels", "pixels compared", a.pixels);
-        report.add("shift_x_px", "shift, right", std::optional(a.shift_x_px), "px", 3);
-        report.add("shift_y_px", "shift, down", std::optional(a.shift_y_px), "px", 3);
-        report.add("shift_px", "shift", std::optional(std::hypot(a.shift_x_px, a.shift_y_px)), "px", 3);
-        if (settings_.max_shift_px > 0) {
-            const auto error = [](double px) { return std::isfinite(px) ? std::optional(px) : std::nullopt; };
-            report.add("shift_x_error_px", "standard error, right", error(a.error_x_px), "px", 3);
-            report.add("shift_y_error_px", "standard error, down", error(a.error_y_px), "px", 3);
-        }
+        if (fit) report_pointing(report, *fit, rendered->scene.camera);
+        if (!fit) report_shift(report, a);
         report.add("correlation", "correlation", std::optional(a.correlation), "", 5);
-        report.add("correlation_unshifted", "correlation, not shifted",
-                   std::optional(a.correlation_unshifted), "", 5);
+        if (!fit)
+            report.add("correlation_unshifted", "correlation, not shifted",
+                       std::optional(a.correlation_unshifted), "", 5);
         report.add("scale", "scale", fmt::format("{:.6g}", a.scale), a.scale);
         report.add("offset", "offset", fmt::format("{:.6g}", a.offset), a.offset);
+        if (rendered) report_i_over_f(report, reference, image, *rendered);
         report.add("residual_rms", "residual, rms", fmt::format("{:.6g}", a.residual_rms), a.residual_rms);
         report.add("residual_percent", "residual of the image's rms",
                    std::optional(100 * a.residual_rms / a.image_rms), "%", 3);
@@ -98,6 +132,91 @@ public:
     }
 
 private:
+    static constexpr double degree = std::numbers::pi / 180;
+
+    /// The scene that IMAGE was rendered from.
+    struct RenderedScene {
+        scene::Scene scene;
+        std::unique_ptr<const renderer::Projection> lens;
+        double sun_w_m2; ///< irradiance of the Sun in IMAGE's band, at the target
+    };
+
+    [[nodiscard]] RenderedScene scene_of(const Image& image) const {
+        scene::Scene scene = scene::load_scene(scene_file_);
+        const scene::Camera& camera = scene.camera;
+        if (image.width != camera.width || image.height != camera.height)
+            throw InputError(fmt::format("{}: the camera has {} x {} pixels, {} has {} x {}: allowed is an "
+                                         "image of the whole sensor",
+                                         scene_file_, camera.width, camera.height, image_, image.width,
+                                         image.height));
+        const Vec3 target_m = scene.bodies.empty()
+                                  ? camera.motion.samples.front().pose.position_m
+                                  : scene.bodies.front().motion.samples.front().pose.position_m;
+        const double distance_au = length(scene.sun.position_m - target_m) / astronomical_unit_m;
+        const double sun_w_m2 = renderer::sun_irradiance_w_m2(band_of(scene)) * scene.sun.irradiance_scale /
+                                (distance_au * distance_au);
+        auto lens = renderer::make_projection(camera);
+        return {std::move(scene), std::move(lens), sun_w_m2};
+    }
+
+    /// Band of --image-plane: by the number of the plane or by the name of the channel; else the first.
+    [[nodiscard]] SpectralBand band_of(const scene::Scene& scene) const {
+        for (std::size_t i = 0; i < scene.bands.size(); ++i) {
+            const std::string name = band_name(scene.bands[i]);
+            if (image_plane_ == std::to_string(i) || image_plane_.ends_with("." + name))
+                return scene.bands[i];
+        }
+        return scene.bands.front();
+    }
+
+    void report_shift(Report& report, const Agreement& a) const {
+        report.add("shift_x_px", "shift, right", std::optional(a.shift_x_px), "px", 3);
+        report.add("shift_y_px", "shift, down", std::optional(a.shift_y_px), "px", 3);
+        report.add("shift_px", "shift", std::optional(std::hypot(a.shift_x_px, a.shift_y_px)), "px", 3);
+        if (settings_.max_shift_px == 0) return;
+        report.add("shift_x_error_px", "standard error, right", finite(a.error_x_px), "px", 3);
+        report.add("shift_y_error_px", "standard error, down", finite(a.error_y_px), "px", 3);
+    }
+
+    static void report_pointing(Report& report, const PointingFit& fit, const scene::Camera& camera) {
+        const auto add = [&](const char* key, const char* label, double angle_rad, double error_rad) {
+            report.add(fmt::format("pointing_{}_deg", key), fmt::format("pointing, {}", label),
+                       std::optional(angle_rad / degree), "deg", 5);
+            report.add(fmt::format("pointing_{}_error_deg", key), fmt::format("standard error, {}", label),
+                       finite(error_rad / degree), "deg", 5);
+        };
+        add("right", "right", fit.pointing.right_rad, fit.error.right_rad);
+        add("down", "down", fit.pointing.down_rad, fit.error.down_rad);
+        add("roll", "roll (right towards down)", fit.pointing.roll_rad, fit.error.roll_rad);
+        const Quat q = normalized(camera.motion.samples.front().pose.orientation * fit.pointing.turn());
+        report.add("orientation", "camera.orientation of the scene, corrected",
+                   fmt::format("[{:.12f}, {:.12f}, {:.12f}, {:.12f}]", q.w, q.x, q.y, q.z));
+    }
+
+    /// The scale with IMAGE in I/F, and the means of both images over the pixels that are compared.
+    void report_i_over_f(Report& report, const Image& reference, const Image& image,
+                         const RenderedScene& rendered) const {
+        const Image values = i_over_f(
+            image, *rendered.lens, rendered.scene.quantity == scene::Quantity::radiance, rendered.sun_w_m2);
+        const Agreement a = compare_images(reference, values, settings_);
+        double sum = 0, reference_sum = 0;
+        std::int64_t pixels = 0;
+        for (std::size_t i = 0; i < values.values.size(); ++i) {
+            if (std::isnan(values.values[i] + reference.values[i])) continue;
+            ++pixels, sum += values.values[i], reference_sum += reference.values[i];
+        }
+        const auto n = static_cast<double>(std::max<std::int64_t>(pixels, 1));
+        report.add("i_over_f", "mean I/F of the image", fmt::format("{:.6g}", sum / n), sum / n);
+        report.add("reference_mean", "mean of the reference", fmt::format("{:.6g}", reference_sum / n),
+                   reference_sum / n);
+        report.add("i_over_f_scale", "scale, image in I/F", fmt::format("{:.6g}", a.scale), a.scale);
+        report.add("i_over_f_offset", "offset, image in I/F", fmt::format("{:.6g}", a.offset), a.offset);
+    }
+
+    static std::optional<double> finite(double value) {
+        return std::isfinite(value) ? std::optional(value) : std::nullopt;
+    }
+
     void write_residual(const Image& reference, const Image& image, const Agreement& a) const {
         const Image residual = residual_image(reference, image, a);
         const std::vector<float> values(residual.values.begin(), residual.values.end());
@@ -140,10 +259,12 @@ private:
     }
 
     std::string reference_, image_, reference_plane_, image_plane_, residual_, picture_;
+    std::string scene_file_;
     RegistrationSettings settings_;
+    double max_roll_deg_ = 1;
     std::int32_t block_ = 0;
     double min_correlation_ = -1, max_offset_ = 0;
-    bool no_offset_ = false, json_ = false;
+    bool no_offset_ = false, pointing_ = false, json_ = false;
 };
 
 } // namespace

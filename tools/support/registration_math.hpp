@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums, interpolation and smoothing that shift and pointing fits share.
+#pragma once
+
+#include "images/image.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace obscura::tools {
+
+/// Sums of a linear regression of y on x.
+struct RegressionSums {
+    std::int64_t n = 0;
+    double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+    void add(double x, double y) {
+        ++n;
+        a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
+    }
+    [[nodiscard]] double correlation() const {
+        if (n < 2) return -1;
+        const auto count = static_cast<double>(n);
+        const double va = aa - a * a / count, vb = bb - b * b / count;
+        // The correlation with a flat image is undefined; return the lowest, so that it is never chosen.
+        if (!(va > 1e-14 * aa) || !(vb > 1e-14 * bb)) return -1;
+        return (ab - a * b / count) / std::sqrt(va * vb);
+    }
+};
+
+/// Weights of Keys' cubic convolution (a = -1/2) for the four neighbours of a point `t` past the second.
+inline std::array<double, 4> cubic_weights(double t) {
+    const double t2 = t * t, t3 = t2 * t;
+    return {-0.5 * t + t2 - 0.5 * t3, 1 - 2.5 * t2 + 1.5 * t3, 0.5 * t + 2 * t2 - 1.5 * t3,
+            -0.5 * t2 + 0.5 * t3};
+}
+
+/// Image smoothed by a Gaussian of one pixel; NaN pixels are left out. Interpolation smooths noise by an
+/// amount that depends on the shift, and smoother images correlate better: without this filter shifts are
+/// biased towards odd multiples of half a pixel by a tenth of a pixel or more.
+[[nodiscard]] images::Image smoothed(const images::Image& image);
+
+} // namespace obscura::tools
