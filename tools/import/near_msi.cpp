@@ -21,9 +21,11 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 
 // Camera (Hawkins et al. 1997, Space Sci. Rev. 82, 31; NEAR instrument kernel msi15): the boresight in
-// spacecraft axes, the focal length, and the pixel of the frames resampled to square pixels.
+// spacecraft axes, the focal length, and the pixels of the CCD, 16 um wide and 27 um high. Processing on the
+// ground may resample its 244 lines to 412, of square pixels.
 constexpr Vec3 boresight_spacecraft{0.9999988429, -0.0004838414, 0.0014422523};
-constexpr double focal_length_m = 0.16685, pixel_pitch_m = 16e-6;
+constexpr double focal_length_m = 0.16685, pixel_pitch_m = 16e-6, line_pitch_m = 27e-6;
+constexpr double samples_per_line = 537, raw_lines = 244, resampled_lines = 412;
 // Filters by wheel position (NEAR-009): typical values, not checked against a published table. They and the
 // aperture below only scale the image's brightness.
 struct Filter {
@@ -121,10 +123,10 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
     if (const std::string target = header.text("NEAR-047"); target != "EROS")
         throw InputError(fmt::format("{}: the target is {}, allowed EROS", frame.string(), target));
     const double width = header.number("NAXIS1"), height = header.number("NAXIS2");
-    if (width != 537 || height != 412)
-        throw InputError(
-            fmt::format("{}: {} x {} pixels, allowed 537 x 412 (frames resampled to square pixels)",
-                        frame.string(), width, height));
+    if (width != samples_per_line || (height != raw_lines && height != resampled_lines))
+        throw InputError(fmt::format(
+            "{}: {} x {} pixels, allowed {} x {} (raw) and {} x {} (resampled to square pixels)",
+            frame.string(), width, height, samples_per_line, raw_lines, samples_per_line, resampled_lines));
     const std::string utc = utc_of(header, options.utc);
     const std::optional<double> start_days = tdb_days_from_j2000(utc);
     if (!start_days)
@@ -169,10 +171,11 @@ std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOpti
     out += fmt::format("# {} of {}, {} UTC, from its header. J2000 axes, origin at the asteroid's centre.\n",
                        header.text("NEAR-047"), frame.filename().string(), utc);
     out += fmt::format("\nname = \"near-msi-eros\"\n\n[sun]\nposition_m = {}\n", list(sun_m));
-    out +=
-        fmt::format("\n[camera]\nwidth = {}\nheight = {}\npixel_pitch_um = {}\nfocal_length_mm = {}\n"
-                    "aperture_mm = 49.5\npsf_sigma_px = 0.6\nposition_m = {}\norientation = {}\n",
-                    width, height, pixel_pitch_m * 1e6, focal_length_m * 1e3, list(camera_m), list(camera));
+    out += fmt::format("\n[camera]\nwidth = {}\nheight = {}\npixel_pitch_um = {}\n{}focal_length_mm = {}\n"
+                       "aperture_mm = 49.5\npsf_sigma_px = 0.6\nposition_m = {}\norientation = {}\n",
+                       width, height, pixel_pitch_m * 1e6,
+                       height == raw_lines ? fmt::format("pixel_pitch_y_um = {}\n", line_pitch_m * 1e6) : "",
+                       focal_length_m * 1e3, list(camera_m), list(camera));
     out += fmt::format("\n[[body]]\nname = \"Eros\"\nshape = \"mesh\"\nfile = \"{}\"\nmetres_per_unit = {}\n",
                        options.mesh, options.metres_per_unit);
     out += "material = \"eros\"\n";

@@ -13,8 +13,9 @@ struct NearMsiOptions {
     std::string utc;               ///< mid-exposure; empty: from the PDS3 label beside the frame
 };
 
-/// Reads a FITS frame of 433 Eros in the 537 x 412 format (square pixels) and returns the text of a scene
-/// file in J2000 axes with the asteroid's centre as the origin. Throws InputError with a one-line message.
+/// Reads a FITS frame of 433 Eros, 537 x 244 (raw) or 537 x 412 (resampled to square pixels), and returns the
+/// text of a scene file in J2000 axes with the asteroid's centre as the origin. Throws InputError with a
+/// one-line message.
 [[nodiscard]] std::string near_msi_scene(const std::filesystem::path& frame, const NearMsiOptions& options);
 
 } // namespace obscura::tools

@@ -21,7 +21,8 @@ public:
             "Reads camera pose, Sun position, time and filter from the header of a flight image and "
             "writes a scene file that reproduces the image: render it and compare the two. Supported are "
             "NEAR MSI frames of 433 Eros: FITS files, each with its detached PDS3 label (.lbl) in the "
-            "same folder.";
+            "same folder; raw frames of 537 x 244 pixels, 16 by 27 um, and frames resampled to 537 x 412 "
+            "square pixels.";
         line.positional("FILE", &file_, "Flight image (FITS)");
         line.option("--shape", &shape_, "MESH", "Shape model of the target: Wavefront OBJ in body-fixed axes")
             .required = true;
@@ -33,7 +34,7 @@ public:
         line.examples = {
             "obscura import m0157063318f4_2p_iof_gbl.fit --shape eros.obj -o eros.toml",
             "obscura render eros.toml -o eros.fits --samples 16",
-            "obscura compare m0157063318f4_2p_iof_gbl.fit eros.fits",
+            "obscura compare m0157063318f4_2p_iof_gbl.fit eros.fits --scene eros.toml --pointing",
         };
     }
 
