@@ -189,6 +189,24 @@ TEST_CASE("Stars of the classes of the Pickles library have its spectra") {
     }
 }
 
+TEST_CASE("Red giants have the bands of the Pickles library") {
+    // Files k5iii, m2iii and m5iii of the library (Pickles, PASP 110, 863 (1998)): means from 450, 500, 600,
+    // 700 and 800 nm on over the mean through V. Titanium oxide takes a third of M5III between 600 and 700.
+    for (const auto& [type, bands] : std::initializer_list<std::pair<const char*, std::array<double, 5>>>{
+             {"K5III", {0.746, 1.001, 1.267, 1.386, 1.361}},
+             {"M2III", {0.692, 0.992, 1.348, 1.763, 1.933}},
+             {"M5III", {0.645, 0.965, 1.415, 3.407, 5.347}}}) {
+        const double v = mean_w_m2_um(typed(type), band_v);
+        for (std::size_t i = 0; i < bands.size(); ++i) {
+            const double from_nm = i == 0 ? 450 : 400 + 100 * static_cast<double>(i);
+            const double to_nm = 500 + 100 * static_cast<double>(i);
+            INFO(type << " from " << from_nm << " nm");
+            CHECK_THAT(mean_w_m2_um(typed(type), {from_nm * 1e-9, to_nm * 1e-9}) / v,
+                       WithinRel(bands[i], 0.03));
+        }
+    }
+}
+
 TEST_CASE("A black body has the colour temperature and the V magnitude") {
     scene::Star star{0, 0, 3, 0.65};
     star.spectrum = scene::StarSpectrum::black_body;
