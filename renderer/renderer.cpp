@@ -19,6 +19,7 @@
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/scene/position.hpp"
+#include "renderer/worker_threads.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/exposure.hpp"
 #include "renderer/world/key_times.hpp"
@@ -30,12 +31,6 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
-#include <oneapi/tbb/task_scheduler_observer.h>
-
-#if defined(__SSE2__)
-#include <pmmintrin.h>
-#include <xmmintrin.h>
-#endif
 
 #include <algorithm>
 #include <array>
@@ -49,30 +44,6 @@
 
 namespace obscura::renderer {
 namespace {
-
-/// Flushes denormals while rendering, as Embree recommends; restores the mode of the thread at the end.
-class FlushDenormals {
-public:
-#if defined(__SSE2__)
-    FlushDenormals() : saved_(_mm_getcsr()) {
-        _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-        _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-    }
-    ~FlushDenormals() {
-        _mm_setcsr(saved_);
-    }
-
-private:
-    unsigned saved_;
-#else
-    FlushDenormals() = default;
-    ~FlushDenormals() = default;
-
-public:
-#endif
-    FlushDenormals(const FlushDenormals&) = delete;
-    FlushDenormals& operator=(const FlushDenormals&) = delete;
-};
 
 /// Scratch memory of one thread, kept between rows so that nothing is allocated after the first.
 struct Scratch {
@@ -99,24 +70,6 @@ struct RowBlock {
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
     std::optional<WingMaps> wings; ///< empty: the PSF has none
-};
-
-/// Calls a function on each worker thread that joins an arena.
-class WorkerObserver final : public tbb::task_scheduler_observer {
-public:
-    WorkerObserver(tbb::task_arena& arena, const std::function<void()>& enter)
-        : tbb::task_scheduler_observer(arena), enter_(enter) {
-        observe(true);
-    }
-    ~WorkerObserver() override { observe(false); }
-    WorkerObserver(const WorkerObserver&) = delete;
-    WorkerObserver& operator=(const WorkerObserver&) = delete;
-    void on_scheduler_entry(bool is_worker) override {
-        if (is_worker) enter_();
-    }
-
-private:
-    const std::function<void()> enter_;
 };
 
 /// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
