@@ -27,7 +27,7 @@ void clip(const RayPacket& rays, Vec3 axis, double least, double most, Doubles& 
 
 } // namespace
 
-Hull::Hull(const TriangleMesh& mesh) {
+Hull::Hull() {
     std::size_t n = 0;
     for (int x = -1; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
@@ -39,14 +39,14 @@ Hull::Hull(const TriangleMesh& mesh) {
             }
     least_.fill(std::numeric_limits<double>::max());
     most_.fill(std::numeric_limits<double>::lowest());
-    for (const Vec3f& v : mesh.vertices) {
-        const Vec3 p{v.x, v.y, v.z};
-        radius_ = std::max(radius_, length(p));
-        for (std::size_t k = 0; k < axes; ++k) {
-            const double at = dot(axis_[k], p);
-            least_[k] = std::min(least_[k], at);
-            most_[k] = std::max(most_[k], at);
-        }
+}
+
+void Hull::include(Vec3 point) {
+    radius_ = std::max(radius_, length(point));
+    for (std::size_t k = 0; k < axes; ++k) {
+        const double at = dot(axis_[k], point);
+        least_[k] = std::min(least_[k], at);
+        most_[k] = std::max(most_[k], at);
     }
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/geometry.hpp"
-#include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/packets/packet.hpp"
 
 #include <array>
@@ -16,7 +15,9 @@ class Hull {
 public:
     static constexpr std::size_t axes = 13;
 
-    explicit Hull(const TriangleMesh& mesh);
+    Hull();
+    /// Widens the hull to a point of the mesh.
+    void include(Vec3 point);
 
     /// Switches off lanes of `near` whose rays pass the hull, also when turned by up to `slack_rad` about
     /// their common origin.

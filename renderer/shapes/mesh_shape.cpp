@@ -243,6 +243,15 @@ Vec3 widen(Vec3f a) {
     return {a.x, a.y, a.z};
 }
 
+std::vector<TriangleCorners> corners_of(const TriangleMesh& mesh) {
+    std::vector<TriangleCorners> corners;
+    corners.reserve(mesh.triangles.size());
+    for (const auto& t : mesh.triangles)
+        corners.push_back(
+            {widen(mesh.vertices[t[0]]), widen(mesh.vertices[t[1]]), widen(mesh.vertices[t[2]])});
+    return corners;
+}
+
 } // namespace
 
 // Pass no thread count: Embree would impose it on all of TBB in the process.
@@ -257,10 +266,12 @@ EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
 }
 
 MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits)
-    : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())), hull_(mesh_) {
+    : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())) {
     const std::size_t vertices = mesh_.vertices.size();
-    for (const Vec3f& p : mesh_.vertices)
+    for (const Vec3f& p : mesh_.vertices) {
         bounding_radius_m_ = std::max(bounding_radius_m_, length(widen(p)));
+        hull_.include(widen(p));
+    }
     bounding_radius_m_ *= 1 + 1e-6;
     // Embree reads vertices 16 bytes at a time: an element of padding keeps the last read inside. Release the
     // excess capacity of arrays that grew while they were read.
@@ -271,9 +282,9 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     mesh_.triangles.shrink_to_fit();
     mesh_.uvs.shrink_to_fit();
     mesh_.material_slots.shrink_to_fit();
-    if (emits) find_patches();
+    if (emits) sampler_ = AreaSampler(corners_of(mesh_));
     if (mesh_.triangles.size() <= TriangleList::most) {
-        triangle_list_.emplace(mesh_);
+        triangle_list_.emplace(corners_of(mesh_));
         mesh_.vertices.pop_back();
         return;
     }
@@ -298,58 +309,11 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     mesh_.vertices.pop_back();
 }
 
-void MeshShape::find_patches() {
-    double sum_m2 = 0;
-    for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
-        const auto& t = mesh_.triangles[i];
-        const Vec3 corner = widen(mesh_.vertices[t[0]]);
-        const Vec3 first = widen(mesh_.vertices[t[1]]) - corner;
-        const Vec3 diagonal = widen(mesh_.vertices[t[2]]) - corner;
-        Patch patch{corner, first, diagonal, normalized(cross(first, diagonal)), 0, false};
-        double area_m2 = length(cross(first, diagonal)) / 2;
-        if (i + 1 < mesh_.triangles.size()) {
-            // The fan of a quadrilateral face: its second triangle starts with the diagonal.
-            const auto& next = mesh_.triangles[i + 1];
-            const Vec3 second = widen(mesh_.vertices[next[2]]) - corner;
-            if (next[0] == t[0] && next[1] == t[2] &&
-                length(first + second - diagonal) < 1e-6 * length(diagonal)) {
-                patch.second = second;
-                patch.parallelogram = true;
-                area_m2 *= 2;
-                ++i;
-            }
-        }
-        sum_m2 += area_m2;
-        patch.sum_m2 = sum_m2;
-        patches_.push_back(patch);
-    }
-}
-
 std::int64_t MeshShape::bytes() const {
     const auto size = [](const auto& list) { return list.capacity() * sizeof list[0]; };
     return static_cast<std::int64_t>(sizeof *this + size(mesh_.vertices) + size(mesh_.normals) +
                                      size(mesh_.triangles) + size(mesh_.uvs) + size(mesh_.material_slots) +
-                                     size(patches_));
-}
-
-double MeshShape::sampled_area_m2() const {
-    return patches_.empty() ? 0 : patches_.back().sum_m2;
-}
-
-void MeshShape::sample_area(double u, double v, Vec3& position, Vec3& normal) const {
-    // Select the patch by u and reuse the remainder of u, which keeps the samples stratified.
-    const double at_m2 = u * patches_.back().sum_m2;
-    const auto patch = std::upper_bound(patches_.begin(), patches_.end() - 1, at_m2,
-                                        [](double at, const Patch& p) { return at < p.sum_m2; });
-    const double before_m2 = patch == patches_.begin() ? 0 : (patch - 1)->sum_m2;
-    const double rest = std::clamp((at_m2 - before_m2) / (patch->sum_m2 - before_m2), 0.0, 1.0);
-    normal = patch->normal;
-    if (patch->parallelogram) {
-        position = patch->corner + patch->first * rest + patch->second * v;
-        return;
-    }
-    const double root = std::sqrt(rest);
-    position = patch->corner + patch->first * (root * (1 - v)) + patch->second * (root * v);
+                                     sampler_.bytes());
 }
 
 void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {

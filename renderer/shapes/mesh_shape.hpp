@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/mesh_files/triangle_mesh.hpp"
+#include "renderer/shapes/area_sampler.hpp"
 #include "renderer/shapes/embree_compat.hpp"
 #include "renderer/shapes/hull.hpp"
 #include "renderer/shapes/shape.hpp"
@@ -64,8 +65,10 @@ public:
         return mesh_.material_slots.empty() ? 0 : mesh_.material_slots[primitive];
     }
 
-    [[nodiscard]] double sampled_area_m2() const override;
-    void sample_area(double u, double v, Vec3& position, Vec3& normal) const override;
+    [[nodiscard]] double sampled_area_m2() const override { return sampler_.area_m2(); }
+    void sample_area(double u, double v, Vec3& position, Vec3& normal) const override {
+        sampler_.sample(u, v, position, normal);
+    }
 
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
     /// Memory of the mesh's own arrays; that of Embree's tree counts with the device.
@@ -76,20 +79,12 @@ private:
         void operator()(RTCScene s) const { rtcReleaseScene(s); }
     };
 
-    /// Emitting triangle, or two triangles that make a parallelogram.
-    struct Patch {
-        Vec3 corner, first, second, normal; ///< corner and edges from it; unit normal
-        double sum_m2;                      ///< cumulative area, this patch included
-        bool parallelogram;
-    };
-    void find_patches();
-
     std::shared_ptr<const EmbreeDevice> device_;
     TriangleMesh mesh_;
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
     double bounding_radius_m_ = 0;
     Hull hull_;
-    std::vector<Patch> patches_;                ///< of a mesh that emits
+    AreaSampler sampler_;                       ///< of a mesh that emits
     std::optional<TriangleList> triangle_list_; ///< instead of Embree's tree
 };
 

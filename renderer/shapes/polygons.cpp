@@ -2,12 +2,13 @@
 #include "renderer/shapes/polygons.hpp"
 
 #include "core/error.hpp"
-#include "renderer/mesh_files/triangle_mesh.hpp"
+#include "renderer/shapes/polygon_shape.hpp"
 
 #include <fmt/format.h>
 
-#include <cstdint>
+#include <cstddef>
 #include <utility>
+#include <vector>
 
 namespace obscura::renderer {
 
@@ -20,21 +21,22 @@ scene::ParameterList declare(PolygonsParameters& p) {
 }
 
 std::shared_ptr<const Shape> make(const PolygonsParameters& p, ShapeContext& context) {
-    TriangleMesh mesh;
+    std::vector<TriangleCorners> triangles;
     for (std::size_t f = 0; f < p.faces_m.size(); ++f) {
         const std::vector<Vec3>& corners = p.faces_m[f];
         if (corners.size() < 3)
             throw ConfigError(
                 fmt::format("{}: face {} has {} corners: at least 3", context.place, f + 1, corners.size()));
-        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        for (const Vec3 c : corners)
-            mesh.vertices.push_back(
-                {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)});
-        for (std::uint32_t k = 2; k < corners.size(); ++k)
-            mesh.triangles.push_back({first, first + k - 1, first + k});
+        for (std::size_t k = 2; k < corners.size(); ++k) {
+            const TriangleCorners triangle{corners[0], corners[k - 1], corners[k]};
+            // A smaller area has no direction even in double precision.
+            if (length_squared(cross(triangle[1] - triangle[0], triangle[2] - triangle[0])) >= 1e-280)
+                triangles.push_back(triangle);
+        }
     }
-    validate(mesh, context.place);
-    return context.mesh_shape(std::move(mesh));
+    if (triangles.empty())
+        throw InputError(fmt::format("{}: no face has an area: nothing could be seen", context.place));
+    return std::make_shared<PolygonShape>(std::move(triangles), context.emits);
 }
 
 } // namespace obscura::renderer

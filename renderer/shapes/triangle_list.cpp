@@ -78,29 +78,24 @@ TriangleList::Plane plane(Vec3 normal, double d) {
     return {normal.x, normal.y, normal.z, d};
 }
 
-Vec3 widen(Vec3f a) {
-    return {a.x, a.y, a.z};
-}
-
 } // namespace
 
-TriangleList::TriangleList(const TriangleMesh& mesh) {
+TriangleList::TriangleList(std::span<const TriangleCorners> triangles, std::size_t first_primitive)
+    : first_primitive_(first_primitive) {
     constexpr double infinite = no_hit;
     Vec3 least{infinite, infinite, infinite};
     Vec3 largest{-infinite, -infinite, -infinite};
-    for (const auto& t : mesh.triangles)
-        for (const std::uint32_t corner : t) {
-            const Vec3 p = widen(mesh.vertices[corner]);
+    for (const TriangleCorners& t : triangles)
+        for (const Vec3 p : t) {
             least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
             largest = {std::max(largest.x, p.x), std::max(largest.y, p.y), std::max(largest.z, p.z)};
         }
     centre_ = (least + largest) / 2;
     // Slightly more than the diagonal of the bounding box, for edge_slack and rounding.
     radius2_ = length_squared(largest - centre_) * (1 + 1e-6);
-    for (const auto& t : mesh.triangles) {
-        const Vec3 a = widen(mesh.vertices[t[0]]);
-        const Vec3 ab = widen(mesh.vertices[t[1]]) - a;
-        const Vec3 ac = widen(mesh.vertices[t[2]]) - a;
+    for (const auto& [a, b, c] : triangles) {
+        const Vec3 ab = b - a;
+        const Vec3 ac = c - a;
         const Vec3 n = cross(ab, ac);
         const double n2 = length_squared(n);
         const Vec3 first = cross(ac, n) / n2;
@@ -127,7 +122,7 @@ void TriangleList::intersect(const RayPacket& rays, Doubles& limit, std::int32_t
             const double inverse = 1 / crossing.scale[i];
             limit[i] = hits.t[i] = crossing.distance[i] * inverse;
             hits.body[i] = body;
-            hits.primitive[i] = static_cast<std::uint32_t>(k);
+            hits.primitive[i] = static_cast<std::uint32_t>(first_primitive_ + k);
             hits.u[i] = static_cast<float>(crossing.first[i] * inverse);
             hits.v[i] = static_cast<float>(crossing.second[i] * inverse);
         }

@@ -2,10 +2,11 @@
 // Triangle list: intersects packets with every triangle of a small mesh, where that is faster than a BVH.
 #pragma once
 
-#include "renderer/mesh_files/triangle_mesh.hpp"
 #include "renderer/packets/packet.hpp"
+#include "renderer/shapes/area_sampler.hpp"
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace obscura::renderer {
@@ -20,7 +21,8 @@ public:
     /// Largest number of triangles.
     static constexpr std::size_t most = 16;
 
-    explicit TriangleList(const TriangleMesh& mesh);
+    /// `first_primitive`: of the hits of the first triangle.
+    explicit TriangleList(std::span<const TriangleCorners> triangles, std::size_t first_primitive = 0);
 
     /// As Shape::intersect() and Shape::occlude(). `limit`: the nearest hit so far, or the end of the ray.
     void intersect(const RayPacket& rays, Doubles& limit, std::int32_t body, HitPacket& hits) const;
@@ -40,6 +42,7 @@ private:
     [[nodiscard]] bool reached(const RayPacket& rays) const;
 
     std::vector<Triangle> triangles_;
+    std::size_t first_primitive_;
     Vec3 centre_; ///< of the bounding sphere
     double radius2_ = 0;
 };

@@ -228,7 +228,9 @@ TEST_CASE("Displaced samples and splatted points see the same Gaussian PSF") {
 
 TEST_CASE("The hull of a mesh keeps every ray that may meet it, and drops most that cannot") {
     const TriangleMesh mesh = make_procedural_body({500, {1, 0.8, 0.6}, 3, 4});
-    const Hull hull(mesh);
+    Hull hull;
+    for (const Vec3f& v : mesh.vertices)
+        hull.include({v.x, v.y, v.z});
     std::uint32_t state = 7;
     const auto random = [&] {
         state = state * 1664525u + 1013904223u;

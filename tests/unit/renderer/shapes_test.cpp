@@ -9,6 +9,7 @@
 #include "renderer/shapes/cone.hpp"
 #include "renderer/shapes/disc.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
+#include "renderer/shapes/polygons.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
@@ -168,6 +169,63 @@ TEST_CASE("Points drawn from a mesh lie on it, each part by its area") {
     CHECK(square == n * n * 4 / 5);
     CHECK(length(of_square / square - Vec3{1, 1, 0}) < 1e-3);
     CHECK(length(of_triangle / (n * n - square) - Vec3{4 + 1.0 / 3, 2.0 / 3, 0}) < 2e-3);
+}
+
+TEST_CASE("Polygons are exact in double precision, far from their body's origin too") {
+    // 25 square tiles of 1 m, each 1 cm above the one before.
+    constexpr int side = 5;
+    constexpr double step_m = 0.01;
+    for (const Vec3 at : {Vec3{0, 0, 0}, Vec3{1e7, -3e6, 2e6}}) {
+        INFO("at " << at.x);
+        PolygonsParameters tiles;
+        for (int k = 0; k < side * side; ++k) {
+            const Vec3 c = at + Vec3{static_cast<double>(k % side), std::floor(k / side), k * step_m};
+            tiles.faces_m.push_back({c, c + Vec3{1, 0, 0}, c + Vec3{1, 1, 0}, c + Vec3{0, 1, 0}});
+        }
+        ShapeContext context;
+        const auto shape = make(tiles, context);
+        std::uint32_t state = 9;
+        const auto random = [&] {
+            state = state * 1664525u + 1013904223u;
+            return state / 4294967296.0;
+        };
+        for (int i = 0; i < 5000; ++i) {
+            const Vec3 over{side * random(), side * random(), 0};
+            const int tile = static_cast<int>(over.x) + side * static_cast<int>(over.y);
+            const Vec3 aim = at + over + Vec3{0, 0, tile * step_m};
+            // From above, and from below, at slopes that no neighbour's edge can hide.
+            const double height = i % 2 == 0 ? 100.0 : -100.0;
+            const Vec3 origin = aim + Vec3{height * 1e-5 * (random() - 0.5), 0, height};
+            if (std::min({over.x - std::floor(over.x), std::ceil(over.x) - over.x}) < 1e-5) continue;
+            const Met m = meet(*shape, origin, aim - origin);
+            REQUIRE(m.t != no_hit);
+            CHECK_THAT(m.t, WithinAbs(length(aim - origin), 1e-8));
+            CHECK(length(m.point - aim) < 1e-8);
+            CHECK(m.normal == Vec3{0, 0, height > 0 ? 1.0 : -1.0});
+            CHECK(m.outside == (height > 0));
+            // A shadow ray leaves the surface, and is stopped on its way to the other side.
+            CHECK(meet(*shape, m.lifted, {0, 0, height}).t == no_hit);
+            CHECK(meet(*shape, m.lifted, {0, 0, -height}).t < 1e-4);
+        }
+        // No ray slips between two tiles of the same height, or between the triangles of one.
+        PolygonsParameters floor;
+        for (int k = 0; k < 2; ++k) {
+            const Vec3 c = at + Vec3{k - 1.0, -0.5, 0};
+            floor.faces_m.push_back({c, c + Vec3{1, 0, 0}, c + Vec3{1, 1, 0}, c + Vec3{0, 1, 0}});
+        }
+        const auto flat = make(floor, context);
+        for (int i = 0; i < 5000; ++i) {
+            const Vec3 origin = at + Vec3{3 * random() - 1.5, random() - 0.5, 1 + random()};
+            const double along = random() - 0.5;
+            const Vec3 aim = at + (i % 2 == 0 ? Vec3{0, along, 0} : Vec3{0.5 + along, along, 0});
+            REQUIRE(meet(*flat, origin, aim - origin).t != no_hit);
+        }
+    }
+    ShapeContext context;
+    context.place = "s.toml:2:1: body[0]";
+    PolygonsParameters nothing;
+    nothing.faces_m = {{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}};
+    CHECK_THROWS_WITH((void)make(nothing, context), ContainsSubstring("no face has an area"));
 }
 
 TEST_CASE("Boxes, cylinders and cones are met on their surfaces, from near and far") {
