@@ -65,34 +65,11 @@ public:
 
     [[nodiscard]] double correlation(const Parameters& p) const {
         const Image a = turned(reference_, pointing(p), -0.5), b = turned(image_, pointing(p), 0.5);
-        RegressionSums sums;
-        for (std::size_t i = 0; i < a.values.size(); ++i)
-            if (!std::isnan(a.values[i] + b.values[i])) sums.add(a.values[i], b.values[i]);
-        return sums.correlation();
+        return sums_of(a, b).correlation();
     }
 
-    /// Contributions of blocks to the correlation: see registration.cpp.
-    static constexpr std::int32_t grid_blocks = 8;
-    using Shares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
-    [[nodiscard]] Shares shares(const Parameters& p) const {
-        const Image a = turned(reference_, pointing(p), -0.5), b = turned(image_, pointing(p), 0.5);
-        RegressionSums s;
-        for (std::size_t i = 0; i < a.values.size(); ++i)
-            if (!std::isnan(a.values[i] + b.values[i])) s.add(a.values[i], b.values[i]);
-        const auto n = static_cast<double>(s.n);
-        const double mean_a = s.a / n, mean_b = s.b / n;
-        const double sigma_a = std::sqrt(s.aa / n - mean_a * mean_a),
-                     sigma_b = std::sqrt(s.bb / n - mean_b * mean_b);
-        Shares out{};
-        for (std::int32_t y = 0; y < a.height; ++y)
-            for (std::int32_t x = 0; x < a.width; ++x) {
-                const double difference = (a.at(x, y) - mean_a) / sigma_a - (b.at(x, y) - mean_b) / sigma_b;
-                if (std::isnan(difference)) continue;
-                const std::int32_t block =
-                    y * grid_blocks / a.height * grid_blocks + x * grid_blocks / a.width;
-                out[static_cast<std::size_t>(block)] -= difference * difference / (2 * n);
-            }
-        return out;
+    [[nodiscard]] BlockShares shares(const Parameters& p) const {
+        return block_shares(turned(reference_, pointing(p), -0.5), turned(image_, pointing(p), 0.5));
     }
 
 private:
@@ -214,22 +191,17 @@ Parameters errors(const Fit& fit, const Parameters& limits, const Parameters& p)
     constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
     Parameters out{infinite, infinite, infinite};
     Parameters slope{};
-    const auto total = [&](const Parameters& at) {
-        double sum = 0;
-        for (const double share : fit.shares(at))
-            sum += share;
-        return sum;
-    };
-    const std::optional<Matrix> bread = inverse(curvature(total, p, h, slope));
+    const std::optional<Matrix> bread =
+        inverse(curvature([&](const Parameters& at) { return total(fit.shares(at)); }, p, h, slope));
     if (!bread) return out;
     // Curvature along a parameter, the others following: rounding alone gives less.
     constexpr double least_curvature = 1e-6;
     for (std::size_t i = 0; i < parameter_count; ++i)
         if (!(1 / (*bread)[i][i] > least_curvature)) return out;
     Matrix scatter{};
-    std::array<Fit::Shares, parameter_count> slopes{};
+    std::array<BlockShares, parameter_count> slopes{};
     for (std::size_t i = 0; i < parameter_count; ++i) {
-        const Fit::Shares plus = fit.shares(moved(p, i, h)), minus = fit.shares(moved(p, i, -h));
+        const BlockShares plus = fit.shares(moved(p, i, h)), minus = fit.shares(moved(p, i, -h));
         for (std::size_t b = 0; b < plus.size(); ++b)
             slopes[i][b] = (plus[b] - minus[b]) / (2 * h);
     }

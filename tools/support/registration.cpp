@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 namespace obscura::tools {
@@ -93,10 +94,7 @@ Image shifted(const Image& image, double dx, double dy) {
 /// Regression sums over both images, each moved by half of the shift towards the other.
 RegressionSums sums_at(const Image& reference, const Image& image, double dx, double dy) {
     const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
-    RegressionSums sums;
-    for (std::size_t i = 0; i < a.values.size(); ++i)
-        if (!std::isnan(a.values[i] + b.values[i])) sums.add(a.values[i], b.values[i]);
-    return sums;
+    return sums_of(a, b);
 }
 
 /// Maximises the correlation within `limit` by parabolic interpolation with decreasing step.
@@ -116,42 +114,13 @@ void refine(const Image& reference, const Image& image, double limit, double& x,
     }
 }
 
-/// Contribution of each block of a grid over the image to the correlation at a shift.
-constexpr std::int32_t grid_blocks = 8;
-using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
-
-/// For images of mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2; a contribution is the part
-/// that a block subtracts.
-BlockShares shares_at(const Image& reference, const Image& image, double dx, double dy) {
-    const Image a = shifted(reference, -dx / 2, -dy / 2), b = shifted(image, dx / 2, dy / 2);
-    RegressionSums s;
-    for (std::size_t i = 0; i < a.values.size(); ++i)
-        if (!std::isnan(a.values[i] + b.values[i])) s.add(a.values[i], b.values[i]);
-    const auto n = static_cast<double>(s.n);
-    const double mean_a = s.a / n, mean_b = s.b / n;
-    const double sigma_a = std::sqrt(s.aa / n - mean_a * mean_a),
-                 sigma_b = std::sqrt(s.bb / n - mean_b * mean_b);
-    BlockShares out{};
-    for (std::int32_t y = 0; y < a.height; ++y)
-        for (std::int32_t x = 0; x < a.width; ++x) {
-            const double difference = (a.at(x, y) - mean_a) / sigma_a - (b.at(x, y) - mean_b) / sigma_b;
-            if (std::isnan(difference)) continue;
-            const std::int32_t block = y * grid_blocks / a.height * grid_blocks + x * grid_blocks / a.width;
-            out[static_cast<std::size_t>(block)] -= difference * difference / (2 * n);
-        }
-    return out;
-}
-
 /// Standard errors of the shift (x, y) found within `limit`.
 void estimate_errors(const Image& reference, const Image& image, double limit, double x, double y,
                      Agreement& out) {
     constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
-    const auto at = [&](double dx, double dy) { return shares_at(reference, image, x + dx, y + dy); };
-    const auto total = [](const BlockShares& shares) {
-        double sum = 0;
-        for (const double share : shares)
-            sum += share;
-        return sum;
+    const auto at = [&](double dx, double dy) {
+        return block_shares(shifted(reference, -(x + dx) / 2, -(y + dy) / 2),
+                            shifted(image, (x + dx) / 2, (y + dy) / 2));
     };
     const BlockShares left = at(-h, 0), right = at(h, 0), up = at(0, -h), down = at(0, h);
     const double centre = total(at(0, 0));
@@ -178,6 +147,34 @@ void estimate_errors(const Image& reference, const Image& image, double limit, d
 }
 
 } // namespace
+
+RegressionSums sums_of(const Image& a, const Image& b) {
+    RegressionSums sums;
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+        if (!std::isnan(a.values[i] + b.values[i])) sums.add(a.values[i], b.values[i]);
+    return sums;
+}
+
+BlockShares block_shares(const Image& a, const Image& b) {
+    const RegressionSums s = sums_of(a, b);
+    const auto n = static_cast<double>(s.n);
+    const double mean_a = s.a / n, mean_b = s.b / n;
+    const double sigma_a = std::sqrt(s.aa / n - mean_a * mean_a),
+                 sigma_b = std::sqrt(s.bb / n - mean_b * mean_b);
+    BlockShares out{};
+    for (std::int32_t y = 0; y < a.height; ++y)
+        for (std::int32_t x = 0; x < a.width; ++x) {
+            const double difference = (a.at(x, y) - mean_a) / sigma_a - (b.at(x, y) - mean_b) / sigma_b;
+            if (std::isnan(difference)) continue;
+            const std::int32_t block = y * grid_blocks / a.height * grid_blocks + x * grid_blocks / a.width;
+            out[static_cast<std::size_t>(block)] -= difference * difference / (2 * n);
+        }
+    return out;
+}
+
+double total(const BlockShares& shares) {
+    return std::accumulate(shares.begin(), shares.end(), 0.0);
+}
 
 Image smoothed(const Image& image) {
     constexpr std::int32_t radius = 3;

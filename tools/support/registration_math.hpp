@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace obscura::tools {
@@ -28,6 +29,17 @@ struct RegressionSums {
         return (ab - a * b / count) / std::sqrt(va * vb);
     }
 };
+
+/// Over the pixels that both images have.
+[[nodiscard]] RegressionSums sums_of(const images::Image& a, const images::Image& b);
+
+/// Contribution of each block of a grid over two images to their correlation.
+constexpr std::int32_t grid_blocks = 8;
+using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
+/// For images of mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2; a contribution is the part
+/// that a block subtracts.
+[[nodiscard]] BlockShares block_shares(const images::Image& a, const images::Image& b);
+[[nodiscard]] double total(const BlockShares& shares);
 
 /// Weights of Keys' cubic convolution (a = -1/2) for the four neighbours of a point `t` past the second.
 inline std::array<double, 4> cubic_weights(double t) {
