@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <string_view>
 #include <system_error>
@@ -19,6 +21,13 @@ void require_regular_file(const std::filesystem::path& file) {
         throw InputError(
             fmt::format("{}: cannot be opened: {}", file.string(),
                         std::filesystem::exists(status) ? "not a regular file" : error.message()));
+}
+
+InputFile open_input(const std::filesystem::path& file) {
+    require_regular_file(file);
+    InputFile in(std::fopen(file.c_str(), "rbe"));
+    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    return in;
 }
 
 bool is_plain_fits(const std::filesystem::path& file) {

@@ -2,13 +2,22 @@
 // Checks of an input file before a library opens it by its name.
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 
 namespace obscura {
 
 /// Throws InputError unless `file` is a regular file or a link to one: to open a pipe can block, and to open
 /// a device can do more than open it.
 void require_regular_file(const std::filesystem::path& file);
+
+struct CloseFile {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+};
+using InputFile = std::unique_ptr<std::FILE, CloseFile>;
+/// Opens a file that passes require_regular_file() for reading. Throws InputError.
+[[nodiscard]] InputFile open_input(const std::filesystem::path& file);
 
 /// Whether `file` is a regular file that begins as FITS does. CFITSIO would decompress a file of gzip or
 /// compress in memory, without limit, before it looks at the header.

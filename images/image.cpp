@@ -8,11 +8,8 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
-#include <memory>
 #include <string_view>
 
 namespace obscura::images {
@@ -22,11 +19,7 @@ namespace {
 enum class Kind : std::uint8_t { fits, png, tiff, jpeg, exr, pds3 };
 
 Kind kind_of(const std::filesystem::path& file) {
-    const auto close = [](std::FILE* f) { std::fclose(f); };
-    // Opening a pipe or a device could block or do more than open it.
-    require_regular_file(file);
-    const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    const InputFile in = open_input(file);
     std::array<char, 512> bytes{};
     const std::string_view start(bytes.data(), std::fread(bytes.data(), 1, bytes.size(), in.get()));
     using namespace std::string_view_literals;

@@ -12,7 +12,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 
 namespace obscura::images {
 namespace {
@@ -128,10 +127,7 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
         throw InputError(fmt::format("{}: the label's image layout is invalid", file.string()));
     offset += plane_number(file, plane, bands) * height * line_bytes;
 
-    require_regular_file(data);
-    const auto close = [](std::FILE* f) { std::fclose(f); };
-    const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(data.c_str(), "rbe"), close);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", data.string(), std::strerror(errno)));
+    const InputFile in = open_input(data);
     std::error_code error;
     const auto size = static_cast<std::int64_t>(std::filesystem::file_size(data, error));
     if (error || offset + height * line_bytes > size + suffix)

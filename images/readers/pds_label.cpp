@@ -8,11 +8,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
-#include <memory>
 
 namespace obscura::images {
 namespace {
@@ -119,10 +116,7 @@ private:
 } // namespace
 
 PdsLabel::PdsLabel(const std::filesystem::path& file) : file_(file) {
-    require_regular_file(file);
-    const auto close = [](std::FILE* f) { std::fclose(f); };
-    const std::unique_ptr<std::FILE, decltype(close)> in(std::fopen(file.c_str(), "rbe"), close);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    const InputFile in = open_input(file);
     // Read at most 1 MiB, more than any label has: an attached label is followed by its data.
     std::string text(std::size_t{1} << 20, '\0');
     text.resize(std::fread(text.data(), 1, text.size(), in.get()));
