@@ -70,6 +70,7 @@ struct RowBlock {
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
     std::optional<WingMaps> wings; ///< empty: the PSF has none
+    std::vector<RowTime> middles;  ///< scratch space of fill_wings()
 };
 
 /// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
@@ -294,12 +295,12 @@ bool Renderer::Impl::fill_wings(const RenderRequest& request, const std::atomic<
     if (!rows.wings)
         rows.wings.emplace(*psf, *wing_kernels,
                            KeyTimes(scene, bodies, *lens, splatter.reach_px(), WingMaps::spacing_px(*psf)));
-    std::vector<RowTime> middles;
     std::span<const RowTime> times = request.row_times;
     if (settings.max_instants == 1) {
+        rows.middles.clear();
         for (const RowTime& t : times)
-            middles.push_back({t.mid(), t.mid()});
-        times = middles;
+            rows.middles.push_back({t.mid(), t.mid()});
+        times = rows.middles;
     }
     const std::span<const WingMaps::Needed> needed =
         rows.wings->find(request.frame_id, times, request.window.y + request.first_row, request.window.x,
