@@ -3,15 +3,13 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "renderer/shapes/triangle_corners.hpp"
 
-#include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 namespace obscura::renderer {
-
-/// Corners of a triangle in the body frame, metres; counter-clockwise seen from outside.
-using TriangleCorners = std::array<Vec3, 3>;
 
 /// Samples triangles in proportion to their areas. Two successive triangles that make a parallelogram are
 /// sampled as one, which keeps stratified samples stratified over it. Immutable; thread-safe.

@@ -81,19 +81,15 @@ void flat_surface(const HitTriangles& c, const RayPacket& rays, const HitPacket&
 
 PolygonShape::PolygonShape(std::vector<TriangleCorners> triangles, bool emit)
     : triangles_(std::move(triangles)) {
-    Vec3 least = triangles_.front()[0];
-    Vec3 largest = least;
     for (const TriangleCorners& t : triangles_)
         for (const Vec3 p : t) {
-            least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
-            largest = {std::max(largest.x, p.x), std::max(largest.y, p.y), std::max(largest.z, p.z)};
             bounding_radius_m_ = std::max(bounding_radius_m_, length(p));
             hull_.include(p);
         }
     bounding_radius_m_ *= 1 + 1e-12;
-    extent_m_ = length(largest - least);
-    const Vec3 middle = (least + largest) / 2;
-    if (length(middle) > extent_m_) centre_ = middle;
+    const Bounds bounds = bounds_of(triangles_);
+    extent_m_ = bounds.diagonal();
+    if (length(bounds.centre()) > extent_m_) centre_ = bounds.centre();
     std::vector<TriangleCorners> moved = triangles_;
     for (TriangleCorners& t : moved)
         for (Vec3& p : t)

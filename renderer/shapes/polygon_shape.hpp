@@ -5,6 +5,7 @@
 #include "renderer/shapes/area_sampler.hpp"
 #include "renderer/shapes/hull.hpp"
 #include "renderer/shapes/shape.hpp"
+#include "renderer/shapes/triangle_corners.hpp"
 #include "renderer/shapes/triangle_list.hpp"
 
 #include <vector>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/shapes/triangle_list.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace obscura::renderer {
@@ -82,17 +81,10 @@ TriangleList::Plane plane(Vec3 normal, double d) {
 
 TriangleList::TriangleList(std::span<const TriangleCorners> triangles, std::size_t first_primitive)
     : first_primitive_(first_primitive) {
-    constexpr double infinite = no_hit;
-    Vec3 least{infinite, infinite, infinite};
-    Vec3 largest{-infinite, -infinite, -infinite};
-    for (const TriangleCorners& t : triangles)
-        for (const Vec3 p : t) {
-            least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
-            largest = {std::max(largest.x, p.x), std::max(largest.y, p.y), std::max(largest.z, p.z)};
-        }
-    centre_ = (least + largest) / 2;
+    const Bounds bounds = bounds_of(triangles);
+    centre_ = bounds.centre();
     // Slightly more than the diagonal of the bounding box, for edge_slack and rounding.
-    radius2_ = length_squared(largest - centre_) * (1 + 1e-6);
+    radius2_ = length_squared(bounds.largest - centre_) * (1 + 1e-6);
     for (const auto& [a, b, c] : triangles) {
         const Vec3 ab = b - a;
         const Vec3 ac = c - a;

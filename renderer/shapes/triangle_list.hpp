@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/packets/packet.hpp"
-#include "renderer/shapes/area_sampler.hpp"
+#include "renderer/shapes/triangle_corners.hpp"
 
 #include <cstddef>
 #include <span>
