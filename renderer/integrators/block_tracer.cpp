@@ -105,7 +105,7 @@ NearBodies BlockTracer::find_near(const Vec3s& centre) {
             if (near.on[i] != 0) found.covered = static_cast<std::uint16_t>(found.covered | 1u << i);
         found.samples = std::max(found.samples, body.samples);
         found.large = found.large && body.large;
-        found.reference = std::max(found.reference, body.reference_radiance);
+        found.reference = std::max(found.reference, tracer_.reference_radiance(body));
     }
     return found;
 }

@@ -41,6 +41,14 @@ bool PathTracer::sunlight_only() const {
                        [](const BodyState& body) { return body.built->emission.empty(); });
 }
 
+double PathTracer::reference_radiance(const BodyState& body) const {
+    const std::vector<double>& colour = body.built->colour;
+    double irradiance = 0;
+    for (std::size_t c = 0; c < channels(); ++c)
+        irradiance += lighting_.sun_w_m2[c] * (colour.empty() ? 1 : colour[c]);
+    return body.reference_radiance * irradiance / static_cast<double>(channels());
+}
+
 void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, PathVertex& vertex,
                         Channels* emitted) const {
     vertex.count = 0;

@@ -38,6 +38,7 @@ public:
 
     [[nodiscard]] std::size_t channels() const override { return lighting_.sun_w_m2.size(); }
     [[nodiscard]] bool sunlight_only() const override;
+    [[nodiscard]] double reference_radiance(const BodyState& body) const override;
     void radiance(std::span<CameraRays> batch) override;
 
 private:

@@ -49,6 +49,12 @@ public:
     /// Whether bodies send nothing but direct sunlight.
     [[nodiscard]] virtual bool sunlight_only() const { return true; }
 
+    /// Reference level of the error at a body, mean over the channels, in the unit of radiance(): see
+    /// BodyState::reference_radiance.
+    [[nodiscard]] virtual double reference_radiance(const BodyState& body) const {
+        return body.reference_radiance;
+    }
+
     /// Largest number of packets of one call of radiance().
     static constexpr std::size_t batch_size = 8;
     /// Radiance towards the camera at the hits: emitted by the Sun, or its light reflected once, from one

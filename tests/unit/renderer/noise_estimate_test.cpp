@@ -100,6 +100,7 @@ Planes frame(const renderer::Renderer& r, const Subject& subject, std::uint64_t 
         const auto rows = static_cast<std::size_t>(request.rows);
         const std::size_t first = static_cast<std::size_t>(row) * width;
         request.row_times = std::span(times).first(rows);
+        request.common_mid = renderer::common_mid(times);
         request.frame_id = id;
         request.samples = std::span(out.samples).subspan(first, rows * width);
         request.variance = std::span(out.variance).subspan(first, rows * width);
@@ -228,8 +229,9 @@ TEST_CASE("Adaptive sampling reaches the error it is asked for and knows the err
     }
     // A wide field of indirect light: few of 2 samples meet the planet, which must not pass for darkness.
     CHECK(check_honesty(cornell(), {2, 0.15}).noise < 1.3 * 0.15);
-    CHECK(check_honesty(planetshine(100), {2, 0.1}).noise < 0.1);
-    CHECK(check_honesty(planetshine(180), {2, 0.1}).noise < 0.1); // shares a sample grid
+    // The error is relative to the moon's sunlit side, some six times as bright as its night side.
+    CHECK(check_honesty(planetshine(100), {2, 0.015}).noise < 0.1);
+    CHECK(check_honesty(planetshine(180), {2, 0.015}).noise < 0.1); // shares a sample grid
 }
 
 TEST_CASE("The estimated noise is the same for any threads, row blocks and window") {
