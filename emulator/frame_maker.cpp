@@ -252,6 +252,7 @@ bool FrameMaker::render_row_block(const RowBlock& block, std::span<float> light,
     request.window.y = window.sensor.y + first - window.image_y;
     request.window.height = request.rows = rows;
     request.row_times = block_times_;
+    request.common_mid = renderer::common_mid(plan_.rows);
     return current().render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
                             cancel);
 }

@@ -172,8 +172,9 @@ struct Renderer::Impl {
     /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
     template<typename Use>
     void with_tracer(Scratch& s, const Use& use) const;
-    /// Whether the rows can share a sample grid: they have the same instant.
-    [[nodiscard]] bool shares_samples(const RenderRequest& request, Scratch& s) const;
+    /// Whether a row takes the sample grid of its frame: its only instant is that of the frame's rows.
+    /// Depends on the row alone, whatever other rows the request has.
+    [[nodiscard]] bool shares_samples(const RenderRequest& request, const RowTime& row, Scratch& s) const;
     bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                           RowBlock& rows) const;
     /// Makes the wings of the request's rows ready; false when cancelled.
@@ -258,24 +259,25 @@ void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
     }
 }
 
-bool Renderer::Impl::shares_samples(const RenderRequest& request, Scratch& s) const {
+bool Renderer::Impl::shares_samples(const RenderRequest& request, const RowTime& row, Scratch& s) const {
     // Share samples only at <= 2 spp: a higher count is an explicit request.
     return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
-           SampleGridKernel::fits(gaussian_psf) &&
-           std::all_of(request.row_times.begin(), request.row_times.end(), [&](const RowTime& t) {
-               return t.mid() == request.row_times.front().mid() && exposure(request, t, 0, s).points == 1;
-           });
+           request.common_mid == row.mid() && SampleGridKernel::fits(gaussian_psf) &&
+           exposure(request, row, 0, s).points == 1;
 }
 
 bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                                       RowBlock& rows) const {
     rows.kernel.reset();
-    if (request.rows == 0 || !shares_samples(request, scratch.local())) return true;
+    Scratch& own = scratch.local();
+    if (std::none_of(request.row_times.begin(), request.row_times.end(),
+                     [&](const RowTime& row) { return shares_samples(request, row, own); }))
+        return true;
     rows.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
     SampleGrid& grid = rows.grid;
     grid.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
                rows.kernel->reach);
-    const double time_s = to_seconds(request.row_times.front().mid().ns);
+    const double time_s = to_seconds(request.common_mid->ns);
     return for_rows(grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
         begin_row(time_s, 1, s);
         if (!resolves_any(s.row)) return;
@@ -365,14 +367,19 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     s.sunlight_only = tracer.sunlight_only();
     const double share = 1.0 / instants;
     BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
+    const bool shared =
+        rows.kernel &&
+        shares_samples(request,
+                       request.row_times[static_cast<std::size_t>(y - request.window.y - request.first_row)],
+                       s);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     const std::int32_t first = BlockTracer::block_of(request.window.x);
     for (std::int32_t block = first; block <= last; ++block) {
         BlockResult result;
         NoiseSums* const noise =
             request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)];
-        if (!blocks.trace(block, y, result, noise, rows.kernel ? &*rows.kernel : nullptr,
-                          rows.kernel ? &rows.grid : nullptr))
+        if (!blocks.trace(block, y, result, noise, shared ? &*rows.kernel : nullptr,
+                          shared ? &rows.grid : nullptr))
             continue;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;

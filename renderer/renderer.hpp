@@ -14,10 +14,12 @@
 #include "renderer/integrators/aovs.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,8 +34,9 @@ struct RenderSettings {
     /// over the lit pixels, is at most about this fraction of the lit body's radiance or of the pixel's own,
     /// whichever is larger; light of many reflections or of area lights comes within a factor of 1.3. With
     /// `samples_per_pixel` 1 or 2, a PSF of 0.4 to 0.75 px and rows of one instant, pixels begin with one ray
-    /// each on a shared sample grid (renderer/integrators/sample_grid.hpp); else with as many samples of
-    /// their own (at least 2; 4 for errors below 0.02). 0: `samples_per_pixel` everywhere.
+    /// each on a shared sample grid (renderer/integrators/sample_grid.hpp) if RenderRequest::common_mid is
+    /// theirs; else with as many samples of their own (at least 2; 4 for errors below 0.02). 0:
+    /// `samples_per_pixel` everywhere.
     double target_error = 0;
     std::uint32_t max_samples_per_pixel = 64; ///< with target_error
     /// Largest number of reflections after the first, at least the scene's own; 0: direct light only. Light
@@ -55,11 +58,23 @@ struct RenderRequest {
     std::int32_t rows = 0;
     std::span<const RowTime> row_times; ///< one per requested row; see RenderSettings::max_instants
     std::uint64_t frame_id = 0;         ///< decorrelates the sampling of successive frames
+    /// See common_mid(): of all rows of the frame, requested or not. Rows with this middle can share samples
+    /// (RenderSettings::target_error), all others take their own.
+    std::optional<Time> common_mid{};
     /// Optional outputs, rows x window.width each: number of samples of each pixel, and the estimated
     /// variance of the mean of its bands, in the square of the image's unit: 0 only where no ray was traced
     /// (renderer/integrators/noise_estimate.hpp). Sub-pixel bodies and stars are not included.
     std::span<float> samples{}, variance{};
 };
+
+/// Middle of the exposure if it is the same for all rows of a frame, as with a global shutter.
+[[nodiscard]] inline std::optional<Time> common_mid(std::span<const RowTime> frame) {
+    if (frame.empty()) return std::nullopt;
+    const Time mid = frame.front().mid();
+    const bool common =
+        std::all_of(frame.begin(), frame.end(), [&](const RowTime& row) { return row.mid() == mid; });
+    return common ? std::optional(mid) : std::nullopt;
+}
 
 /// Renderer of one camera in one scene. Thread-safe after construction if each render() has its own output;
 /// render() spreads over the renderer's own worker threads and returns when all rows are done.

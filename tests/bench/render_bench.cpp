@@ -90,6 +90,7 @@ Frame render_frame(const renderer::Renderer& r, std::uint64_t frame_id, std::vec
     request.window = {0, 0, size, size};
     request.rows = size;
     request.row_times = times;
+    request.common_mid = when;
     request.frame_id = frame_id;
     const std::uint64_t samples_before = r.samples_taken();
     const std::uint64_t rays_before = r.rays_traced();

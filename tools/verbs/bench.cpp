@@ -105,6 +105,7 @@ private:
         request.window = frame->info.windows[0].sensor;
         request.rows = plan.height;
         request.row_times = plan.rows;
+        request.common_mid = renderer::common_mid(plan.rows);
         const sensors::IrradianceBand band{0, plan.height, plan.width, light};
 
         std::vector<double> render_ms, detector_ms, frame_ms;

@@ -124,6 +124,7 @@ private:
             request.rows = window.sensor.height;
             request.row_times = std::span(plan.rows).subspan(static_cast<std::size_t>(window.image_y),
                                                              static_cast<std::size_t>(request.rows));
+            request.common_mid = renderer::common_mid(plan.rows);
             request.frame_id = frame.info.frame_id;
             const auto columns = static_cast<std::size_t>(window.sensor.width);
             part.resize(bands.size() * columns * static_cast<std::size_t>(request.rows));

@@ -297,6 +297,7 @@ private:
             request.first_row = y;
             request.rows = std::min(band_rows, height - y);
             request.row_times = std::span(times).first(static_cast<std::size_t>(request.rows));
+            request.common_mid = when;
             request.frame_id = frame_id;
             const std::size_t values =
                 static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(width);

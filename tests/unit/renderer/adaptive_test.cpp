@@ -153,3 +153,75 @@ TEST_CASE("Adaptive frames are the same for any threads, bands and window") {
                              : 0;
     CHECK(differing == 0);
 }
+
+TEST_CASE("Rows of a rolling shutter do not depend on how they are grouped into requests") {
+    renderer::RenderSettings settings{2, 2, 5};
+    settings.target_error = 0.01;
+    scene::Scene s = asteroid();
+    s.camera.focal_length_m *= 3; // a large body, whose pixels share rays where rows have one time
+    s.bodies[0].motion.spin_axis = {0, 0, 1};
+    s.bodies[0].motion.spin_rate_rad_s = 0.1;
+    const renderer::Renderer r(s, settings);
+    const Region window{40, 40, 64, 48};
+    // Pairs of rows are exposed together, as where a sensor reads two at a time; the last rows of a frame
+    // have the time of the first ones.
+    std::vector<RowTime> times;
+    for (std::int32_t row = 0; row < window.height; ++row) {
+        const Time t{row < 40 ? row / 2 * 1'000'000LL : 0};
+        times.push_back({t, t});
+    }
+    const auto image = [&](std::int32_t rows_each, std::optional<Time> common_mid) {
+        std::vector<float> whole;
+        for (std::int32_t first = 0; first < window.height; first += rows_each) {
+            renderer::RenderRequest request;
+            request.window = window;
+            request.first_row = first;
+            request.rows = std::min(rows_each, window.height - first);
+            request.row_times = std::span(times).subspan(static_cast<std::size_t>(first),
+                                                         static_cast<std::size_t>(request.rows));
+            request.common_mid = common_mid;
+            std::vector<float> rows(static_cast<std::size_t>(request.rows * window.width));
+            r.render(request, rows);
+            whole.insert(whole.end(), rows.begin(), rows.end());
+        }
+        return whole;
+    };
+    CHECK(!renderer::common_mid(times));
+    const std::vector<float> together = image(window.height, {});
+    for (const std::int32_t rows : {1, 2, 3, 7, 20}) {
+        INFO(rows << " rows each");
+        const bool same = image(rows, {}) == together;
+        CHECK(same);
+    }
+    // Also if the caller states a time that only some of the rows have.
+    const std::vector<float> some_shared = image(window.height, Time{});
+    const bool shares = some_shared != together;
+    CHECK(shares);
+    for (const std::int32_t rows : {1, 2, 3, 7, 20}) {
+        INFO(rows << " rows each");
+        const bool same = image(rows, Time{}) == some_shared;
+        CHECK(same);
+    }
+}
+
+TEST_CASE("The error asked for is relative to the lit body's radiance, whichever way light is traced") {
+    scene::Scene s = asteroid();
+    renderer::RenderSettings settings{4, 2, 5};
+    settings.target_error = 0.01;
+    settings.max_samples_per_pixel = 256;
+    const auto samples = [&](const scene::Scene& scene) {
+        const renderer::Renderer r(scene, settings);
+        render(r);
+        return static_cast<double>(r.samples_taken());
+    };
+    const double direct = samples(s);
+    // A body with a colour is left to the path tracer, whose pixels are in W/m2.
+    for (const double scale : {1e-4, 1.0, 1e4}) {
+        INFO("Sun " << scale);
+        s.bodies[0].colour = {1};
+        s.sun.irradiance_scale = scale;
+        CHECK(std::abs(samples(s) / direct - 1) < 0.02);
+        s.bodies[0].colour = {0.1};
+        CHECK(std::abs(samples(s) / direct - 1) < 0.02);
+    }
+}

@@ -51,6 +51,7 @@ inline std::vector<float> render_window(const renderer::Renderer& r, Region wind
         request.rows = rows;
         request.row_times =
             std::span(times).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(rows));
+        request.common_mid = renderer::common_mid(times);
         request.frame_id = frame_id;
         r.render(request, band);
         for (std::size_t b = 0; b < r.band_count(); ++b)
