@@ -12,6 +12,8 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"grab", make_grab},
         VerbEntry{"check", make_check},
         VerbEntry{"keys", make_keys},
+        VerbEntry{"new", make_new},
+        VerbEntry{"examples", make_examples},
         VerbEntry{"compare", make_compare},
         VerbEntry{"import", make_import},
         VerbEntry{"bench", make_bench},

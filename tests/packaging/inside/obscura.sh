@@ -35,7 +35,7 @@ check "dpkg has nothing to complain of" bash -c '[ -z "$(dpkg --audit)" ] && dpk
 for file in /usr/bin/obscurad /usr/bin/obscura /etc/obscura/obscurad.toml /etc/security/limits.d/obscura.conf \
     /lib/systemd/system/obscurad.service /lib/systemd/system/obscurad@.service /lib/systemd/system/obscurad-modules.service /usr/lib/sysusers.d/obscura.conf \
     /usr/lib/tmpfiles.d/obscura.conf /usr/lib/sysctl.d/60-obscura.conf /usr/lib/modprobe.d/obscura.conf \
-    /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml \
+    /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml /usr/share/obscura/examples/lockstep/camera.toml \
     /usr/share/man/man1/obscura.1.gz /usr/share/man/man1/obscura-stimulator-sim.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
     /usr/share/bash-completion/completions/obscura /usr/share/bash-completion/completions/obscurad \
     /usr/share/doc/obscura/copyright /usr/share/doc/obscura/examples/txtime.conf; do
@@ -82,6 +82,9 @@ message=$(as_service obscurad --check --config /tmp/bad.toml 2>&1)
 status=$?
 [ $status = 78 ] && [[ $message == /tmp/bad.toml:*rate_hz* ]] && ok "a bad file: $message" || bad "a bad file: status $status, $message"
 check "obscura check" as_service obscura check /usr/share/obscura/demo.toml
+check "obscura examples" obscura examples two-windows --copy /tmp/two-windows
+check "a copied example" obscura check /tmp/two-windows/camera.toml
+check "obscura new" bash -c 'obscura new camera /tmp/camera.toml && obscura check /tmp/camera.toml'
 as_service mkdir -p /tmp/frames 2>/dev/null || install -d -o obscura -g obscura /tmp/frames
 if obscura --help | grep -q '^ *capture '; then
     check "obscura capture" as_service obscura capture /etc/obscura/obscurad.toml --frames 2 --output /tmp/frames

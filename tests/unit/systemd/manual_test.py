@@ -33,7 +33,7 @@ def complete(script, *words):
 
 
 pages = {
-    "obscura.1": (make("man", obscura, "1"), ["obscura render", "--samples N", "obscurad.toml(5)"]),
+    "obscura.1": (make("man", obscura, "1"), ["obscura render", "--samples N", "obscura new", "obscura examples", "--copy DIR", "obscurad.toml(5)"]),
     "obscurad.8": (make("man", obscurad, "8"), ["--check", "--print-config"]),
     "obscurad.toml.5": (make("keys", obscura),
                         ["[sensor.detector]", "full_well_e", "[[gige.faults]]", "burst_packets", "[[camera.window]]",
@@ -64,6 +64,8 @@ with tempfile.TemporaryDirectory() as folder:
         (("obscura", "render", "--sa"), ["--samples"]),
         (("obscura", "render", "--samples", ""), []),
         (("obscurad", "--che"), ["--check"]),
+        (("obscura", "new", "came"), ["camera"]),
+        (("obscura", "examples", "--co"), ["--copy"]),
     ]:
         if complete(script, *words) != wanted:
             complaints.append(f"completion of {words}: {complete(script, *words)}, wanted {wanted}")
