@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "emulator/config/initial_camera.hpp"
+#include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "sensors/sensor_file.hpp"
 
@@ -155,9 +156,15 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
 void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Tables& tables,
                     config::Mistakes& mistakes) {
     config.scene = scene;
-    if (const config::Member* view = tables.root.find("view"))
+    if (const config::Member* view = tables.root.find("view")) {
         mistakes.collect(
             [&] { config.view = scene::read_view(view->value, tables.top.in("view"), config.scene.camera); });
+        const config::Member* look_at = view->value.find("look_at");
+        const std::string why =
+            scene::explain_missing_target(config.scene.bodies, config.scene.camera.motion);
+        if (look_at != nullptr && !why.empty())
+            mistakes.add(tables.top.in("view").in("look_at"), look_at->value.at, why);
+    }
     // The sensor determines number and size of the pixels; those of the scene file serve `obscura render`.
     config.scene.camera.width = config.sensor.readout.width;
     config.scene.camera.height = config.sensor.readout.height;

@@ -35,12 +35,27 @@ public:
     [[nodiscard]] virtual bool at(double time_s, Pose& pose) const noexcept = 0;
 };
 
+/// Aim of the z axis of the camera or a lamp, held at every instant. The camera is aimed at the direction in
+/// which it sees the body: with Scene::light_time and Scene::aberration the apparent one.
+struct Aim {
+    std::string body{}; ///< name of the body whose origin is the target, or sun_name; empty: `point_m`
+    Vec3 point_m{};     ///< target, in the frame of the motion
+    /// Direction that is up in the image (-y), in the frame of the motion, any length above 0. Where the view
+    /// is parallel to it within 1e-6 rad, the x axis of that frame takes its place, or the y axis if the view
+    /// is parallel to x.
+    Vec3 up{0, -1, 0};
+};
+/// Name of the Sun as the target of an aim, unless a body has that name.
+inline constexpr const char* sun_name = "sun";
+
 /// Motion of a body, a lamp or the camera: a fixed pose, a trajectory, or a uniform spin about an axis of the
 /// moving frame. Between samples position is linear and attitude slerp; outside the table the end pose holds.
 struct Motion {
     std::vector<TimedPose> samples{{}}; ///< at least one, strictly increasing in time
     Vec3 spin_axis{0, 0, 1};            ///< moving frame, any length above 0
     double spin_rate_rad_s = 0;
+    /// Of the camera or a lamp: replaces the attitudes above. Not together with a hinge or a slide.
+    std::optional<Aim> aim{};
     /// Overrides all of the above once it has a pose; null: none.
     std::shared_ptr<const LivePose> live{};
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene/scene_tree.hpp"
 
+#include "config/document.hpp"
 #include "core/error.hpp"
 #include "renderer/scene/position.hpp"
 
@@ -60,6 +61,17 @@ std::vector<std::int32_t> parents_of(const std::vector<Body>& bodies) {
                                                                  bodies[b].name, circle)));
     }
     return parents;
+}
+
+std::string explain_missing_target(const std::vector<Body>& bodies, const Motion& motion) {
+    if (!motion.aim || motion.aim->body.empty() || motion.aim->body == sun_name ||
+        index_of(bodies, motion.aim->body) >= 0)
+        return {};
+    std::string names;
+    for (const Body& body : bodies)
+        names += fmt::format("{}, ", body.name);
+    return fmt::format("\"{}\" is no body of the scene; there are {}{}", config::printable(motion.aim->body),
+                       names, sun_name);
 }
 
 } // namespace obscura::scene

@@ -22,4 +22,7 @@ namespace obscura::scene {
 [[nodiscard]] std::int32_t parent_of(const std::vector<Body>& bodies, const std::string& parent,
                                      const Joint& joint, const std::string& place);
 
+/// Why an aim has no target in the scene, with the names that it could have; empty: it has one.
+[[nodiscard]] std::string explain_missing_target(const std::vector<Body>& bodies, const Motion& motion);
+
 } // namespace obscura::scene

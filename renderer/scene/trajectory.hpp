@@ -11,12 +11,19 @@
 namespace obscura::scene {
 
 /// Columns of a trajectory file. Position in metres in the scene's inertial frame (or the parent's); (qw, qx,
-/// qy, qz) is the scalar-first unit quaternion that turns vectors of the moving frame into that frame.
+/// qy, qz) is the scalar-first unit quaternion that turns vectors of the moving frame into that frame. A file
+/// may lack the four columns of the quaternion: positions only.
 inline constexpr const char* trajectory_columns = "time_s,x_m,y_m,z_m,qw,qx,qy,qz";
+
+/// Contents of a trajectory file.
+struct Trajectory {
+    std::vector<TimedPose> samples;
+    bool has_attitude = true; ///< false: positions only, the orientations are 1, 0, 0, 0
+};
 
 /// Reads a trajectory: at least one row, strictly increasing times, |q| = 1 within 1e-3 (then normalised).
 /// Throws ConfigError `file:line:column: column: what`.
-[[nodiscard]] std::vector<scene::TimedPose> read_trajectory(const std::filesystem::path& file);
+[[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file);
 
 /// Reads the table of a joint: time_s and the column `value`, whose entries are multiplied by `unit` (SI).
 /// Throws ConfigError.

@@ -7,7 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <numbers>
+#include <utility>
 
 namespace obscura::scene {
 namespace {
@@ -17,6 +20,7 @@ constexpr double degree = std::numbers::pi / 180;
 } // namespace
 
 config::Keys camera_place_keys(PlaceKeys& s) {
+    s.looks = true;
     return {
         config::key("position_m", &s.position_m)
             .unit("m")
@@ -31,12 +35,19 @@ config::Keys camera_place_keys(PlaceKeys& s) {
         config::key("look_at_m", &s.look_at_m)
             .unit("m")
             .range(anywhere)
-            .help("Point at which the z axis is aimed, instead of orientation"),
+            .help("Point at which the z axis is aimed, instead of orientation; in the frame of position_m"),
+        config::key("look_at", &s.look_at)
+            .help("Name of the body, or \"sun\", at whose centre the z axis is aimed at every instant, where "
+                  "the camera sees it; instead of orientation"),
         config::key("up", &s.up)
             .range(anywhere)
-            .help("Direction that is up in the image, with boresight or look_at_m"),
+            .help("Direction that is up in the image, in the frame of position_m, with boresight, look_at_m "
+                  "or look_at"),
         config::key("trajectory", config::Path{&s.trajectory})
-            .help("CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation"),
+            .help(
+                "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; without the "
+                "last four columns it holds positions only, and look_at, look_at_m, boresight or "
+                "orientation gives the attitude"),
     };
 }
 
@@ -50,7 +61,9 @@ config::Keys body_place_keys(PlaceKeys& s) {
             .range(-1.001, 1.001)
             .help("Quaternion [w, x, y, z] from body axes to inertial, at time 0"),
         config::key("trajectory", config::Path{&s.trajectory})
-            .help("CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation"),
+            .help(
+                "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; without the "
+                "last four columns it holds positions only, and orientation gives the attitude"),
         config::key("spin_axis", &s.spin_axis)
             .range(anywhere)
             .help("Axis of the body's uniform spin, body frame"),
@@ -85,27 +98,38 @@ config::Keys keys_of(JointKeys& s) {
     };
 }
 
-Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
-    const std::size_t before = table.mistakes().count();
-    for (const char* key : {"position_m", "orientation", "boresight", "look_at_m", "up"})
-        exclude(table, key, "trajectory");
-    exclude(table, "orientation", "boresight");
-    exclude(table, "orientation", "look_at_m");
-    exclude(table, "look_at_m", "boresight");
-    exclude(table, "up", "orientation");
-    require_direction(table, place.boresight, "boresight");
-    require_direction(table, place.up, "up");
-    require_direction(table, place.spin_axis, "spin_axis");
-    Motion motion;
-    if (table.mistakes().count() != before) return motion;
+namespace {
 
-    motion.spin_axis = place.spin_axis;
-    motion.spin_rate_rad_s = place.spin_rate_rad_s;
-    if (table.has("trajectory")) {
-        table.mistakes().collect([&] { motion.samples = read_trajectory(place.trajectory); });
-        return motion;
+/// Keys of the attitude, of which one may be given.
+constexpr std::array attitude_keys{"orientation", "boresight", "look_at_m", "look_at"};
+
+/// Reads the trajectory into `motion`. Returns whether it holds positions only, and reports keys of the
+/// attitude beside a trajectory that has attitudes of its own.
+bool read_positions(const PlaceKeys& place, const config::ReadTable& table, Motion& motion) {
+    const std::size_t before = table.mistakes().count();
+    Trajectory read;
+    table.mistakes().collect([&] { read = read_trajectory(place.trajectory); });
+    if (table.mistakes().count() != before) return false;
+    motion.samples = std::move(read.samples);
+    const bool given = std::any_of(attitude_keys.begin(), attitude_keys.end(),
+                                   [&](const char* key) { return table.has(key); });
+    if (!read.has_attitude && place.looks && !given)
+        table.refuse("trajectory", "has no columns qw,qx,qy,qz: \"look_at\", \"look_at_m\", \"boresight\" or "
+                                   "\"orientation\" is wanted beside it");
+    if (!read.has_attitude) return true;
+    for (const char* key : attitude_keys)
+        if (table.has(key))
+            table.refuse(key, "cannot stand beside a \"trajectory\" with columns qw,qx,qy,qz");
+    return false;
+}
+
+/// Sets the attitude of every sample of `motion`, or its aim, by the keys of `place`.
+void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion& motion) {
+    if (table.has("look_at") || (table.has("look_at_m") && table.has("trajectory"))) {
+        motion.aim = Aim{place.look_at, place.look_at_m, place.up};
+        return;
     }
-    Pose pose{place.position_m, place.orientation};
+    Quat orientation = place.orientation;
     if (table.has("boresight") || table.has("look_at_m")) {
         const char* key = table.has("boresight") ? "boresight" : "look_at_m";
         const Vec3 boresight = table.has("boresight") ? place.boresight : place.look_at_m - place.position_m;
@@ -114,11 +138,36 @@ Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
         else if (!(length(cross(boresight, place.up)) > 1e-9 * length(boresight) * length(place.up)))
             table.refuse(key, "is parallel to \"up\"");
         else
-            pose.orientation = look_along(boresight, place.up);
-    } else if (table.has("up")) {
-        table.refuse_table("\"up\" needs \"boresight\" or \"look_at_m\"");
+            orientation = look_along(boresight, place.up);
     }
-    motion.samples = {{0, pose}};
+    for (TimedPose& sample : motion.samples)
+        sample.pose.orientation = orientation;
+}
+
+} // namespace
+
+Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
+    const std::size_t before = table.mistakes().count();
+    exclude(table, "position_m", "trajectory");
+    for (std::size_t i = 0; i < attitude_keys.size(); ++i)
+        for (std::size_t j = i + 1; j < attitude_keys.size(); ++j)
+            exclude(table, attitude_keys[i], attitude_keys[j]);
+    exclude(table, "up", "orientation");
+    require_direction(table, place.boresight, "boresight");
+    require_direction(table, place.up, "up");
+    require_direction(table, place.spin_axis, "spin_axis");
+    if (table.has("look_at") && place.look_at.empty())
+        table.refuse("look_at", "is empty, the name of a body is wanted");
+    Motion motion;
+    if (table.mistakes().count() != before) return motion;
+
+    motion.spin_axis = place.spin_axis;
+    motion.spin_rate_rad_s = place.spin_rate_rad_s;
+    motion.samples = {{0, {place.position_m, {}}}};
+    if (table.has("trajectory") && !read_positions(place, table, motion)) return motion;
+    if (table.has("up") && !(table.has("boresight") || table.has("look_at_m") || table.has("look_at")))
+        table.refuse_table("\"up\" needs \"boresight\", \"look_at_m\" or \"look_at\"");
+    set_attitude(place, table, motion);
     return motion;
 }
 
@@ -134,6 +183,10 @@ Joint joint_of(const JointKeys& keys, const config::ReadTable& table) {
     only_with("joint_table", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");
     only_with("joint_angle_deg", keys.kind == Kind::hinge, "\"hinge\"");
     only_with("joint_offset_m", keys.kind == Kind::slide, "\"slide\"");
+    if (keys.kind != Kind::fixed &&
+        (table.has("look_at") || (table.has("look_at_m") && table.has("trajectory"))))
+        table.refuse(table.has("look_at") ? "look_at" : "look_at_m",
+                     "belongs to joint = \"fixed\": it gives the attitude at every instant");
     exclude(table, "joint_angle_deg", "joint_table");
     exclude(table, "joint_offset_m", "joint_table");
     require_direction(table, keys.axis, "joint_axis");

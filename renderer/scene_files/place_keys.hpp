@@ -14,7 +14,9 @@ struct PlaceKeys {
     Vec3 position_m;
     Quat orientation;
     Vec3 boresight{0, 0, 1}, up{0, -1, 0}, look_at_m;
+    std::string look_at; ///< name of a body
     std::string trajectory;
+    bool looks = false; ///< of the camera or a lamp: a trajectory of positions needs an attitude beside it
     Vec3 spin_axis{0, 0, 1};
     double spin_rate_rad_s = 0;
 };

@@ -177,6 +177,13 @@ void check_tree(const Scene& scene, const config::ReadTable& root) {
         check_parent(lamp.position, lamp.parent, lamp.joint, fmt::format("lamp '{}'", lamp.name));
 }
 
+/// Reports the key look_at of `table` if the scene has no body of that name.
+void check_target(const Scene& scene, const Motion& motion, const config::Value& table,
+                  const std::string& path, const config::ReadTable& root) {
+    if (const std::string why = explain_missing_target(scene.bodies, motion); !why.empty())
+        root.mistakes().add(root.where().in(path), table.find("look_at")->value.at, why);
+}
+
 /// Checks that `values`, a key of an element of a list, has one number for each band, or none.
 void check_bands(const std::vector<double>& values, const char* list, std::size_t index, const char* key,
                  std::size_t bands, const config::ReadTable& root) {
@@ -189,6 +196,11 @@ void check_bands(const std::vector<double>& values, const char* list, std::size_
 
 void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTable& root) {
     check_tree(scene, root);
+    if (const config::Member* camera = root.table()->find("camera"))
+        check_target(scene, scene.camera.motion, camera->value, "camera.look_at", root);
+    for (std::size_t i = 0; i < scene.lamps.size(); ++i)
+        check_target(scene, scene.lamps[i].motion, root.table()->find("lamp")->value.items[i],
+                     fmt::format("lamp[{}].look_at", i), root);
     if (const config::Member* bands = root.table()->find("band")) {
         const config::Where where = root.where().in("band");
         if (scene.bands.empty()) root.mistakes().add(where, bands->at, "at least one band is wanted");

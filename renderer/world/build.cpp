@@ -209,6 +209,11 @@ private:
     TextureCache cache_;
 };
 
+void validate_aim(const scene::Scene& scene, const scene::Motion& motion, const std::string& place) {
+    if (const std::string why = scene::explain_missing_target(scene.bodies, motion); !why.empty())
+        throw ConfigError(fmt::format("{}: look_at: {}", place, why));
+}
+
 } // namespace
 
 void validate(const scene::Scene& scene) {
@@ -218,6 +223,7 @@ void validate(const scene::Scene& scene) {
         validate_camera(c);
         validate(c.motion, "camera");
         (void)scene::parent_of(scene.bodies, c.parent, c.joint, "camera");
+        validate_aim(scene, c.motion, "camera");
     });
     validate_ranges(scene.sun, "sun");
     if (scene.bands.empty()) throw ConfigError("bands: none: at least one spectral band is wanted");
@@ -253,6 +259,7 @@ void validate(const scene::Scene& scene) {
             validate(lamp.motion, place);
             validate_ranges(lamp, place);
             (void)scene::parent_of(scene.bodies, lamp.parent, lamp.joint, place);
+            validate_aim(scene, lamp.motion, place);
             validate_bands(lamp.intensity_w_sr, scene.bands.size(), place + ": intensity");
         });
     for (const scene::StrayLight& stray : scene.stray_light)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/kinematics.hpp"
 
+#include "renderer/camera/aberration.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/world/motion.hpp"
 
@@ -62,6 +63,47 @@ Pose pose_on_parent(const scene::Scene& scene, std::span<const BuiltBody> bodies
     return inertial_pose(bodies, scene::index_of(scene.bodies, parent), pose, time_s);
 }
 
+/// Inertial pose of the frame of `parent`, the inertial frame itself if that is empty.
+Pose frame_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
+              double time_s) {
+    if (parent.empty()) return {};
+    return body_pose(bodies, static_cast<std::size_t>(scene::index_of(scene.bodies, parent)), time_s);
+}
+
+/// The aim of a motion at `time_s`; null: it has none, or a pose received at run time overrides it.
+const scene::Aim* aim_of(const scene::Motion& motion, double time_s) {
+    Pose live;
+    if (!motion.aim || (motion.live && motion.live->at(time_s, live))) return nullptr;
+    return &*motion.aim;
+}
+
+/// Target of `aim` in the inertial frame. `frame` is that of the motion; bodies are seen from `from_m` with
+/// the scene's correction for light time if `seen`.
+Vec3 target_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Aim& aim,
+               const Pose& frame, Vec3 from_m, bool seen, double time_s) {
+    if (aim.body.empty()) return to_parent(frame, aim.point_m);
+    const std::int32_t index = scene::index_of(scene.bodies, aim.body);
+    if (index < 0) return scene.sun.position_m;
+    const auto body = static_cast<std::size_t>(index);
+    return seen ? seen_pose(scene, bodies, body, from_m, time_s).position_m
+                : body_pose(bodies, body, time_s).position_m;
+}
+
+/// As look_along(), with another direction for `up` where the two are parallel: see scene::Aim.
+Quat look_along_any(Vec3 direction, Vec3 up) {
+    const auto fits = [&](Vec3 v) {
+        return length(cross(direction, v)) > 1e-6 * length(direction) * length(v);
+    };
+    if (fits(up)) return look_along(direction, up);
+    return look_along(direction, fits({1, 0, 0}) ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
+}
+
+/// Orientation of which the z axis has the inertial `direction`; `otherwise` if that is zero.
+Quat aimed(const scene::Aim& aim, const Pose& frame, Vec3 direction, Quat otherwise) {
+    if (!(length(direction) > 0)) return otherwise;
+    return frame.orientation * look_along_any(rotate(conjugate(frame.orientation), direction), aim.up);
+}
+
 } // namespace
 
 Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s) {
@@ -69,14 +111,40 @@ Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time
     return inertial_pose(bodies, body.parent, pose_in_parent(body.motion, body.joint, time_s), time_s);
 }
 
+Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
+    const scene::Camera& camera = scene.camera;
+    if (length(camera.velocity_m_s) > 0) return camera.velocity_m_s;
+    const auto position = [&](double at_s) {
+        return pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, at_s).position_m;
+    };
+    // Short compared with the sampling of a trajectory, long compared with the rounding of positions at 1 au.
+    constexpr double half_s = 0.05;
+    return (position(time_s + half_s) - position(time_s - half_s)) / (2 * half_s);
+}
+
 Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
     const scene::Camera& camera = scene.camera;
-    return pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
+    Pose pose = pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
+    const scene::Aim* aim = aim_of(camera.motion, time_s);
+    if (aim == nullptr) return pose;
+    const Pose frame = frame_of(scene, bodies, camera.parent, time_s);
+    Vec3 direction = target_of(scene, bodies, *aim, frame, pose.position_m, true, time_s) - pose.position_m;
+    if (scene.aberration && length(direction) > 0)
+        direction =
+            aberrate(normalized(direction), camera_velocity_m_s(scene, bodies, time_s) / light_speed_m_s);
+    pose.orientation = aimed(*aim, frame, direction, pose.orientation);
+    return pose;
 }
 
 Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, const scene::Lamp& lamp,
                double time_s) {
-    return pose_on_parent(scene, bodies, lamp.parent, lamp.motion, lamp.joint, time_s);
+    Pose pose = pose_on_parent(scene, bodies, lamp.parent, lamp.motion, lamp.joint, time_s);
+    const scene::Aim* aim = aim_of(lamp.motion, time_s);
+    if (aim == nullptr) return pose;
+    const Pose frame = frame_of(scene, bodies, lamp.parent, time_s);
+    const Vec3 target = target_of(scene, bodies, *aim, frame, pose.position_m, false, time_s);
+    pose.orientation = aimed(*aim, frame, target - pose.position_m, pose.orientation);
+    return pose;
 }
 
 } // namespace obscura::renderer

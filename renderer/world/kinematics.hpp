@@ -12,9 +12,14 @@ namespace obscura::renderer {
 /// parent. The parents must not be circular (renderer/scene/scene_tree.hpp).
 [[nodiscard]] Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s);
 
-/// As body_pose(), of the camera or a lamp, whose parent may be a body. Neither allocates.
+/// As body_pose(), of the camera or a lamp, whose parent may be a body, with the aim of its motion. Neither
+/// allocates.
 [[nodiscard]] Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s);
 [[nodiscard]] Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                              const scene::Lamp& lamp, double time_s);
+
+/// Velocity of the camera in the inertial frame for aberration: its own key, or that of its motion.
+[[nodiscard]] Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                       double time_s);
 
 } // namespace obscura::renderer

@@ -50,6 +50,10 @@ void validate(const scene::Motion& motion, const std::string& place) {
             throw ConfigError(
                 fmt::format("{}: time of pose {} is not later than that of pose {}", place, i + 1, i));
     }
+    if (motion.aim &&
+        !(is_finite(motion.aim->point_m) && is_finite(motion.aim->up) && length(motion.aim->up) > 0))
+        throw ConfigError(
+            fmt::format("{}: the aim needs a finite point and an \"up\" that is not zero", place));
     if (!std::isfinite(motion.spin_rate_rad_s) || !is_finite(motion.spin_axis) ||
         (motion.spin_rate_rad_s != 0 && !(length(motion.spin_axis) > 0)))
         throw ConfigError(

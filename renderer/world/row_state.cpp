@@ -73,7 +73,7 @@ Vec3 relative_origin(const BodyState& from, const BodyState& to) {
     return transposed(to.to_inertial) * (from.position_m - to.position_m);
 }
 
-Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, std::size_t i, Vec3 camera_m,
+Pose seen_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i, Vec3 camera_m,
                double time_s) {
     Pose pose = body_pose(bodies, i, time_s);
     if (!scene.light_time) return pose;
@@ -91,17 +91,8 @@ Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, 
 
 Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, double time_s) {
     if (!scene.aberration) return {0, 0, 0};
-    Vec3 velocity = scene.camera.velocity_m_s;
-    if (length(velocity) == 0) {
-        // Short compared with the sampling of a trajectory, long compared with the rounding of positions at 1
-        // au.
-        constexpr double half_s = 0.05;
-        velocity = (camera_pose(scene, bodies, time_s + half_s).position_m -
-                    camera_pose(scene, bodies, time_s - half_s).position_m) /
-                   (2 * half_s);
-    }
     return transposed(to_matrix(camera_pose(scene, bodies, time_s).orientation)) *
-           (velocity / light_speed_m_s);
+           (camera_velocity_m_s(scene, bodies, time_s) / light_speed_m_s);
 }
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,

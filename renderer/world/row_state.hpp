@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace obscura::renderer {
@@ -113,7 +114,7 @@ constexpr double samples_per_crescent_px = 64;
 
 /// Apparent pose of body `i` for a camera at `camera_m` at `time_s`: with Scene::light_time that of the
 /// instant at which the light left it, t' = t - |r(t') - camera| / c.
-[[nodiscard]] Pose seen_pose(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, std::size_t i,
+[[nodiscard]] Pose seen_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i,
                              Vec3 camera_m, double time_s);
 /// Camera velocity over the speed of light, camera axes; 0 without Scene::aberration.
 [[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,

@@ -58,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             (void)scene::read_stars(file, 6);
             break;
         case 1:
-            for (const scene::TimedPose& sample : scene::read_trajectory(file))
+            for (const scene::TimedPose& sample : scene::read_trajectory(file).samples)
                 require(is_finite(sample.pose.position_m));
             break;
         case 2:

@@ -194,3 +194,34 @@ TEST_CASE("a scene is read from text, with paths from the folder of its file") {
     CHECK(s.bodies[0].shape.kind() == "mesh");
     CHECK(s.bodies[0].material.kind() == "ggx");
 }
+
+TEST_CASE("a trajectory of positions takes its attitude from the keys beside it") {
+    const test::TempFolder folder;
+    folder.write("t.csv", "time_s,x_m,y_m,z_m\n0,1,2,3\n10,4,5,6\n");
+    const auto read = [&](const std::string& keys) {
+        return scene::load_scene(folder.write("s.toml", "[camera]\ntrajectory = \"t.csv\"\n" + keys +
+                                                            "[[body]]\nname = \"rock\"\nshape = "
+                                                            "\"ellipsoid\"\nradii_m = [1, 1, 1]\n"
+                                                            "trajectory = \"t.csv\"\norientation = [0, 1, "
+                                                            "0, 0]\nalbedo = 0.5\n"));
+    };
+    const scene::Scene at_body = read("look_at = \"rock\"\nup = [1, 0, 0]\n");
+    const scene::Motion& motion = at_body.camera.motion;
+    REQUIRE(motion.samples.size() == 2);
+    CHECK(motion.samples[1].pose.position_m == Vec3{4, 5, 6});
+    REQUIRE(motion.aim);
+    CHECK(motion.aim->body == "rock");
+    CHECK(motion.aim->up == Vec3{1, 0, 0});
+    REQUIRE(at_body.bodies[0].motion.samples.size() == 2);
+    CHECK(at_body.bodies[0].motion.samples[1].pose == Pose{{4, 5, 6}, {0, 1, 0, 0}});
+
+    const scene::Scene at_point = read("look_at_m = [7, 8, 9]\n");
+    REQUIRE(at_point.camera.motion.aim);
+    CHECK(at_point.camera.motion.aim->body.empty());
+    CHECK(at_point.camera.motion.aim->point_m == Vec3{7, 8, 9});
+
+    const scene::Scene fixed = read("boresight = [1, 0, 0]\nup = [0, 0, 1]\n");
+    CHECK_FALSE(fixed.camera.motion.aim);
+    for (const scene::TimedPose& sample : fixed.camera.motion.samples)
+        CHECK(sample.pose.orientation == look_along({1, 0, 0}, {0, 0, 1}));
+}

@@ -816,7 +816,32 @@ shape = "mesh"
     {"[camera]\nboresight = [0, 0, 1]\nup = [0, 0, -2]\n",
      R"(s.toml:2:13: camera.boresight: is parallel to "up")"},
     {"[camera]\nlook_at_m = [0, 0, 0]\n", "s.toml:2:13: camera.look_at_m: is the camera's own position"},
-    {"[camera]\nup = [0, 0, 1]\n", R"(s.toml:1:2: camera: "up" needs "boresight" or "look_at_m")"},
+    {"[camera]\nup = [0, 0, 1]\n", R"(s.toml:1:2: camera: "up" needs "boresight", "look_at_m" or "look_at")"},
+    {"[camera]\nlook_at = \"asteroid\"\n[[body]]\nname = \"rock\"\nshape = \"ellipsoid\"\nradii_m = [1, 1, "
+     "1]\n"
+     "albedo = 0.5\n",
+     R"(s.toml:2:11: camera.look_at: "asteroid" is no body of the scene; there are rock, sun)"},
+    {"[[lamp]]\nintensity_w_sr = [1]\nlook_at = \"asteroid\"\n",
+     R"(s.toml:3:11: lamp[0].look_at: "asteroid" is no body of the scene; there are sun)"},
+    {"[camera]\nlook_at = \"\"\n", "s.toml:2:11: camera.look_at: is empty, the name of a body is wanted"},
+    {"[camera]\nlook_at = \"sun\"\nlook_at_m = [1, 2, 3]\n",
+     R"(s.toml:3:13: camera.look_at_m: cannot stand beside "look_at")"},
+    {"[camera]\nlook_at = \"sun\"\ntrajectory = \"good.csv\"\n",
+     R"(s.toml:2:11: camera.look_at: cannot stand beside a "trajectory" with columns qw,qx,qy,qz)"},
+    {"[camera]\ntrajectory = \"positions.csv\"\n",
+     R"(s.toml:2:14: camera.trajectory: has no columns qw,qx,qy,qz: "look_at", "look_at_m", "boresight" or "orientation" is wanted beside it)"},
+    {R"([camera]
+parent = "rock"
+joint = "hinge"
+joint_angle_deg = 3
+look_at = "sun"
+[[body]]
+name = "rock"
+shape = "ellipsoid"
+radii_m = [1, 1, 1]
+albedo = 0.5
+)",
+     R"(s.toml:5:11: camera.look_at: belongs to joint = "fixed": it gives the attitude at every instant)"},
     {"[camera]\nboresight = [0, 0, 1]\norientation = [1, 0, 0, 0]\n",
      R"(s.toml:3:15: camera.orientation: cannot stand beside "boresight")"},
     {"[camera]\nfocal_length_mm = -5\n",
@@ -852,10 +877,15 @@ const std::vector<Broken> broken_materials{
      "solar-cell, white-paint"},
 };
 const std::vector<Broken> broken_trajectories{
-    {"", R"(t.csv:1:1: empty, the header "time_s,x_m,y_m,z_m,qw,qx,qy,qz" is wanted)"},
+    {"", R"(t.csv:1:1: empty, the header "time_s,x_m,y_m,z_m[,qw][,qx][,qy][,qz]" is wanted)"},
     {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n", "t.csv: no rows after the header"},
     {"time,x,y,z\n0,0,0,0\n",
-     R"(t.csv:1:1: header is "time,x,y,z", allowed "time_s,x_m,y_m,z_m,qw,qx,qy,qz")"},
+     R"(t.csv:1:1: header is "time,x,y,z", allowed "time_s,x_m,y_m,z_m[,qw][,qx][,qy][,qz]")"},
+    {"time_s,x_m,y_m,z_m\n", "t.csv: no rows after the header"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy\n0,0,0,0,1,0,0\n",
+     "t.csv:2:9: qw: qw, qx, qy and qz are wanted in every row, or in none for positions only"},
+    {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,0,0,0,,,,\n",
+     "t.csv:3:9: qw: qw, qx, qy and qz are wanted in every row, or in none for positions only"},
     {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0\n",
      "t.csv:2:1: 7 values, the header has 8 columns (time_s,x_m,y_m,z_m,qw,qx,qy,qz)"},
     {"time_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n0,0,0,0,1,0,0,0\n",
@@ -888,6 +918,7 @@ void write_neighbours(const test::TempFolder& folder) {
     folder.write("bad_sensor.toml", "[readout]\nwidth = 0\n");
     folder.write("black.toml", "[detector]\nadc_bits = 12\noffset_dn = 3000\n");
     folder.write("good.csv", std::string(trajectory_header) + "0,0,0,0,1,0,0,0\n");
+    folder.write("positions.csv", "time_s,x_m,y_m,z_m\n0,0,0,0\n");
     folder.write("bad_stars.csv", "ra_deg,dec_deg,v_mag,b_v\n1,2,3\n");
 }
 
