@@ -74,11 +74,23 @@ def blanks(line):
     return " ".join(line.split())
 
 
-def missing_lines(expected, output):
-    """Those of the expected lines that the output does not have, in their order."""
+def pattern_of(line, loose_numbers):
+    """Regular expression for an expected line."""
+    out = ""
+    for part in re.split(r"(…|[-+]?\d+\.\d+(?:e[-+]\d+)?)" if loose_numbers else "(…)", blanks(line)):
+        if part == "…":
+            out += ".*"
+        else:
+            out += r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?" if loose_numbers and re.fullmatch(r"[-+]?\d+\.\d.*", part) else re.escape(part)
+    return re.compile(out)
+
+
+def missing_lines(expected, output, loose_numbers=False):
+    """Those of the expected lines that the output does not have, in their order. With loose_numbers a number with a decimal
+    point stands for any number."""
     missing, lines = [], iter([blanks(line) for line in output.splitlines()])
     for line in expected:
-        pattern = re.compile(".*".join(re.escape(part) for part in blanks(line).split("…")))
+        pattern = pattern_of(line, loose_numbers)
         if not any(pattern.fullmatch(said) for said in lines):
             missing.append(line)
             lines = iter([])
