@@ -21,7 +21,7 @@ import transcript  # noqa: E402
 
 transcript.enter_own_network()
 obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-EXPECTED = {"mesh", "two-windows", "two-cameras", "udp-trigger", "gpio", "lockstep", "faults", "gstreamer", "opencv",
+EXPECTED = {"mesh", "trajectory", "two-windows", "two-cameras", "udp-trigger", "gpio", "lockstep", "faults", "gstreamer", "opencv",
             "v4l2", "stimulator"}
 failures = []
 
