@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -25,14 +27,19 @@ using namespace obscura::tools;
 void print_help() {
     std::string out = "obscura - renders, captures and receives the frames of an emulated space camera\n\n"
                       "Usage: obscura VERB [ARGUMENT]...\n\nVerbs:\n";
+    std::size_t width = 0;
+    for (const VerbEntry& entry : verbs())
+        width = std::max(width, entry.name.size());
     for (const VerbEntry& entry : verbs()) {
         CommandLine line;
         entry.make()->declare(line);
-        out += fmt::format("  {:<10} {}\n", entry.name, line.summary);
+        out += fmt::format("  {:<{}}  {}\n", entry.name, width, line.summary);
     }
     out += "\n`obscura VERB --help` explains a verb, with examples. The camera itself is the daemon:\n"
            "`obscurad --help`.\n\n"
            "First steps:\n"
+           "  obscura examples                                      # examples to copy and start from\n"
+           "  obscura new scene && obscura new camera               # files with every key, commented\n"
            "  obscura check config/demo.toml                        # is the configuration sound?\n"
            "  obscura render config/scenes/demo.toml -o demo.exr    # what the camera would see, W/m2\n"
            "  obscurad --config config/demo.toml &                  # start the camera\n"

@@ -46,7 +46,7 @@ class Shell:
         for number, command in enumerate(commands):
             script.append(f"echo; echo '{MARK} {number}'")
             script.append(command)
-            script.append(f"echo; echo \"{MARK} status $?\"")
+            script.append(f"status_of_command=$?; echo; echo \"{MARK} status $status_of_command\"")
             if re.match(r"\s*obscurad\b.*&\s*$", command):
                 # Also ends when the daemon has ended.
                 script.append(f"until [ -s '{self.ready}' ] || ! kill -0 $!; do sleep 0.05; done; rm -f '{self.ready}'")
