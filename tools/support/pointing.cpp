@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "tools/support/registration.hpp"
+#include "tools/support/registration_error.hpp"
 #include "tools/support/registration_math.hpp"
 
 #include <algorithm>
@@ -68,9 +69,12 @@ public:
         return sums_of(a, b).correlation();
     }
 
-    [[nodiscard]] BlockShares shares(const Parameters& p) const {
-        return block_shares(turned(reference_, pointing(p), -0.5), turned(image_, pointing(p), 0.5));
+    /// Normalised difference of the images, each turned by half of the angles.
+    [[nodiscard]] Image difference(const Parameters& p) const {
+        return normalised_difference(turned(reference_, pointing(p), -0.5), turned(image_, pointing(p), 0.5));
     }
+    [[nodiscard]] const Image& reference() const { return reference_; }
+    [[nodiscard]] const Image& image() const { return image_; }
 
 private:
     static constexpr int packet_size_ = renderer::packet_size;
@@ -186,36 +190,31 @@ void refine(const Fit& fit, const Parameters& limits, Parameters& p) {
     }
 }
 
-/// Standard errors in the units of the parameters: sandwich form with the blocks as independent samples.
+/// Standard errors in the units of the parameters.
 Parameters errors(const Fit& fit, const Parameters& limits, const Parameters& p) {
     constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
     Parameters out{infinite, infinite, infinite};
     Parameters slope{};
-    const std::optional<Matrix> bread =
-        inverse(curvature([&](const Parameters& at) { return total(fit.shares(at)); }, p, h, slope));
+    const auto correlation = [&](const Parameters& at) { return total(block_shares(fit.difference(at))); };
+    const std::optional<Matrix> bread = inverse(curvature(correlation, p, h, slope));
     if (!bread) return out;
     // Curvature along a parameter, the others following: rounding alone gives less.
     constexpr double least_curvature = 1e-6;
-    for (std::size_t i = 0; i < parameter_count; ++i)
+    std::vector<double> inverse_curvature;
+    for (std::size_t i = 0; i < parameter_count; ++i) {
         if (!(1 / (*bread)[i][i] > least_curvature)) return out;
-    Matrix scatter{};
-    std::array<BlockShares, parameter_count> slopes{};
-    for (std::size_t i = 0; i < parameter_count; ++i) {
-        const BlockShares plus = fit.shares(moved(p, i, h)), minus = fit.shares(moved(p, i, -h));
-        for (std::size_t b = 0; b < plus.size(); ++b)
-            slopes[i][b] = (plus[b] - minus[b]) / (2 * h);
+        inverse_curvature.insert(inverse_curvature.end(), (*bread)[i].begin(), (*bread)[i].end());
     }
+    const Image a = fit.turned(fit.reference(), fit.pointing(p), -0.5),
+                b = fit.turned(fit.image(), fit.pointing(p), 0.5);
+    FittedImages images{a, b, {}, {}, h};
+    for (std::size_t i = 0; i < parameter_count; ++i) {
+        images.plus.push_back(fit.difference(moved(p, i, h)));
+        images.minus.push_back(fit.difference(moved(p, i, -h)));
+    }
+    const std::vector<double> variances = fit_variances(images, inverse_curvature);
     for (std::size_t i = 0; i < parameter_count; ++i)
-        for (std::size_t j = 0; j < parameter_count; ++j)
-            for (std::size_t b = 0; b < slopes[i].size(); ++b)
-                scatter[i][j] += slopes[i][b] * slopes[j][b];
-    for (std::size_t i = 0; i < parameter_count; ++i) {
-        double variance = 0;
-        for (std::size_t j = 0; j < parameter_count; ++j)
-            for (std::size_t k = 0; k < parameter_count; ++k)
-                variance += (*bread)[i][j] * scatter[j][k] * (*bread)[k][i];
-        if (std::abs(p[i]) < limits[i] - 1e-9) out[i] = std::sqrt(variance);
-    }
+        if (std::abs(p[i]) < limits[i] - 1e-9) out[i] = std::sqrt(variances[i]);
     return out;
 }
 

@@ -2,6 +2,7 @@
 #include "tools/support/registration.hpp"
 
 #include "core/error.hpp"
+#include "tools/support/registration_error.hpp"
 #include "tools/support/registration_math.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace obscura::tools {
@@ -118,32 +120,35 @@ void refine(const Image& reference, const Image& image, double limit, double& x,
 void estimate_errors(const Image& reference, const Image& image, double limit, double x, double y,
                      Agreement& out) {
     constexpr double h = 0.5, infinite = std::numeric_limits<double>::infinity();
-    const auto at = [&](double dx, double dy) {
-        return block_shares(shifted(reference, -(x + dx) / 2, -(y + dy) / 2),
-                            shifted(image, (x + dx) / 2, (y + dy) / 2));
+    const auto pair_at = [&](double dx, double dy) {
+        return std::pair{shifted(reference, -(x + dx) / 2, -(y + dy) / 2),
+                         shifted(image, (x + dx) / 2, (y + dy) / 2)};
     };
-    const BlockShares left = at(-h, 0), right = at(h, 0), up = at(0, -h), down = at(0, h);
-    const double centre = total(at(0, 0));
-    // Compute the curvature of -correlation and the scatter of the blocks' slopes.
-    const double hxx = -(total(left) - 2 * centre + total(right)) / (h * h);
-    const double hyy = -(total(up) - 2 * centre + total(down)) / (h * h);
+    const auto at = [&](double dx, double dy) {
+        const auto [a, b] = pair_at(dx, dy);
+        return normalised_difference(a, b);
+    };
+    const auto [a, b] = pair_at(0, 0);
+    const FittedImages fit{a, b, {at(h, 0), at(0, h)}, {at(-h, 0), at(0, -h)}, h};
+    // Compute the curvature of -correlation.
+    const auto correlation = [](const Image& difference) { return total(block_shares(difference)); };
+    const double centre = correlation(at(0, 0));
+    const double hxx = -(correlation(fit.minus[0]) - 2 * centre + correlation(fit.plus[0])) / (h * h);
+    const double hyy = -(correlation(fit.minus[1]) - 2 * centre + correlation(fit.plus[1])) / (h * h);
     const double hxy =
-        -(total(at(h, h)) + total(at(-h, -h)) - total(at(h, -h)) - total(at(-h, h))) / (4 * h * h);
-    double jxx = 0, jyy = 0, jxy = 0;
-    for (std::size_t i = 0; i < left.size(); ++i) {
-        const double slope_x = (right[i] - left[i]) / (2 * h), slope_y = (down[i] - up[i]) / (2 * h);
-        jxx += slope_x * slope_x, jyy += slope_y * slope_y, jxy += slope_x * slope_y;
-    }
+        -(correlation(at(h, h)) + correlation(at(-h, -h)) - correlation(at(h, -h)) - correlation(at(-h, h))) /
+        (4 * h * h);
     const double determinant = hxx * hyy - hxy * hxy;
-    const bool peak = hxx > 0 && hyy > 0 && determinant > 0;
-    // Sandwich form: inverse curvature times scatter times inverse curvature.
-    const double ixx = hyy / determinant, iyy = hxx / determinant, ixy = -hxy / determinant;
-    const double vx = ixx * ixx * jxx + 2 * ixx * ixy * jxy + ixy * ixy * jyy;
-    const double vy = ixy * ixy * jxx + 2 * ixy * iyy * jxy + iyy * iyy * jyy;
+    if (!(hxx > 0 && hyy > 0 && determinant > 0)) {
+        out.error_x_px = out.error_y_px = infinite;
+        return;
+    }
+    const std::vector<double> variances = fit_variances(
+        fit, std::array{hyy / determinant, -hxy / determinant, -hxy / determinant, hxx / determinant});
     constexpr double border_px = 1e-9;
     const bool border_x = std::abs(x) > limit - border_px, border_y = std::abs(y) > limit - border_px;
-    out.error_x_px = peak && !border_x ? std::sqrt(vx) : infinite;
-    out.error_y_px = peak && !border_y ? std::sqrt(vy) : infinite;
+    out.error_x_px = border_x ? infinite : std::sqrt(variances[0]);
+    out.error_y_px = border_y ? infinite : std::sqrt(variances[1]);
 }
 
 } // namespace
@@ -155,19 +160,29 @@ RegressionSums sums_of(const Image& a, const Image& b) {
     return sums;
 }
 
-BlockShares block_shares(const Image& a, const Image& b) {
+Image normalised_difference(const Image& a, const Image& b) {
     const RegressionSums s = sums_of(a, b);
     const auto n = static_cast<double>(s.n);
     const double mean_a = s.a / n, mean_b = s.b / n;
     const double sigma_a = std::sqrt(s.aa / n - mean_a * mean_a),
                  sigma_b = std::sqrt(s.bb / n - mean_b * mean_b);
+    Image out{a.width, a.height, a.values};
+    for (std::size_t i = 0; i < out.values.size(); ++i)
+        out.values[i] = (a.values[i] - mean_a) / sigma_a - (b.values[i] - mean_b) / sigma_b;
+    return out;
+}
+
+BlockShares block_shares(const Image& difference) {
+    const auto n = static_cast<double>(std::count_if(difference.values.begin(), difference.values.end(),
+                                                     [](double v) { return !std::isnan(v); }));
     BlockShares out{};
-    for (std::int32_t y = 0; y < a.height; ++y)
-        for (std::int32_t x = 0; x < a.width; ++x) {
-            const double difference = (a.at(x, y) - mean_a) / sigma_a - (b.at(x, y) - mean_b) / sigma_b;
-            if (std::isnan(difference)) continue;
-            const std::int32_t block = y * grid_blocks / a.height * grid_blocks + x * grid_blocks / a.width;
-            out[static_cast<std::size_t>(block)] -= difference * difference / (2 * n);
+    for (std::int32_t y = 0; y < difference.height; ++y)
+        for (std::int32_t x = 0; x < difference.width; ++x) {
+            const double v = difference.at(x, y);
+            if (std::isnan(v)) continue;
+            const std::int32_t block =
+                y * grid_blocks / difference.height * grid_blocks + x * grid_blocks / difference.width;
+            out[static_cast<std::size_t>(block)] -= v * v / (2 * n);
         }
     return out;
 }

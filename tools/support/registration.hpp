@@ -34,11 +34,10 @@ struct RegistrationSettings {
 /// Registers `image` to `reference` (same size). First the integer shift of the highest correlation is
 /// searched from coarse to fine over image pyramids. Then the correlation of the images, smoothed by a
 /// Gaussian of one pixel, is maximised over the sub-pixel shift; each image is shifted by half of it with
-/// cubic convolution (Keys 1981), so that both are smoothed alike at any shift. Standard errors are those of
-/// an M-estimator (sandwich form, White 1982) with the blocks of an 8 x 8 grid as the independent samples,
-/// because differences are correlated over many pixels (another shape, other shading): a shift of several
-/// standard errors is significant. Throws InputError if the sizes differ, nothing overlaps or an image is
-/// flat.
+/// cubic convolution (Keys 1981), so that both are smoothed alike at any shift. Standard errors contain what
+/// the images do not share besides noise (other texture, shape or shading; fit_variances()): a shift of
+/// several standard errors is significant. Throws InputError if the sizes differ, nothing overlaps or an
+/// image is flat.
 [[nodiscard]] Agreement compare_images(const Image& reference, const Image& image,
                                        const RegistrationSettings& settings);
 

@@ -33,12 +33,16 @@ struct RegressionSums {
 /// Over the pixels that both images have.
 [[nodiscard]] RegressionSums sums_of(const images::Image& a, const images::Image& b);
 
+/// Difference of two images, each normalised to mean 0 and variance 1 over the pixels that both have; NaN
+/// elsewhere.
+[[nodiscard]] images::Image normalised_difference(const images::Image& a, const images::Image& b);
+
 /// Contribution of each block of a grid over two images to their correlation.
 constexpr std::int32_t grid_blocks = 8;
 using BlockShares = std::array<double, static_cast<std::size_t>(grid_blocks* grid_blocks)>;
-/// For images of mean 0 and variance 1 the correlation is 1 - mean((a - b)^2) / 2; a contribution is the part
+/// The correlation is 1 - mean(difference^2) / 2 of the normalised difference; a contribution is the part
 /// that a block subtracts.
-[[nodiscard]] BlockShares block_shares(const images::Image& a, const images::Image& b);
+[[nodiscard]] BlockShares block_shares(const images::Image& difference);
 [[nodiscard]] double total(const BlockShares& shares);
 
 /// Weights of Keys' cubic convolution (a = -1/2) for the four neighbours of a point `t` past the second.

@@ -67,6 +67,52 @@ Image blobs(double shift_x, double shift_y, double scale, double offset, double 
     return image;
 }
 
+/// Gaussian random field of mean 0 and variance 1, correlated over about `length_px`.
+std::vector<double> texture(std::int32_t side, double length_px, unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::vector<double> field(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+    for (double& v : field)
+        v = normal(random);
+    const auto radius = static_cast<std::int32_t>(3 * length_px);
+    for (const bool along_x : {true, false}) {
+        std::vector<double> out(field.size(), 0.0);
+        for (std::int32_t y = 0; y < side; ++y)
+            for (std::int32_t x = 0; x < side; ++x)
+                for (std::int32_t i = -radius; i <= radius; ++i) {
+                    const std::int32_t from = ((along_x ? x : y) + i + side) % side;
+                    out[static_cast<std::size_t>(y * side + x)] +=
+                        std::exp(-0.5 * i * i / (length_px * length_px)) *
+                        field[static_cast<std::size_t>(along_x ? y * side + from : from * side + x)];
+                }
+        field = out;
+    }
+    double squares = 0;
+    for (const double v : field)
+        squares += v * v / static_cast<double>(field.size());
+    for (double& v : field)
+        v /= std::sqrt(squares);
+    return field;
+}
+
+/// Lambert sphere before black sky, centre displaced by the shift, with a texture of the given contrast.
+Image sphere(double shift_x, double shift_y, double radius_px, double length_px, double contrast,
+             unsigned seed) {
+    constexpr std::int32_t side = 112;
+    const std::vector<double> pattern = texture(side, length_px, seed);
+    Image image{side, side, {}};
+    for (std::int32_t j = 0; j < side; ++j)
+        for (std::int32_t i = 0; i < side; ++i) {
+            const double x = (i - 55.5 - shift_x) / radius_px, y = (j - 55.5 - shift_y) / radius_px;
+            const double r = std::hypot(x, y), z = std::sqrt(std::max(0.0, 1 - r * r));
+            const double edge = std::clamp((1 - r) * radius_px + 0.5, 0.0, 1.0);
+            const double lambert = std::max(0.0, x * std::sin(0.7) + z * std::cos(0.7));
+            image.values.push_back(edge * lambert *
+                                   (1 + contrast * pattern[static_cast<std::size_t>(j * side + i)]));
+        }
+    return image;
+}
+
 } // namespace
 
 TEST_CASE("sub-pixel shifts, scale and offset come back") {
@@ -111,6 +157,45 @@ TEST_CASE("the standard error of a shift is what shifts scatter by") {
     CHECK(std::sqrt(square_x) < 1.8);
     CHECK(std::sqrt(square_y) > 0.4);
     CHECK(std::sqrt(square_y) < 1.8);
+}
+
+TEST_CASE("bodies with other textures do not pretend a significant shift") {
+    // The texture moves the best shift by up to a pixel; over its standard error that must look like noise.
+    struct Case {
+        double radius_px, length_px, contrast;
+    };
+    double squares = 0, largest = 0;
+    int beyond = 0, count = 0;
+    for (const Case& c : {Case{20, 2, 0.1}, Case{20, 8, 0.1}, Case{20, 15, 0.1}, Case{40, 3, 0.3},
+                          Case{40, 8, 0.1}, Case{40, 15, 0.3}})
+        for (unsigned pair = 0; pair < 6; ++pair) {
+            const Agreement a =
+                compare_images(sphere(0, 0, c.radius_px, c.length_px, c.contrast, 100 + pair),
+                               sphere(0, 0, c.radius_px, c.length_px, c.contrast, 200 + pair), {4, true});
+            for (const auto& [shift, error] :
+                 {std::pair{a.shift_x_px, a.error_x_px}, {a.shift_y_px, a.error_y_px}}) {
+                CAPTURE(c.radius_px, c.length_px, pair, shift, error);
+                const double z = std::isfinite(error) ? std::abs(shift) / error : 0;
+                CHECK(z < 4);
+                squares += z * z, largest = std::max(largest, z), beyond += z > 2 ? 1 : 0, ++count;
+            }
+        }
+    CAPTURE(largest, beyond, count);
+    CHECK(std::sqrt(squares / count) < 1.3);
+    CHECK(std::sqrt(squares / count) > 0.4); // not merely large
+    CHECK(beyond <= count / 10);
+}
+
+TEST_CASE("a shift between bodies with other textures is found where it exceeds their effect") {
+    for (unsigned pair = 0; pair < 4; ++pair) {
+        const Agreement a = compare_images(sphere(0, 0, 40, 4, 0.05, 300 + pair),
+                                           sphere(2.3, -1.6, 40, 4, 0.05, 400 + pair), {6, true});
+        CAPTURE(a.shift_x_px, a.shift_y_px, a.error_x_px, a.error_y_px);
+        CHECK(std::abs(a.shift_x_px - 2.3) < 3 * a.error_x_px);
+        CHECK(std::abs(a.shift_y_px + 1.6) < 3 * a.error_y_px);
+        CHECK(a.shift_x_px > 5 * a.error_x_px);
+        CHECK(a.shift_y_px < -5 * a.error_y_px);
+    }
 }
 
 TEST_CASE("where images do not tell the shift, it has no standard error") {
