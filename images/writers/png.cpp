@@ -38,8 +38,13 @@ struct Writer {
     Writer& operator=(const Writer&) = delete;
 };
 
-void write_grey(const std::filesystem::path& file, std::int32_t width, std::int32_t height, int depth,
-                int bits, const std::uint8_t* pixels, const Cards& cards) {
+/// Number of samples of a pixel, their bits, and how many of these are significant.
+struct Layout {
+    int samples, depth, significant;
+};
+
+void write_png(const std::filesystem::path& file, std::int32_t width, std::int32_t height, Layout layout,
+               const std::uint8_t* pixels, const Cards& cards) {
     PendingFile pending(file);
     const auto close = [](std::FILE* f) { std::fclose(f); };
     std::unique_ptr<std::FILE, decltype(close)> out(std::fopen(pending.path().c_str(), "wbe"), close);
@@ -51,12 +56,12 @@ void write_grey(const std::filesystem::path& file, std::int32_t width, std::int3
         // size.
         png_set_compression_level(w.png, 1);
         png_set_filter(w.png, 0, PNG_FILTER_SUB);
-        png_set_IHDR(w.png, w.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), depth,
-                     PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                     PNG_FILTER_TYPE_DEFAULT);
+        png_set_IHDR(w.png, w.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
+                     layout.depth, layout.samples == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY,
+                     PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
         png_color_8 significant{};
-        significant.gray = static_cast<png_byte>(bits);
-        if (bits < depth) png_set_sBIT(w.png, w.info, &significant);
+        significant.gray = static_cast<png_byte>(layout.significant);
+        if (layout.significant < layout.depth) png_set_sBIT(w.png, w.info, &significant);
         std::vector<std::string> texts;
         texts.reserve(cards.size());
         std::vector<png_text> chunks;
@@ -71,8 +76,9 @@ void write_grey(const std::filesystem::path& file, std::int32_t width, std::int3
         }
         png_set_text(w.png, w.info, chunks.data(), static_cast<int>(chunks.size()));
         png_write_info(w.png, w.info);
-        if (depth == 16) png_set_swap(w.png);
-        const std::size_t stride = static_cast<std::size_t>(width) * static_cast<std::size_t>(depth / 8);
+        if (layout.depth == 16) png_set_swap(w.png);
+        const std::size_t stride =
+            static_cast<std::size_t>(width) * static_cast<std::size_t>(layout.samples * layout.depth / 8);
         for (std::int32_t y = 0; y < height; ++y)
             png_write_row(w.png, pixels + static_cast<std::size_t>(y) * stride);
         png_write_end(w.png, w.info);
@@ -87,12 +93,18 @@ void write_grey(const std::filesystem::path& file, std::int32_t width, std::int3
 
 void write_png16(const std::filesystem::path& file, std::int32_t width, std::int32_t height, int bits,
                  std::span<const std::uint16_t> pixels, const Cards& cards) {
-    write_grey(file, width, height, 16, bits, reinterpret_cast<const std::uint8_t*>(pixels.data()), cards);
+    write_png(file, width, height, {1, 16, bits}, reinterpret_cast<const std::uint8_t*>(pixels.data()),
+              cards);
 }
 
 void write_png8(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
                 std::span<const std::uint8_t> pixels, const Cards& cards) {
-    write_grey(file, width, height, 8, 8, pixels.data(), cards);
+    write_png(file, width, height, {1, 8, 8}, pixels.data(), cards);
+}
+
+void write_png_rgb(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
+                   std::span<const std::uint8_t> bytes, const Cards& cards) {
+    write_png(file, width, height, {3, 8, 8}, bytes.data(), cards);
 }
 
 } // namespace obscura::images

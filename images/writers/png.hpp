@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grey PNG writer: 16-bit digital numbers without stretching, and 8-bit previews.
+// PNG writer: 16-bit grey digital numbers without stretching, and 8-bit pictures for people.
 #pragma once
 
 #include "images/writers/card.hpp"
@@ -18,5 +18,9 @@ void write_png16(const std::filesystem::path& file, std::int32_t width, std::int
 /// Writes an 8-bit grey image (preview) in the same way.
 void write_png8(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
                 std::span<const std::uint8_t> pixels, const Cards& cards);
+
+/// Writes an 8-bit colour image in the same way; `bytes` are red, green and blue of each pixel.
+void write_png_rgb(const std::filesystem::path& file, std::int32_t width, std::int32_t height,
+                   std::span<const std::uint8_t> bytes, const Cards& cards);
 
 } // namespace obscura::images
