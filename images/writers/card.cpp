@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace obscura::images {
 namespace {
@@ -21,32 +22,6 @@ void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, std::stri
     add("_QZ", pose.orientation.z, "own axes to inertial,");
 }
 
-/// Cards W<window>_<what>: the windows of a composed image, one below the other.
-void add_windows(Cards& cards, const Frame& frame) {
-    const FrameInfo& info = frame.info;
-    const auto count = std::min<std::size_t>(info.window_count, max_windows);
-    cards.push_back({"WINDOWS", static_cast<std::int64_t>(count), "in the image, one below the other"});
-    for (std::size_t i = 0; i < count; ++i) {
-        const FrameWindow& w = info.windows[i];
-        const auto add = [&](std::string_view suffix, std::int64_t value, std::string_view text) {
-            cards.push_back({fmt::format("W{:02}_{}", i, suffix), value, std::string(text)});
-        };
-        add("X", w.sensor.x, "[px] first sensor column of the window");
-        add("Y", w.sensor.y, "[px] first sensor row");
-        add("NX", w.sensor.width, "[px] columns");
-        add("NY", w.sensor.height, "[px] rows");
-        add("ROW", w.image_y, "[px] its first row in the image");
-        add("TASK", w.exposure_requested_ns, "[ns] integration time asked for");
-        add("TMIN", w.exposure_min_ns, "[ns] obtained, least of its rows");
-        add("TMAX", w.exposure_max_ns, "[ns] obtained, most of its rows");
-        add("FLAG", frame.window_flags(i), "readout flags, bits");
-        if (w.sampling != Sampling::destructive) {
-            add("NRD", w.reads, "non-destructive reads");
-            add("RD", w.read_index, "this is read number");
-        }
-    }
-}
-
 } // namespace
 
 Cards intrinsics_cards(const Intrinsics& i) {
@@ -60,6 +35,45 @@ Cards intrinsics_cards(const Intrinsics& i) {
         {"CX", i.principal_point_px[0], "[px] principal point, column from 0"},
         {"CY", i.principal_point_px[1], "[px] principal point, row from 0"},
     };
+}
+
+Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::uint32_t> flags) {
+    Cards cards{{"WINDOWS", static_cast<std::int64_t>(windows.size()), "in the image, one below the other"}};
+    for (std::size_t i = 0; i < windows.size(); ++i) {
+        const FrameWindow& w = windows[i];
+        const auto add = [&](std::string_view suffix, std::int64_t value, std::string_view text) {
+            cards.push_back({fmt::format("W{:02}_{}", i, suffix), value, std::string(text)});
+        };
+        add("X", w.sensor.x, "[px] first sensor column of the window");
+        add("Y", w.sensor.y, "[px] first sensor row");
+        add("NX", w.sensor.width, "[px] columns");
+        add("NY", w.sensor.height, "[px] rows");
+        add("ROW", w.image_y, "[px] its first row in the image");
+        add("TASK", w.exposure_requested_ns, "[ns] integration time asked for");
+        add("TMIN", w.exposure_min_ns, "[ns] obtained, least of its rows");
+        add("TMAX", w.exposure_max_ns, "[ns] obtained, most of its rows");
+        add("FLAG", flags[i], "readout flags, bits");
+        if (w.sampling != Sampling::destructive) {
+            add("NRD", w.reads, "non-destructive reads");
+            add("RD", w.read_index, "this is read number");
+        }
+    }
+    return cards;
+}
+
+Cards scene_cards(const GroundTruth& truth) {
+    Cards cards{{"SUN_X", truth.sun_position_m.x, "[m] position of the Sun"},
+                {"SUN_Y", truth.sun_position_m.y, "[m] position of the Sun"},
+                {"SUN_Z", truth.sun_position_m.z, "[m] position of the Sun"}};
+    add_pose(cards, "CAM", truth.camera, "the camera");
+    for (std::uint32_t i = 0; i < std::min<std::uint32_t>(truth.body_count, max_truth_bodies); ++i) {
+        const BodyTruth& body = truth.bodies[i];
+        const std::string name(body.name.data(),
+                               std::find(body.name.begin(), body.name.end(), '\0') - body.name.begin());
+        cards.push_back({fmt::format("BODY{}", i), name, "name of a body"});
+        add_pose(cards, fmt::format("B{}", i), body.pose, name);
+    }
+    return cards;
 }
 
 Cards frame_cards(const Frame& frame) {
@@ -88,19 +102,15 @@ Cards frame_cards(const Frame& frame) {
     if (info.window_count > 0) {
         cards.push_back({"OFFSETX", whole(info.windows[0].sensor.x), "[px] first sensor column"});
         cards.push_back({"OFFSETY", whole(info.windows[0].sensor.y), "[px] first sensor row"});
-        add_windows(cards, frame);
+        const auto count = std::min<std::size_t>(info.window_count, max_windows);
+        std::array<std::uint32_t, max_windows> flags{};
+        for (std::size_t i = 0; i < count; ++i)
+            flags[i] = frame.window_flags(i);
+        const Cards windows = window_cards(std::span(info.windows).first(count), flags);
+        cards.insert(cards.end(), windows.begin(), windows.end());
     }
-    cards.push_back({"SUN_X", info.truth.sun_position_m.x, "[m] position of the Sun"});
-    cards.push_back({"SUN_Y", info.truth.sun_position_m.y, "[m] position of the Sun"});
-    cards.push_back({"SUN_Z", info.truth.sun_position_m.z, "[m] position of the Sun"});
-    add_pose(cards, "CAM", info.truth.camera, "the camera");
-    for (std::uint32_t i = 0; i < std::min<std::uint32_t>(info.truth.body_count, max_truth_bodies); ++i) {
-        const BodyTruth& body = info.truth.bodies[i];
-        const std::string name(body.name.data(),
-                               std::find(body.name.begin(), body.name.end(), '\0') - body.name.begin());
-        cards.push_back({fmt::format("BODY{}", i), name, "name of a body"});
-        add_pose(cards, fmt::format("B{}", i), body.pose, name);
-    }
+    const Cards scene = scene_cards(info.truth);
+    cards.insert(cards.end(), scene.begin(), scene.end());
     return cards;
 }
 

@@ -5,6 +5,7 @@
 #include "core/frame.hpp"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -25,6 +26,12 @@ using Cards = std::vector<Card>;
 
 /// XPIXSZ, YPIXSZ, FOCALLEN, FX, FY, CX and CY; none if the intrinsics are not known (pitches of 0).
 [[nodiscard]] Cards intrinsics_cards(const Intrinsics& intrinsics);
+
+/// WINDOWS and W<window>_<what>: the windows of a composed image and their readout flags.
+[[nodiscard]] Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::uint32_t> flags);
+
+/// SUN_<what>, CAM_<what> and B<body>_<what>: position of the Sun, poses of the camera and the bodies.
+[[nodiscard]] Cards scene_cards(const GroundTruth& truth);
 
 /// The value as text: strings unchanged, numbers in their shortest exact form.
 [[nodiscard]] std::string card_text(const Card& card);
