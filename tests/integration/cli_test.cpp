@@ -12,6 +12,7 @@
 #include <filesystem>
 
 using namespace obscura::test;
+namespace images = obscura::images;
 using namespace std::chrono_literals;
 using Catch::Matchers::ContainsSubstring;
 using Catch::Matchers::StartsWith;
@@ -241,6 +242,46 @@ TEST_CASE("captures repeat to the byte, and a later frame does not need the earl
     CHECK(frame("a", "frame_000003.raw") != frame("a", "frame_000002.raw"));
     for (const char* name : {"ideal_000004.exr", "preview_000004.png"})
         CHECK(std::filesystem::exists(folder.path() / "a" / name));
+}
+
+TEST_CASE("previews come with captured frames, and PNG files are aligned on request") {
+    const TempFolder folder;
+    const std::string config = small_configuration(folder);
+    const auto capture = [&](const char* out, std::vector<std::string> more, int status = 0) {
+        more.insert(more.begin(), {"capture", config, "-o", folder.path() / out});
+        run(folder, more, status);
+        return folder.path() / out;
+    };
+    const auto plain = capture("plain", {}), without = capture("without", {"--no-preview"}),
+               aligned = capture("aligned", {"--msb", "--stretch", "percentile:1,99", "--gamma", "1.8"});
+    const images::Image preview = images::read_image(plain / "preview_000001.png");
+    CHECK(preview.full_scale == 255);
+    CHECK(*std::max_element(preview.values.begin(), preview.values.end()) > 250);
+    CHECK(!std::filesystem::exists(without / "preview_000001.png"));
+    CHECK(text_of(aligned / "preview_000001.png") != text_of(plain / "preview_000001.png"));
+    const images::Image low = images::read_image(plain / "frame_000001.png"),
+                        high = images::read_image(aligned / "frame_000001.png");
+    CHECK_THAT(text_of(aligned / "frame_000001.png"), ContainsSubstring(std::string("MSBSHIFT\0004", 10)));
+    bool shifted = true;
+    for (std::size_t i = 0; i < low.values.size(); ++i)
+        shifted = shifted && high.values[i] == 16 * low.values[i];
+    CHECK(shifted);
+    capture("bad", {"--stretch", "linear:2,1"}, 64);
+    capture("bad", {"--msb", "--format", "fits"}, 64);
+    capture("bad", {"--preview", "--no-preview"}, 64);
+}
+
+TEST_CASE("layers are rendered in false colour") {
+    const TempFolder folder;
+    const std::string scene = OBSCURA_SOURCE_DIR "/config/scenes/demo.toml";
+    for (const char* layer : {"depth", "normal", "error", "body"}) {
+        const auto file = folder.path() / (std::string(layer) + ".png");
+        run(folder, {"render", scene, "-o", file, "--size", "80x64", "--samples", "4", "--layer", layer});
+        CHECK(images::colour_planes(file).size() == 3);
+        CHECK(images::read_image(file, "red").width > 80 * 4); // magnified, with its key
+    }
+    run(folder, {"render", scene, "-o", folder.path() / "a.exr", "--layer", "depth"}, 64);
+    run(folder, {"render", scene, "-o", folder.path() / "a.png", "--layer", "mood"}, 64);
 }
 
 TEST_CASE("a later frame has the image lag of the frames before it") {

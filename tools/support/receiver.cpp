@@ -169,6 +169,13 @@ std::string Receiver::get_text(const char* feature) const {
     return error || text == nullptr ? std::string() : std::string(text);
 }
 
+std::optional<std::int64_t> Receiver::find_integer(const char* feature) const {
+    ErrorSlot error;
+    if (!arv_device_is_feature_available(impl_->device.get(), feature, &error) || error) return std::nullopt;
+    const gint64 value = arv_camera_get_integer(impl_->camera.get(), feature, &error);
+    return error ? std::nullopt : std::optional<std::int64_t>(value);
+}
+
 void Receiver::set_flag(const char* feature, bool value) {
     ErrorSlot error;
     arv_camera_set_boolean(impl_->camera.get(), feature, value, &error);
@@ -261,6 +268,14 @@ std::optional<ReceivedFrame> Receiver::receive(double timeout_s) {
         frame.data = {static_cast<const std::uint8_t*>(data), size};
     }
     return frame;
+}
+
+std::span<const std::uint8_t> Receiver::chunk(std::uint32_t id) const {
+    ArvBuffer* const buffer = impl_->held;
+    if (buffer == nullptr || !arv_buffer_has_chunks(buffer)) return {};
+    std::size_t size = 0;
+    const void* const data = arv_buffer_get_chunk_data(buffer, id, &size);
+    return {static_cast<const std::uint8_t*>(data), data == nullptr ? 0 : size};
 }
 
 StreamStatistics Receiver::statistics() const {

@@ -58,6 +58,8 @@ public:
     void set(const char* feature, double value);
     void set(const char* feature, std::int64_t value);
     [[nodiscard]] std::string get_text(const char* feature) const;
+    /// Value of an integer feature; nullopt if the camera does not have it.
+    [[nodiscard]] std::optional<std::int64_t> find_integer(const char* feature) const;
     void set_flag(const char* feature, bool value);
     /// Minimum of a floating-point feature.
     [[nodiscard]] double least(const char* feature) const;
@@ -69,6 +71,9 @@ public:
     void stop();
     /// Returns the next frame, complete or not; nullopt if none arrives within `timeout_s`.
     std::optional<ReceivedFrame> receive(double timeout_s);
+    /// Chunk of the frame that receive() returned last, valid as long as it; empty if the frame has none of
+    /// that id.
+    [[nodiscard]] std::span<const std::uint8_t> chunk(std::uint32_t id) const;
     [[nodiscard]] StreamStatistics statistics() const;
 
     /// Compares the clocks through the time-stamp latch `attempts` times and keeps the quickest exchange.

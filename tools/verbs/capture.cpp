@@ -3,12 +3,11 @@
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "images/writers/exr.hpp"
-#include "images/writers/frame_writer.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/truth_file.hpp"
+#include "tools/support/frame_files.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
-#include "tools/support/preview.hpp"
 #include "tools/support/progress.hpp"
 #include "tools/support/report.hpp"
 #include "tools/verbs/verb.hpp"
@@ -41,17 +40,12 @@ public:
                     0, 4294967295.0);
         line.option("-o,--output", &output_, "DIR", "Folder for the frames; created when it is missing")
             .required = true;
-        line.option("--format", &format_, "FORMAT",
-                    "File format of the frames: 16-bit PNG, FITS, or raw samples without a header")
-            .choices = {"png", "fits", "raw"};
+        files_.declare(line, "Also ");
         line.flag("--truth", truth_,
                   "Also save the ground truth of each frame as truth_NNNNNN.fits: electrons before noise, "
                   "saturated pixels, windows, row times, particle hits");
         line.flag("--exr", exr_,
                   "Also save the irradiance without detector (W/m2) of each frame as ideal_NNNNNN.exr");
-        line.flag("--preview", preview_,
-                  "Also save each frame as preview_NNNNNN.png, an 8-bit picture with stretched contrast, "
-                  "not for measurement");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura capture config/demo.toml --frames 5 -o frames",
@@ -61,6 +55,7 @@ public:
     }
 
     int run() override {
+        files_.prepare("capture");
         emulator::DaemonConfig config = emulator::load_config(config_);
         if (run_word_ != as_configured) config.daemon.run = static_cast<std::int64_t>(run_word_);
         images::make_writable(output_);
@@ -68,7 +63,6 @@ public:
         emulator::Imaging imaging(config, 1, {}, truth_);
         imaging.catch_up(first_);
         const FrameRef frame = imaging.pool->acquire();
-        const images::FrameFormat format = enum_named<images::FrameFormat>(format_).value();
         const std::filesystem::path folder(output_);
         std::vector<double> frame_ms;
         std::uint64_t made = 0;
@@ -86,12 +80,8 @@ public:
                     std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                         .count());
                 const FrameInfo& info = frame->info;
-                images::write_picture(folder / images::frame_file_name(id, format), format,
-                                      {info.width, info.height, info.bits_per_pixel, frame->pixels()},
-                                      images::frame_cards(*frame));
-                if (preview_)
-                    write_preview(folder / fmt::format("preview_{:06}.png", id), info.width, info.height,
-                                  {frame->pixels().begin(), frame->pixels().end()});
+                files_.save(folder, id, {info.width, info.height, info.bits_per_pixel, frame->pixels()},
+                            images::frame_cards(*frame), windows_of(info));
                 if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame);
                 if (exr_)
                     save_ideal(imaging, *frame, folder / fmt::format("ideal_{:06}.exr", id),
@@ -111,6 +101,16 @@ public:
     }
 
 private:
+    /// Windows in pixels of the composed image.
+    static std::vector<Region> windows_of(const FrameInfo& info) {
+        std::vector<Region> out;
+        for (std::size_t i = 0; i < info.window_count; ++i) {
+            const FrameWindow& w = info.windows[i];
+            out.push_back({0, w.image_y, w.sensor.width, w.sensor.height});
+        }
+        return out;
+    }
+
     static void save_ideal(const emulator::Imaging& imaging, const Frame& frame,
                            const std::filesystem::path& file, const std::vector<SpectralBand>& bands) {
         const sensors::ReadoutPlan& plan = imaging.maker->plan();
@@ -141,11 +141,12 @@ private:
                           images::frame_cards(frame));
     }
 
-    std::string config_, output_, format_ = "png";
+    std::string config_, output_;
+    FrameFiles files_;
     std::uint64_t frames_ = 1, first_ = 1;
     static constexpr std::uint64_t as_configured = std::numeric_limits<std::uint64_t>::max();
     std::uint64_t run_word_ = as_configured;
-    bool exr_ = false, truth_ = false, preview_ = false, json_ = false;
+    bool exr_ = false, truth_ = false, json_ = false;
 };
 
 } // namespace

@@ -4,9 +4,9 @@
 #include "core/solar_spectrum.hpp"
 #include "images/image.hpp"
 #include "images/writers/fits.hpp"
-#include "images/writers/png.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/scene_files/scene_file.hpp"
+#include "tools/support/figure.hpp"
 #include "tools/support/irradiance_image.hpp"
 #include "tools/support/pointing.hpp"
 #include "tools/support/preview.hpp"
@@ -19,9 +19,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -37,8 +39,10 @@ public:
             "and fits IMAGE = scale * REFERENCE + offset at that shift by least squares; prints shift, "
             "scale, offset, Pearson correlation and residual. Reads FITS, PNG, OpenEXR and PDS3 (attached "
             "label, or the detached label as the file). Pixels that are NaN in either image are left out. "
-            "The standard error of the shift is estimated from the scatter between blocks of the image; "
-            "none is given where the correlation has no maximum within --max-shift, because the shift is "
+            "The standard error of the shift contains noise and what the images do not share otherwise "
+            "(texture, shape, shading), estimated from the autocorrelation of the residual and from the "
+            "scatter between blocks of the image: a shift of several standard errors is significant. None "
+            "is given where the correlation has no maximum within --max-shift, because the shift is "
             "then undetermined. With --scene, the scene file that IMAGE was rendered from, the report also "
             "gives the scale in I/F (pi times the radiance over the Sun's irradiance at the scene's first "
             "body), which is dimensionless where REFERENCE is in I/F; and --pointing fits three angles of "
@@ -77,7 +81,9 @@ public:
         line.option("--residual", &residual_, "FILE.fits",
                     "Write the residual IMAGE - scale * REFERENCE - offset as FITS");
         line.option("--picture", &picture_, "FILE.png",
-                    "Write reference, image and residual side by side as an 8-bit PNG");
+                    "Write reference (scaled to the image), image and their difference side by side as a PNG "
+                    "with titles, one grey scale for both and a colour bar for the difference");
+        stretch_options_.declare(line, "With --picture: contrast of both images");
         line.flag("--json", json_, "Print one JSON object instead of a table");
         line.examples = {
             "obscura compare flight.fit render.fits --min-correlation 0.8",
@@ -87,6 +93,7 @@ public:
     }
 
     int run() override {
+        const Stretch stretch = stretch_options_.parsed("compare");
         const Image reference = images::read_image(reference_, reference_plane_);
         Image image = images::read_image(image_, image_plane_);
         settings_.with_offset = !no_offset_;
@@ -125,7 +132,7 @@ public:
             report.add("block_median_percent", "median block", std::optional(100 * b.median), "%", 3);
         }
         if (!residual_.empty()) write_residual(reference, image, a);
-        if (!picture_.empty()) write_picture(reference, image, a);
+        if (!picture_.empty()) write_picture(reference, image, a, stretch);
         report.print(json_);
         const bool shift_good = max_offset_ <= 0 || std::hypot(a.shift_x_px, a.shift_y_px) <= max_offset_;
         return a.correlation >= min_correlation_ && shift_good ? exit_ok : exit_failure;
@@ -227,39 +234,49 @@ private:
                                   {"OFFSET", a.offset, ""}});
     }
 
-    /// Reference and image share one contrast stretch; the residual is centred on mid grey, one rms being a
-    /// quarter of the range to black or white.
-    void write_picture(const Image& reference, const Image& image, const Agreement& a) const {
+    /// Name of a file for a title.
+    static std::string title_of(const std::string& file) {
+        const std::string name = std::filesystem::path(file).filename().string();
+        constexpr std::size_t longest = 32;
+        return name.size() <= longest ? name : name.substr(0, longest - 3) + "...";
+    }
+
+    /// Reference and image share one grey scale; the colours of the difference reach to four times its rms.
+    void write_picture(const Image& reference, const Image& image, const Agreement& a,
+                       const Stretch& stretch) const {
         const Image residual = residual_image(reference, image, a);
-        constexpr std::int32_t gap = 4;
-        const std::int32_t width = 3 * reference.width + 2 * gap;
-        std::vector<std::uint8_t> out(
-            static_cast<std::size_t>(width) * static_cast<std::size_t>(reference.height), 255);
+        const auto n = static_cast<std::ptrdiff_t>(image.values.size());
         std::vector<float> both;
         for (const double v : reference.values)
-            both.push_back(static_cast<float>(std::isnan(v) ? 0 : a.scale * v + a.offset));
-        for (const double v : image.values)
-            both.push_back(static_cast<float>(std::isnan(v) ? 0 : v));
-        const std::vector<std::uint8_t> grey = stretched(both);
-        const std::size_t plane = reference.values.size();
-        for (std::int32_t y = 0; y < reference.height; ++y)
-            for (std::int32_t x = 0; x < reference.width; ++x) {
-                const auto from = static_cast<std::size_t>(y) * static_cast<std::size_t>(reference.width) +
-                                  static_cast<std::size_t>(x);
-                const auto to = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                static_cast<std::size_t>(x);
-                const double r = std::isnan(residual.values[from]) ? 0 : residual.values[from];
-                const double level = 128 + 32 * r / std::max(a.residual_rms, 1e-300);
-                out[to] = grey[from];
-                out[to + static_cast<std::size_t>(reference.width + gap)] = grey[plane + from];
-                out[to + static_cast<std::size_t>(2 * (reference.width + gap))] =
-                    static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
-            }
-        images::write_png8(picture_, width, reference.height, out, {});
+            both.push_back(static_cast<float>(a.scale * v + a.offset));
+        both.insert(both.end(), image.values.begin(), image.values.end());
+        const ToneCurve tone(stretch, both);
+        const ColourScale grey{ColourMap::grey, tone.black(), tone.white(), "both images",
+                               [tone](double v) { return tone.level(v); }};
+        const double reach = std::max(4 * a.residual_rms, 1e-300);
+        const ColourScale colours{ColourMap::diverging, -reach, reach, "difference", {}};
+        const auto panel = [&](std::string title, const auto& values, const ColourScale& scale) {
+            Panel out{std::move(title), reference.width, reference.height, {}, {}, {}};
+            for (const auto v : values)
+                out.pixels.push_back(scale.colour_of(static_cast<double>(v)));
+            return out;
+        };
+        std::vector<Panel> panels{
+            panel(fmt::format("reference {} x {:.4g} {} {:.3g}", title_of(reference_), a.scale,
+                              a.offset < 0 ? "-" : "+", std::abs(a.offset)),
+                  std::span(both).first(static_cast<std::size_t>(n)), grey),
+            panel(fmt::format("image {}", title_of(image_)),
+                  std::span(both).last(static_cast<std::size_t>(n)), grey),
+            panel(fmt::format("image - reference at shift {:.2f}, {:.2f} px", a.shift_x_px, a.shift_y_px),
+                  residual.values, colours)};
+        panels[1].scale = grey;
+        panels[2].scale = colours;
+        draw_panels(panels).write(picture_);
     }
 
     std::string reference_, image_, reference_plane_, image_plane_, residual_, picture_;
     std::string scene_file_;
+    StretchOptions stretch_options_;
     RegistrationSettings settings_;
     double max_roll_deg_ = 1;
     std::int32_t block_ = 0;

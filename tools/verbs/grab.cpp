@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
-#include "images/writers/frame_writer.hpp"
 #include "images/writers/pending_file.hpp"
+#include "tools/support/frame_chunks.hpp"
+#include "tools/support/frame_files.hpp"
 #include "tools/support/interrupt.hpp"
-#include "tools/support/preview.hpp"
 #include "tools/support/progress.hpp"
 #include "tools/support/receiver.hpp"
 #include "tools/support/report.hpp"
@@ -15,6 +15,8 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 namespace obscura::tools {
@@ -79,13 +81,11 @@ public:
         line.number("-n,--frames", &frames_, "N", "Number of frames to receive", 1, 1e9);
         line.option("-o,--output", &output_, "DIR",
                     "Folder for the frames; created when it is missing (default: frames are not saved)");
-        line.option("--format", &format_, "FORMAT",
-                    "File format of the frames: 16-bit PNG, FITS, or raw samples without a header")
-            .choices = {"png", "fits", "raw"};
-        line.flag(
-            "--preview", preview_,
-            "With --output: also save each frame as preview_NNNNNN.png, an 8-bit picture with stretched "
-            "contrast, not for measurement");
+        files_.declare(line, "With --output: also ");
+        line.flag("--chunks", chunks_,
+                  "With --output: switch the camera's chunk data on for this run (Obscura's chunks) and save "
+                  "the ground truth of each frame: as cards of FITS, PNG and raw files, and with windows and "
+                  "row times as a line of JSON in chunks.jsonl");
         line.number("--timeout", &timeout_s_, "S", "Give up when no frame arrives for this many seconds",
                     0.01, 3600);
         line.number("--rate", &rate_hz_, "HZ",
@@ -107,18 +107,24 @@ public:
         line.examples = {
             "obscura grab --address 127.0.0.1 --frames 25 -o frames",
             "obscura grab -a 192.168.1.20 -n 100 --software-trigger-rate 10 --json",
+            "obscura grab -a 127.0.0.1 -n 25 -o frames --format fits --chunks",
             "obscura grab -a 127.0.0.1 -n 1 --rate 5 -o . --format fits --exposure-us 2000",
         };
     }
 
     int run() override {
+        files_.prepare("grab");
         if (rate_hz_ > 0 && software_rate_hz_ > 0)
             throw UsageError("obscura grab: --rate and --software-trigger-rate exclude each other");
+        if (chunks_ && output_.empty())
+            throw UsageError("obscura grab: --chunks needs --output, the folder for chunks.jsonl");
         if (!output_.empty()) {
             images::make_writable(output_);
         }
         Receiver receiver({address_, packet_size_, packet_delay_ns_, 16});
         configure(receiver);
+        if (!output_.empty()) windows_ = windows_of(receiver);
+        if (chunks_) enable_chunks(receiver);
         const std::optional<ClockReading> clock_before = receiver.read_clock();
         receiver.start();
         {
@@ -131,6 +137,7 @@ public:
         const std::optional<ClockReading> clock_after = receiver.read_clock();
         try {
             receiver.stop();
+            if (chunks_) receiver.set_flag("ChunkModeActive", false);
         } catch (const HardwareError& error) {
             fmt::print(stderr, "{}\n", error.what());
         }
@@ -151,6 +158,40 @@ private:
             receiver.set("TriggerMode", "On");
             receiver.set("TriggerSource", "Software");
         }
+    }
+
+    /// Switches all of Obscura's chunks on and opens the file for them.
+    void enable_chunks(Receiver& receiver) {
+        receiver.set_flag("ChunkModeActive", true);
+        for (const char* const name : chunk_names()) {
+            receiver.set("ChunkSelector", std::string_view(name));
+            receiver.set_flag("ChunkEnable", true);
+        }
+        // The leader of this payload type states size and pixel format of the image.
+        receiver.set_flag("GevSCCFGExtendedChunkData", true);
+        const std::filesystem::path file = std::filesystem::path(output_) / "chunks.jsonl";
+        truth_file_.open(file);
+        if (!truth_file_) throw OutputError(fmt::format("{}: cannot be written", file.string()));
+    }
+
+    /// Windows that the camera puts one below the other into a frame; empty for a camera that does not state
+    /// them.
+    static std::vector<Region> windows_of(Receiver& receiver) {
+        std::vector<Region> out;
+        const std::optional<std::int64_t> count = receiver.find_integer("RegionsMax");
+        if (!count || *count < 2) return out;
+        const std::string selected = receiver.get_text("RegionSelector");
+        for (std::int64_t i = 0; i < *count; ++i) {
+            receiver.set("RegionSelector", fmt::format("Region{}", i));
+            if (receiver.get_text("RegionMode") != "On") continue;
+            const auto value = [&](const char* feature) {
+                return static_cast<std::int32_t>(receiver.find_integer(feature).value_or(0));
+            };
+            out.push_back(
+                {0, value("RegionImageY"), value("RegionObtainedWidth"), value("RegionObtainedHeight")});
+        }
+        receiver.set("RegionSelector", selected);
+        return out;
     }
 
     void receive_all(Receiver& receiver) {
@@ -177,7 +218,7 @@ private:
             } else {
                 stamps_.push_back({static_cast<std::int64_t>(frame->device_ns), frame->first_packet_ns,
                                    frame->complete_ns});
-                if (!output_.empty()) save(*frame);
+                if (!output_.empty()) save(receiver, *frame);
             }
             progress.done(received_);
         }
@@ -191,7 +232,7 @@ private:
         return std::nullopt;
     }
 
-    void save(const ReceivedFrame& frame) const {
+    void save(const Receiver& receiver, const ReceivedFrame& frame) {
         int bits = 16;
         const std::size_t pixels =
             static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
@@ -201,16 +242,22 @@ private:
                 fmt::format("{}: pixel format {:#010x} cannot be saved, allowed are Mono8 to Mono16, "
                             "Mono10p and Mono12p",
                             output_, frame.pixel_format));
-        const images::FrameFormat format = enum_named<images::FrameFormat>(format_).value();
-        const images::Cards cards{
+        images::Cards cards{
             {"FRAMEID", static_cast<std::int64_t>(frame.block_id), "block id"},
             {"T_DEV", static_cast<std::int64_t>(frame.device_ns), "[ns] time stamp of the camera"}};
-        const std::filesystem::path folder(output_);
-        images::write_picture(folder / images::frame_file_name(frame.block_id, format), format,
-                              {frame.width, frame.height, bits, values}, cards);
-        if (preview_)
-            write_preview(folder / fmt::format("preview_{:06}.png", frame.block_id), frame.width,
-                          frame.height, std::vector<float>(values.begin(), values.end()));
+        if (chunks_) {
+            const FrameChunks chunks = parse_chunks([&](std::uint32_t id) { return receiver.chunk(id); });
+            const images::Cards more = chunk_cards(chunks);
+            cards.insert(cards.end(), more.begin(), more.end());
+            truth_file_ << chunk_json(chunks, files_.name(frame.block_id)) << std::endl;
+            if (!truth_file_) throw OutputError(fmt::format("{}/chunks.jsonl: cannot be written", output_));
+        }
+        // With binning or parts of their own the windows lie elsewhere.
+        const Region image{0, 0, frame.width, frame.height};
+        const bool fit =
+            std::all_of(windows_.begin(), windows_.end(), [&](const Region& w) { return w.inside(image); });
+        files_.save(output_, frame.block_id, {frame.width, frame.height, bits, values}, cards,
+                    fit ? windows_ : std::vector<Region>{});
     }
 
     void report(const StreamStatistics& statistics, const std::optional<ClockReading>& before,
@@ -257,11 +304,14 @@ private:
         report.print(json_);
     }
 
-    std::string address_ = "127.0.0.1", output_, format_ = "png", pixel_format_;
+    std::string address_ = "127.0.0.1", output_, pixel_format_;
+    FrameFiles files_;
+    std::vector<Region> windows_; ///< in pixels of the frames; empty: not known
     std::uint64_t frames_ = 10;
     double timeout_s_ = 5, rate_hz_ = 0, software_rate_hz_ = 0, exposure_us_ = 0, gain_db_ = -1;
     std::int32_t packet_size_ = 0, packet_delay_ns_ = -1;
-    bool json_ = false, preview_ = false;
+    bool json_ = false, chunks_ = false;
+    std::ofstream truth_file_;
 
     std::uint64_t received_ = 0, incomplete_ = 0, missing_ = 0;
     std::vector<Stamps> stamps_;

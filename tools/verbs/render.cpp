@@ -7,6 +7,7 @@
 #include "renderer/scene_files/scene_file.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
+#include "tools/support/layer_picture.hpp"
 #include "tools/support/preview.hpp"
 #include "tools/support/progress.hpp"
 #include "tools/support/report.hpp"
@@ -34,7 +35,8 @@ public:
             "Renders the camera of a scene file at one instant, or a sequence of frames. EXR and FITS "
             "files hold the irradiance of every pixel at the entrance pupil in W/m2, one channel or plane "
             "per spectral band, exactly 0 where no light arrives. A PNG is an 8-bit picture of the first "
-            "band with stretched contrast, not for measurement. The same scene, settings and seed give "
+            "band with stretched contrast, not for measurement, or with --layer one AOV in false colour with "
+            "a colour bar. The same scene, settings and seed give "
             "the same bytes on any number of threads (with --time-budget only if the number of passes is "
             "the same too). The file name of a sequence needs a frame number such as %04d; --resume "
             "continues an interrupted sequence.";
@@ -84,10 +86,16 @@ public:
                   "With EXR and FITS: also write the AOVs (body, range, depth, normals, latitude, longitude, "
                   "slope, angles, texture coordinates, albedo, material), and the samples and the estimated "
                   "variance of each pixel, as layers or image extensions");
+        stretch_options_.declare(line, "With PNG: contrast of the picture");
+        line.option("--layer", &layer_, "LAYER",
+                    "With PNG: show this layer in false colour, with a colour bar and its unit or a legend, "
+                    "instead of the irradiance; \"error\" is the estimated relative standard error")
+            .choices = layer_choices();
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
             "obscura render config/scenes/demo.toml -o demo.png --size 1280x1024 --samples 16",
+            "obscura render config/scenes/demo.toml -o depth.png --layer depth",
             "obscura render config/scenes/demo.toml -o later.fits --time 60 --json",
             "obscura render config/scenes/demo.toml -o spin_%03d.png --frames 36 --step 20 --resume",
         };
@@ -98,6 +106,12 @@ public:
         if (layers_ && write == &Render::write_png)
             throw UsageError(fmt::format(
                 "obscura render: --layers with --output {}: the name must end in .exr or .fits", output_));
+        if (!layer_.empty() && write != &Render::write_png)
+            throw UsageError(fmt::format(
+                "obscura render: --layer with --output {}: the name must end in .png (--layers writes all "
+                "layers to EXR and FITS)",
+                output_));
+        stretch_ = stretch_options_.parsed("render");
         std::int32_t width = 0, height = 0;
         if (!size_.empty()) parse_size(size_, width, height);
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
@@ -114,6 +128,8 @@ public:
         const std::vector<SequenceFrame> frames = sequence(output_, times(scene));
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::vector<SpectralBand> bands = scene.bands;
+        for (const scene::Body& body : scene.bodies)
+            bodies_.push_back(body.name);
         intrinsics_ = scene.camera.intrinsics();
         radiance_ = scene.quantity == scene::Quantity::radiance;
 
@@ -130,7 +146,7 @@ public:
                 continue;
             }
             if (!average(renderer, width, height, frame, progress, image)) break;
-            if (layers_ && !trace_aovs(renderer, width, height, frame)) break;
+            if (with_layers() && !trace_aovs(renderer, width, height, frame)) break;
             (this->*write)(frame, width, height, bands, image);
             ++written;
         }
@@ -357,10 +373,12 @@ private:
         return out;
     }
 
-    /// AOVs, samples and variance with their units; empty without --layers.
+    [[nodiscard]] bool with_layers() const { return layers_ || !layer_.empty(); }
+
+    /// AOVs, samples and variance with their units; empty without --layers and --layer.
     [[nodiscard]] std::vector<images::FitsPlane> layers(std::int32_t width, std::int32_t height) const {
         std::vector<images::FitsPlane> out;
-        if (!layers_) return out;
+        if (!with_layers()) return out;
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         for (std::size_t k = 0; k < renderer::aov_count; ++k) {
             const std::string name = renderer::aov_name(static_cast<renderer::Aov>(k));
@@ -393,10 +411,21 @@ private:
     void write_png(const SequenceFrame& frame, std::int32_t width, std::int32_t height,
                    const std::vector<SpectralBand>& bands, const std::vector<float>& image) const {
         const auto plane = static_cast<std::ptrdiff_t>(image.size() / bands.size());
-        write_preview(frame.file, width, height, {image.begin(), image.begin() + plane});
+        if (layer_.empty()) {
+            write_preview(frame.file, width, height, {image.begin(), image.begin() + plane}, stretch_);
+            return;
+        }
+        std::vector<float> mean(static_cast<std::size_t>(plane));
+        for (std::size_t i = 0; i < image.size(); ++i)
+            mean[i % mean.size()] += image[i] / static_cast<float>(bands.size());
+        const std::vector<images::FitsPlane> planes = layers(width, height);
+        draw_panels({layer_panel(layer_, {width, height, planes, mean, bodies_})}).write(frame.file);
     }
 
-    std::string scene_, output_, size_, window_text_;
+    std::string scene_, output_, size_, window_text_, layer_;
+    std::vector<std::string> bodies_; ///< names
+    StretchOptions stretch_options_;
+    Stretch stretch_;
     std::int32_t window_x_ = 0, window_y_ = 0;
     renderer::RenderSettings settings_;
     Intrinsics intrinsics_;

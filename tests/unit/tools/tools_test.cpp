@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts the verbs are made of.
 #include "core/frame.hpp"
+#include "images/image.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+#include "tools/support/colour_map.hpp"
 #include "tools/support/command_line.hpp"
+#include "tools/support/figure.hpp"
+#include "tools/support/font.hpp"
+#include "tools/support/layer_picture.hpp"
 #include "tools/support/preview.hpp"
 #include "tools/support/receiver.hpp"
 #include "tools/support/report.hpp"
 #include "tools/support/sequence.hpp"
+#include "tools/support/ticks.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 using namespace obscura;
@@ -145,13 +154,157 @@ TEST_CASE("previews are black at the background, white at the brightest, and kee
     std::vector<float> image(1000, 1.0F);
     for (std::size_t i = 0; i < 100; ++i)
         image[i] = 1.0F + static_cast<float>(i);
-    const std::vector<std::uint8_t> picture = stretched(image);
+    const std::vector<std::uint8_t> picture = stretched(image, {});
     CHECK(picture[500] == 0);
     CHECK(picture[99] == 255);
     for (std::size_t i = 1; i < 100; ++i)
         CHECK(picture[i] >= picture[i - 1]);
     CHECK(picture[50] > 127); // brighter than linear
-    const std::vector<std::uint8_t> flat = stretched(std::vector<float>(10, 5.0F));
+    const std::vector<std::uint8_t> flat = stretched(std::vector<float>(10, 5.0F), {});
     CHECK(flat == std::vector<std::uint8_t>(10, 0));
-    CHECK(stretched({}).empty());
+    CHECK(stretched({}, {}).empty());
+}
+
+TEST_CASE("each stretch has its curve, with and without parameters") {
+    const auto level = [](const char* text, double value, double gamma = 1) {
+        // Quantiles of numbers spread evenly over 100 .. 1100, of which 4095 is the largest possible.
+        const ToneCurve curve(
+            Stretch::parse("verb", text, gamma), [](double part) { return 100 + 1000 * part; }, 4095);
+        return curve.level(value);
+    };
+    using Catch::Matchers::WithinAbs;
+    CHECK_THAT(level("linear", 4095.0 / 2), WithinAbs(0.5, 1e-9));
+    CHECK_THAT(level("linear:100,300", 150), WithinAbs(0.25, 1e-9));
+    CHECK(level("linear:100,300", 50) == 0);
+    CHECK(level("linear:100,300", 400) == 1);
+    CHECK_THAT(level("percentile:10,90", 600), WithinAbs(0.5, 1e-9));
+    CHECK_THAT(level("percentile:10,90", 200), WithinAbs(0, 1e-9));
+    CHECK_THAT(level("percentile", 1095), WithinAbs(1, 1e-9));
+    // asinh(1/2 / s) / asinh(1 / s) and log(1 + R/2) / log(1 + R) at half of black to white, by hand.
+    const double half = (150 + 1099.9) / 2;
+    CHECK_THAT(level("asinh:0.1", half), WithinAbs(2.3124383 / 2.9982230, 1e-6));
+    CHECK_THAT(level("log:100", half), WithinAbs(3.9318256 / 4.6151205, 1e-6));
+    CHECK_THAT(level("linear:100,300", 150, 2), WithinAbs(0.5, 1e-9)); // gamma 2: the root of 1/4
+    for (const char* bad :
+         {"", "liner", "linear:", "linear:1", "linear:3,1", "linear:1,2,3", "percentile:-1,50",
+          "percentile:0,101", "asinh:0", "asinh:nan", "log:0.5", "auto:1", "log:1e10"})
+        CHECK_THROWS_AS(Stretch::parse("verb", bad, 1), UsageError);
+}
+
+TEST_CASE("previews of frames mark windows and padding, and only these need colour") {
+    const test::TempFolder folder;
+    // Two windows, 20 x 8 and 12 x 8, one below the other; the padding holds nonsense.
+    std::vector<std::uint16_t> pixels(20 * 16);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<std::uint16_t>(i / 20 >= 8 && i % 20 >= 12 ? 60000 : 100 + i % 20);
+    const auto write = [&](const char* name, const std::vector<Region>& windows, int rows) {
+        write_preview(folder.path() / name,
+                      {20, rows, 12, std::span(pixels).first(static_cast<std::size_t>(20 * rows)), windows},
+                      Stretch::parse("verb", "percentile:0,100", 1));
+        return folder.path() / name;
+    };
+    const auto marked = write("marked.png", {{0, 0, 20, 8}, {0, 8, 12, 8}}, 16);
+    REQUIRE(images::colour_planes(marked).size() == 3);
+    const images::Image red = images::read_image(marked, "red"), blue = images::read_image(marked, "blue");
+    for (const auto& [x, y] : {std::pair{0, 0}, {19, 4}, {5, 8}, {11, 12}, {3, 15}}) { // outlines: orange
+        CHECK(red.at(x, y) == 255);
+        CHECK(blue.at(x, y) == 0);
+    }
+    for (const auto& [x, y] : {std::pair{14, 10}, {18, 15}, {12, 8}}) // padding: blue
+        CHECK(blue.at(x, y) > red.at(x, y));
+    for (const auto& [x, y] : {std::pair{10, 4}, {6, 11}}) { // grey, of the windows' own contrast
+        CHECK(red.at(x, y) == blue.at(x, y));
+        CHECK(red.at(x, y) == std::lround(255 * x / 19.0));
+    }
+    CHECK(images::colour_planes(write("one.png", {{0, 0, 20, 8}}, 8)).size() == 1);
+    CHECK(images::colour_planes(write("unknown.png", {}, 16)).size() == 1);
+}
+
+TEST_CASE("ticks are round numbers inside the range") {
+    using Values = std::vector<double>;
+    CHECK(round_ticks(0, 1, 6) == Values{0, 0.2, 0.4, 0.6000000000000001, 0.8, 1});
+    CHECK(round_ticks(-3.7, 12, 5) == Values{0, 5, 10});
+    CHECK(round_ticks(5, 5, 5).empty());
+    CHECK(decade_ticks(0.5, 2000) == Values{1, 10, 100, 1000});
+    CHECK(decade_ticks(15, 300).size() == 4); // 20, 50, 100, 200
+    CHECK(tick_labels({1000.1, 1000.2}) == std::vector<std::string>{"1000.1", "1000.2"});
+    CHECK(tick_labels({0, 0.5}) == std::vector<std::string>{"0", "0.5"});
+    const auto logarithmic = [](double v) { return std::log1p(v) / std::log1p(10000.0); };
+    const Values spread = spread_ticks(0, 10000, logarithmic, 0.1);
+    for (const double decade : {0.0, 10.0, 100.0, 1000.0, 10000.0})
+        CHECK(std::find(spread.begin(), spread.end(), decade) != spread.end());
+    for (std::size_t i = 1; i < spread.size(); ++i)
+        CHECK(logarithmic(spread[i]) - logarithmic(spread[i - 1]) >= 0.1 - 1e-12);
+}
+
+TEST_CASE("panels have their title, image and colour bar side by side") {
+    // Every character has its own shape, and one that is missing is a question mark.
+    REQUIRE(glyphs("a\u00b2?\u4e00").size() == 4);
+    CHECK(glyphs("\u4e00")[0] == glyphs("?")[0]);
+    CHECK(glyphs("a")[0]->rows != glyphs("b")[0]->rows);
+    Panel panel{"title", 40, 40, std::vector<Rgb>(1600, Rgb{1, 2, 3}), {}, {}};
+    const Canvas plain = draw_panels({panel});
+    panel.scale = ColourScale{ColourMap::viridis, 0, 10, "km", {}};
+    const Canvas with_bar = draw_panels({panel});
+    CHECK(with_bar.width() > plain.width());
+    CHECK(with_bar.height() == plain.height());
+    const auto has = [](const Canvas& canvas, Rgb wanted) {
+        for (std::int32_t y = 0; y < canvas.height(); ++y)
+            for (std::int32_t x = 0; x < canvas.width(); ++x)
+                if (canvas.at(x, y) == wanted) return true;
+        return false;
+    };
+    CHECK(has(plain, {1, 2, 3}));
+    for (const double level : {0.02, 0.5, 0.98}) {
+        bool near = false;
+        const Rgb wanted = colour(ColourMap::viridis, level);
+        for (std::int32_t y = 0; y < with_bar.height() && !near; ++y)
+            for (std::int32_t x = 0; x < with_bar.width() && !near; ++x)
+                near = std::abs(with_bar.at(x, y)[0] - wanted[0]) < 4 &&
+                       std::abs(with_bar.at(x, y)[1] - wanted[1]) < 4 &&
+                       std::abs(with_bar.at(x, y)[2] - wanted[2]) < 4;
+        CHECK(near);
+    }
+    // Brightness rises along the map, so that it reads in grey as well.
+    double before = -1;
+    for (double level = 0; level <= 1; level += 0.05) {
+        const Rgb c = colour(ColourMap::viridis, level);
+        const double brightness = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+        CHECK(brightness > before);
+        before = brightness;
+    }
+}
+
+TEST_CASE("layers are shown in their units") {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<float> depth{12000, 15000, 20000, nan}, variance{4, 1, 0, 0}, light{100, 100, 5, 0},
+        bodies{1, 2, 3, 0}, up{0, 0, 0, nan}, along{1, -1, 0, nan};
+    const std::vector<images::FitsPlane> planes{{"depth_m", "m", depth}, {"variance", "", variance},
+                                                {"body", "", bodies},    {"normal.x", "", along},
+                                                {"normal.y", "", up},    {"normal.z", "", up}};
+    const auto panel = [&](const char* name) {
+        return layer_panel(name, {4, 1, planes, light, {"moon", "ship"}});
+    };
+    const Panel lengths = panel("depth");
+    REQUIRE(lengths.scale);
+    CHECK(lengths.scale->label == "km");
+    CHECK(lengths.scale->low == 12);
+    CHECK(lengths.scale->high == 20);
+    CHECK(lengths.pixels[0] == colour(ColourMap::viridis, 0));
+    CHECK(lengths.pixels[2] == colour(ColourMap::viridis, 1));
+    CHECK(lengths.pixels[3] == no_value_colour);
+    const Panel error = panel("error");
+    REQUIRE(error.scale);
+    CHECK(error.scale->low == 1); // %
+    CHECK(error.scale->high == 2);
+    CHECK(error.pixels[0] == colour(ColourMap::viridis, 1));
+    CHECK(error.pixels[1] == colour(ColourMap::viridis, 0));
+    CHECK(error.pixels[2] == no_value_colour);
+    const Panel classes = panel("body");
+    REQUIRE(classes.legend.size() == 3);
+    CHECK(classes.legend[1].second == "2 ship");
+    CHECK(classes.legend[2].second == "3 Sun");
+    CHECK(classes.pixels[3] == no_value_colour);
+    CHECK(panel("normal").pixels[0] == Rgb{255, 128, 128});
+    CHECK(panel("normal").pixels[1] == Rgb{0, 128, 128});
 }

@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Ground truth of streamed frames: `obscura grab --chunks` saves what `obscura capture` states of the same frames, and
+the reader in docs/gige.md finds the bodies.
+
+Usage: chunks_test.py OBSCURA OBSCURAD SOURCE-DIRECTORY
+Exit status 1 if a check failed.
+"""
+import json
+import math
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+
+obscura, obscurad, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+failures = []
+FRAMES = 3
+ADDRESS = f"127.{90 + os.getpid() % 100}.{os.getpid() // 100 % 250}.{1 + os.getpid() % 250}"
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def run(arguments, folder):
+    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, timeout=120)
+    check(" ".join(str(a) for a in arguments[:2]) + " succeeds", done.returncode == 0, done.stderr)
+    return done.stdout
+
+
+with tempfile.TemporaryDirectory(prefix="obscura-chunks-") as name:
+    folder = pathlib.Path(name)
+    (folder / "scene.toml").write_text("""[sun]
+direction = [-1, 0, 0.3]
+distance_au = 1
+[camera]
+focal_length_mm = 50
+aperture_mm = 25
+psf_sigma_px = 0.5
+position_m = [-20000, 30, -20]
+boresight = [1, 0.01, 0.02]
+up = [0, 0, 1]
+[[body]]
+name = "rock"
+shape = "ellipsoid"
+radii_m = [300, 200, 100]
+albedo = 0.3
+spin_axis = [0, 0.2, 1]
+spin_rate_deg_per_s = 30
+""")
+    (folder / "obscurad.toml").write_text(f"""[scene]
+file = "scene.toml"
+[daemon]
+run = 5
+seed = 3
+[trigger]
+source = "timer"
+rate_hz = 5
+[camera]
+exposure_us = 2000
+[[camera.window]]
+width = 160
+height = 100
+exposure_us = 2000
+[[camera.window]]
+width = 60
+height = 30
+offset_x = 40
+offset_y = 110
+exposure_us = 1000
+[gige]
+interface = "{ADDRESS}"
+packet_size = 8000
+[sensor.readout]
+width = 160
+height = 160
+""")
+    daemon = subprocess.Popen([obscurad, "--config", "obscurad.toml", "--ready-file", "ready"], cwd=folder,
+                              stderr=subprocess.DEVNULL)
+    try:
+        for _ in range(600):
+            if (folder / "ready").exists() or daemon.poll() is not None:
+                break
+            time.sleep(0.1)
+        check("the daemon starts", (folder / "ready").exists())
+        run([obscura, "grab", "-a", ADDRESS, "-n", str(FRAMES), "--format", "raw", "--chunks", "-o", "frames",
+             "--timeout", "30"], folder)
+        run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--format", "raw", "--no-preview", "-o", "plain", "--timeout",
+             "30"], folder)
+    finally:
+        daemon.send_signal(signal.SIGTERM)
+        daemon.wait(60)
+    run([obscura, "capture", "obscurad.toml", "-n", str(FRAMES), "--format", "raw", "-o", "captured"], folder)
+
+    lines = [json.loads(line) for line in (folder / "frames" / "chunks.jsonl").open()]
+    check("one line per frame", len(lines) == FRAMES, len(lines))
+    cards = []
+    for frame in lines:
+        number = frame["frame_id"]
+        grabbed = tomllib.loads((folder / "frames" / frame["file"]).with_suffix(".toml").read_text())
+        captured = tomllib.loads((folder / "captured" / f"frame_{number:06}.toml").read_text())
+        cards.append(captured)
+        same = (folder / "frames" / frame["file"]).read_bytes() == (folder / "captured" / frame["file"]).read_bytes()
+        check(f"frame {number} has the captured pixels", same)
+        keys = [k for k in captured if re.fullmatch(r"(W\d\d|CAM|SUN|B\d+)_\w+|BODY\d|[FC][XY]|[XY]PIXSZ|FOCALLEN|"
+                                                    r"EXPOSURE|GAIN|SEED|RUN|WINDOWS|OFFSET[XY]", k)]
+        check("captures state poses and windows", len(keys) > 40, keys)
+        wrong = [k for k in keys if k not in grabbed or
+                 (not math.isclose(grabbed[k], captured[k], rel_tol=1e-12, abs_tol=1e-15)
+                  if isinstance(captured[k], float) else grabbed[k] != captured[k])]
+        check(f"frame {number} has the captured cards", not wrong,
+              [(k, grabbed.get(k), captured[k]) for k in wrong[:4]])
+        check("camera in JSON", frame["camera"]["position_m"] == [captured[f"CAM_{a}"] for a in "XYZ"])
+        check("attitude in JSON",
+              frame["bodies"][0]["attitude"] == [captured[f"B0_Q{a}"] for a in "WXYZ"])
+        check("names and windows in JSON", frame["bodies"][0]["name"] == "rock" and
+              [w["image_y"] for w in frame["windows"]] == [0, 100] and frame["windows"][1]["x"] == 40)
+        check("run and seed", (frame["run"], frame["seed"]) == (5, 3))
+        rows = frame["rows"]
+        check("a time for each row", len(rows) == frame["size"][1] == 130 and
+              all(reset < read for reset, read in rows))
+        check("exposures of the rows", abs(rows[0][1] - rows[0][0] - 2_000_000) < 200_000 and
+              abs(rows[-1][1] - rows[-1][0] - 1_000_000) < 200_000, rows[-1])
+        check("times by the camera's clock",
+              frame["timestamp_ns"] <= rows[0][0] < frame["mid_exposure_ns"] < rows[-1][1])
+        png = (folder / "frames" / f"preview_{number:06}.png").read_bytes()
+        check("the preview of windows is in colour", png[25] == 2, png[25])
+    check("the body turns", len({tuple(f["bodies"][0]["attitude"]) for f in lines}) == FRAMES)
+
+    files = sorted(p.name for p in (folder / "plain").iterdir())
+    check("no previews and no chunks unless wanted", [pathlib.Path(f).suffix for f in files] == [".raw", ".toml"], files)
+    check("chunks are off after the run", "CAM_X" not in (folder / "plain" / files[1]).read_text())
+
+    # The reader of the documentation, with Python's standard library alone.
+    page = (source / "docs" / "gige.md").read_text()
+    reader = re.search(r"```python\n(.*?)```", page[page.index("chunks.jsonl"):], re.S).group(1)
+    printed = run([sys.executable, "-I", "-c", reader], folder).splitlines()
+    check("a line for each body", len(printed) == FRAMES, printed)
+    for line, card in zip(printed, cards):
+        # The direction to the body in the camera's axes, by a rotation matrix.
+        w, x, y, z = (card[f"CAM_Q{a}"] for a in "WXYZ")
+        matrix = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                  [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                  [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+        away = [card[f"B0_{a}"] - card[f"CAM_{a}"] for a in "XYZ"]
+        u, v, depth = (sum(matrix[j][i] * away[j] for j in range(3)) for i in range(3))
+        wanted = (card["CX"] + card["FX"] * u / depth, card["CY"] + card["FY"] * v / depth)
+        got = [float(t) for t in re.search(r"rock column ([-\d.]+), row ([-\d.]+)$", line).groups()]
+        check("the reader finds the body", math.dist(got, wanted) < 0.01, (got, wanted))
+
+sys.exit(1 if failures else 0)
