@@ -47,23 +47,25 @@ def commands_of(block):
 
 
 def pixels(file):
-    """Width, height and grey values of an 8-bit grey PNG."""
+    """Width, height and values of an 8-bit PNG, grey or in colour."""
     import struct
     import zlib
     data, at, packed = file.read_bytes(), 8, b""
     width, height, depth, colour = struct.unpack(">IIBB", data[16:26])
-    if (depth, colour) != (8, 0):
-        raise ValueError(f"{file}: {depth} bits, colour type {colour}: not 8-bit grey")
+    if depth != 8 or colour not in (0, 2):
+        raise ValueError(f"{file}: {depth} bits, colour type {colour}: not 8-bit grey or colour")
+    samples = 3 if colour == 2 else 1
+    stride = width * samples
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at:at + 8])
         packed += data[at + 8:at + 8 + length] if kind == b"IDAT" else b""
         at += 12 + length
-    raw, rows = zlib.decompress(packed), [[0] * width]
+    raw, rows = zlib.decompress(packed), [[0] * stride]
     for y in range(height):
-        kind, line = raw[y * (width + 1)], list(raw[y * (width + 1) + 1:(y + 1) * (width + 1)])
+        kind, line = raw[y * (stride + 1)], list(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
         above = rows[-1]
-        for x in range(width):
-            left, up, corner = (line[x - 1] if x else 0), above[x], (above[x - 1] if x else 0)
+        for x in range(stride):
+            left, up, corner = (line[x - samples] if x >= samples else 0), above[x], (above[x - samples] if x >= samples else 0)
             guess = left + up - corner
             paeth = min((left, up, corner), key=lambda v: abs(guess - v))
             line[x] = (line[x] + (0, left, up, (left + up) // 2, paeth)[kind]) & 255
