@@ -74,7 +74,7 @@ check("and those that are wanted exist", EXPECTED <= folders, sorted(EXPECTED - 
 entries = {entry["name"]: entry for entry in json.loads(call("examples", "--json")[1])}
 
 status, _, error = call("examples", "lockstop")
-check("an unknown name gets a suggestion", status == 64 and "lockstep" in error, error)
+check("an unknown name gets those that there are", status == 64 and "lockstep" in error, error)
 status, _, error = call("examples", "--copy", "x")
 check("--copy needs a name", status == 64 and "NAME" in error, error)
 

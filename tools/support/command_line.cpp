@@ -158,7 +158,7 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
 std::string CommandLine::help(std::string_view verb) const {
     std::string out = fmt::format("{0}{1} - {2}\n\nUsage: {0}{1}", program, verb, summary);
     for (const Option& o : options)
-        if (o.positional) out += " " + o.names;
+        if (o.positional) out += o.required ? " " + o.names : fmt::format(" [{}]", o.names);
     for (const Option& o : options)
         if (!o.positional && o.required)
             out += fmt::format(" {} {}", o.names.substr(0, o.names.find(',')), o.value_name);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura examples`: lists, explains and copies the shipped examples.
 #include "core/error.hpp"
-#include "core/suggestion.hpp"
 #include "images/writers/raw.hpp"
 #include "tools/support/shipped_files.hpp"
 #include "tools/verbs/verb.hpp"
@@ -33,7 +32,9 @@ public:
             "Without NAME the shipped examples are listed, a line each. With NAME the explanation of one is "
             "printed: what it shows, what hardware it needs, the commands that run it and what they print. "
             "--copy puts its files into a new folder, where these commands work.";
-        line.positional("NAME", &name_, "Example to explain or copy").required = false;
+        Option& name = line.positional("NAME", &name_, "Example to explain or copy");
+        name.required = false;
+        name.choices = names();
         line.option("--copy", &copy_, "DIR",
                     "Copy the example's files to DIR, which is created, or may be an empty folder");
         line.flag("--json", json_, "Print JSON");
@@ -48,18 +49,24 @@ public:
         if (name_.empty()) return list(all);
         const auto found = std::find_if(all.begin(), all.end(),
                                         [&](const Example& example) { return example.name == name_; });
-        if (found == all.end()) {
-            std::vector<std::string_view> known;
-            for (const Example& example : all)
-                known.push_back(example.name);
-            const std::string word = name_.substr(0, 60);
-            throw UsageError(
-                fmt::format("obscura examples: no example \"{}\", {}", word, suggestion(word, known)));
-        }
+        if (found == all.end())
+            throw UsageError(fmt::format("obscura examples: no example \"{}\"", name_.substr(0, 60)));
         return copy_.empty() ? explain(*found) : copy(*found);
     }
 
 private:
+    /// Names for --help and completion; empty where the examples cannot be read, which run() reports.
+    static std::vector<std::string> names() {
+        std::vector<std::string> known;
+        try {
+            for (const Example& example : examples())
+                known.push_back(example.name);
+        } catch (const Error&) {
+            known.clear();
+        }
+        return known;
+    }
+
     static nlohmann::ordered_json to_json(const Example& example) {
         return {{"name", example.name},
                 {"summary", example.header.front()},

@@ -65,6 +65,7 @@ with tempfile.TemporaryDirectory() as folder:
         (("obscura", "render", "--samples", ""), []),
         (("obscurad", "--che"), ["--check"]),
         (("obscura", "new", "came"), ["camera"]),
+        (("obscura", "examples", "locks"), ["lockstep"]),
         (("obscura", "examples", "--co"), ["--copy"]),
     ]:
         if complete(script, *words) != wanted:
