@@ -29,10 +29,10 @@ constexpr std::size_t byte_group = 8;
 
 } // namespace
 
-std::size_t payload_size(PixelFormat pixel_format, std::int64_t pixels, std::int32_t rows, bool multipart,
-                         std::uint32_t chunks) noexcept {
-    // Every part of a packed format may end in a partly filled byte.
-    return packed_bytes(pixel_format, pixels) + (multipart ? max_windows : 0) + chunk_bytes(chunks, rows);
+std::size_t chunk_payload_bytes(std::uint32_t chunks, std::int32_t rows, bool multipart) noexcept {
+    const std::size_t bytes = chunk_bytes(chunks, rows);
+    return multipart && bytes > 0 ? bytes - chunk_tag_bytes
+                                  : bytes; // that part has no image and no tag of one
 }
 
 void Payload::reserve(const PayloadFormat& format) {
@@ -80,9 +80,8 @@ bool Payload::begin(const Frame& frame, std::uint64_t frame_id, std::size_t pack
         return false;
     data_ = direct_ ? reinterpret_cast<const std::uint8_t*>(frame.pixels().data()) : packed_.data();
 
-    std::size_t chunks = chunk_bytes(format_.chunks, image_.height);
+    const std::size_t chunks = chunk_payload_bytes(format_.chunks, image_.height, format_.multipart);
     if (chunks > 0 && format_.multipart) {
-        chunks -= chunk_tag_bytes; // the chunk part has no image and no tag of one
         parts_[part_count_++] = {image_bytes_, chunks, 0, 0, max_windows};
     } else if (chunks > 0) {
         parts_[0].bytes += chunks;

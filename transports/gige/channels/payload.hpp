@@ -82,8 +82,8 @@ private:
     std::vector<std::uint16_t> carry_;
 };
 
-/// Bytes of a payload with `format` and an image of `pixels` pixels at most, for PayloadSize.
-[[nodiscard]] std::size_t payload_size(PixelFormat pixel_format, std::int64_t pixels, std::int32_t rows,
-                                       bool multipart, std::uint32_t chunks) noexcept;
+/// Bytes of the chunks of a payload: after an image of `rows` rows, or as the last part of a multi-part one.
+[[nodiscard]] std::size_t chunk_payload_bytes(std::uint32_t chunks, std::int32_t rows,
+                                              bool multipart) noexcept;
 
 } // namespace obscura::transports::gige

@@ -71,6 +71,8 @@ void add_word(const Feature& f, std::uint32_t address, std::uint32_t index, Devi
     r.saved = f.access == Access::read_write && f.in_user_set;
     if (f.reset != nullptr) r.reset = f.reset(d);
     if (f.get != nullptr) r.read = [&f, &d, index] { return static_cast<std::uint32_t>(f.get(f, d, index)); };
+    if (f.kept != nullptr)
+        r.kept = [&f, &d, index] { return static_cast<std::uint32_t>(f.kept(f, d, index)); };
     if (f.access == Access::read_write)
         r.write = [&f, &d, index, address](std::uint32_t word) {
             if (!in_range(f, word)) return Status::invalid_parameter;

@@ -32,9 +32,19 @@ Status set_binning(const Feature& f, DeviceContext& d, std::uint32_t, std::uint3
     return write_binning(d, wanted);
 }
 
+std::uint64_t get_height_max(const Feature&, DeviceContext& d, std::uint32_t) {
+    if (!is_composed(d, 0)) return value(binned_rows(d, d.binning).maximum);
+    return value(d.limits.rows_max > 0 ? d.limits.rows_max : d.limits.sensor_height);
+}
+
 /// Width, Height and offsets in binned pixels.
 template<std::int32_t Region::*member, std::int32_t Binning::*binning>
 std::uint64_t get_extent(const Feature&, DeviceContext& d, std::uint32_t i) {
+    return value(region_read(d, i).*member / region_binning(d, i).*binning);
+}
+/// The extent as it is set, whatever image it is a part of and whatever the sensor makes of it.
+template<std::int32_t Region::*member, std::int32_t Binning::*binning>
+std::uint64_t get_own_extent(const Feature&, DeviceContext& d, std::uint32_t i) {
     return value(region_window(d, i).region.*member / region_binning(d, i).*binning);
 }
 template<std::int32_t Region::*member, std::int32_t Binning::*binning>
@@ -44,6 +54,36 @@ Status set_extent(const Feature&, DeviceContext& d, std::uint32_t i, std::uint32
     if (pixels > INT32_MAX) return Status::invalid_parameter;
     w.region.*member = static_cast<std::int32_t>(pixels);
     return write_region(d, i, w, d.regions[i].enabled);
+}
+
+/// Width and Height of the image, of which the region may be a part.
+template<std::int32_t Region::*member, std::int32_t Binning::*binning, std::int32_t ImageSize::*of_image>
+std::uint64_t get_size(const Feature& f, DeviceContext& d, std::uint32_t i) {
+    return is_composed(d, i) ? value(image_size(d).*of_image) : get_extent<member, binning>(f, d, i);
+}
+template<std::int32_t Region::*member, std::int32_t Binning::*binning, std::int32_t ImageSize::*of_image>
+Status set_size(const Feature& f, DeviceContext& d, std::uint32_t i, std::uint32_t word) {
+    if (!is_composed(d, i)) return set_extent<member, binning>(f, d, i, word);
+    // Clients write back what they have read.
+    return word == value(image_size(d).*of_image) ? Status::success : Status::write_protect;
+}
+
+/// Largest Width or Height: that of a composed image, or what is left of the sensor from the offset on.
+template<auto extent_of, std::int32_t Region::*offset, std::int32_t Binning::*binning,
+         std::int32_t ImageSize::*of_image>
+std::uint64_t get_size_room(const Feature&, DeviceContext& d, std::uint32_t i) {
+    if (is_composed(d, i)) return value(image_size(d).*of_image);
+    return value(extent_of(d, region_binning(d, i)).maximum -
+                 region_read(d, i).*offset / region_binning(d, i).*binning);
+}
+/// Largest offset of the region itself.
+template<auto extent_of, std::int32_t Region::*size, std::int32_t Binning::*binning>
+std::uint64_t get_offset_room(const Feature&, DeviceContext& d, std::uint32_t i) {
+    return value(extent_of(d, region_binning(d, i)).maximum -
+                 region_read(d, i).*size / region_binning(d, i).*binning);
+}
+std::uint64_t get_composed(const Feature&, DeviceContext& d, std::uint32_t i) {
+    return is_composed(d, i) ? 1 : 0;
 }
 
 std::uint64_t get_region_mode(const Feature&, DeviceContext& d, std::uint32_t i) {
@@ -195,7 +235,7 @@ constexpr std::array features{
     Feature{.name = "HeightMax",
             .access = Access::read_only,
             .address = 0xA058,
-            .get = get_rows<&BinnedExtent::maximum>,
+            .get = get_height_max,
             .foreign = {.bound = true, .rank = -2}},
     Feature{.name = "RegionSelector",
             .type = FeatureType::enumeration,
@@ -221,6 +261,8 @@ constexpr std::array features{
             .selectors = {"RegionSelector"},
             .entries = region_destination_entries},
     Feature{.name = "Width",
+            .tooltip =
+                "Of the image that is sent; read-only while several windows or reads make up one image",
             .address = 0xB000,
             .selectors = {"RegionSelector"},
             .stride = 64,
@@ -228,10 +270,14 @@ constexpr std::array features{
             .maximum = held_by("WidthRoom"),
             .increment = in_changing_register(0xA00C, get_columns<&BinnedExtent::step>),
             .lock = FeatureLock::streaming,
-            .get = get_extent<&Region::width, &Binning::horizontal>,
-            .set = set_extent<&Region::width, &Binning::horizontal>,
+            .locked_by = "LockedOrComposed",
+            .get = get_size<&Region::width, &Binning::horizontal, &ImageSize::width>,
+            .set = set_size<&Region::width, &Binning::horizontal, &ImageSize::width>,
+            .kept = get_own_extent<&Region::width, &Binning::horizontal>,
             .foreign = {.bound = true}},
     Feature{.name = "Height",
+            .tooltip =
+                "Of the image that is sent; read-only while several windows or reads make up one image",
             .address = 0xB004,
             .selectors = {"RegionSelector"},
             .stride = 64,
@@ -239,8 +285,10 @@ constexpr std::array features{
             .maximum = held_by("HeightRoom"),
             .increment = in_changing_register(0xA014, get_rows<&BinnedExtent::step>),
             .lock = FeatureLock::streaming,
-            .get = get_extent<&Region::height, &Binning::vertical>,
-            .set = set_extent<&Region::height, &Binning::vertical>,
+            .locked_by = "LockedOrComposed",
+            .get = get_size<&Region::height, &Binning::vertical, &ImageSize::height>,
+            .set = set_size<&Region::height, &Binning::vertical, &ImageSize::height>,
+            .kept = get_own_extent<&Region::height, &Binning::vertical>,
             .foreign = {.bound = true}},
     Feature{.name = "OffsetX",
             .address = 0xB008,
@@ -251,6 +299,7 @@ constexpr std::array features{
             .increment = held_by("WidthStep"),
             .get = get_extent<&Region::x, &Binning::horizontal>,
             .set = set_extent<&Region::x, &Binning::horizontal>,
+            .kept = get_own_extent<&Region::x, &Binning::horizontal>,
             .foreign = {.bound = true, .rank = -1}},
     Feature{.name = "OffsetY",
             .address = 0xB00C,
@@ -261,6 +310,7 @@ constexpr std::array features{
             .increment = held_by("HeightStep"),
             .get = get_extent<&Region::y, &Binning::vertical>,
             .set = set_extent<&Region::y, &Binning::vertical>,
+            .kept = get_own_extent<&Region::y, &Binning::vertical>,
             .foreign = {.bound = true, .rank = -1}},
     Feature{.name = "RegionExposureTime",
             .type = FeatureType::floating,
@@ -487,26 +537,46 @@ constexpr std::array features{
             .listed = false,
             .formula = "(LOCKED>0)||(PARTS>0)",
             .variables = {{{"LOCKED", "TLParamsLocked"}, {"PARTS", "GevSCCFGMultiPart"}}}},
+    Feature{.name = "LockedOrComposed",
+            .type = FeatureType::formula,
+            .listed = false,
+            .formula = "(LOCKED>0)||(COMPOSED>0)",
+            .variables = {{{"LOCKED", "TLParamsLocked"}, {"COMPOSED", "RegionComposed"}}}},
+    Feature{.name = "RegionComposed",
+            .listed = false,
+            .access = Access::read_only,
+            .address = 0xB800,
+            .selectors = {"RegionSelector"},
+            .stride = 32,
+            .get = get_composed},
     Feature{.name = "WidthRoom",
-            .type = FeatureType::formula,
             .listed = false,
-            .formula = "ALL-USED",
-            .variables = {{{"ALL", "WidthMax"}, {"USED", "OffsetX"}}}},
+            .access = Access::read_only,
+            .address = 0xB804,
+            .selectors = {"RegionSelector"},
+            .stride = 32,
+            .get = get_size_room<binned_columns, &Region::x, &Binning::horizontal, &ImageSize::width>},
     Feature{.name = "HeightRoom",
-            .type = FeatureType::formula,
             .listed = false,
-            .formula = "ALL-USED",
-            .variables = {{{"ALL", "HeightMax"}, {"USED", "OffsetY"}}}},
+            .access = Access::read_only,
+            .address = 0xB808,
+            .selectors = {"RegionSelector"},
+            .stride = 32,
+            .get = get_size_room<binned_rows, &Region::y, &Binning::vertical, &ImageSize::height>},
     Feature{.name = "OffsetXRoom",
-            .type = FeatureType::formula,
             .listed = false,
-            .formula = "ALL-USED",
-            .variables = {{{"ALL", "WidthMax"}, {"USED", "Width"}}}},
+            .access = Access::read_only,
+            .address = 0xB80C,
+            .selectors = {"RegionSelector"},
+            .stride = 32,
+            .get = get_offset_room<binned_columns, &Region::width, &Binning::horizontal>},
     Feature{.name = "OffsetYRoom",
-            .type = FeatureType::formula,
             .listed = false,
-            .formula = "ALL-USED",
-            .variables = {{{"ALL", "HeightMax"}, {"USED", "Height"}}}},
+            .access = Access::read_only,
+            .address = 0xB810,
+            .selectors = {"RegionSelector"},
+            .stride = 32,
+            .get = get_offset_room<binned_rows, &Region::height, &Binning::vertical>},
     Feature{.name = "One", .listed = false, .constant = 1},
     Feature{.name = "PixelSizeValue",
             .type = FeatureType::formula,

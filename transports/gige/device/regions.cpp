@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/gige/device/regions.hpp"
 
+#include "transports/gige/device/stream_channel.hpp"
+
 #include <algorithm>
 
 namespace obscura::transports::gige {
@@ -69,6 +71,26 @@ FrameWindow region_obtained(DeviceContext& d, std::uint32_t i) {
         any = true;
     }
     return found;
+}
+
+ImageSize image_size(DeviceContext& d) {
+    const ReadoutAnswer& answer = readout_answer(d);
+    if (answer.window_count == 0) return composed_size(d.control.settings());
+    ImageSize size;
+    for (std::uint32_t w = 0; w < answer.window_count; ++w) {
+        size.width = std::max(size.width, answer.windows[w].sensor.width);
+        size.height += answer.windows[w].sensor.height;
+    }
+    return size;
+}
+
+bool is_composed(DeviceContext& d, std::uint32_t i) {
+    return (i == 0 || d.regions[i].enabled) && !multipart(d) && readout_answer(d).window_count > 1;
+}
+
+Region region_read(DeviceContext& d, std::uint32_t i) {
+    const Region obtained = region_obtained(d, i).sensor;
+    return obtained.area() > 0 ? obtained : region_window(d, i).region;
 }
 
 void reset_regions(DeviceContext& d) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // TransportLayerControl and GigEVision: mostly names of bootstrap registers.
+#include "transports/gige/channels/payload.hpp"
 #include "transports/gige/device/accessors.hpp"
+#include "transports/gige/device/regions.hpp"
 #include "transports/gige/device/stream_channel.hpp"
 
 #include <array>
@@ -9,10 +11,19 @@ namespace obscura::transports::gige {
 namespace {
 
 std::uint64_t get_payload_size(const Feature&, DeviceContext& d, std::uint32_t) {
-    const CameraSettings s = d.control.settings();
-    const ImageSize whole = composed_size(s);
-    const Region size = d.binning.of({0, 0, whole.width, whole.height});
-    return payload_size(s.pixel_format, size.area(), size.height, multipart(d), chunk_selection(d));
+    const PixelFormat format = d.control.settings().pixel_format;
+    const ImageSize whole = image_size(d);
+    const Region image = d.binning.of({0, 0, whole.width, whole.height});
+    const bool parts = multipart(d);
+    std::uint64_t bytes = 0;
+    if (parts) {
+        const ReadoutAnswer& answer = readout_answer(d);
+        for (std::uint32_t w = 0; w < answer.window_count; ++w)
+            bytes += packed_bytes(format, answer.windows[w].sensor.area());
+    } else {
+        bytes = packed_bytes(format, image.area());
+    }
+    return bytes + chunk_payload_bytes(chunk_selection(d), image.height, parts);
 }
 
 constexpr std::array features{

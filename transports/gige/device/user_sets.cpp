@@ -56,7 +56,8 @@ std::vector<SavedWord> saved_features(const DeviceContext& d) {
     std::vector<SavedWord> set;
     for (const Register& r : d.bank.table()) {
         std::uint32_t word = 0;
-        if (r.saved && d.bank.read_word(r.address, word) == Status::success) set.push_back({r.address, word});
+        if (!r.saved || d.bank.read_word(r.address, word) != Status::success) continue;
+        set.push_back({r.address, r.kept ? r.kept() : word});
     }
     return set;
 }

@@ -170,7 +170,7 @@ private:
         for (const FeatureCategory& category : table_)
             for (const Feature& f : category.features)
                 for (const std::string_view by : f.selectors)
-                    if (by == selector.name) element("pSelected", f.name);
+                    if (f.listed && by == selector.name) element("pSelected", f.name);
     }
 
     static std::string_view register_tag(const Feature& f) {

@@ -147,6 +147,7 @@ struct Feature {
     // Access and effects.
     GetFeature get = nullptr;
     SetFeature set = nullptr;
+    GetFeature kept = nullptr; ///< the word that user sets hold, where it is not the one that clients read
     Status (*run)(DeviceContext& device, std::uint32_t index) = nullptr;   ///< commands
     void (*written)(DeviceContext& device, std::uint32_t index) = nullptr; ///< after a stored word changed
     std::uint32_t (*reset)(const DeviceContext& device) = nullptr;         ///< of stored words; null: 0

@@ -31,6 +31,7 @@ struct Register {
     std::uint32_t reset = 0;
     std::uint32_t minimum = 0, maximum = 0xFFFFFFFF;
     std::function<std::uint32_t()> read = {}; ///< words only
+    std::function<std::uint32_t()> kept = {}; ///< with `saved`: the word for user sets; empty: as read
     /// Words only: checks the word, then applies it; nothing changes on refusal.
     std::function<Status(std::uint32_t)> write = {};
     std::function<void()> written = {}; ///< called after a write
