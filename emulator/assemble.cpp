@@ -113,7 +113,8 @@ FrameOrder Imaging::nominal_order(std::uint64_t frame_id) const {
 
 std::vector<std::unique_ptr<transports::Transport>>
 make_transports(const DaemonConfig& config, CameraControl& control, const Clock& clock,
-                const ThreadPlan& threads, std::function<PtpStatus()> ptp_status) {
+                const ThreadPlan& threads, std::function<PtpStatus()> ptp_status,
+                transports::ControlListener* listener) {
     const transports::TransportContext context{.control = control,
                                                .clock = clock,
                                                .sensor = {config.sensor.readout.width,
@@ -124,7 +125,8 @@ make_transports(const DaemonConfig& config, CameraControl& control, const Clock&
                                                .seed = config.daemon.seed,
                                                .trigger_rate_hz = config.trigger.lines[0].rate_hz,
                                                .configuration = config.source.string(),
-                                               .ptp_status = std::move(ptp_status)};
+                                               .ptp_status = std::move(ptp_status),
+                                               .control_listener = listener};
     return config.transports.make(context);
 }
 

@@ -61,7 +61,8 @@ make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& 
 /// clock; empty: there is none. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>
 make_transports(const DaemonConfig& config, CameraControl& control, const Clock& clock,
-                const ThreadPlan& threads, std::function<PtpStatus()> ptp_status = {});
+                const ThreadPlan& threads, std::function<PtpStatus()> ptp_status,
+                transports::ControlListener* listener = {});
 
 /// Frames of the pool that the enabled transports and the pipeline may hold at one time.
 [[nodiscard]] std::size_t frames_needed(const DaemonConfig& config);

@@ -21,8 +21,7 @@ constexpr std::int64_t transports_done_ns = 500 * ns_per_ms;
 
 CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& threads, LogRing& log,
                        const sync::PtpMonitor* ptp)
-    : begins_at_once_(config.daemon.autostart || !config.transports.controls_acquisition()),
-      threads_(threads) {
+    : uncontrolled_(!config.transports.controls_acquisition()), threads_(threads) {
     auto frames = static_cast<std::size_t>(config.daemon.pool_frames);
     if (const std::size_t needed = frames_needed(config); frames < needed) {
         log_warning("daemon.pool_frames: {} frames are fewer than the transports may hold; using {}", frames,
@@ -44,7 +43,9 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
                                        imaging_->clock, log);
     std::function<PtpStatus()> ptp_status;
     if (ptp != nullptr) ptp_status = [ptp] { return ptp->status(); };
-    transports_ = make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status));
+    if (config.daemon.autostart && !uncontrolled_) autostart_ = std::make_unique<Autostart>(*camera_);
+    transports_ =
+        make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status), autostart_.get());
     std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
@@ -80,10 +81,12 @@ void CameraUnit::start() {
 }
 
 void CameraUnit::begin() {
-    if (begins_at_once_) camera_->acquisition_start();
+    if (uncontrolled_) camera_->acquisition_start();
+    if (autostart_) autostart_->begin(address_);
 }
 
 void CameraUnit::stop() {
+    if (autostart_) autostart_->end();
     if (simulator_) simulator_->stop();
     camera_->acquisition_stop(true);
     for (auto transport = transports_.rbegin(); transport != transports_.rend(); ++transport)

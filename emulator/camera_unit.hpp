@@ -4,6 +4,7 @@
 
 #include "core/log.hpp"
 #include "emulator/assemble.hpp"
+#include "emulator/autostart.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/output_lines.hpp"
@@ -38,7 +39,7 @@ public:
 
     /// Starts the transports. Throws Error; stop() then stops those that have started.
     void start();
-    /// Starts the acquisition if no client can control it, or if that is configured.
+    /// Starts the acquisition if no client can control it; or if that is configured, while none does.
     void begin();
     void stop();
 
@@ -74,7 +75,7 @@ public:
     [[nodiscard]] const Clock& clock() const noexcept { return imaging_->clock; }
 
 private:
-    const bool begins_at_once_;
+    const bool uncontrolled_; ///< no client can start the acquisition
     const ThreadPlan threads_;
     TimingLog timing_;
     std::ostream* timing_out_ = nullptr;
@@ -85,6 +86,7 @@ private:
     std::vector<std::unique_ptr<renderer::Renderer>> retired_; ///< kept until no frame uses them
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;
+    std::unique_ptr<Autostart> autostart_; ///< null: clients alone start the acquisition, or nobody can
     std::vector<std::unique_ptr<transports::Transport>> transports_;
     std::unique_ptr<SimulatorServer> simulator_;
     std::unique_ptr<OutputLines> outputs_;

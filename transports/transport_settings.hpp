@@ -7,6 +7,7 @@
 #include "core/clock.hpp"
 #include "core/ptp_status.hpp"
 #include "core/realtime.hpp"
+#include "transports/control_listener.hpp"
 #include "transports/transport.hpp"
 
 #include <cstddef>
@@ -45,6 +46,9 @@ struct TransportContext {
     std::string configuration{}; ///< file that the settings were read from, for messages
     /// Reads the state of the PTP clock; empty: no PTP. Called on threads of the transport.
     std::function<PtpStatus()> ptp_status{};
+    /// Acquires while no client controls the camera, which then returns to its settings after the start.
+    /// Null: settings stay as the last client left them.
+    ControlListener* control_listener = nullptr;
 };
 
 /// A value that two cameras of one daemon must not share.

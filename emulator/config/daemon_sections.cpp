@@ -38,7 +38,9 @@ config::Section section_of(DaemonSection& s) {
             .help("Drop the capabilities of root before the first socket is opened; false: keep them, to "
                   "write to folders of other users or listen on ports below 1024"),
         key("autostart", &s.autostart)
-            .help("Start the acquisition with the daemon, as always if no control port is enabled"),
+            .help("Start the acquisition with the daemon, as always if no control port is enabled. A GigE "
+                  "Vision client that takes control stops it and has the camera; when the client has left or "
+                  "lost control, the settings of the start return and the acquisition runs again"),
         key("memory_limit_mib", &s.memory_limit_mib)
             .unit("MiB")
             .range(0, 1048576)

@@ -40,7 +40,7 @@ struct GigeCamera::Parts {
           messages(network),
           sender(s, network, messages, clock, context.thread, slot),
           device(s, network, control, sender, messages, clock, context.seed),
-          port(device, s, network),
+          port(device, s, network, context.control_listener),
           server(port, network, clock, s.port, control_thread(context.thread)) {
         device.set_before_disk([this] { server.announce_disk(); });
         device.set_statistics([this] {
@@ -105,6 +105,7 @@ GigeCounters GigeCamera::gige_counters() const noexcept {
     out.resend_requests = s.resend_requests.load();
     out.resent_packets = s.resent_packets.load();
     out.repeated_packets = s.repeated_packets.load();
+    out.control_taken = c.control_taken.load();
     out.control_lost = c.control_lost.load();
     out.retries = c.retries.load();
     out.commands = c.datagrams.load();
@@ -129,6 +130,7 @@ TransportStatistics GigeCamera::statistics() const {
                                      {"resend_requests", g.resend_requests},
                                      {"resent_packets", g.resent_packets},
                                      {"repeated_packets", g.repeated_packets},
+                                     {"control_taken", g.control_taken},
                                      {"control_lost", g.control_lost}});
     s.groups = {{"trigger_to_first_packet_us",
                  {{"p50", us(g.trigger_to_first_p50_ns)}, {"p99", us(g.trigger_to_first_p99_ns)}}},

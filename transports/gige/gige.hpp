@@ -5,6 +5,7 @@
 #include "core/camera.hpp"
 #include "core/clock.hpp"
 #include "core/ptp_status.hpp"
+#include "transports/control_listener.hpp"
 #include "transports/gige/settings.hpp"
 #include "transports/transport.hpp"
 
@@ -25,6 +26,7 @@ struct GigeCounters {
     std::uint64_t resend_requests = 0; ///< PACKETRESEND commands accepted
     std::uint64_t resent_packets = 0;
     std::uint64_t repeated_packets = 0; ///< while rows were late, see GigeSettings::keep_alive_ms
+    std::uint64_t control_taken = 0;    ///< times that a client got control of the free camera
     std::uint64_t control_lost = 0;     ///< heartbeat time-outs of controllers
     std::uint64_t retries = 0;          ///< repeated commands, answered but not executed again
     std::uint64_t commands = 0, denied = 0;
@@ -40,6 +42,9 @@ struct GigeContext {
     std::uint64_t seed = 1;  ///< of random choices of faults without a seed of their own
     /// Source of the Ptp* features, called on the control thread. Empty: no PTP clock.
     std::function<PtpStatus()> ptp_status{};
+    /// Acquires while no client has control; the features then return to their values after the start. Null:
+    /// they keep those of the last client.
+    ControlListener* control_listener = nullptr;
 };
 
 /// How to use it:

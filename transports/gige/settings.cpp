@@ -249,9 +249,11 @@ bool acquisition_controlled_by(const GigeSettings& /*settings*/) {
 }
 
 std::unique_ptr<Transport> make_transport(const GigeSettings& s, const TransportContext& context) {
-    return std::make_unique<GigeCamera>(
-        s, context.control, context.clock,
-        GigeContext{.thread = context.transmit, .seed = context.seed, .ptp_status = context.ptp_status});
+    return std::make_unique<GigeCamera>(s, context.control, context.clock,
+                                        GigeContext{.thread = context.transmit,
+                                                    .seed = context.seed,
+                                                    .ptp_status = context.ptp_status,
+                                                    .control_listener = context.control_listener});
 }
 
 } // namespace obscura::transports::gige

@@ -498,7 +498,7 @@ TEST_CASE("A heartbeat time-out is its controller's alone and has a maximum") {
         CHECK_FALSE(b.port.controlled());
     }
     SECTION("control is taken away on the camera's side") {
-        b.port.release();
+        b.port.release("has lost control");
         CHECK(timeout() == 3000); // without waiting for the next controller
     }
     SECTION("control is handed over") {

@@ -4,17 +4,21 @@
 #include "transports/gige/device/feature_table.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
 namespace obscura::transports::gige {
 
-ControlPort::ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network)
+ControlPort::ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network,
+                         ControlListener* listener)
     : device_(device),
       network_(network),
       policy_(network, parse_ranges(settings.allow), settings.off_link),
       read_only_(settings.read_only),
+      listener_(listener),
       heartbeat_reset_ms_(static_cast<std::uint32_t>(settings.heartbeat_timeout_ms)),
       bank_(device.registers()) {
     const Feature& heartbeat = feature("GevHeartbeatTimeout");
@@ -239,15 +243,20 @@ Status ControlPort::write_privilege(std::uint32_t value) {
         last_request_bytes_ = 0;
     }
     if (bits == 0) {
-        if (controlled()) release();
+        if (controlled()) release("has left");
         return Status::success;
     }
     // A time-out is its controller's alone: the next one starts with the configured time-out.
     if (!is_controller(asking_)) bank_.poke(reg::heartbeat_timeout, heartbeat_reset_ms_);
+    const bool was_free = !controlled();
     controller_ = asking_;
     privilege_ = bits;
     last_heard_ = asked_;
     device_.set_controller(asking_.ip);
+    if (was_free) {
+        counters_.control_taken.fetch_add(1, std::memory_order_relaxed);
+        if (listener_ != nullptr) listener_->control_taken(client());
+    }
     return Status::success;
 }
 
@@ -266,15 +275,23 @@ void ControlPort::on_timer(Time now) {
     device_.run_actions(now);
     if (!controlled() || now < heartbeat_deadline()) return;
     counters_.control_lost.fetch_add(1, std::memory_order_relaxed);
-    release();
+    release(fmt::format("has been silent for {} ms", bank_.peek(reg::heartbeat_timeout)));
 }
 
-void ControlPort::release() {
+std::string ControlPort::client() const {
+    return fmt::format("{}:{}", dotted(controller_.ip), controller_.port);
+}
+
+void ControlPort::release(std::string_view why) {
+    const std::string sentence = controlled() ? fmt::format("client {} {}", client(), why) : std::string();
     controller_ = {};
     privilege_ = 0;
     last_request_bytes_ = 0;
     bank_.poke(reg::heartbeat_timeout, heartbeat_reset_ms_);
     device_.control_lost();
+    if (listener_ == nullptr || sentence.empty()) return;
+    device_.load_start_settings();
+    listener_->control_ended(sentence);
 }
 
 } // namespace obscura::transports::gige

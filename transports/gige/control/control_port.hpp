@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/time.hpp"
+#include "transports/control_listener.hpp"
 #include "transports/gige/control/source_policy.hpp"
 #include "transports/gige/device/device.hpp"
 #include "transports/gige/wire/gvcp_parser.hpp"
@@ -11,6 +12,8 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
 
 namespace obscura::transports::gige {
 
@@ -23,15 +26,17 @@ struct Peer {
 
 /// Counters of datagrams and of losses of control; readable from any thread.
 struct ControlCounters {
-    std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_lost{0},
-        throttled{0}, muted{0};
+    std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_taken{0},
+        control_lost{0}, throttled{0}, muted{0};
 };
 
 /// Checks the rights of requests and executes them on a Device. Thread-bound: control thread, except
 /// counters().
 class ControlPort {
 public:
-    ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network);
+    /// `listener`, see GigeContext, must outlive the port.
+    ControlPort(Device& device, const GigeSettings& settings, const NetworkInterface& network,
+                ControlListener* listener = nullptr);
 
     /// The acknowledge to send back to `from`, empty for none; valid until the next call. `now` is when the
     /// datagram arrived.
@@ -46,8 +51,8 @@ public:
     /// Runs scheduled actions that are due, and takes control from a controller that has been
     /// silent for the heartbeat time-out.
     void on_timer(Time now);
-    /// Ends control of the device by its controller, if any.
-    void release();
+    /// Ends control of the device by its controller, if any. `why` completes the sentence "client ... ".
+    void release(std::string_view why);
 
     [[nodiscard]] const ControlCounters& counters() const noexcept { return counters_; }
     [[nodiscard]] bool controlled() const noexcept { return controller_.ip != 0; }
@@ -59,6 +64,7 @@ private:
     Status read_registers(const Request& request, std::size_t& bytes);
     Status write_registers(const Request& request, std::size_t& entries);
     [[nodiscard]] bool is_controller(Peer p) const noexcept { return controlled() && p == controller_; }
+    [[nodiscard]] std::string client() const;
     Status write_privilege(std::uint32_t value);
     [[nodiscard]] Status force_ip(const ForceIpRequest& wanted) const;
     [[nodiscard]] Time heartbeat_deadline() const noexcept;
@@ -72,6 +78,7 @@ private:
     const NetworkInterface network_;
     SourcePolicy policy_;
     const bool read_only_;
+    ControlListener* const listener_;
     const std::uint32_t heartbeat_reset_ms_;
     std::uint64_t commands_ = 0; // datagrams from admitted sources, counted for fault rules
     RegisterBank& bank_;

@@ -99,7 +99,7 @@ void ControlServer::stop() {
     signal(stop_event_);
     thread_.join();
     heartbeat_.rest();
-    port_.release();
+    port_.release("is left: the camera stops");
     for (FileDescriptor& s : sockets_)
         s = {};
 }
@@ -117,7 +117,8 @@ void ControlServer::loop() {
             if (fd == stop_event_.get()) return;
             if (fd == release_event_.get()) {
                 std::uint64_t requests = 0;
-                if (read(fd, &requests, sizeof requests) > 0 && port_.controlled()) port_.release();
+                if (read(fd, &requests, sizeof requests) > 0 && port_.controlled())
+                    port_.release("has lost control by obscura release");
                 continue;
             }
             if (fd == timer_.get()) {

@@ -91,6 +91,13 @@ void Device::control_lost() {
     clear_control_faults(context_); // no client can do that, as commands are ignored
 }
 
+void Device::load_start_settings() {
+    // Multi-part payload would exclude binning, which the set may hold.
+    context_.bank.poke(reg::stream_configuration, context_.bank.find(reg::stream_configuration)->reset);
+    load_default_set(context_);
+    if (user_xml_) user_xml_->show_all();
+}
+
 bool Device::action(const ActionRequest& request, Time now, Status& status) {
     return take_action(context_, request, now, status);
 }

@@ -44,6 +44,9 @@ public:
     /// Called when the controller releases control or times out: ends the acquisition and closes the stream
     /// and message channels; features keep their values.
     void control_lost();
+    /// Gives the features the values that they had after the start: the user set of UserSetDefault, and no
+    /// multi-part payload. Not during acquisition.
+    void load_start_settings();
     /// Executes an ACTION command, or queues it when it is scheduled. Returns whether it addresses one of
     /// this device's signals; then `status` is the result.
     bool action(const ActionRequest& request, Time now, Status& status);

@@ -70,6 +70,12 @@ Status load_features(DeviceContext& d, const std::vector<SavedWord>& set) {
     return Status::success;
 }
 
+Status load_default_set(DeviceContext& d) {
+    const Status status = load_features(d, d.default_set);
+    const bool other = stored(d, "UserSetDefault") != 0 && !d.user_set_1.empty();
+    return other && status == Status::success ? load_features(d, d.user_set_1) : status;
+}
+
 void read_state_file(DeviceContext& d) {
     const std::string& file = d.settings.state_file;
     if (file.empty()) return;

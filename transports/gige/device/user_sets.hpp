@@ -13,6 +13,8 @@ namespace obscura::transports::gige {
 /// Writes a result of saved_features(); registers that refuse their word keep their value. WRITE_PROTECT
 /// during acquisition.
 Status load_features(DeviceContext& d, const std::vector<SavedWord>& set);
+/// Loads the set that UserSetDefault names, as at the start.
+Status load_default_set(DeviceContext& d);
 /// DeviceUserID, UserSetDefault and UserSet1 from settings.state_file; loads UserSet1 if it is the default.
 /// Words are checked as those that clients write. A file that cannot be used is logged and never replaced.
 void read_state_file(DeviceContext& d);

@@ -52,6 +52,9 @@ public:
     Status read(std::uint32_t address, std::span<std::uint8_t> out);
     Status write(std::uint32_t address, std::span<const std::uint8_t> bytes, std::size_t& done);
 
+    /// Shows the present values of all bound features, after a change that no client made.
+    void show_all();
+
     /// Contents of the bootstrap register XMLFirstURL.
     [[nodiscard]] std::string url() const;
     /// Bound, absent and unusable features, in one line.
@@ -95,7 +98,6 @@ private:
     [[nodiscard]] bool applies(const Target& target);
     bool value_of(const Target& target, std::uint32_t& word);
     bool show(Binding& binding);
-    void show_all();
     Status take_changes();
     Status run_commands(std::uint64_t address, std::size_t bytes);
 
