@@ -61,7 +61,7 @@ NewFile camera_file(const std::string& name, const std::string& scene) {
     return file;
 }
 
-/// An ellipsoid in the Sun's light before stars, at a phase angle of 60 degrees; for 5 ms at f/16.
+/// An ellipsoid before Orion's belt, at a phase angle of 60 degrees; for 5 ms at f/16.
 NewFile scene_file(const std::string& name, const std::string& stars) {
     NewFile file;
     file.introduction =
@@ -73,7 +73,7 @@ NewFile scene_file(const std::string& name, const std::string& stars) {
                     name);
     file.set = {
         {"", "name", "\"new\""},
-        {"[sun]", "direction", "[-0.5, -0.866, 0]"},
+        {"[sun]", "direction", "[-0.913, -0.408, 0]"},
         {"[sun]", "distance_au", "1"},
         {"[stars]", "catalogue", stars},
         {"[stars]", "limiting_magnitude", "6"},
@@ -83,7 +83,7 @@ NewFile scene_file(const std::string& name, const std::string& stars) {
         {"[camera]", "focal_length_mm", "80"},
         {"[camera]", "aperture_mm", "5"},
         {"[camera]", "psf_sigma_px", "0.7"},
-        {"[camera]", "position_m", "[-20000, 0, 0]"},
+        {"[camera]", "position_m", "[-2073, -19888, 419]"},
         {"[camera]", "look_at_m", "[0, 0, 0]"},
         {"[camera]", "up", "[0, 0, 1]"},
         {"[[body]]", "name", "\"asteroid\""},
