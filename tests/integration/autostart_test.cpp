@@ -211,6 +211,22 @@ TEST_CASE("the daemon's own settings are those of its start: the user set that i
     CHECK(acquires(daemon));
 }
 
+TEST_CASE("settings return behind another camera's description, too") {
+    const TempFolder folder;
+    DaemonOptions options = options_at(6);
+    options.gige_more = "xml = \"" OBSCURA_SOURCE_DIR "/tests/support/flight_camera.xml\"\n";
+    emulator::Daemon daemon(emulator::load_config(write_configuration(folder, options)));
+    daemon.start();
+    {
+        GigeClient client(options.address);
+        client.set("Width", std::int64_t{32});
+        CHECK(daemon.camera().settings().region.width == 32);
+    }
+    REQUIRE(comes_true([&] { return daemon.camera().acquiring(); }));
+    GigeClient next(options.address);
+    CHECK(next.integer("Width") == 64);
+}
+
 TEST_CASE("without autostart a camera keeps what its client has set and waits") {
     const TempFolder folder;
     DaemonOptions options = options_at(5);

@@ -49,9 +49,10 @@ struct Bench {
     emulator::Daemon daemon;
     GigeClient client;
 
-    Bench(int number, const std::string& windows)
-        : daemon(emulator::load_config(write_configuration(folder, options_at(number, windows)))),
-          client(started(daemon, options_at(number, windows).address)) {}
+    explicit Bench(const DaemonOptions& options)
+        : daemon(emulator::load_config(write_configuration(folder, options))),
+          client(started(daemon, options.address)) {}
+    Bench(int number, const std::string& windows) : Bench(options_at(number, windows)) {}
     static const std::string& started(emulator::Daemon& daemon, const std::string& address) {
         daemon.start();
         return address;
@@ -243,6 +244,18 @@ TEST_CASE("with multi-part payload every region keeps its own size, and the payl
     client.set("Height", std::int64_t{100});
     client.set_flag("GevSCCFGMultiPart", false);
     CHECK(client.integer("Height") == 356);
+}
+
+TEST_CASE("another camera's description shows the size of the composed image, too") {
+    DaemonOptions options = options_at(8, two_windows);
+    options.gige_more = "xml = \"" OBSCURA_SOURCE_DIR "/tests/support/flight_camera.xml\"\n";
+    Bench bench(options);
+    GigeClient& client = bench.client;
+    CHECK(client.integer("Width") == 256);
+    CHECK(client.integer("Height") == 456);
+    CHECK(client.integer("PayloadSize") == 256 * 456 * 2);
+    CHECK_THROWS(client.set("Height", std::int64_t{200}));
+    CHECK(client.integer("Height") == 456);
 }
 
 TEST_CASE("user sets hold the windows, not the size of their image") {
