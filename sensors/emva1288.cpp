@@ -135,6 +135,7 @@ LinearModel evaluate(std::span<const Level> levels, Method method, double dark_v
                 ++count;
             }
         m.linearity_error_percent = 100 * sum / count;
+        m.linearity_offset_dn = a0, m.linearity_slope_dn_per_photon = a1;
     }
     fit(method == Method::full_well && m.linearity_error_percent > 1 ? 0.2 : 0.7);
 

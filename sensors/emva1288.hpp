@@ -48,6 +48,8 @@ struct LinearModel {
     double saturation_photons = 0, saturation_e = 0; ///< section 6.6
     double saturation_signal_dn = 0;                 ///< mean at saturation, less the dark mean
     double linearity_error_percent = 0;              ///< LE, section 6.7, over 5 to 95 % of saturation
+    /// The line that LE counts from: mean less dark = offset + slope * photons.
+    double linearity_offset_dn = 0, linearity_slope_dn_per_photon = 0;
     double fit_range = 0.7;       ///< fraction of the saturation over which K and R were fitted
     double threshold_photons = 0; ///< absolute sensitivity threshold, eq. 27
     double dynamic_range_db = 0, snr_max_db = 0;

@@ -240,8 +240,14 @@ page = root / "report.html"
 text = characterise(simulated.path, "-o", str(page)).stdout
 check("the JSON report is in the order of the data sheet", list(got["parameters"]) == ORDER, list(got["parameters"]))
 check("the text report is in that order", [line.split()[1] for line in text.splitlines()[1:14]] == ORDER, text)
-places = [page.read_text().find(f"<td>{name}</td>") for name in ORDER]
+places = [page.read_text().find(f"<td>{got['parameters'][name]['label']}</td>") for name in ORDER]
 check("the page is in that order", min(places) > 0 and places == sorted(places), places)
+shown = page.read_text()
+check("the page states the test conditions", "Test conditions" in shown and "160 x 120 pixels" in shown)
+check("the page has the plots of the standard",
+      all(f">{title}<" in shown for title in
+          ("Sensitivity", "Photon transfer", "Signal-to-noise ratio", "Deviation from linearity",
+           "Horizontal spectrogram DSNU", "Vertical spectrogram PRNU", "DSNU histogram", "PRNU accumulated histogram")))
 check("symbols of the standard", got["parameters"].get("dsnu", {}).get("symbol") == "DSNU1288")
 
 # A recorded set: exposure time varies, dark pairs at every third one and at longer ones, the stack under another light, bits

@@ -103,7 +103,12 @@ TEST_CASE("characterise recovers what each shipped sensor is made of") {
     check("saturation", 0.01);
     std::ifstream page(html);
     const std::string text((std::istreambuf_iterator<char>(page)), {});
-    CHECK_THAT(text, ContainsSubstring("Photon transfer"));
+    for (const char* shown : {"Photon transfer", "Test conditions", "550 nm", "Overall system gain", ">pass<",
+                              "PASS: ", "Horizontal spectrogram PRNU"})
+        CHECK_THAT(text, ContainsSubstring(shown));
+    CHECK_THAT(text, !ContainsSubstring("FAIL"));
+    CHECK(report["conditions"]["Bit depth"].get<std::string>().ends_with(" bit"));
+    CHECK(report["parameters"]["gain"]["pass"] == true);
     CHECK_THAT(text, !ContainsSubstring("src="));
 }
 

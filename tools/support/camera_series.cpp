@@ -42,6 +42,7 @@ public:
     }
     [[nodiscard]] double shortest_us() const { return receiver_->least("ExposureTime"); }
     [[nodiscard]] int bits() const { return bits_; }
+    [[nodiscard]] std::size_t width() const { return width_; }
 
     /// Receives `count` complete images at `exposure_us` and passes each to `take`.
     void shoot(double exposure_us, int count, const std::function<void(const Image&)>& take) {
@@ -59,6 +60,7 @@ public:
                                               static_cast<std::size_t>(frame->width) *
                                                   static_cast<std::size_t>(frame->height),
                                               frame->data, bits_);
+            width_ = static_cast<std::size_t>(frame->width);
             if (image.empty())
                 throw HardwareError(fmt::format("{}: pixel format {:#010x} is not monochrome",
                                                 settings_.receiver.address, frame->pixel_format));
@@ -95,6 +97,7 @@ private:
     const CameraSeriesSettings settings_;
     std::unique_ptr<Receiver> receiver_;
     int bits_ = 16;
+    std::size_t width_ = 0;
 };
 
 /// Saturating exposure time in microseconds: doubles it until the mean no longer rises in proportion.
@@ -141,6 +144,7 @@ CameraSeries take_camera_series(const CameraSeriesSettings& settings) {
     series.half_exposure_s = 1e-6 * (least + most) / 2;
     stack((least + most) / 2, series.half);
     series.bits = camera.bits();
+    series.width = camera.width();
     return series;
 }
 

@@ -5,6 +5,7 @@
 #include "sensors/emva1288.hpp"
 #include "tools/support/receiver.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -31,6 +32,7 @@ struct CameraLevel {
 struct CameraSeries {
     std::string camera;                            ///< vendor, model, serial number
     int bits = 0;                                  ///< bit depth of the pixel format
+    std::size_t width = 0;                         ///< columns of the images
     std::vector<CameraLevel> levels;               ///< in order of rising exposure time
     sensors::emva1288::ImageStack low{0}, half{0}; ///< at the shortest exposure and at half the longest
     double half_exposure_s = 0;

@@ -3,7 +3,9 @@
 #pragma once
 
 #include "sensors/emva1288.hpp"
+#include "tools/support/plot.hpp"
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,17 +26,10 @@ struct Parameter {
     [[nodiscard]] bool good() const;
 };
 
-/// Plot of measured points and a model curve.
-struct Plot {
-    std::string title, x_label, y_label;
-    std::vector<std::pair<double, double>> points; ///< measured
-    std::vector<std::pair<double, double>> line;   ///< model
-    bool logarithmic = false;
-    bool bars = false; ///< draw a histogram
-};
-
 struct Characterisation {
     std::string subject;
+    /// Test conditions, such as {"Wavelength", "550 nm"}, in the order of the report.
+    std::vector<std::pair<std::string, std::string>> conditions;
     std::vector<std::string> notes;
     std::vector<Parameter> parameters;
     std::vector<Plot> plots;
@@ -44,22 +39,40 @@ struct Characterisation {
         parameters.push_back({std::move(name), measured, {}, std::move(unit), 0, false});
         return parameters.back();
     }
+    void add_condition(std::string name, std::string value) {
+        conditions.emplace_back(std::move(name), std::move(value));
+    }
     /// Brings the parameters into the order of the data sheet of EMVA 1288.
     void sort();
 };
 
-/// {"subject": text, "parameters": {NAME: {"symbol": text, "measured": x, "upper_limit": true, "true": x,
-/// "unit": u, "tolerance": relative}}, "notes": [text]}. "upper_limit" and "true" only where they apply.
+/// {"subject": text, "conditions": {name: text}, "parameters": {NAME: {"symbol": text, "label": text,
+/// "measured": x, "upper_limit": true, "true": x, "unit": u, "tolerance": relative, "pass": true}}, "notes":
+/// [text]}. "upper_limit", "true" and "pass" only where they apply.
 [[nodiscard]] std::string to_json(const Characterisation& result);
 [[nodiscard]] std::string to_html(const Characterisation& result);
 [[nodiscard]] std::string to_text(const Characterisation& result);
 
-/// Adds the plots of photon transfer, signal-to-noise ratio and linearity.
+/// Adds the plots of sensitivity, photon transfer, signal-to-noise ratio and deviation from linearity. With
+/// `photons_known` false the light is in units of its own, `light`.
 void add_series_plots(const std::vector<sensors::emva1288::Level>& levels,
-                      const sensors::emva1288::LinearModel& model, Characterisation& result);
+                      const sensors::emva1288::LinearModel& model, Characterisation& result,
+                      const std::string& light = "photons per pixel");
 /// Note on a dark noise that is an upper limit.
 [[nodiscard]] std::string quantisation_note();
-/// Histogram of `values`, which are in `unit`.
-[[nodiscard]] Plot histogram(std::string title, const std::vector<double>& values, const std::string& unit);
+
+/// Fixed pattern: deviations of the pixels' means from the mean of all, row-major.
+struct PatternPlots {
+    std::string name; ///< "DSNU" or "PRNU"
+    const std::vector<double>& deviations;
+    std::size_t width; ///< columns
+    std::string unit;
+    /// Standard deviation of the temporal noise that is left in the deviations, drawn beside them; 0:
+    /// unknown.
+    double temporal = 0;
+};
+/// Adds the horizontal and vertical spectrograms, the logarithmic histogram with a normal distribution beside
+/// it, and the accumulated histogram of a fixed pattern.
+void add_pattern_plots(const PatternPlots& pattern, Characterisation& result);
 
 } // namespace obscura::tools

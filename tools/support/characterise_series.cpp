@@ -124,8 +124,9 @@ void add_nonuniformity(const EmvaSeries& series, const emva::LinearModel& m, Cha
         dark_values[i] = (dark.images.pixel(i) - dark_level) / m.gain_dn_per_e;
         bright_values[i] = 100 * ((bright.images.pixel(i) - dark.images.pixel(i)) / mean - 1);
     }
-    result.plots.push_back(histogram("Dark image, deviation from its mean", dark_values, "e-"));
-    result.plots.push_back(histogram("Response, deviation from its mean", bright_values, "%"));
+    const auto columns = static_cast<std::size_t>(series.format.width);
+    add_pattern_plots({"DSNU", dark_values, columns, "e-", 0}, result);
+    add_pattern_plots({"PRNU", bright_values, columns, "%", 0}, result);
 }
 
 } // namespace
@@ -147,6 +148,15 @@ Characterisation characterise_series(const std::filesystem::path& folder_or_desc
         throw InputError(fmt::format("{}: {}{}{}", series.descriptor.string(), error.what(),
                                      series.notes.empty() ? "" : "; ", fmt::join(series.notes, " ")));
     }
+    result.add_condition("Series", folder.filename().string());
+    result.add_condition("Images", fmt::format("{} x {} pixels", series.format.width, series.format.height));
+    result.add_condition("Bit depth", fmt::format("{} bit", series.format.bits));
+    result.add_condition("Levels", fmt::format("{}, up to {:.4g} photons per pixel", series.levels.size(),
+                                               series.levels.back().photons));
+    result.add_condition("Dark exposure times", fmt::format("{}, {:.4g} to {:.4g} ms", series.dark.size(),
+                                                            1e-6 * series.dark.front().exposure_ns,
+                                                            1e-6 * series.dark.back().exposure_ns));
+    result.add_condition("Stacks", fmt::format("{}", series.stacks.size()));
     result.notes = series.notes;
     result.notes.push_back("K and R were fitted over 70 % of the saturation, which is the level of the "
                            "largest temporal variance.");

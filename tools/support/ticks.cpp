@@ -72,8 +72,12 @@ std::vector<std::string> tick_labels(const std::vector<double>& ticks) {
     constexpr int fewest = 4, most = 15;
     for (int digits = fewest; digits <= most; ++digits) {
         out.clear();
-        for (const double v : ticks)
-            out.push_back(fmt::format("{:.{}g}", v, digits));
+        for (const double v : ticks) {
+            // Numbers below a million are written out.
+            const double size = std::abs(v);
+            const int whole = size >= 1 && size < 1e6 ? static_cast<int>(std::log10(size)) + 1 : 1;
+            out.push_back(fmt::format("{:.{}g}", v, std::max(digits, whole)));
+        }
         if (std::adjacent_find(out.begin(), out.end()) == out.end()) break;
     }
     return out;

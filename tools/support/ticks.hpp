@@ -21,7 +21,8 @@ namespace obscura::tools {
 [[nodiscard]] std::vector<double>
 spread_ticks(double low, double high, const std::function<double(double)>& position, double distance);
 
-/// Labels with four significant digits, or more where labels would be equal otherwise.
+/// Labels with four significant digits, or more where labels would be equal otherwise and for whole numbers
+/// below a million.
 [[nodiscard]] std::vector<std::string> tick_labels(const std::vector<double>& ticks);
 
 } // namespace obscura::tools

@@ -110,6 +110,7 @@ public:
         return offsets;
     }
     [[nodiscard]] const SensorDescription& sensor() const { return sensor_; }
+    [[nodiscard]] const Region& region() const { return region_; }
 
 private:
     static const SensorDescription& prepared(SensorDescription& sensor) {
@@ -178,6 +179,20 @@ Characterisation characterise(const SensorDescription& description, double wavel
     add_series_plots(levels, m, result);
     result.notes.push_back(
         fmt::format("K and R were fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
+
+    result.add_condition("Sensor", fmt::format("{}, {} x {} pixels", description.name,
+                                               description.readout.width, description.readout.height));
+    result.add_condition("Images", fmt::format("simulated, {} x {} pixels from the centre",
+                                               bench.region().width, bench.region().height));
+    result.add_condition("Light", fmt::format("{:.0f} nm, uniform, constant exposure time, varied irradiance",
+                                              wavelength_m * 1e9));
+    result.add_condition("Temperature", fmt::format("{:.1f} degC", d.temperature_c));
+    result.add_condition("Exposure time", fmt::format("{:.4g} ms", 1e3 * bench.exposure_s()));
+    result.add_condition("Bit depth", fmt::format("{} bit", d.adc_bits));
+    result.add_condition("Levels", fmt::format("{}, up to {:.4g} photons per pixel, a pair of images each",
+                                               levels.size(), levels.back().photons));
+    result.add_condition("Left out",
+                         "particle hits, RTS noise and defective pixels, which a laboratory masks");
 
     // Measure temporal dark noise, at a gain at which it exceeds the quantisation noise of the ADC.
     double gain_db = 0;
@@ -262,8 +277,17 @@ Characterisation characterise(const SensorDescription& description, double wavel
         dark_values[i] = (dark_stack.pixel(i) - dark_level) / dark_gain;
         bright_values[i] = 100 * ((bright_stack.pixel(i) - dark_stack_0.pixel(i)) / response - 1);
     }
-    result.plots.push_back(histogram("Dark image, deviation from its mean", dark_values, "e-"));
-    result.plots.push_back(histogram("Response, deviation from its mean", bright_values, "%"));
+    const auto columns = static_cast<std::size_t>(bench.region().width);
+    // Temporal noise that is left in the mean of a stack.
+    const double left = 1 / std::sqrt(static_cast<double>(stack));
+    const double dark_left = std::sqrt(std::max(0.0, dark_stack.temporal_variance())) * left / dark_gain;
+    const double bright_left =
+        100 * std::sqrt(std::max(0.0, bright_stack.temporal_variance() + dark_stack_0.temporal_variance())) *
+        left / response;
+    result.add_condition("Stacks", fmt::format("{} images each, dark and at {:.0f} % of saturation", stack,
+                                               100 * photons / full_photons));
+    add_pattern_plots({"DSNU", dark_values, columns, "e-", dark_left}, result);
+    add_pattern_plots({"PRNU", bright_values, columns, "%", bright_left}, result);
     return result;
 }
 
@@ -274,6 +298,24 @@ struct CameraOptions {
     /// System gain K of an earlier lit series, used with `dark`; 0: unknown.
     double gain_dn_per_e = 0;
 };
+
+void add_camera_conditions(const CameraSeries& series, const CameraOptions& options,
+                           Characterisation& result) {
+    result.add_condition("Camera", series.camera);
+    result.add_condition("Address", options.series.receiver.address);
+    result.add_condition(
+        "Light", options.dark ? "off"
+                 : options.photons_per_s > 0
+                     ? fmt::format("uniform, {:.4g} photons per pixel and second", options.photons_per_s)
+                     : "uniform, constant, of unknown irradiance");
+    result.add_condition("Exposure times",
+                         fmt::format("{}, {:.4g} to {:.4g} ms, {} pairs of images each", series.levels.size(),
+                                     1e3 * series.levels.front().exposure_s,
+                                     1e3 * series.levels.back().exposure_s, options.series.pairs));
+    result.add_condition("Bit depth", fmt::format("{} bit", series.bits));
+    result.add_condition("Stacks",
+                         fmt::format("{} images each, {} pixels", options.series.stack, series.low.pixels()));
+}
 
 /// Dark noise, DSNU and dark current of a series without light. In electrons if K is given, else in DN.
 Characterisation characterise_dark_camera(const CameraSeries& series, const CameraOptions& options) {
@@ -294,7 +336,8 @@ Characterisation characterise_dark_camera(const CameraSeries& series, const Came
     std::vector<double> values(series.low.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
         values[i] = (series.low.pixel(i) - series.low.mean()) / k;
-    result.plots.push_back(histogram("Dark image, deviation from its mean", values, unit));
+    add_camera_conditions(series, options, result);
+    add_pattern_plots({"DSNU", values, series.width, unit, 0}, result);
     return result;
 }
 
@@ -321,7 +364,9 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     } catch (const std::invalid_argument& error) {
         throw HardwareError(fmt::format("{}: {}", options.series.receiver.address, error.what()));
     }
-    add_series_plots(levels, m, result);
+    add_series_plots(levels, m, result,
+                     options.photons_per_s > 0 ? "photons per pixel" : "exposure time less shortest, s");
+    add_camera_conditions(series, options, result);
     result.notes.push_back(fmt::format("K was fitted over {:.0f} % of the saturation.", 100 * m.fit_range));
     result.notes.push_back(
         "The shortest exposure replaces the dark image; to measure dark noise, DSNU and dark current, switch "
@@ -344,7 +389,7 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     std::vector<double> values(series.half.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
         values[i] = 100 * ((series.half.pixel(i) - series.low.pixel(i)) / response - 1);
-    result.plots.push_back(histogram("Response, deviation from its mean", values, "%"));
+    add_pattern_plots({"PRNU", values, series.width, "%", 0}, result);
     return result;
 }
 

@@ -9,15 +9,18 @@
 #include "tools/support/figure.hpp"
 #include "tools/support/font.hpp"
 #include "tools/support/layer_picture.hpp"
+#include "tools/support/plot.hpp"
 #include "tools/support/preview.hpp"
 #include "tools/support/receiver.hpp"
 #include "tools/support/report.hpp"
 #include "tools/support/sequence.hpp"
+#include "tools/support/spectrogram.hpp"
 #include "tools/support/ticks.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 using namespace obscura;
@@ -228,6 +231,7 @@ TEST_CASE("ticks are round numbers inside the range") {
     CHECK(decade_ticks(0.5, 2000) == Values{1, 10, 100, 1000});
     CHECK(decade_ticks(15, 300).size() == 4); // 20, 50, 100, 200
     CHECK(tick_labels({1000.1, 1000.2}) == std::vector<std::string>{"1000.1", "1000.2"});
+    CHECK(tick_labels({50000, 150000, 2e6}) == std::vector<std::string>{"50000", "150000", "2e+06"});
     CHECK(tick_labels({0, 0.5}) == std::vector<std::string>{"0", "0.5"});
     const auto logarithmic = [](double v) { return std::log1p(v) / std::log1p(10000.0); };
     const Values spread = spread_ticks(0, 10000, logarithmic, 0.1);
@@ -307,4 +311,74 @@ TEST_CASE("layers are shown in their units") {
     CHECK(classes.pixels[3] == no_value_colour);
     CHECK(panel("normal").pixels[0] == Rgb{255, 128, 128});
     CHECK(panel("normal").pixels[1] == Rgb{0, 128, 128});
+}
+
+TEST_CASE("spectrograms hold the amplitude of noise and find stripes") {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    using Catch::Matchers::WithinRel;
+    // Lengths with small factors, a prime, and odd numbers of lines.
+    for (const auto& [width, height] : {std::pair<std::size_t, std::size_t>{96, 45}, {101, 60}}) {
+        CAPTURE(width, height);
+        std::vector<double> values(width * height);
+        for (double& v : values)
+            v = 3 * normal(random);
+        for (const bool along_rows : {true, false}) {
+            const auto spectrum = spectrogram(values, width, along_rows);
+            const std::size_t length = along_rows ? width : height, lines = along_rows ? height : width;
+            REQUIRE(spectrum.size() == length / 2);
+            // The definition, at one frequency.
+            constexpr std::size_t f = 7;
+            double power = 0;
+            for (std::size_t k = 0; k < lines; ++k) {
+                double re = 0, im = 0;
+                for (std::size_t i = 0; i < length; ++i) {
+                    const double angle =
+                        2 * std::numbers::pi * static_cast<double>(f * i) / static_cast<double>(length);
+                    const double v = along_rows ? values[k * width + i] : values[i * width + k];
+                    re += v * std::cos(angle), im -= v * std::sin(angle);
+                }
+                power += (re * re + im * im) / static_cast<double>(length * lines);
+            }
+            CHECK_THAT(spectrum[f - 1].first,
+                       WithinRel(static_cast<double>(f) / static_cast<double>(length), 1e-12));
+            CHECK_THAT(spectrum[f - 1].second, WithinRel(std::sqrt(power), 1e-9));
+            double mean = 0;
+            for (const auto& [frequency, amplitude] : spectrum)
+                mean += amplitude / static_cast<double>(spectrum.size());
+            CHECK_THAT(mean, WithinRel(3.0, 0.1));
+        }
+        // Columns of period 8 stand out along the rows alone.
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] += std::sin(2 * std::numbers::pi / 8 * static_cast<double>(i % width));
+        const auto highest = [&](bool along_rows) {
+            const auto spectrum = spectrogram(values, width, along_rows);
+            return *std::max_element(spectrum.begin(), spectrum.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+        };
+        CHECK(std::abs(highest(true).first - 0.125) < 0.01);
+        CHECK(highest(true).second > 4.5);
+        CHECK(highest(false).second < 4.5);
+    }
+    CHECK(spectrogram({}, 0, true).empty());
+}
+
+TEST_CASE("plots have round ticks, powers of ten, a legend and marks") {
+    Plot plot{"A < B", "x", "y", false, true, {}, {}};
+    plot.series = {{"measured", Drawn::points, {{0.13, 1e-3}, {0.97, 1e7}, {0.5, 0}, {0.6, std::nan("")}}},
+                   {"fit", Drawn::line, {{0.2, 1}, {0.9, 1e4}}}};
+    plot.marks = {{0.5, "middle", false}};
+    const std::string text = svg(plot);
+    using Catch::Matchers::ContainsSubstring;
+    for (const char* part :
+         {">A &lt; B<", ">0.2<", ">0.4<", ">1<", "10<tspan dy=\"-5\" font-size=\"9\">6</tspan>", ">measured<",
+          ">fit<", ">middle<", "</svg>"})
+        CHECK_THAT(text, ContainsSubstring(part));
+    CHECK_THAT(text, !ContainsSubstring("nan"));
+    // Two points and the legend's sample: zero is not on a logarithmic axis.
+    std::size_t circles = 0;
+    for (std::size_t at = 0; (at = text.find("<circle", at)) != std::string::npos; ++at)
+        ++circles;
+    CHECK(circles == 3);
+    CHECK_THAT(svg({"empty", "x", "y", true, true, {}, {}}), ContainsSubstring("</svg>"));
 }
