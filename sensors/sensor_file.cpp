@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sensors/sensor_file.hpp"
 
+#include "config/shipped_files.hpp"
 #include "core/pixel_pitch.hpp"
 #include "sensors/response_pattern.hpp"
 
@@ -59,9 +60,10 @@ config::Section referring_section_of(SensorDescription& sensor) {
     config::Section section = section_of(sensor);
     // Read by `before`; the row here is for its type and the reference.
     section.keys.insert(section.keys.begin(),
-                        config::key("file", config::Path{&sensor.file})
+                        config::key("file", config::Path{&sensor.file, false})
                             .unprinted()
-                            .help("Sensor file that is read first; the keys below override its values"));
+                            .help("Sensor file, or the name of a shipped sensor (\"has2\"), that is read "
+                                  "first; the keys below override its values"));
     section.before = [&sensor](const config::Value& table, const config::Where& where,
                                config::Mistakes& mistakes) {
         const config::Member* file = table.find("file");
@@ -70,7 +72,8 @@ config::Section referring_section_of(SensorDescription& sensor) {
         config::Value only_file;
         only_file.members.push_back(*file);
         mistakes.collect([&] {
-            read_keys(only_file, where, {config::key("file", config::Path{&path})});
+            read_keys(only_file, where, {config::key("file", config::Path{&path, false})});
+            path = config::file_of_key(file->value, where.in("file"), path, config::shipped_sensors);
             const config::Value root = config::parse_file(path);
             read_section(&root, root.at, {path, ""}, section_of(sensor), mistakes);
         });

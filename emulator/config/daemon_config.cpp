@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/config/daemon_config.hpp"
 
+#include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "emulator/config/initial_camera.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -22,12 +23,20 @@ config::Section scene_section(std::string& scene_file) {
     config::Section section;
     section.name = "scene";
     section.help = "The scene that the cameras see.";
-    section.keys = {config::key("file", config::Path{&scene_file}).reloadable().help("Scene file")};
+    section.keys = {config::key("file", config::Path{&scene_file, false})
+                        .reloadable()
+                        .help("Scene file, or the name of a shipped scene (\"demo\")")};
     section.check = [&scene_file](const config::ReadTable& table) {
         if (!table.has("file"))
             table.refuse_table("the key \"file\" is missing, a scene file is wanted");
-        else
-            scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
+        else if (!scene_file.empty())
+            table.mistakes().collect([&] {
+                const config::Value& value = table.table()->find("file")->value;
+                const std::string given = std::exchange(scene_file, {});
+                const std::string file =
+                    config::file_of_key(value, table.where().in("file"), given, config::shipped_scenes);
+                scene_file = std::filesystem::absolute(file).lexically_normal().string();
+            });
     };
     return section;
 }

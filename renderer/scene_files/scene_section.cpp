@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/scene_section.hpp"
 
+#include "config/shipped_files.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -59,9 +60,10 @@ config::Section stars_section(std::vector<Star>& stars) {
     const auto read = std::make_shared<StarKeys>();
     config::Section section{"stars", "Stars from a catalogue; without the table there are none."};
     section.keys = {
-        config::key("catalogue", config::Path{&read->catalogue})
+        config::key("catalogue", config::Path{&read->catalogue, false})
             .required()
-            .help("Star catalogue, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000)"),
+            .help("Star catalogue, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name "
+                  "of a shipped one (\"bright\")"),
         config::key("limiting_magnitude", &read->limiting_magnitude)
             .unit("mag")
             .range(-30, 40)
@@ -71,8 +73,13 @@ config::Section stars_section(std::vector<Star>& stars) {
     };
     section.optional = true;
     section.check = [&stars, read](const config::ReadTable& table) {
-        if (table.table() == nullptr) return;
-        stars = read_stars(read->catalogue, read->limiting_magnitude);
+        if (table.table() == nullptr || read->catalogue.empty()) return;
+        const config::Value& value = table.table()->find("catalogue")->value;
+        table.mistakes().collect([&] {
+            stars = read_stars(config::file_of_key(value, table.where().in("catalogue"), read->catalogue,
+                                                   config::shipped_stars),
+                               read->limiting_magnitude);
+        });
         for (Star& star : stars)
             star.spectrum = read->spectrum;
     };

@@ -44,13 +44,15 @@ KeyReference configuration_reference() {
 
 KeyReference scene_reference() {
     const auto scene = std::make_shared<scene::Scene>();
-    KeyReference reference{"scene",
-                           "Scene file",
-                           "A TOML file, named by `[scene] file` of a configuration and rendered by `obscura "
-                           "render FILE`. Relative file names start from the folder of the file. The keys of "
-                           "a body's shape and material stand beside the body's own.",
-                           {},
-                           scene};
+    KeyReference reference{
+        "scene",
+        "Scene file",
+        "A TOML file, named by `[scene] file` of a configuration and rendered by `obscura "
+        "render FILE`. Relative file names start from the folder of the file. The keys of "
+        "a body's shape and material stand beside the body's own. Trajectories, joint tables "
+        "and star catalogues, which the file names, are described in docs/tables.md.",
+        {},
+        scene};
     add(reference.tables, scene::scene_section(*scene));
     return reference;
 }

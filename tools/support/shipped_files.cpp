@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/shipped_files.hpp"
 
+#include "config/shipped_files.hpp"
 #include "core/error.hpp"
 
 #include <fmt/format.h>
@@ -26,12 +27,11 @@ std::vector<std::string> first_comment(const std::filesystem::path& file) {
 } // namespace
 
 std::filesystem::path shipped_folder() {
-    for (const char* folder : {OBSCURA_SHIPPED_SOURCE, OBSCURA_SHIPPED_INSTALLED}) {
-        std::error_code ignored;
-        if (std::filesystem::is_directory(std::filesystem::path(folder) / "examples", ignored)) return folder;
-    }
-    throw InputError(fmt::format("{}/examples: no such folder; the installation is incomplete",
-                                 OBSCURA_SHIPPED_INSTALLED));
+    const std::filesystem::path& folder = config::shipped_data_folder();
+    std::error_code ignored;
+    if (std::filesystem::is_directory(folder / "examples", ignored)) return folder;
+    throw InputError(
+        fmt::format("{}: no such folder; the installation is incomplete", (folder / "examples").string()));
 }
 
 std::vector<std::string> Example::run_lines() const {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura characterise`: EMVA 1288 characterisation of a sensor file, an image series or a camera.
+#include "config/shipped_files.hpp"
 #include "core/error.hpp"
 #include "sensors/dark_current.hpp"
 #include "sensors/emva1288.hpp"
@@ -10,7 +11,6 @@
 #include "tools/support/camera_series.hpp"
 #include "tools/support/characterise_report.hpp"
 #include "tools/support/characterise_series.hpp"
-#include "tools/support/sensor_files.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -459,7 +459,7 @@ public:
             result = camera_.dark ? characterise_dark_camera(series, camera_)
                                   : characterise_lit_camera(series, camera_);
         } else if (series_.empty()) {
-            const std::filesystem::path file = find_sensor(preset_);
+            const std::filesystem::path file = config::file_or_shipped(config::shipped_sensors, preset_);
             const SensorDescription sensor = sensors::load_sensor(file);
             if (!(sensors::quantum_efficiency(sensor.detector.quantum_efficiency, wavelength_nm_ * 1e-9) >
                   0) ||

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura render`: irradiance images of a scene, single or as a sequence.
+#include "config/shipped_files.hpp"
 #include "images/writers/exr.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/pending_file.hpp"
@@ -40,7 +41,7 @@ public:
             "the same bytes on any number of threads (with --time-budget only if the number of passes is "
             "the same too). The file name of a sequence needs a frame number such as %04d; --resume "
             "continues an interrupted sequence.";
-        line.positional("SCENE", &scene_, "Scene file (TOML)");
+        line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
         line.option("-o,--output", &output_, "FILE",
                     "Image to write; the name's ending selects the format: .exr, .fits or .png")
             .required = true;
@@ -117,7 +118,7 @@ public:
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
         images::require_writable(folder.empty() ? "." : folder);
 
-        scene::Scene scene = scene::load_scene(scene_);
+        scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
         if (!size_.empty()) {
             const double larger = static_cast<double>(scene.camera.width) / width;
             scene.camera.pixel_pitch_m *= larger, scene.camera.pixel_pitch_y_m *= larger;

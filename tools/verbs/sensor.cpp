@@ -3,10 +3,10 @@
 #include "sensors/sensor.hpp"
 
 #include "config/document.hpp"
+#include "config/shipped_files.hpp"
 #include "sensors/fixed_pattern.hpp"
 #include "sensors/sensor_file.hpp"
 #include "tools/support/readout_picture.hpp"
-#include "tools/support/sensor_files.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -138,7 +138,7 @@ public:
         if (action_ == "list") return list();
         if (name_.empty())
             throw UsageError("obscura sensor: NAME is missing; obscura sensor list prints the sensors");
-        const std::filesystem::path file = find_sensor(name_);
+        const std::filesystem::path file = config::file_or_shipped(config::shipped_sensors, name_);
         const SensorDescription sensor = sensors::load_sensor(file);
         if (const std::string why = sensors::explain_invalid(sensor.detector); !why.empty())
             throw ConfigError(fmt::format("{}: detector.{}", file.string(), why));
@@ -150,7 +150,7 @@ public:
 private:
     int list() const {
         nlohmann::json all = nlohmann::json::array();
-        for (const auto& file : sensor_files()) {
+        for (const auto& file : config::shipped_files(config::shipped_sensors)) {
             const SensorDescription s = sensors::load_sensor(file);
             if (json_)
                 all.push_back({{"name", file.stem().string()},

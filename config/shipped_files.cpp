@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/shipped_files.hpp"
+
+#include "config/document.hpp"
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+
+namespace obscura::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// See shipped_data_folder().
+fs::path find_data_folder() {
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    for (const fs::path& folder : {program.parent_path().parent_path() / "share" / "obscura",
+                                   fs::path(OBSCURA_SHIPPED_SOURCE), fs::path(OBSCURA_SHIPPED_INSTALLED)})
+        if (fs::is_directory(folder / shipped_sensors.name, error)) return folder;
+    return {};
+}
+
+bool is_name(std::string_view name) {
+    return !name.empty() && name.find_first_of("/.") == std::string_view::npos;
+}
+
+} // namespace
+
+const fs::path& shipped_data_folder() {
+    // Found once: a daemon that has given up its rights need not look again.
+    static const fs::path folder = find_data_folder();
+    return folder;
+}
+
+std::vector<fs::path> shipped_files(const ShippedFolder& folder) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(shipped_data_folder() / folder.name, error))
+        if (entry.path().extension() == folder.ending) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::optional<fs::path> find_shipped(const ShippedFolder& folder, std::string_view name) {
+    if (!is_name(name)) return std::nullopt;
+    std::error_code error;
+    const fs::path file = shipped_data_folder() / folder.name / fmt::format("{}{}", name, folder.ending);
+    if (!fs::is_regular_file(file, error)) return std::nullopt;
+    return file;
+}
+
+std::string explain_missing(const ShippedFolder& folder, std::string_view name) {
+    if (!is_name(name)) return "no such file";
+    std::string names;
+    for (const fs::path& file : shipped_files(folder))
+        names += (names.empty() ? "" : ", ") + file.stem().string();
+    return fmt::format("no such file, and no shipped {}: there are {}", folder.one, names);
+}
+
+fs::path file_or_shipped(const ShippedFolder& folder, const std::string& name) {
+    std::error_code error;
+    if (fs::is_regular_file(name, error) || !is_name(name)) return name;
+    if (const auto file = find_shipped(folder, name)) return *file;
+    throw InputError(fmt::format("{}: {}", printable(name), explain_missing(folder, name)));
+}
+
+std::string file_of_key(const Value& value, const Where& where, const std::string& path,
+                        const ShippedFolder& folder) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (fs::is_regular_file(status)) return path;
+    if (fs::exists(status)) fail(where, value.at, fmt::format("{}: not a regular file", path));
+    if (const auto file = find_shipped(folder, value.string)) return file->string();
+    fail(where, value.at, fmt::format("{}: {}", path, explain_missing(folder, value.string)));
+}
+
+} // namespace obscura::config
