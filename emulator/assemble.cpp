@@ -8,6 +8,7 @@
 #include "sync/sources/ptp.hpp"
 #include "sync/sources/ptp_timer.hpp"
 #include "sync/sources/udp.hpp"
+#include "transports/file/settings.hpp"
 
 #include <fmt/format.h>
 #include <sys/random.h>
@@ -114,7 +115,10 @@ FrameOrder Imaging::nominal_order(std::uint64_t frame_id) const {
 std::vector<std::unique_ptr<transports::Transport>>
 make_transports(const DaemonConfig& config, CameraControl& control, const Clock& clock,
                 const ThreadPlan& threads, std::function<PtpStatus()> ptp_status,
-                transports::ControlListener* listener) {
+                transports::ControlListener* listener,
+                std::shared_ptr<const images::SharedCards> camera_cards) {
+    transports::ConfiguredTransports configured = config.transports;
+    configured.get<transports::FileSinkSettings>().camera_cards = std::move(camera_cards);
     const transports::TransportContext context{.control = control,
                                                .clock = clock,
                                                .sensor = {config.sensor.readout.width,
@@ -127,7 +131,7 @@ make_transports(const DaemonConfig& config, CameraControl& control, const Clock&
                                                .configuration = config.source.string(),
                                                .ptp_status = std::move(ptp_status),
                                                .control_listener = listener};
-    return config.transports.make(context);
+    return configured.make(context);
 }
 
 std::size_t frames_needed(const DaemonConfig& config) {

@@ -9,6 +9,7 @@
 #include "emulator/frame_maker.hpp"
 #include "emulator/simulator_server.hpp"
 #include "emulator/thread_plan.hpp"
+#include "images/writers/shared_cards.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "sync/sync.hpp"
@@ -58,11 +59,12 @@ make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& 
 [[nodiscard]] sync::RationalRate nominal_trigger_rate(const DaemonConfig& config);
 
 /// Every transport the configuration enables, none of them started. `ptp_status` gives the state of the PTP
-/// clock; empty: there is none. Throws Error.
+/// clock; empty: there is none. `camera_cards` go into the headers of files; null: none. Throws Error.
 [[nodiscard]] std::vector<std::unique_ptr<transports::Transport>>
 make_transports(const DaemonConfig& config, CameraControl& control, const Clock& clock,
                 const ThreadPlan& threads, std::function<PtpStatus()> ptp_status,
-                transports::ControlListener* listener = {});
+                transports::ControlListener* listener = {},
+                std::shared_ptr<const images::SharedCards> camera_cards = {});
 
 /// Frames of the pool that the enabled transports and the pipeline may hold at one time.
 [[nodiscard]] std::size_t frames_needed(const DaemonConfig& config);

@@ -2,6 +2,7 @@
 #include "emulator/camera_unit.hpp"
 
 #include "emulator/reload.hpp"
+#include "renderer/camera/lens_cards.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -44,8 +45,10 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     std::function<PtpStatus()> ptp_status;
     if (ptp != nullptr) ptp_status = [ptp] { return ptp->status(); };
     if (config.daemon.autostart && !uncontrolled_) autostart_ = std::make_unique<Autostart>(*camera_);
-    transports_ =
-        make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status), autostart_.get());
+    lens_cards_ =
+        std::make_shared<images::SharedCards>(renderer::lens_cards(imaging_->renderer->scene().camera));
+    transports_ = make_transports(config, *camera_, imaging_->clock, threads, std::move(ptp_status),
+                                  autostart_.get(), lens_cards_);
     std::vector<std::string> kinds;
     for (const auto& transport : transports_) {
         camera_->add_transport(*transport);
@@ -122,6 +125,7 @@ void CameraUnit::take_on(const emulator::DaemonConfig& next) {
     releaser_->set_late_policy(next.deadline.policy, std::llround(next.deadline.grace_us * 1e3));
     if (!next_renderer_) return;
     imaging_->maker->replace_renderer(*next_renderer_);
+    lens_cards_->set(renderer::lens_cards(next_renderer_->scene().camera));
     retired_.push_back(std::exchange(imaging_->renderer, std::move(next_renderer_)));
     scene_fingerprint_ = next_fingerprint_;
 }

@@ -13,6 +13,7 @@
 #include "emulator/statistics.hpp"
 #include "emulator/thread_plan.hpp"
 #include "emulator/timing_log.hpp"
+#include "images/writers/shared_cards.hpp"
 #include "sync/ptp_monitor.hpp"
 #include "transports/transport.hpp"
 
@@ -84,6 +85,9 @@ private:
     std::uint64_t scene_fingerprint_ = 0, next_fingerprint_ = 0;
     std::unique_ptr<renderer::Renderer> next_renderer_;        ///< set between prepare() and take_on()
     std::vector<std::unique_ptr<renderer::Renderer>> retired_; ///< kept until no frame uses them
+    /// Of the scene's camera, for files; frames that are under way at a reload may get those of the next
+    /// scene.
+    std::shared_ptr<images::SharedCards> lens_cards_;
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;
     std::unique_ptr<Autostart> autostart_; ///< null: clients alone start the acquisition, or nobody can

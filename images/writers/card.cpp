@@ -34,6 +34,7 @@ Cards intrinsics_cards(const Intrinsics& i) {
         {"FY", i.focal_length_px[1], "[px] focal length over YPIXSZ"},
         {"CX", i.principal_point_px[0], "[px] principal point, column from 0"},
         {"CY", i.principal_point_px[1], "[px] principal point, row from 0"},
+        {"PIXCENTR", 0.0, "[px] centre of the first pixel, both axes"},
     };
 }
 
@@ -62,9 +63,12 @@ Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::ui
 }
 
 Cards scene_cards(const GroundTruth& truth) {
-    Cards cards{{"SUN_X", truth.sun_position_m.x, "[m] position of the Sun"},
-                {"SUN_Y", truth.sun_position_m.y, "[m] position of the Sun"},
-                {"SUN_Z", truth.sun_position_m.z, "[m] position of the Sun"}};
+    Cards cards{
+        {"CAMAXES", std::string("x right, y down, z boresight"), "axes of the camera"},
+        {"QUATCONV", std::string("scalar first, own axes to inertial"), "meaning of _QW, _QX, _QY, _QZ"},
+        {"SUN_X", truth.sun_position_m.x, "[m] position of the Sun"},
+        {"SUN_Y", truth.sun_position_m.y, "[m] position of the Sun"},
+        {"SUN_Z", truth.sun_position_m.z, "[m] position of the Sun"}};
     add_pose(cards, "CAM", truth.camera, "the camera");
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(truth.body_count, max_truth_bodies); ++i) {
         const BodyTruth& body = truth.bodies[i];

@@ -24,13 +24,15 @@ using Cards = std::vector<Card>;
 /// gives the same cards, without wall-clock time.
 [[nodiscard]] Cards frame_cards(const Frame& frame);
 
-/// XPIXSZ, YPIXSZ, FOCALLEN, FX, FY, CX and CY; none if the intrinsics are not known (pitches of 0).
+/// XPIXSZ, YPIXSZ, FOCALLEN, FX, FY, CX, CY and PIXCENTR; none if the intrinsics are not known (pitches of
+/// 0).
 [[nodiscard]] Cards intrinsics_cards(const Intrinsics& intrinsics);
 
 /// WINDOWS and W<window>_<what>: the windows of a composed image and their readout flags.
 [[nodiscard]] Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::uint32_t> flags);
 
-/// SUN_<what>, CAM_<what> and B<body>_<what>: position of the Sun, poses of the camera and the bodies.
+/// SUN_<what>, CAM_<what> and B<body>_<what>: position of the Sun, poses of the camera and the bodies;
+/// CAMAXES and QUATCONV: their conventions.
 [[nodiscard]] Cards scene_cards(const GroundTruth& truth);
 
 /// The value as text: strings unchanged, numbers in their shortest exact form.

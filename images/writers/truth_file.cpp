@@ -85,7 +85,7 @@ std::string truth_file_name(std::uint64_t number) {
     return fmt::format("truth_{:06}.fits", number);
 }
 
-void write_truth(const std::filesystem::path& file, const Frame& frame) {
+void write_truth(const std::filesystem::path& file, const Frame& frame, const Cards& more) {
     assert(frame.pixel_truth() != nullptr);
     const PixelTruth& truth = *frame.pixel_truth();
     const FrameInfo& info = frame.info;
@@ -97,6 +97,8 @@ void write_truth(const std::filesystem::path& file, const Frame& frame) {
     writer.write({"NHITS", static_cast<std::int64_t>(truth.hits.size() + truth.hits_left_out),
                   "particles while any row integrated"});
     for (const Card& card : frame_cards(frame))
+        writer.write(card);
+    for (const Card& card : more)
         writer.write(card);
     writer.write_pixels(TFLOAT, pixels, truth.mean_e.data());
     writer.create_image(BYTE_IMG, info.width, info.height, 1);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "images/writers/card.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -14,9 +15,9 @@ namespace obscura::images {
 [[nodiscard]] std::string truth_file_name(std::uint64_t number);
 
 /// Writes the ground truth of a frame with pixel truth: the image of expected electrons before any noise,
-/// with frame_cards(); the image SATURATED, 1 where the charge reached full well; and the tables WINDOWS,
-/// ROWS (reset and read time of each row of the composed image) and HITS (particles; array pixels). Times are
-/// ns of the scheduling clock, as in the cards. Throws OutputError.
-void write_truth(const std::filesystem::path& file, const Frame& frame);
+/// with frame_cards() and `more`; the image SATURATED, 1 where the charge reached full well; and the tables
+/// WINDOWS, ROWS (reset and read time of each row of the composed image) and HITS (particles; array pixels).
+/// Times are ns of the scheduling clock, as in the cards. Throws OutputError.
+void write_truth(const std::filesystem::path& file, const Frame& frame, const Cards& more = {});
 
 } // namespace obscura::images

@@ -5,6 +5,8 @@
 #include "images/writers/exr.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/truth_file.hpp"
+#include "renderer/camera/lens_cards.hpp"
+#include "tools/support/camera_file.hpp"
 #include "tools/support/frame_files.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
@@ -46,6 +48,10 @@ public:
                   "saturated pixels, windows, row times, particle hits");
         line.flag("--exr", exr_,
                   "Also save the irradiance without detector (W/m2) of each frame as ideal_NNNNNN.exr");
+        line.option(
+            "--intrinsics", &intrinsics_, "FILE",
+            "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
+            "OpenCV's FileStorage reads");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura capture config/demo.toml --frames 5 -o frames",
@@ -64,6 +70,8 @@ public:
         imaging.catch_up(first_);
         const FrameRef frame = imaging.pool->acquire();
         const std::filesystem::path folder(output_);
+        const images::Cards lens = renderer::lens_cards(config.scene.camera);
+        std::vector<CameraFileFrame> captured;
         std::vector<double> frame_ms;
         std::uint64_t made = 0;
         {
@@ -80,15 +88,23 @@ public:
                     std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                         .count());
                 const FrameInfo& info = frame->info;
+                images::Cards cards = images::frame_cards(*frame);
+                cards.insert(cards.end(), lens.begin(), lens.end());
                 files_.save(folder, id, {info.width, info.height, info.bits_per_pixel, frame->pixels()},
-                            images::frame_cards(*frame), windows_of(info));
-                if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame);
+                            cards, windows_of(info));
+                if (!intrinsics_.empty())
+                    captured.push_back({files_.name(id), id, to_seconds(info.truth.mid_exposure.ns),
+                                        to_seconds(info.exposure_ns), info.truth});
+                if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame, lens);
                 if (exr_)
                     save_ideal(imaging, *frame, folder / fmt::format("ideal_{:06}.exr", id),
-                               config.scene.bands);
+                               config.scene.bands, lens);
                 progress.done(++made);
             }
         }
+        if (!intrinsics_.empty())
+            write_camera_file(intrinsics_, config.scene.camera, picture_of(config.scene.camera, frame->info),
+                              captured);
         Report report;
         report.add("frames", "frames", static_cast<std::int64_t>(made));
         report.add("width", "width", static_cast<std::int64_t>(frame->info.width));
@@ -111,8 +127,15 @@ private:
         return out;
     }
 
+    /// The part of the sensor that a frame shows; the whole sensor where it is composed of several windows.
+    static Region picture_of(const scene::Camera& camera, const FrameInfo& info) {
+        if (info.window_count == 1) return info.windows[0].sensor;
+        return {0, 0, camera.width, camera.height};
+    }
+
     static void save_ideal(const emulator::Imaging& imaging, const Frame& frame,
-                           const std::filesystem::path& file, const std::vector<SpectralBand>& bands) {
+                           const std::filesystem::path& file, const std::vector<SpectralBand>& bands,
+                           const images::Cards& lens) {
         const sensors::ReadoutPlan& plan = imaging.maker->plan();
         const auto width = static_cast<std::size_t>(plan.width);
         const std::size_t plane = width * static_cast<std::size_t>(plan.height);
@@ -137,11 +160,12 @@ private:
                                     static_cast<std::ptrdiff_t>(
                                         b * plane + static_cast<std::size_t>(window.image_y + r) * width));
         }
-        images::write_exr(file, plan.width, plan.height, irradiance_channels(image, bands),
-                          images::frame_cards(frame));
+        images::Cards cards = images::frame_cards(frame);
+        cards.insert(cards.end(), lens.begin(), lens.end());
+        images::write_exr(file, plan.width, plan.height, irradiance_channels(image, bands), cards);
     }
 
-    std::string config_, output_;
+    std::string config_, output_, intrinsics_;
     FrameFiles files_;
     std::uint64_t frames_ = 1, first_ = 1;
     static constexpr std::uint64_t as_configured = std::numeric_limits<std::uint64_t>::max();

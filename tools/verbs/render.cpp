@@ -4,8 +4,11 @@
 #include "images/writers/exr.hpp"
 #include "images/writers/fits.hpp"
 #include "images/writers/pending_file.hpp"
+#include "renderer/camera/lens_cards.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/scene_files/scene_file.hpp"
+#include "renderer/world/scene_poses.hpp"
+#include "tools/support/camera_file.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
 #include "tools/support/layer_picture.hpp"
@@ -22,6 +25,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -92,6 +96,10 @@ public:
                     "With PNG: show this layer in false colour, with a colour bar and its unit or a legend, "
                     "instead of the irradiance; \"error\" is the estimated relative standard error")
             .choices = layer_choices();
+        line.option(
+            "--intrinsics", &intrinsics_file_, "FILE",
+            "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
+            "OpenCV's FileStorage reads");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
@@ -131,7 +139,8 @@ public:
         const std::vector<SpectralBand> bands = scene.bands;
         for (const scene::Body& body : scene.bodies)
             bodies_.push_back(body.name);
-        intrinsics_ = scene.camera.intrinsics();
+        camera_ = scene.camera;
+        if (scene.aberration) poses_.emplace(scene);
         radiance_ = scene.quantity == scene::Quantity::radiance;
 
         const auto start = Clock::now();
@@ -141,7 +150,12 @@ public:
         std::vector<float> image(plane * bands.size());
         std::uint64_t written = 0, present = 0;
         Progress progress("render", frames.size() * static_cast<std::uint64_t>(height));
+        std::vector<CameraFileFrame> rendered;
         for (const SequenceFrame& frame : frames) {
+            renderer.fill_truth(Time{std::llround(frame.time_s * 1e9)}, truth_);
+            if (!intrinsics_file_.empty())
+                rendered.push_back(
+                    {frame.file.filename().string(), frame.number, frame.time_s, exposure_s_, truth_});
             if (resume_ && std::filesystem::exists(frame.file)) {
                 ++present;
                 continue;
@@ -153,6 +167,8 @@ public:
         }
         const double render_s = seconds_since(built);
         const double render_cpu_s = static_cast<double>(std::clock() - built_cpu) / CLOCKS_PER_SEC;
+        if (!intrinsics_file_.empty())
+            write_camera_file(intrinsics_file_, camera_, {window_x_, window_y_, width, height}, rendered);
         if (written + present < frames.size())
             fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
                        frames.size());
@@ -367,11 +383,22 @@ private:
                 {"WINDOWX", static_cast<std::int64_t>(window_x_), "[px] first column on the sensor"});
             out.push_back({"WINDOWY", static_cast<std::int64_t>(window_y_), "[px] first row on the sensor"});
         }
-        const images::Cards camera = images::intrinsics_cards(intrinsics_);
-        out.insert(out.end(), camera.begin(), camera.end());
+        for (const images::Cards& more :
+             {images::intrinsics_cards(camera_.intrinsics()), renderer::lens_cards(camera_),
+              images::scene_cards(truth_), velocity_cards(frame.time_s)})
+            out.insert(out.end(), more.begin(), more.end());
         const images::Cards of_bands = band_cards(bands);
         out.insert(out.end(), of_bands.begin(), of_bands.end());
         return out;
+    }
+
+    /// Velocity of the camera, by which directions are turned; none without aberration.
+    [[nodiscard]] images::Cards velocity_cards(double time_s) const {
+        if (!poses_) return {};
+        const Vec3 v = poses_->camera_velocity_m_s(time_s);
+        return {{"CAM_VX", v.x, "[m/s] velocity of the camera, for aberration"},
+                {"CAM_VY", v.y, "[m/s] velocity of the camera, for aberration"},
+                {"CAM_VZ", v.z, "[m/s] velocity of the camera, for aberration"}};
     }
 
     [[nodiscard]] bool with_layers() const { return layers_ || !layer_.empty(); }
@@ -423,13 +450,15 @@ private:
         draw_panels({layer_panel(layer_, {width, height, planes, mean, bodies_})}).write(frame.file);
     }
 
-    std::string scene_, output_, size_, window_text_, layer_;
+    std::string scene_, output_, size_, window_text_, layer_, intrinsics_file_;
     std::vector<std::string> bodies_; ///< names
     StretchOptions stretch_options_;
     Stretch stretch_;
     std::int32_t window_x_ = 0, window_y_ = 0;
     renderer::RenderSettings settings_;
-    Intrinsics intrinsics_;
+    scene::Camera camera_;
+    std::optional<renderer::ScenePoses> poses_; ///< with aberration, for the camera's velocity
+    GroundTruth truth_;                         ///< of the frame that is being made
     double exposure_s_ = 0;
     double time_s_ = 0, step_s_ = 1, budget_s_ = 0;
     std::uint64_t frames_ = 1, passes_ = 0;

@@ -106,9 +106,13 @@ void FileSink::write(const Frame& frame) {
     info.note_transmit(transmit_slot(), MonotonicClock().now());
     try {
         const std::filesystem::path directory = settings_.directory;
-        images::write_picture(directory / file_name, settings_.format, picture, images::frame_cards(frame));
+        const images::Cards of_camera =
+            settings_.camera_cards ? settings_.camera_cards->get() : images::Cards{};
+        images::Cards cards = images::frame_cards(frame);
+        cards.insert(cards.end(), of_camera.begin(), of_camera.end());
+        images::write_picture(directory / file_name, settings_.format, picture, cards);
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
-            images::write_truth(directory / (run + images::truth_file_name(info.frame_id)), frame);
+            images::write_truth(directory / (run + images::truth_file_name(info.frame_id)), frame, of_camera);
         info.note_transmit(transmit_slot(), MonotonicClock().now());
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "images/writers/frame_writer.hpp"
+#include "images/writers/shared_cards.hpp"
 #include "transports/transport_settings.hpp"
 
 #include <cstddef>
@@ -22,6 +23,8 @@ struct FileSinkSettings {
     images::FrameFormat format = images::FrameFormat::png;
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
     bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
+    /// Of the camera, added to the cards of every frame; null: none. No key: the daemon sets it.
+    std::shared_ptr<const images::SharedCards> camera_cards{};
 };
 
 /// Section bound to `settings`. A relative directory is resolved from the folder of the configuration file.
