@@ -43,6 +43,8 @@ std::string default_text(const OptionTarget& target) {
             using T = std::remove_pointer_t<decltype(value)>;
             if constexpr (std::is_same_v<T, bool>)
                 return {};
+            else if constexpr (std::is_same_v<T, double>)
+                return std::isnan(*value) ? std::string() : fmt::format("{}", *value); // NaN: not given
             else
                 return fmt::format("{}", *value);
         },

@@ -35,6 +35,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_grab();
 [[nodiscard]] std::unique_ptr<Verb> make_check();
 [[nodiscard]] std::unique_ptr<Verb> make_keys();
+[[nodiscard]] std::unique_ptr<Verb> make_pose();
 [[nodiscard]] std::unique_ptr<Verb> make_examples();
 [[nodiscard]] std::unique_ptr<Verb> make_new();
 [[nodiscard]] std::unique_ptr<Verb> make_compare();
