@@ -93,6 +93,8 @@ height = 160
         check("the daemon starts", (folder / "ready").exists())
         run([obscura, "grab", "-a", ADDRESS, "-n", str(FRAMES), "--format", "raw", "--chunks", "-o", "frames",
              "--timeout", "30"], folder)
+        run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--format", "fits", "--chunks", "-o", "fits", "--timeout", "30"],
+            folder)
         run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--format", "raw", "--no-preview", "-o", "plain", "--timeout",
              "30"], folder)
     finally:
@@ -134,6 +136,14 @@ height = 160
         png = (folder / "frames" / f"preview_{number:06}.png").read_bytes()
         check("the preview of windows is in colour", png[25] == 2, png[25])
     check("the body turns", len({tuple(f["bodies"][0]["attitude"]) for f in lines}) == FRAMES)
+
+    data = (folder / "fits" / "frame_000001.fits").read_bytes()
+    header = {data[i:i + 8].decode().strip(): data[i + 10:i + 80].decode().split("/")[0].strip()
+              for i in range(0, data.index(b"END     "), 80)}
+    wrong = [k for k in ("CAM_X", "CAM_QW", "B0_QZ", "SUN_X", "FX", "W01_ROW", "RUN")
+             if not math.isclose(float(header.get(k, "nan")), cards[0][k], rel_tol=1e-12, abs_tol=1e-15)]
+    check("FITS cards hold the ground truth", not wrong, [(k, header.get(k), cards[0][k]) for k in wrong])
+    check("the name of the body is a card", "rock" in header.get("BODY0", ""), header.get("BODY0"))
 
     files = sorted(p.name for p in (folder / "plain").iterdir())
     check("no previews and no chunks unless wanted", [pathlib.Path(f).suffix for f in files] == [".raw", ".toml"], files)

@@ -280,6 +280,16 @@ TEST_CASE("layers are rendered in false colour") {
         CHECK(images::colour_planes(file).size() == 3);
         CHECK(images::read_image(file, "red").width > 80 * 4); // magnified, with its key
     }
+    // Two images side by side with their difference: three panels, each magnified, and the bars.
+    const auto image = [&](const char* name, const char* seed) {
+        run(folder, {"render", scene, "-o", folder.path() / name, "--size", "80x64", "--seed", seed});
+        return (folder.path() / name).string();
+    };
+    const std::string picture = folder.path() / "pair.png";
+    run(folder, {"compare", image("a.fits", "1"), image("b.fits", "2"), "--picture", picture, "--stretch",
+                 "asinh:0.05"});
+    CHECK(images::colour_planes(picture).size() == 3);
+    CHECK(images::read_image(picture, "red").width > 3 * 4 * 80);
     run(folder, {"render", scene, "-o", folder.path() / "a.exr", "--layer", "depth"}, 64);
     run(folder, {"render", scene, "-o", folder.path() / "a.png", "--layer", "mood"}, 64);
 }

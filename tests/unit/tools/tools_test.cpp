@@ -8,6 +8,7 @@
 #include "tools/support/command_line.hpp"
 #include "tools/support/figure.hpp"
 #include "tools/support/font.hpp"
+#include "tools/support/frame_chunks.hpp"
 #include "tools/support/layer_picture.hpp"
 #include "tools/support/plot.hpp"
 #include "tools/support/preview.hpp"
@@ -20,8 +21,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <random>
+#include <utility>
 
 using namespace obscura;
 using namespace obscura::tools;
@@ -279,6 +282,38 @@ TEST_CASE("panels have their title, image and colour bar side by side") {
     }
 }
 
+TEST_CASE("chunks that are missing, short or overlong are refused by name") {
+    // All chunks as zeros, long enough; the ids are those of transports/gige/wire/chunk.hpp.
+    constexpr std::uint32_t first = 0x4F420001, regions = first + 11, rows = first + 12, truth = first + 13;
+    std::map<std::uint32_t, std::vector<std::uint8_t>> chunks;
+    for (std::uint32_t k = 0; k < chunk_names().size(); ++k)
+        chunks[first + k] = std::vector<std::uint8_t>(4096);
+    const auto complaint = [&]() -> std::string {
+        try {
+            (void)parse_chunks([&](std::uint32_t id) { return std::span<const std::uint8_t>(chunks[id]); });
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "none";
+    };
+    CHECK(complaint() == "none");
+    using Catch::Matchers::ContainsSubstring;
+    for (std::uint32_t k = 0; k < chunk_names().size(); ++k) {
+        const auto kept = std::exchange(chunks[first + k], std::vector<std::uint8_t>(3));
+        CHECK_THAT(complaint(), ContainsSubstring(chunk_names()[k]));
+        chunks[first + k] = kept;
+    }
+    // Counts beyond what there can be, or beyond the bytes that came.
+    for (const auto& [id, count] : {std::pair<std::uint32_t, std::uint8_t>{regions, 33}, {rows, 255}}) {
+        chunks[id][3] = count, chunks[id].resize(4000);
+        if (id == rows) chunks[id].resize(100);
+        CHECK(complaint() != "none");
+        chunks[id].assign(4096, 0);
+    }
+    chunks[truth].resize(104 + 16 * 88 + 47); // one byte less than its contents
+    CHECK_THAT(complaint(), ContainsSubstring("GroundTruth"));
+}
+
 TEST_CASE("layers are shown in their units") {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
     const std::vector<float> depth{12000, 15000, 20000, nan}, variance{4, 1, 0, 0}, light{100, 100, 5, 0},
@@ -318,7 +353,8 @@ TEST_CASE("spectrograms hold the amplitude of noise and find stripes") {
     std::normal_distribution<double> normal;
     using Catch::Matchers::WithinRel;
     // Lengths with small factors, a prime, and odd numbers of lines.
-    for (const auto& [width, height] : {std::pair<std::size_t, std::size_t>{96, 45}, {101, 60}}) {
+    for (const auto& size : {std::pair<std::size_t, std::size_t>{96, 45}, {101, 60}}) {
+        const std::size_t width = size.first, height = size.second;
         CAPTURE(width, height);
         std::vector<double> values(width * height);
         for (double& v : values)
