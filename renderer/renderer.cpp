@@ -47,16 +47,16 @@ namespace {
 
 /// Scratch memory of one thread, kept between rows so that nothing is allocated after the first.
 struct Scratch {
-    RowState row;
+    std::vector<RowState> rows;            ///< at the instants of the exposure, and unused ones
+    std::vector<SweptBody> swept;          ///< over those instants
     std::optional<MovingLens> moving_lens; ///< with aberration
-    const Projection* lens = nullptr;      ///< of the row: moving_lens or the camera's
+    const Projection* lens = nullptr;      ///< of the row begun last: moving_lens or the camera's
     std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight;         ///< bands x pixels, W/m2
     std::vector<double> per_pixel;         ///< factor from irradiance to the requested quantity
-    std::vector<NoiseSums> noise;          ///< per block of 16 pixels, over all instants of the row
+    std::vector<NoiseSums> noise;          ///< per block of 16 pixels
     bool sunlight_only = true;             ///< of the row's tracer
     std::vector<double> variance;          ///< per pixel; 0: no samples
-    std::vector<double> sampled_share;     ///< of the instants, per pixel: those with samples
     std::vector<float> wing_row;
     std::vector<std::int32_t> candidates;
     RayCounts counts;
@@ -75,6 +75,10 @@ struct RowBlock {
 
 /// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
 constexpr double least_variance = std::numeric_limits<double>::min();
+
+/// First samples of pixels of adaptive sampling where something moves: with fewer, too many of those that an
+/// edge crosses during the exposure see only one side of it (measured by noise_estimate_test.cpp).
+constexpr std::uint32_t least_moving_samples = 8;
 
 /// Whether any body is larger than pixels.
 bool resolves_any(const RowState& row) {
@@ -144,34 +148,33 @@ struct Renderer::Impl {
         const double distance = length(scene.sun.position_m - place_m) / astronomical_unit_m;
         return scene.sun.irradiance_scale / (distance * distance);
     }
-    /// Instants at which row `y` of the sensor is rendered.
-    [[nodiscard]] Exposure exposure(const RenderRequest& request, const RowTime& row, std::int32_t y,
-                                    Scratch& s) const {
+    /// Instants at which a row is rendered.
+    [[nodiscard]] Exposure exposure(const RowTime& row, Scratch& s) const {
         if (settings.max_instants > 1 && s.measured != row) {
             s.measured = row;
             s.motion = motion_px(scene, bodies, *lens, splatter.reach_px(), row);
         }
-        const double jitter =
-            seed_words(settings.seed, request.frame_id, SamplePurpose::instant, 0, y)[0] * 0x1p-32;
-        // Adaptive sampling takes at least two samples for each instant.
-        const std::uint32_t samples = settings.target_error > 0
-                                          ? std::max(1u, settings.max_samples_per_pixel / 2)
-                                          : settings.samples_per_pixel;
-        return Exposure::of(row, s.motion, settings.max_instants, samples, jitter);
+        return Exposure::of(row, s.motion, settings.max_instants);
     }
-    /// Sets the row's state and lens. `instants`: instants that share the samples of its pixels.
-    void begin_row(double time_s, std::uint32_t instants, Scratch& s) const {
+    /// Sets the lens for a row.
+    void set_lens(Vec3 beta, Scratch& s) const {
         s.lens = lens.get();
-        const Vec3 beta = camera_beta(scene, bodies, time_s);
         if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
-        const std::uint32_t least = instants > 1 && settings.target_error > 0 ? 2 : 1;
+    }
+    /// Sets the lens and state `i` of Scratch::rows.
+    RowState& begin_row(double time_s, Scratch& s, std::size_t i = 0, std::uint32_t least_samples = 1) const {
+        if (s.rows.size() <= i) s.rows.resize(i + 1);
+        RowState& row = s.rows[i];
+        row.beta = camera_beta(scene, bodies, time_s);
+        set_lens(row.beta, s);
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
-                      std::max(least, settings.samples_per_pixel / instants), instants, time_s, s.row);
-        if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(scene.sun, s.row);
+                      std::max(settings.samples_per_pixel, least_samples), time_s, row);
+        if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(scene.sun, row);
+        return row;
     }
     /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
     template<typename Use>
-    void with_tracer(Scratch& s, const Use& use) const;
+    void with_tracer(const Instants& instants, Scratch& s, const Use& use) const;
     /// Whether a row takes the sample grid of its frame: its only instant is that of the frame's rows.
     /// Depends on the row alone, whatever other rows the request has.
     [[nodiscard]] bool shares_samples(const RenderRequest& request, const RowTime& row, Scratch& s) const;
@@ -182,17 +185,13 @@ struct Renderer::Impl {
     bool fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const;
     void render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
-    /// Adds the light of instant `instant` of the `instants` that share the samples of the row's pixels.
+    /// Adds the light of the row's pixel samples.
     void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
-                      std::uint32_t instant, std::uint32_t instants, Tracer& tracer, Scratch& s) const;
+                      const Instants& instants, Tracer& tracer, Scratch& s) const;
     /// Estimates the variance of a row from Scratch::noise and what Scratch::variance has of the grid.
     void estimate_variance(const RenderRequest& request, Scratch& s, std::span<float> variance) const;
-    [[nodiscard]] Sampling sampling(const RenderRequest& request, std::uint32_t instant = 0,
-                                    std::uint32_t instants = 1) const {
-        // Errors of the instants are independent and averaged: each may be larger by the root of their
-        // number.
-        return {settings.seed, request.frame_id, (settings.max_samples_per_pixel + instants - 1) / instants,
-                settings.target_error * std::sqrt(instants), instant};
+    [[nodiscard]] Sampling sampling(const RenderRequest& request) const {
+        return {settings.seed, request.frame_id, settings.max_samples_per_pixel, settings.target_error};
     }
     /// Largest displacement of a camera sample by the PSF, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
@@ -246,14 +245,14 @@ bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* c
 }
 
 template<typename Use>
-void Renderer::Impl::with_tracer(Scratch& s, const Use& use) const {
+void Renderer::Impl::with_tracer(const Instants& instants, Scratch& s, const Use& use) const {
     const double ray_width_rad = pixel_width_rad() / std::sqrt(settings.samples_per_pixel);
     if (plain) {
-        Tracer tracer(s.row, scene.sun, s.counts);
+        Tracer tracer(instants, scene.sun, s.counts);
         tracer.set_ray_width(ray_width_rad);
         use(tracer);
     } else {
-        PathTracer tracer(s.row, lighting, scene.sun, s.counts);
+        PathTracer tracer(instants, lighting, scene.sun, s.counts);
         tracer.set_ray_width(ray_width_rad);
         use(tracer);
     }
@@ -263,7 +262,7 @@ bool Renderer::Impl::shares_samples(const RenderRequest& request, const RowTime&
     // Share samples only at <= 2 spp: a higher count is an explicit request.
     return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
            request.common_mid == row.mid() && SampleGridKernel::fits(gaussian_psf) &&
-           exposure(request, row, 0, s).points == 1;
+           exposure(row, s).instants == 1;
 }
 
 bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
@@ -279,11 +278,11 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
                rows.kernel->reach);
     const double time_s = to_seconds(request.common_mid->ns);
     return for_rows(grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
-        begin_row(time_s, 1, s);
-        if (!resolves_any(s.row)) return;
-        with_tracer(s, [&](Tracer& tracer) {
+        const RowState& row = begin_row(time_s, s);
+        if (!resolves_any(row)) return;
+        with_tracer(row, s, [&](Tracer& tracer) {
             const Sampling how = sampling(request);
-            BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
+            BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
             const std::int32_t first = BlockTracer::block_of(grid.first_x());
             for (std::int32_t block = 0; block < grid.width() / packet_size; ++block)
                 blocks.trace_grid(first + block, grid.first_y() + r, *rows.kernel, grid);
@@ -316,15 +315,15 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
     const double time_s = to_seconds(map.time().ns);
     if (!map.has_bodies()) {
         Scratch& s = scratch.local();
-        begin_row(time_s, 1, s);
-        map.set_bodies(*s.lens, s.row);
+        const RowState& row = begin_row(time_s, s);
+        map.set_bodies(*s.lens, row);
     }
     // Calls `use(job, view)` for every job, with the scene at the map's time.
     const auto trace = [&](std::int32_t jobs, const auto& use) {
         return for_rows(jobs, cancel, [&](std::int32_t i, Scratch& s) {
-            begin_row(time_s, 1, s);
-            with_tracer(s, [&](Tracer& tracer) {
-                use(i, WingMap::View{*s.lens, s.row, tracer, s.candidates, settings.seed});
+            const RowState& row = begin_row(time_s, s);
+            with_tracer(row, s, [&](Tracer& tracer) {
+                use(i, WingMap::View{*s.lens, row, tracer, s.candidates, settings.seed});
             });
         });
     };
@@ -359,14 +358,13 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
 }
 
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
-                                  std::uint32_t instant, std::uint32_t instants, Tracer& tracer,
-                                  Scratch& s) const {
-    if (!resolves_any(s.row)) return;
+                                  const Instants& instants, Tracer& tracer, Scratch& s) const {
+    if (std::none_of(instants.states().begin(), instants.states().end(), resolves_any)) return;
     const auto width = static_cast<std::size_t>(request.window.width);
-    const Sampling how = sampling(request, instant, instants);
+    const Sampling how = sampling(request);
     s.sunlight_only = tracer.sunlight_only();
-    const double share = 1.0 / instants;
-    BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, s.row, tracer, s.candidates);
+    BlockTracer blocks(instants.one() ? *s.lens : *lens, gaussian_psf, psf.get(), how, instants, s.swept,
+                       tracer, s.candidates);
     const bool shared =
         rows.kernel &&
         shares_samples(request,
@@ -386,14 +384,13 @@ void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
             if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
             const auto pixel = static_cast<std::size_t>(column);
             for (std::size_t c = 0; c < tracer.channels(); ++c)
-                s.light[c * width + pixel] += share * result.mean[c][i];
+                s.light[c * width + pixel] += result.mean[c][i];
             const std::size_t at =
                 static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
             if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
-            if (noise == nullptr) continue;
-            s.sampled_share[pixel] += share;
-            // From the grid; the variance of a pixel's own samples follows when all instants are done.
-            if (noise->count(i) == 0) s.variance[pixel] = std::max(result.variance[i], least_variance);
+            // From the grid; the variance of a pixel's own samples follows when all blocks are done.
+            if (noise != nullptr && noise->count(i) == 0)
+                s.variance[pixel] = std::max(result.variance[i], least_variance);
         }
     }
 }
@@ -414,8 +411,7 @@ void Renderer::Impl::estimate_variance(const RenderRequest& request, Scratch& s,
                 (first + static_cast<std::int32_t>(b)) * packet_size + i - request.window.x;
             if (column < 0 || column >= width || s.noise[b].count(i) == 0) continue;
             const auto pixel = static_cast<std::size_t>(column);
-            const double share = s.sampled_share[pixel];
-            s.variance[pixel] = std::max(own[i] * share * share, least_variance);
+            s.variance[pixel] = std::max(own[i], least_variance);
         }
     }
     const std::size_t channels = s.light.size() / variance.size();
@@ -437,7 +433,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
                                 std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
-    const Exposure when = exposure(request, request.row_times[static_cast<std::size_t>(r)], y, s);
+    const Exposure when = exposure(request.row_times[static_cast<std::size_t>(r)], s);
     s.starlight.assign(width * scene.bands.size(), 0);
     const auto row_of = [&](std::span<float> plane) {
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
@@ -445,7 +441,6 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     std::fill(row_of(request.samples).begin(), row_of(request.samples).end(), 0.0F);
     if (!request.variance.empty()) {
         s.variance.assign(width, 0);
-        s.sampled_share.assign(width, 0);
         s.noise.resize(
             static_cast<std::size_t>(BlockTracer::block_of(request.window.x + request.window.width - 1) -
                                      BlockTracer::block_of(request.window.x) + 1));
@@ -453,19 +448,21 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
             noise.reset();
     }
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
-    const bool together = when.pixels == when.points;
-    for (std::uint32_t i = 0; i < when.points; ++i) {
-        begin_row(when.point_s(i), when.pixels, s);
-        with_tracer(s, [&](Tracer& tracer) {
-            if (together) trace_pixels(request, y, rows, i, when.pixels, tracer, s);
-            splatter.splat({request.window, y, request.frame_id, i, when.points, s.row, *s.lens, s.light,
-                            s.starlight, s.candidates},
+    const std::uint32_t least_samples =
+        settings.target_error > 0 && when.instants > 1 ? least_moving_samples : 1;
+    for (std::uint32_t i = 0; i < when.instants; ++i)
+        begin_row(when.time_s(i), s, i, least_samples);
+    const std::span states(s.rows.data(), when.instants);
+    join_instants(states, s.swept);
+    const Instants instants(states);
+    with_tracer(instants, s, [&](Tracer& tracer) { trace_pixels(request, y, rows, instants, tracer, s); });
+    for (std::uint32_t i = 0; i < when.instants; ++i) {
+        set_lens(states[i].beta, s);
+        with_tracer(states[i], s, [&](Tracer& tracer) {
+            splatter.splat({request.window, y, request.frame_id, i, when.instants, states[i], *s.lens,
+                            s.light, s.starlight, s.candidates},
                            rows.stars, tracer);
         });
-    }
-    for (std::uint32_t i = 0; !together && i < when.pixels; ++i) {
-        begin_row(when.pixel_s(i), when.pixels, s);
-        with_tracer(s, [&](Tracer& tracer) { trace_pixels(request, y, rows, i, when.pixels, tracer, s); });
     }
     if (rows.wings) rows.wings->add(static_cast<std::size_t>(r), s.light, s.wing_row);
     s.per_pixel.assign(width, 1);
@@ -476,7 +473,8 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
         }
     if (!request.variance.empty()) estimate_variance(request, s, row_of(request.variance));
     for (const StrayMap& map : stray)
-        map.add(request.window.x, y, sun_at_camera(s.row.camera.position_m), scene.bands.size(), s.starlight);
+        map.add(request.window.x, y, sun_at_camera(states.back().camera.position_m), scene.bands.size(),
+                s.starlight);
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {
         float* out = irradiance.data() +
                      (b * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
@@ -521,8 +519,8 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
     assert(aovs.size() == aov_count * plane);
     return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-        impl_->begin_row(time_s, 1, s);
-        trace_aovs(*s.lens, s.row, request.window.x, request.window.y + request.first_row + r,
+        const RowState& row = impl_->begin_row(time_s, s);
+        trace_aovs(*s.lens, row, request.window.x, request.window.y + request.first_row + r,
                    request.window.width, impl_->pixel_width_rad(), s.candidates,
                    aovs.data() + static_cast<std::size_t>(r) * width, plane);
     });

@@ -42,8 +42,9 @@ struct RenderSettings {
     /// Largest number of reflections after the first, at least the scene's own; 0: direct light only. Light
     /// between bodies and mirrors need more.
     std::uint32_t max_bounces = 0;
-    /// Motion blur: largest number of instants, half a pixel of motion apart, whose light a row's exposure
-    /// averages. A pixel's samples are shared among them, so they cost no more. 1: mid-exposure only.
+    /// Motion blur: largest number of instants, half a pixel of motion apart, at which the scene is set up
+    /// for a row. Each sample of a pixel takes one of them, stratified over the exposure and scrambled pixel
+    /// by pixel, so that pixels need no more samples. 1: mid-exposure only.
     std::uint32_t max_instants = 256;
     /// Called on a worker thread whenever it begins to help with this renderer's rows: sets its scheduling.
     /// Must not throw; cheap when repeated. Not called on the threads that call render().

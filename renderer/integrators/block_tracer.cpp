@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/block_tracer.hpp"
 
-#include "renderer/packets/frames.hpp"
+#include "renderer/camera/aberration.hpp"
+#include "renderer/integrators/near_bodies.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <utility>
 
 namespace obscura::renderer {
 namespace {
@@ -35,42 +39,42 @@ double three_quarter_power(double n) {
     return root * std::sqrt(root);
 }
 
-/// Sets `near` to those of 16 directions that lie within `chord2` of `axis`.
-OBSCURA_VECTOR_CLONES
-void near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
-    for (int i = 0; i < packet_size; ++i) {
-        const double x = direction.x.v[i] - axis.x;
-        const double y = direction.y.v[i] - axis.y;
-        const double z = direction.z.v[i] - axis.z;
-        near.on[i] = x * x + y * y + z * z <= chord2 ? -1 : 0;
-    }
-}
-
 } // namespace
 
 struct BlockTracer::Batch {
+    static constexpr std::size_t most = Tracer::batch_size * packet_size;
+
+    /// The samples, those of a pixel in order.
+    int pixel[most];
+    std::uint32_t index[most];
+    int slot[most]; ///< packet times packet_size plus lane; -1: no body is near, no ray
+    std::size_t count = 0;
+
+    std::size_t packets = 0;
     CameraRays rays[Tracer::batch_size];
-    Doubles x[Tracer::batch_size], y[Tracer::batch_size];
+    int pixel_at[Tracer::batch_size][packet_size];
+    Lanes active[Tracer::batch_size];
     Doubles solid_angle[Tracer::batch_size];
     Channels psf_weight[Tracer::batch_size]; ///< with a Psf: see Psf::displace()
-    int pixel[Tracer::batch_size][packet_size];
-    std::size_t packets = 0; ///< full packets
-    int lanes = 0;           ///< used lanes of the packet after those
 };
 
 BlockTracer::BlockTracer(const Projection& projection, const GaussianPsf& gaussian_psf, const Psf* psf,
-                         const Sampling& sampling, const RowState& row, Tracer& tracer,
-                         std::vector<std::int32_t>& candidates)
+                         const Sampling& sampling, const Instants& instants, std::span<const SweptBody> swept,
+                         Tracer& tracer, std::vector<std::int32_t>& candidates)
     : projection_(projection),
       gaussian_psf_(gaussian_psf),
       psf_(psf),
       sampling_(sampling),
-      row_(row),
+      instants_(instants),
+      row_(instants_.front()),
+      swept_(swept),
       tracer_(tracer),
       candidates_(candidates),
-      sunlight_only_(tracer.sunlight_only()) {}
+      sunlight_only_(tracer.sunlight_only()),
+      aberration_(std::any_of(instants_.states().begin(), instants_.states().end(),
+                              [](const RowState& row) { return length_squared(row.beta) > 0; })) {}
 
-void BlockTracer::set_block(std::int32_t block, std::int32_t y, Vec3s& centre) {
+void BlockTracer::set_block(std::int32_t block, std::int32_t y) {
     first_x_ = block * packet_size;
     y_ = y;
     Doubles x;
@@ -79,35 +83,48 @@ void BlockTracer::set_block(std::int32_t block, std::int32_t y, Vec3s& centre) {
         x.v[i] = first_x_ + i;
         row_y.v[i] = y;
     }
-    projection_.rays(x, row_y, centre, solid_angle_);
+    projection_.rays(x, row_y, centre_, solid_angle_);
     pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
 }
 
-NearBodies BlockTracer::find_near(const Vec3s& centre) {
+NearBodies BlockTracer::find_near() {
     NearBodies found;
     candidates_.clear();
-    for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
-        const BodyState& body = row_.bodies[b];
-        Lanes near;
-        near_axis(centre, body.direction, body.reach_chord2, near);
-        if (!near.any()) continue;
-        if (!body.targeted) {
-            RayPacket rays;
-            transform(body.from_camera, centre, {}, rays.direction);
-            set_all(rays.origin, body.camera_m);
-            body.shape->cull(rays, row_.reach_rad, near);
-            if (!near.any()) continue;
-        }
-        // Targeted bodies hide what is behind them, but their own light is splatted.
-        candidates_.push_back(static_cast<std::int32_t>(b));
-        if (body.targeted) continue;
+    const auto add = [&](const Lanes& near, const auto& body, const BodyState& brightest) {
         for (int i = 0; i < packet_size; ++i)
             if (near.on[i] != 0) found.covered = static_cast<std::uint16_t>(found.covered | 1u << i);
         found.samples = std::max(found.samples, body.samples);
         found.large = found.large && body.large;
-        found.reference = std::max(found.reference, tracer_.reference_radiance(body));
+        found.reference = std::max(found.reference, tracer_.reference_radiance(brightest));
+    };
+    Lanes near;
+    if (!instants_.one()) {
+        Vec3s middle = centre_;
+        Words instant;
+        std::fill(std::begin(instant.v), std::end(instant.v),
+                  static_cast<std::uint32_t>(instants_.count() / 2));
+        aberrate_at(instant, middle);
+        for (std::size_t b = 0; b < swept_.size(); ++b) {
+            if (!near_axis(middle, swept_[b].direction, swept_[b].reach_chord2, near)) continue;
+            candidates_.push_back(static_cast<std::int32_t>(b));
+            if (swept_[b].brightest != nullptr) add(near, swept_[b], *swept_[b].brightest);
+        }
+        return found;
+    }
+    for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
+        const BodyState& body = row_.bodies[b];
+        if (!near_body(body, centre_, body.reach_chord2, row_.reach_rad, near)) continue;
+        // Targeted bodies hide what is behind them, but their own light is splatted.
+        candidates_.push_back(static_cast<std::int32_t>(b));
+        if (!body.targeted) add(near, body, body);
     }
     return found;
+}
+
+void BlockTracer::aberrate_at(const Words& instant, Vec3s& direction) const {
+    if (!aberration_) return;
+    for (int i = 0; i < packet_size; ++i)
+        direction.set(i, aberrate(direction.lane(i), -1.0 * instants_.at(instant, i).beta));
 }
 
 std::uint32_t BlockTracer::samples_for(double spread, double aim, std::uint32_t least) const {
@@ -248,9 +265,8 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         std::fill(std::begin(result.covered), std::end(result.covered), false);
         return false;
     }
-    Vec3s centre;
-    set_block(block, y, centre);
-    if (grid == nullptr) near = find_near(centre);
+    set_block(block, y);
+    if (grid == nullptr) near = find_near();
     for (int i = 0; i < packet_size; ++i)
         result.covered[i] = (near.covered >> i & 1u) != 0;
     if (near.samples == 0) return false;
@@ -271,14 +287,12 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
             return true;
         // The grid knows only whether bodies are near; list them.
-        near = find_near(centre);
+        near = find_near();
         round = 1;
     } else {
         for (int i = 0; i < packet_size; ++i)
             wanted[i] = result.covered[i] ? near.samples : 0;
     }
-    first_sample_ =
-        sampling_.instant * std::max(near.samples, sampling_.target_error > 0 ? sampling_.max_samples : 0);
     sample(wanted, sums);
 
     // Further rounds: estimate the error, add samples where it exceeds the target.
@@ -298,9 +312,8 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
 
 void BlockTracer::trace_grid(std::int32_t block, std::int32_t y, const SampleGridKernel& kernel,
                              SampleGrid& grid) {
-    Vec3s centre;
-    set_block(block, y, centre);
-    const NearBodies near = find_near(centre);
+    set_block(block, y);
+    const NearBodies near = find_near();
     grid.near(block * packet_size, y) = near;
     if (near.samples == 0) return;
     Doubles x;
@@ -329,42 +342,104 @@ void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums)
     Batch batch;
     for (int p = 0; p < packet_size; ++p) {
         for (std::uint32_t s = sums.count[p]; s < wanted[p]; ++s) {
-            CameraRays& rays = batch.rays[batch.packets];
-            batch.pixel[batch.packets][batch.lanes] = p;
-            rays.index.v[batch.lanes] = first_sample_ + s;
-            if (++batch.lanes < packet_size) continue;
-            aim(batch);
-            ++batch.packets;
-            batch.lanes = 0;
-            if (batch.packets == Tracer::batch_size) trace(batch, sums);
+            batch.pixel[batch.count] = p;
+            batch.index[batch.count] = s;
+            if (++batch.count == Batch::most) trace(batch, sums);
         }
         sums.count[p] = std::max(sums.count[p], wanted[p]);
     }
-    if (batch.lanes > 0) aim(batch);
-    if (batch.packets > 0 || batch.lanes > 0) trace(batch, sums);
+    if (batch.count > 0) trace(batch, sums);
 }
 
-void BlockTracer::aim(Batch& batch) const {
-    const std::size_t k = batch.packets;
-    CameraRays& rays = batch.rays[k];
-    for (int i = batch.lanes; i < packet_size; ++i) {
-        // Unused lanes repeat the last used one; they are switched off when traced.
-        batch.pixel[k][i] = batch.pixel[k][batch.lanes - 1];
-        rays.index.v[i] = rays.index.v[batch.lanes - 1];
+void BlockTracer::arrange(Batch& batch) const {
+    std::int32_t order[Batch::most];
+    Words instants[Tracer::batch_size];
+    const int used =
+        instants_.one() ? static_cast<int>(batch.count) : sort_by_instant(batch, instants, order);
+    const std::int32_t count = static_cast<std::int32_t>(batch.count);
+    if (instants_.one()) std::iota(order, order + count, 0);
+    batch.packets = static_cast<std::size_t>((used + packet_size - 1) / packet_size);
+    for (int k = 0; k < static_cast<int>(batch.packets); ++k) {
+        CameraRays& rays = batch.rays[k];
+        for (int i = 0; i < packet_size; ++i) {
+            // Unused lanes repeat the last used one, switched off.
+            const int slot = k * packet_size + i;
+            const std::int32_t sample = order[std::min(slot, used - 1)];
+            batch.pixel_at[k][i] = batch.pixel[sample];
+            rays.index.v[i] = batch.index[sample];
+            if (!instants_.one()) rays.instant.v[i] = instants[sample / packet_size].v[sample % packet_size];
+            batch.active[k].on[i] = slot < used ? -1 : 0;
+            if (slot < used) batch.slot[sample] = slot;
+        }
     }
+}
+
+int BlockTracer::sort_by_instant(Batch& batch, Words (&instants)[Tracer::batch_size],
+                                 std::int32_t (&order)[Batch::most]) const {
+    const auto count = static_cast<int>(batch.count);
+    // Counting sort by the part of the exposure.
+    constexpr int parts = 16;
+    int begin[parts + 1] = {};
+    std::uint8_t part[Batch::most];
+    for (int first = 0; first < count; first += packet_size) {
+        Words& instant = instants[first / packet_size];
+        Lanes near;
+        choose_instants(batch, first, instant, near);
+        for (int i = 0; i < packet_size && first + i < count; ++i) {
+            part[first + i] = near.on[i] != 0
+                                  ? static_cast<std::uint8_t>(parts * static_cast<std::size_t>(instant.v[i]) /
+                                                              instants_.count())
+                                  : parts;
+            ++begin[part[first + i]];
+            batch.slot[first + i] = -1;
+        }
+    }
+    int used = 0;
+    for (int p = 0; p < parts; ++p)
+        used += std::exchange(begin[p], used);
+    for (int s = 0; s < count; ++s)
+        if (part[s] < parts) order[begin[part[s]]++] = s;
+    return used;
+}
+
+void BlockTracer::choose_instants(const Batch& batch, int first, Words& instant, Lanes& near) const {
+    Words index;
+    Words seed;
+    Vec3s centre;
+    for (int i = 0; i < packet_size; ++i) {
+        const int sample = std::min(first + i, static_cast<int>(batch.count) - 1);
+        const int pixel = batch.pixel[sample];
+        index.v[i] = batch.index[sample];
+        seed.v[i] = lens_seed_.v[pixel];
+        centre.set(i, centre_.lane(pixel));
+        near.on[i] = 0;
+    }
+    Doubles u;
+    sobol_third(index, seed, u);
+    for (int i = 0; i < packet_size; ++i)
+        instant.v[i] = static_cast<std::uint32_t>(u.v[i] * static_cast<double>(instants_.count()));
+    aberrate_at(instant, centre);
+    for (const std::int32_t body : candidates_) {
+        Lanes own;
+        if (!near_body_at(instants_, body, instant, centre, own)) continue;
+        for (int i = 0; i < packet_size; ++i)
+            near.on[i] |= own.on[i];
+    }
+}
+
+void BlockTracer::aim(Batch& batch, std::size_t k, Doubles& x, Doubles& y) const {
+    CameraRays& rays = batch.rays[k];
     Words lens;
     for (int i = 0; i < packet_size; ++i) {
-        lens.v[i] = lens_seed_.v[batch.pixel[k][i]];
-        rays.light_seed.v[i] = light_seed_.v[batch.pixel[k][i]];
+        lens.v[i] = lens_seed_.v[batch.pixel_at[k][i]];
+        rays.light_seed.v[i] = light_seed_.v[batch.pixel_at[k][i]];
     }
     Doubles u;
     Doubles v;
     sobol_pair(rays.index, lens, u, v);
-    Doubles& x = batch.x[k];
-    Doubles& y = batch.y[k];
     if (psf_ != nullptr) {
         for (int i = 0; i < packet_size; ++i) {
-            x.v[i] = first_x_ + batch.pixel[k][i];
+            x.v[i] = first_x_ + batch.pixel_at[k][i];
             y.v[i] = y_;
         }
         psf_->displace(u, v, tracer_.channels(), x, y, batch.psf_weight[k]);
@@ -373,57 +448,58 @@ void BlockTracer::aim(Batch& batch) const {
     gaussian_psf_.x.offsets(u, x);
     gaussian_psf_.y.offsets(v, y);
     for (int i = 0; i < packet_size; ++i) {
-        x.v[i] += first_x_ + batch.pixel[k][i];
+        x.v[i] += first_x_ + batch.pixel_at[k][i];
         y.v[i] += y_;
     }
 }
 
 void BlockTracer::trace(Batch& batch, Sums& sums) {
-    const std::size_t packets = batch.packets + (batch.lanes > 0 ? 1 : 0);
-    const auto lanes_of = [&](std::size_t k) { return k < batch.packets ? packet_size : batch.lanes; };
-    for (std::size_t k = 0; k < packets; ++k) {
-        Lanes active;
-        for (int i = 0; i < packet_size; ++i)
-            active.on[i] = i < lanes_of(k) ? -1 : 0;
-        intersect(batch.x[k], batch.y[k], active, batch.rays[k], batch.solid_angle[k]);
+    arrange(batch);
+    for (std::size_t k = 0; k < batch.packets; ++k) {
+        Doubles x;
+        Doubles y;
+        aim(batch, k, x, y);
+        intersect(x, y, batch.active[k], batch.rays[k], batch.solid_angle[k]);
     }
-    tracer_.radiance({batch.rays, packets});
+    tracer_.radiance({batch.rays, batch.packets});
     const std::size_t channels = tracer_.channels();
-    for (std::size_t k = 0; k < packets; ++k) {
-        Channels& value = batch.rays[k].radiance;
+    for (std::size_t k = 0; k < batch.packets; ++k)
         for (std::size_t c = 0; c < channels; ++c)
             for (int i = 0; i < packet_size; ++i) {
-                value.v[c].v[i] *= batch.solid_angle[k].v[i];
-                if (psf_ != nullptr) value.v[c].v[i] *= batch.psf_weight[k].v[c].v[i];
+                double& value = batch.rays[k].radiance.v[c].v[i];
+                value *= batch.solid_angle[k].v[i];
+                if (psf_ != nullptr) value *= batch.psf_weight[k].v[c].v[i];
             }
-        for (int i = 0; i < lanes_of(k); ++i) {
-            const int p = batch.pixel[k][i];
-            double v = 0;
+    for (std::size_t s = 0; s < batch.count; ++s) {
+        const int p = batch.pixel[s];
+        double v = 0;
+        if (const int slot = batch.slot[s]; slot >= 0) {
+            const Channels& radiance = batch.rays[slot / packet_size].radiance;
             for (std::size_t c = 0; c < channels; ++c) {
-                sums.channel[c][p] += value.v[c].v[i];
-                v += value.v[c].v[i];
+                const double value = radiance.v[c].v[slot % packet_size];
+                sums.channel[c][p] += value;
+                v += value;
             }
             v /= static_cast<double>(channels);
-            if (sampling_.target_error > 0) sums.noise.add(p, v);
-            sums.least[p] = std::min(sums.least[p], v);
-            sums.most[p] = std::max(sums.most[p], v);
-            if (sums.more != nullptr) sums.more->add(p, v);
         }
+        if (sampling_.target_error > 0) sums.noise.add(p, v);
+        sums.least[p] = std::min(sums.least[p], v);
+        sums.most[p] = std::max(sums.most[p], v);
+        if (sums.more != nullptr) sums.more->add(p, v);
     }
-    batch.packets = 0;
-    batch.lanes = 0;
+    batch.count = 0;
 }
 
 void BlockTracer::intersect(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
                             Doubles& solid_angle) {
     projection_.rays(x, y, rays.direction, solid_angle);
-    tracer_.intersect(rays.direction, active, candidates_, rays.hits);
+    if (!instants_.one()) aberrate_at(rays.instant, rays.direction);
+    tracer_.intersect(rays.direction, active, candidates_, rays.hits, rays.instant);
     tracer_.count_samples(active);
     // Leave out what is splatted.
     for (int i = 0; i < packet_size; ++i) {
         std::int32_t& index = rays.hits.body[i];
-        if (index >= 0 && row_.bodies[static_cast<std::size_t>(index)].splatted(rays.direction.lane(i)))
-            index = -1;
+        if (index >= 0 && instants_.body(index, rays.instant, i).splatted(rays.direction.lane(i))) index = -1;
     }
 }
 

@@ -9,9 +9,10 @@
 #include "renderer/integrators/sample_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/packets/sampler.hpp"
-#include "renderer/world/row_state.hpp"
+#include "renderer/world/instants.hpp"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace obscura::renderer {
@@ -22,7 +23,6 @@ struct Sampling {
     std::uint64_t frame_id = 0;
     std::uint32_t max_samples = 4; ///< per pixel, unless the row's bodies require more
     double target_error = 0;       ///< 0: the samples that the row's bodies require
-    std::uint32_t instant = 0;     ///< index of the instant among those that share the samples of a pixel
 };
 
 /// Means over the pixels of a block: radiance of the tracer times solid angle of the pixel.
@@ -47,12 +47,18 @@ struct BlockResult {
 /// strong, and falls as n^-0.55: there a pixel's error is at least that of its block, so that a few equal
 /// samples do not end the sampling of a pixel, and its value is compared with the mean over the block as
 /// well.
+///
+/// Where the row has several instants, each sample takes the one that the third dimension of its Sobol point
+/// falls into: the samples of a pixel, and each aligned group of 2^k of them, are stratified in time together
+/// with their places in the pixel, and the instants of neighbouring pixels are independent.
 class BlockTracer {
 public:
-    /// All arguments must outlive the tracer. `candidates` is scratch space.
+    /// All arguments must outlive the tracer, whose instants are `instants`. `candidates` is scratch space.
+    /// `swept`: see join_instants(). `projection`: with aberration if the row has one instant, without if it
+    /// has several.
     BlockTracer(const Projection& projection, const GaussianPsf& gaussian_psf, const Psf* psf,
-                const Sampling& sampling, const RowState& row, Tracer& tracer,
-                std::vector<std::int32_t>& candidates);
+                const Sampling& sampling, const Instants& instants, std::span<const SweptBody> swept,
+                Tracer& tracer, std::vector<std::int32_t>& candidates);
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
     /// rows about `y` are filled, pixels in smooth regions are filtered from it instead of having samples of
@@ -78,13 +84,15 @@ private:
         NoiseSums* more = nullptr; ///< the caller's
     };
 
-    /// Packets of samples that are traced together.
+    /// Samples that are traced together.
     struct Batch;
 
-    /// Sets the block, its seeds and the solid angles of its pixels; `centre`: where these look.
-    void set_block(std::int32_t block, std::int32_t y, Vec3s& centre);
-    /// Finds the bodies that the block's pixels may show; lists them in `candidates_`.
-    NearBodies find_near(const Vec3s& centre);
+    /// Sets the block, its seeds, and the directions and solid angles of its pixels.
+    void set_block(std::int32_t block, std::int32_t y);
+    /// Finds the bodies that the block's pixels may show at some instant; lists them in `candidates_`.
+    NearBodies find_near();
+    /// Turns directions by the aberration of each lane's instant.
+    void aberrate_at(const Words& instant, Vec3s& direction) const;
     /// Number of samples that brings a pixel of standard deviation `spread` to the error `aim`.
     [[nodiscard]] std::uint32_t samples_for(double spread, double aim, std::uint32_t least) const;
     /// As samples_for(), for a pixel whose `count` samples have the error `error`, of indirect light.
@@ -98,10 +106,20 @@ private:
     /// Sets `wanted` samples of pixels whose error exceeds the goal; false when there are none.
     bool refine(const NearBodies& near, const BlockResult& result, bool first_round, const Sums& sums,
                 std::uint32_t (&wanted)[packet_size]) const;
-    /// Sums the samples [count, wanted) of every pixel, counted from `first_sample_`.
+    /// Sums the samples [count, wanted) of every pixel.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
-    /// Aims the rays of the batch's last packet.
-    void aim(Batch& batch) const;
+    /// Distributes the samples of the batch over packets: of several instants, those that are near a body.
+    void arrange(Batch& batch) const;
+    /// Chooses the instants of the batch's samples. Fills `order` with those that are near a body then, by
+    /// the part of the exposure, so that rays of one packet are alike; returns their number. The others get
+    /// no slot.
+    int sort_by_instant(Batch& batch, Words (&instants)[Tracer::batch_size],
+                        std::int32_t (&order)[Tracer::batch_size * packet_size]) const;
+    /// Chooses the instants of 16 samples from `first`; `near`: those whose pixel is near a body then.
+    void choose_instants(const Batch& batch, int first, Words& instant, Lanes& near) const;
+    /// Seeds the rays of packet `k`; `x`, `y`: their points of the sensor.
+    void aim(Batch& batch, std::size_t k, Doubles& x, Doubles& y) const;
+    /// Traces the samples of the batch, adds them in order, and empties it.
     void trace(Batch& batch, Sums& sums);
     /// Intersects camera rays through the given points of the sensor.
     void intersect(const Doubles& x, const Doubles& y, const Lanes& active, CameraRays& rays,
@@ -111,12 +129,15 @@ private:
     const GaussianPsf& gaussian_psf_;
     const Psf* psf_; ///< if any, instead of the Gaussian
     const Sampling& sampling_;
-    const RowState& row_;
+    const Instants instants_;
+    const RowState& row_; ///< the first of them
+    std::span<const SweptBody> swept_;
     Tracer& tracer_;
     std::vector<std::int32_t>& candidates_;
     bool sunlight_only_; ///< of the tracer
+    bool aberration_;    ///< at some instant
     std::int32_t first_x_ = 0, y_ = 0;
-    std::uint32_t first_sample_ = 0; ///< of a pixel's sequence: earlier ones belong to other instants
+    Vec3s centre_; ///< directions of the pixels' centres
     Doubles solid_angle_;
     Words lens_seed_, light_seed_;
 };

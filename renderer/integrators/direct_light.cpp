@@ -2,7 +2,6 @@
 #include "renderer/integrators/direct_light.hpp"
 
 #include "renderer/lights/sunlight.hpp"
-#include "renderer/packets/frames.hpp"
 #include "renderer/world/motion.hpp"
 
 #include <algorithm>
@@ -20,9 +19,10 @@ void add_light(const Doubles& throughput, const Doubles& colour, const Doubles& 
 
 } // namespace
 
-DirectLight::DirectLight(const RowState& row, const Lighting& lighting, const scene::Sun& sun,
+DirectLight::DirectLight(const Instants& instants, const Lighting& lighting, const scene::Sun& sun,
                          RayCounts& counts)
-    : row_(row),
+    : instants_(instants),
+      row_(instants_.front()),
       lighting_(lighting),
       sun_(sun),
       sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)),
@@ -66,7 +66,8 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
     // Sample the Sun's disc.
     RayPacket light;
     Doubles solid_angle;
-    sample_sun(vertex.surface.position, vertex.body->sun_m, sun_, u, v, light.direction, solid_angle);
+    instants_.sample_sun(vertex.body, paths.instant, vertex.surface.position, sun_, u, v, light.direction,
+                         solid_angle);
     // Evaluate the BRDF.
     Doubles r;
     evaluate_brdf(row_, vertex, light.direction, r);
@@ -76,7 +77,7 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
         light.t_max[i] = no_hit;
     }
     if (!light.active.any()) return;
-    occlude(vertex, false, light);
+    occlude(vertex, false, paths.instant, light);
     // Add throughput times BRDF times radiance over the pdf.
     for (int i = 0; i < packet_size; ++i)
         r[i] = light.active.on[i] != 0 ? r[i] * solid_angle[i] : 0;
@@ -91,12 +92,17 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
 void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, Channels& out) {
     for (std::size_t k = 0; k < lighting_.lamps.size(); ++k) {
         const scene::Lamp& lamp = lighting_.lamps[k];
-        const Mat3& from_inertial = vertex.body->from_inertial;
-        const Vec3 position = from_inertial * (row_.lamps[k].position_m - vertex.body->position_m);
-        const Vec3 axis = from_inertial * rotate(row_.lamps[k].orientation, {0, 0, 1});
+        Vec3 position; // of the lamp, in the vertex's frame
+        Vec3 axis;
         RayPacket light;
         Doubles falloff; // relative intensity over the squared distance, m-2
         for (int i = 0; i < packet_size; ++i) {
+            if (i == 0 || !instants_.one()) {
+                const RowState& row = instants_.at(paths.instant, i);
+                const BodyState& body = row.bodies[static_cast<std::size_t>(vertex.body)];
+                position = body.from_inertial * (row.lamps[k].position_m - body.position_m);
+                axis = body.from_inertial * rotate(row.lamps[k].orientation, {0, 0, 1});
+            }
             const Vec3 to_lamp = position - vertex.surface.position.lane(i);
             const double distance = length(to_lamp);
             const Vec3 d = distance > 0 ? to_lamp / distance : Vec3{0, 0, 1};
@@ -109,7 +115,7 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
         for (int i = 0; i < packet_size; ++i)
             light.active.on[i] = vertex.here.on[i] != 0 && r[i] * falloff[i] > 0 ? -1 : 0;
         if (!light.active.any()) continue;
-        occlude(vertex, true, light);
+        occlude(vertex, true, paths.instant, light);
         for (int i = 0; i < packet_size; ++i)
             r[i] = light.active.on[i] != 0 ? r[i] * falloff[i] : 0;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
@@ -133,9 +139,10 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
         const BodyState& lamp = row_.bodies[static_cast<std::size_t>(area_light.body)];
         const double area_m2 = area_light.area_m2;
         const bool last = k + 1 == lighting_.area_lights.size();
-        const bool here = lamp.frame == vertex.body->frame;
-        const Mat3 turn = here ? Mat3{} : relative_rotation(lamp, *vertex.body);
-        const Vec3 offset = here ? Vec3{} : relative_origin(lamp, *vertex.body);
+        const bool here = lamp.frame == row_.bodies[static_cast<std::size_t>(vertex.body)].frame;
+        Mat3 turn;
+        Vec3 offset;
+        bool turned = false;
         const double resolved_m = lamp.shape->bounding_radius_m() * 0x1p-20;
         for (int i = 0; i < packet_size; ++i) {
             const double at_m2 = u[i] * lighting_.area_m2 - before_m2;
@@ -145,6 +152,13 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
             Vec3 normal;
             lamp.shape->sample_area(std::min(at_m2 / area_m2, 0x1.fffffffffffffp-1), v[i], point, normal);
             if (!here) {
+                if (!turned || !instants_.one()) {
+                    const BodyState& from = instants_.body(area_light.body, paths.instant, i);
+                    const BodyState& to = instants_.body(vertex.body, paths.instant, i);
+                    turn = relative_rotation(from, to);
+                    offset = relative_origin(from, to);
+                    turned = true;
+                }
                 point = turn * point + offset;
                 normal = turn * normal;
             }
@@ -169,7 +183,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
         light.active.on[i] =
             vertex.here.on[i] != 0 && r[i] * inverse_pdf[i] > 0 && light.t_max[i] > 0 ? -1 : 0;
     if (!light.active.any()) return;
-    occlude(vertex, true, light);
+    occlude(vertex, true, paths.instant, light);
     for (int i = 0; i < packet_size; ++i) {
         if (light.active.on[i] == 0) continue;
         double value = r[i] * inverse_pdf[i];
@@ -186,7 +200,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
     }
 }
 
-void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, RayPacket& light) {
+void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, const Words& instant, RayPacket& light) {
     light.origin = vertex.surface.shadow_origin;
     light.coherent = vertex.coherent;
     RayPacket turned; // in the frame `turned_to`
@@ -211,7 +225,7 @@ void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, RayPacket& 
         if (!tested.any()) continue;
         counts_.rays += static_cast<std::uint64_t>(tested.count());
         Lanes unblocked;
-        if (other.frame == vertex.body->frame) {
+        if (other.frame == row_.bodies[static_cast<std::size_t>(vertex.body)].frame) {
             const Lanes all = light.active;
             light.active = tested;
             other.shape->occlude(light);
@@ -219,9 +233,7 @@ void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, RayPacket& 
             light.active = all;
         } else {
             if (turned_to != other.frame) {
-                const Mat3 turn = relative_rotation(*vertex.body, other);
-                transform(turn, light.origin, relative_origin(*vertex.body, other), turned.origin);
-                transform(turn, light.direction, {}, turned.direction);
+                instants_.between(vertex.body, index, instant, light.origin, light.direction, turned);
                 turned.t_max = light.t_max;
                 turned_to = other.frame;
             }

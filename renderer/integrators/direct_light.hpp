@@ -20,7 +20,7 @@ namespace obscura::renderer {
 class DirectLight {
 public:
     /// All arguments must outlive the object.
-    DirectLight(const RowState& row, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
+    DirectLight(const Instants& instants, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
     /// Adds emission at the hits `here` of `body`, with its MIS weight. Paths that hit the Sun end.
     void add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
@@ -37,9 +37,10 @@ public:
 private:
     /// Switches off blocked shadow rays. Towards the Sun only the known occluders of a body are tested,
     /// else (`all_bodies`) all.
-    void occlude(const PathVertex& vertex, bool all_bodies, RayPacket& light);
+    void occlude(const PathVertex& vertex, bool all_bodies, const Words& instant, RayPacket& light);
 
-    const RowState& row_;
+    const Instants instants_;
+    const RowState& row_; ///< the first of them: for what is the same at all
     const Lighting& lighting_;
     const scene::Sun& sun_;
     double sun_radiance_; ///< per irradiance at 1 au, 1/sr

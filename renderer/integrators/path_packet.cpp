@@ -28,7 +28,17 @@ void turn_rays(const Mat3& m, const Vec3s& origin, const Vec3s& start, Vec3 body
 
 } // namespace
 
-void to_body_frame(const BodyState& body, const PathPacket& paths, RayPacket& rays) {
+void to_body_frame(const Instants& instants, std::int32_t index, const PathPacket& paths, RayPacket& rays) {
+    if (!instants.one()) {
+        for (int i = 0; i < packet_size; ++i) {
+            const BodyState& body = instants.body(index, paths.instant, i);
+            const Vec3 offset_m = paths.start.lane(i) - body.position_m;
+            rays.origin.set(i, body.from_inertial * (paths.origin.lane(i) + offset_m));
+            rays.direction.set(i, body.from_inertial * paths.direction.lane(i));
+        }
+        return;
+    }
+    const BodyState& body = instants.front().bodies[static_cast<std::size_t>(index)];
     turn_rays(body.from_inertial, paths.origin, paths.start, body.position_m, paths.direction, rays);
 }
 
@@ -51,6 +61,7 @@ std::size_t compact(std::span<PathPacket> paths, std::size_t channels) {
                 to.travelled_m[lane] = from.travelled_m[i] + from.hits.t[i];
                 to.index[lane] = from.index[i];
                 to.seed[lane] = from.seed[i];
+                to.instant[lane] = from.instant[i];
                 to.owner[lane] = from.owner[i];
                 to.shone_on[lane] = from.shone_on[i];
             } else {

@@ -4,7 +4,7 @@
 
 #include "renderer/packets/packet.hpp"
 #include "renderer/packets/sampler.hpp"
-#include "renderer/world/row_state.hpp"
+#include "renderer/world/instants.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -29,12 +29,13 @@ struct PathPacket {
     /// Body that the path left, if the light of its planetshine sources was sampled there; else -1.
     std::int32_t shone_on[packet_size];
     Words index, seed; ///< of their random numbers, see SampleStream
+    Words instant;     ///< see Instants
     /// The camera ray that the path began with: packet of the batch times packet_size plus lane.
     std::int32_t owner[packet_size];
 };
 
-/// Transforms the rays of `paths` to the frame of `body`: sets origin and direction of `rays`.
-void to_body_frame(const BodyState& body, const PathPacket& paths, RayPacket& rays);
+/// Transforms the rays of `paths` to the frame of body `body`: sets origin and direction of `rays`.
+void to_body_frame(const Instants& instants, std::int32_t body, const PathPacket& paths, RayPacket& rays);
 
 /// Moves the paths that are alive to the front, so that packets stay full, and adds their last ray to
 /// `travelled_m`. Returns the number of packets that they fill.

@@ -27,13 +27,15 @@ void copy_lanes(const Lanes& which, const SurfacePacket& from, SurfacePacket& to
 
 } // namespace
 
-PathTracer::PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun,
+PathTracer::PathTracer(const Instants& instants, const Lighting& lighting, const scene::Sun& sun,
                        RayCounts& counts)
-    : Tracer(row, sun, counts),
+    : Tracer(instants, sun, counts),
       lighting_(lighting),
-      direct_light_(row, lighting, sun, counts),
-      planetshine_(std::any_of(row.bodies.begin(), row.bodies.end(),
-                               [](const BodyState& body) { return body.planetshine[0].body >= 0; })) {}
+      direct_light_(instants, lighting, sun, counts),
+      planetshine_(std::any_of(instants.states().begin(), instants.states().end(), [](const RowState& row) {
+          return std::any_of(row.bodies.begin(), row.bodies.end(),
+                             [](const BodyState& body) { return body.planetshine[0].body >= 0; });
+      })) {}
 
 bool PathTracer::sunlight_only() const {
     return lighting_.max_bounces == 0 && lighting_.lamps.empty() &&
@@ -52,16 +54,17 @@ double PathTracer::reference_radiance(const BodyState& body) const {
 void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, PathVertex& vertex,
                         Channels* emitted) const {
     vertex.count = 0;
-    vertex.body = nullptr;
+    vertex.body = -1;
     vertex.here = {};
     for (int lane = 0; lane < packet_size; ++lane) {
         if (left.on[lane] == 0) continue;
         const std::int32_t index = hits.body[lane];
         const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
-        if (vertex.body != nullptr && body.frame != vertex.body->frame) continue;
-        if (vertex.body == nullptr) {
-            vertex.body = &body;
-            to_body_frame(body, paths, vertex.view);
+        if (vertex.body >= 0 && body.frame != row_.bodies[static_cast<std::size_t>(vertex.body)].frame)
+            continue;
+        if (vertex.body < 0) {
+            vertex.body = index;
+            to_body_frame(instants_, index, paths, vertex.view);
         }
         Lanes here{};
         for (int i = lane; i < packet_size; ++i)
@@ -77,7 +80,7 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         if (emitted != nullptr)
             direct_light_.add_emission(body, here, surface, vertex.view, hits, paths, *emitted);
         if (body.material == nullptr) {
-            if (vertex.count == 0) vertex.body = nullptr;
+            if (vertex.count == 0) vertex.body = -1;
             continue;
         }
         vertex.varies[vertex.count] = colour(index, here, hits, paths, vertex.view, surface, vertex.colour,
@@ -125,11 +128,11 @@ bool PathTracer::sunlight_weights(const PathVertex& vertex, const PathPacket& pa
     for (int i = 0; i < packet_size; ++i) {
         weight[i] = 1;
         if (vertex.here.on[i] == 0 || paths.shone_on[i] < 0 || paths.pdf[i] == delta_pdf) continue;
-        const auto& sources = row_.bodies[static_cast<std::size_t>(paths.shone_on[i])].planetshine;
+        const auto& sources = instants_.body(paths.shone_on[i], paths.instant, i).planetshine;
         if (std::none_of(sources.begin(), sources.end(),
                          [&](const PlanetshineSource& s) { return s.body == vertex.of[i]; }))
             continue;
-        const BodyState& source = row_.bodies[static_cast<std::size_t>(vertex.of[i])];
+        const BodyState& source = instants_.body(vertex.of[i], paths.instant, i);
         const LitDisc disc(*source.shape, vertex.view.origin.lane(i), source.sun_m, sun_.radius_m);
         const double inverse_pdf = disc.inverse_pdf_sr(LitDisc::Part::lit, vertex.view.direction.lane(i));
         if (!(inverse_pdf > 0)) continue;
@@ -144,7 +147,7 @@ void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex,
                                  Channels& out) {
     const std::size_t channels = lighting_.sun_w_m2.size();
     const auto source_of = [&](int lane, std::size_t slot) {
-        return row_.bodies[static_cast<std::size_t>(vertex.of[lane])].planetshine[slot];
+        return instants_.body(vertex.of[lane], paths.instant, lane).planetshine[slot];
     };
     for (int i = 0; i < packet_size; ++i) {
         if (vertex.here.on[i] == 0) continue;
@@ -181,10 +184,11 @@ void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex,
             inverse_pdf[i] = 0;
             if (active.on[i] == 0) continue;
             const std::int32_t index = source_of(i, slot).body;
-            const BodyState& source = row_.bodies[static_cast<std::size_t>(index)];
-            if (turned_to != index) {
-                turn = relative_rotation(*vertex.body, source);
-                offset = relative_origin(*vertex.body, source);
+            const BodyState& source = instants_.body(index, paths.instant, i);
+            if (turned_to != index || !instants_.one()) {
+                const BodyState& here = instants_.body(vertex.body, paths.instant, i);
+                turn = relative_rotation(here, source);
+                offset = relative_origin(here, source);
                 turned_to = index;
             }
             const LitDisc disc(*source.shape, turn * vertex.surface.shadow_origin.lane(i) + offset,
@@ -197,10 +201,11 @@ void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex,
         Doubles r;
         evaluate_brdf(row_, vertex, light, r);
         PathPacket probe;
-        transform(vertex.body->to_inertial, vertex.surface.shadow_origin, {}, probe.origin);
-        transform(vertex.body->to_inertial, light, {}, probe.direction);
-        set_all(probe.start, vertex.body->position_m);
+        probe.instant = paths.instant;
+        instants_.to_inertial(vertex.body, probe.instant, vertex.surface.shadow_origin, probe.origin);
+        instants_.to_inertial(vertex.body, probe.instant, light, probe.direction);
         for (int i = 0; i < packet_size; ++i) {
+            probe.start.set(i, instants_.body(vertex.body, probe.instant, i).position_m);
             const bool open = dot(light.lane(i), vertex.surface.facet_normal.lane(i)) > 0;
             probe.alive.on[i] = active.on[i] != 0 && open && r[i] * inverse_pdf[i] > 0 ? -1 : 0;
             double value = 0;
@@ -274,7 +279,7 @@ void PathTracer::shade(std::uint32_t bounce, PathPacket& paths, Channels& out) {
         if (area) direct_light_.add_area_light(vertex, area_u, area_v, paths, !last, out);
         if (sun && planetshine_ && !last) add_planetshine(bounce, vertex, paths, out);
         // Sample the next direction.
-        if (!last) sample_bsdf(row_, vertex, bsdf_u, bsdf_v, channels, paths);
+        if (!last) sample_bsdf(instants_, vertex, bsdf_u, bsdf_v, channels, paths);
     }
     if (last) return;
     // Russian roulette.
@@ -309,9 +314,10 @@ void PathTracer::follow(PathPacket& paths) {
     std::int32_t frame = -1;
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
         const BodyState& body = row_.bodies[b];
-        if (body.frame != frame) to_body_frame(body, paths, rays);
+        const auto index = static_cast<std::int32_t>(b);
+        if (body.frame != frame) to_body_frame(instants_, index, paths, rays);
         frame = body.frame;
-        body.shape->intersect(rays, static_cast<std::int32_t>(b), hits);
+        body.shape->intersect(rays, index, hits);
     }
     for (int i = 0; i < packet_size; ++i)
         if (hits.body[i] < 0) paths.alive.on[i] = 0;
@@ -329,12 +335,21 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
                 rays.radiance.v[c][i] = 0;
                 paths.throughput.v[c][i] = 1;
             }
-        transform(row_.inertial_from_camera, rays.direction, {}, paths.direction);
+        if (instants_.one()) {
+            transform(row_.inertial_from_camera, rays.direction, {}, paths.direction);
+            set_all(paths.start, row_.camera.position_m);
+        } else {
+            for (int i = 0; i < packet_size; ++i) {
+                const RowState& row = instants_.at(rays.instant, i);
+                paths.direction.set(i, row.inertial_from_camera * rays.direction.lane(i));
+                paths.start.set(i, row.camera.position_m);
+            }
+        }
         set_all(paths.origin, {});
-        set_all(paths.start, row_.camera.position_m);
         paths.hits = rays.hits;
         paths.index = rays.index;
         paths.seed = rays.light_seed;
+        paths.instant = rays.instant;
         for (int i = 0; i < packet_size; ++i) {
             paths.alive.on[i] = rays.hits.body[i] >= 0 ? -1 : 0;
             paths.pdf[i] = delta_pdf;

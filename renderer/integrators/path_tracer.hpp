@@ -34,7 +34,7 @@ namespace obscura::renderer {
 class PathTracer final : public Tracer {
 public:
     /// All arguments must outlive the tracer.
-    PathTracer(const RowState& row, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
+    PathTracer(const Instants& instants, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
     [[nodiscard]] std::size_t channels() const override { return lighting_.sun_w_m2.size(); }
     [[nodiscard]] bool sunlight_only() const override;

@@ -2,7 +2,6 @@
 #include "renderer/integrators/path_vertex.hpp"
 
 #include "renderer/integrators/tracer.hpp"
-#include "renderer/packets/frames.hpp"
 #include "renderer/packets/lanes.hpp"
 
 #include <algorithm>
@@ -37,8 +36,9 @@ double sample_bsdf_pdf(const RowState& row, const PathVertex& vertex, int lane, 
     return varied != nullptr ? material.pdf_varied(*varied, lane, out, in) : material.pdf(out, in);
 }
 
-void sample_bsdf(const RowState& row, const PathVertex& vertex, const Doubles& u, const Doubles& v,
+void sample_bsdf(const Instants& instants, const PathVertex& vertex, const Doubles& u, const Doubles& v,
                  std::size_t channels, PathPacket& next) {
+    const RowState& row = instants.front();
     // Sample the BSDF.
     Vec3s in;
     Doubles scale;
@@ -80,15 +80,15 @@ void sample_bsdf(const RowState& row, const PathVertex& vertex, const Doubles& u
     // Set the next rays.
     Vec3s origin;
     Vec3s direction;
-    transform(vertex.body->to_inertial, vertex.surface.shadow_origin, {}, origin);
-    transform(vertex.body->to_inertial, in, {}, direction);
+    instants.to_inertial(vertex.body, next.instant, vertex.surface.shadow_origin, origin);
+    instants.to_inertial(vertex.body, next.instant, in, direction);
     copy_lanes(vertex.here, origin, next.origin);
     copy_lanes(vertex.here, direction, next.direction);
     for (int i = 0; i < packet_size; ++i) {
         scale[i] *= mirrored.on[i] != 0 ? 1 : r[i];
         if (vertex.here.on[i] == 0) continue;
         next.alive.on[i] = scale[i] > 0 ? -1 : 0;
-        next.start.set(i, vertex.body->position_m);
+        next.start.set(i, instants.body(vertex.body, next.instant, i).position_m);
     }
     // Update the throughput.
     for (std::size_t c = 0; c < channels; ++c)

@@ -4,7 +4,7 @@
 
 #include "renderer/integrators/path_packet.hpp"
 #include "renderer/packets/packet.hpp"
-#include "renderer/world/row_state.hpp"
+#include "renderer/world/instants.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace obscura::renderer {
 
 /// Path vertices on bodies that share a frame; everything in that frame.
 struct PathVertex {
-    const BodyState* body = nullptr;  ///< any body of the frame
+    std::int32_t body = -1;           ///< any body of the frame
     Lanes here;                       ///< the lanes that scatter light
     std::int32_t of[packet_size];     ///< index of each lane's body in the row
     std::int32_t bodies[packet_size]; ///< the bodies that were hit, `count` of them
@@ -42,7 +42,7 @@ void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& l
 [[nodiscard]] double sample_bsdf_pdf(const RowState& row, const PathVertex& vertex, int lane, Vec3 light);
 
 /// Samples the BSDF: next ray and throughput of `next`, whose paths end where nothing is scattered.
-void sample_bsdf(const RowState& row, const PathVertex& vertex, const Doubles& u, const Doubles& v,
+void sample_bsdf(const Instants& instants, const PathVertex& vertex, const Doubles& u, const Doubles& v,
                  std::size_t channels, PathPacket& next);
 
 } // namespace obscura::renderer

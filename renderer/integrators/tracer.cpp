@@ -2,7 +2,6 @@
 #include "renderer/integrators/tracer.hpp"
 
 #include "renderer/lights/sunlight.hpp"
-#include "renderer/packets/frames.hpp"
 
 namespace obscura::renderer {
 
@@ -21,11 +20,15 @@ void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s
     }
 }
 
-Tracer::Tracer(const RowState& row, const scene::Sun& sun, RayCounts& counts)
-    : row_(row), sun_(sun), sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)), counts_(counts) {}
+Tracer::Tracer(const Instants& instants, const scene::Sun& sun, RayCounts& counts)
+    : instants_(instants),
+      row_(instants_.front()),
+      sun_(sun),
+      sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)),
+      counts_(counts) {}
 
 void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
-                       HitPacket& hits) {
+                       HitPacket& hits, const Words& instant) {
     hits.clear();
     counts_.rays += static_cast<std::uint64_t>(active.count());
     RayPacket rays;
@@ -33,10 +36,8 @@ void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<co
     for (double& t : rays.t_max.v)
         t = no_hit;
     for (const std::int32_t index : candidates) {
-        const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
-        transform(body.from_camera, direction, {}, rays.direction);
-        set_all(rays.origin, body.camera_m);
-        body.shape->intersect(rays, index, hits);
+        instants_.from_camera(index, instant, direction, rays);
+        row_.bodies[static_cast<std::size_t>(index)].shape->intersect(rays, index, hits);
     }
 }
 
@@ -56,19 +57,19 @@ void Tracer::radiance(std::span<CameraRays> batch) {
         for (int i = 0; i < packet_size; ++i) {
             if (left.on[i] == 0) continue;
             const std::int32_t body = hits.body[i];
-            reflect(body, rays.direction, hits, u, v, radiance);
+            reflect(body, rays, u, v, radiance);
             for (int k = i; k < packet_size; ++k)
                 left.on[k] = hits.body[k] == body ? 0 : left.on[k];
         }
     }
 }
 
-void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
-                     const Doubles& v, Doubles& radiance) {
+void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& u, const Doubles& v,
+                     Doubles& radiance) {
     const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
+    const HitPacket& hits = rays.hits;
     RayPacket view;
-    transform(body.from_camera, direction, {}, view.direction);
-    set_all(view.origin, body.camera_m);
+    instants_.from_camera(index, rays.instant, rays.direction, view);
     SurfacePacket surface;
     body.shape->surface(view, hits, index, surface);
     if (body.material == nullptr) {
@@ -92,7 +93,7 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
     // Sample the Sun's disc.
     RayPacket shadow;
     Doubles solid_angle;
-    sample_sun(surface.position, body.sun_m, sun_, u, v, shadow.direction, solid_angle);
+    instants_.sample_sun(index, rays.instant, surface.position, sun_, u, v, shadow.direction, solid_angle);
     // Evaluate the BRDF.
     ScatterPacket scatter;
     scatter_angles(surface, view.direction, shadow.direction, scatter);
@@ -117,23 +118,21 @@ void Tracer::reflect(std::int32_t index, const Vec3s& direction, const HitPacket
         body.shape->occlude(shadow);
     }
     for (const std::int32_t other : body.occluders)
-        occlude_by(body, other, surface.shadow_origin, shadow);
+        occlude_by(index, other, rays.instant, surface.shadow_origin, shadow);
     for (int i = 0; i < packet_size; ++i)
         if (shadow.active.on[i] != 0) radiance.v[i] = r.v[i] * sun_radiance_ * solid_angle.v[i];
 }
 
-void Tracer::occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays) {
+void Tracer::occlude_by(std::int32_t body, std::int32_t other, const Words& instant, const Vec3s& origin,
+                        RayPacket& rays) {
     if (!rays.active.any()) return;
     counts_.rays += static_cast<std::uint64_t>(rays.active.count());
-    const BodyState& occluder = row_.bodies[static_cast<std::size_t>(other)];
-    const Mat3 turn = relative_rotation(body, occluder);
     RayPacket moved;
-    transform(turn, origin, relative_origin(body, occluder), moved.origin);
-    transform(turn, rays.direction, {}, moved.direction);
+    instants_.between(body, other, instant, origin, rays.direction, moved);
     moved.t_max = rays.t_max;
     moved.active = rays.active;
     moved.coherent = rays.coherent;
-    occluder.shape->occlude(moved);
+    row_.bodies[static_cast<std::size_t>(other)].shape->occlude(moved);
     rays.active = moved.active;
 }
 

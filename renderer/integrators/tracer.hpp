@@ -4,7 +4,7 @@
 
 #include "renderer/packets/packet.hpp"
 #include "renderer/packets/sample_stream.hpp"
-#include "renderer/world/row_state.hpp"
+#include "renderer/world/instants.hpp"
 
 #include <cstdint>
 #include <span>
@@ -22,6 +22,7 @@ struct CameraRays {
     Vec3s direction; ///< unit, camera frame
     HitPacket hits;
     Words index, light_seed; ///< see SampleStream
+    Words instant;           ///< see Instants
     Channels radiance;
 };
 
@@ -29,21 +30,21 @@ struct CameraRays {
 /// `light` away from it.
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s);
 
-/// Traces packets of camera rays through the scene of one row. The base class computes direct sunlight only,
-/// for a white Sun of unit irradiance: its single channel is radiance per irradiance of the Sun at 1 au,
-/// 1/sr. Thread-bound: one for each thread.
+/// Traces packets of camera rays through the scene of one row, each at its own instant. The base class
+/// computes direct sunlight only, for a white Sun of unit irradiance: its single channel is radiance per
+/// irradiance of the Sun at 1 au, 1/sr. Thread-bound: one for each thread.
 class Tracer {
 public:
     /// All arguments must outlive the tracer.
-    Tracer(const RowState& row, const scene::Sun& sun, RayCounts& counts);
+    Tracer(const Instants& instants, const scene::Sun& sun, RayCounts& counts);
     virtual ~Tracer() = default;
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
 
     /// Nearest hits among `candidates` (indices of bodies) of rays from the camera along `direction` (unit,
-    /// camera frame).
+    /// camera frame). Where all rays have the same instant, `instant` is not read.
     void intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
-                   HitPacket& hits);
+                   HitPacket& hits, const Words& instant = {});
 
     [[nodiscard]] virtual std::size_t channels() const { return 1; }
     /// Whether bodies send nothing but direct sunlight.
@@ -69,17 +70,19 @@ public:
 
 protected:
     /// Switches off the active shadow rays (frame of `body`, from `origin`) that `other` blocks.
-    void occlude_by(const BodyState& body, std::int32_t other, const Vec3s& origin, RayPacket& rays);
+    void occlude_by(std::int32_t body, std::int32_t other, const Words& instant, const Vec3s& origin,
+                    RayPacket& rays);
 
-    const RowState& row_;
+    const Instants instants_;
+    const RowState& row_; ///< the first of them: for what is the same at all
     const scene::Sun& sun_;
     double sun_radiance_;
     RayCounts& counts_;
     double ray_width_rad_ = 0;
 
 private:
-    void reflect(std::int32_t body, const Vec3s& direction, const HitPacket& hits, const Doubles& u,
-                 const Doubles& v, Doubles& radiance);
+    void reflect(std::int32_t body, const CameraRays& rays, const Doubles& u, const Doubles& v,
+                 Doubles& radiance);
 };
 
 } // namespace obscura::renderer

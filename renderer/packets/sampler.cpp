@@ -116,6 +116,19 @@ void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v) {
 }
 
 OBSCURA_VECTOR_CLONES
+void sobol_third(const Words& index, const Words& seed, Doubles& u) {
+    Words shuffled;
+    Words third{};
+    for (int i = 0; i < packet_size; ++i)
+        shuffled.v[i] = reverse_bits(scramble_reversed(reverse_bits(index.v[i]), mix(seed.v[i])));
+    for (int k = 0; k < 32; ++k)
+        for (int i = 0; i < packet_size; ++i)
+            third.v[i] ^= (0u - (shuffled.v[i] >> k & 1u)) & third_dimension.column[k];
+    for (int i = 0; i < packet_size; ++i)
+        u.v[i] = to_unit(reverse_bits(scramble_reversed(third.v[i], mix(seed.v[i] ^ 0x1b873593u))));
+}
+
+OBSCURA_VECTOR_CLONES
 void sobol_second_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v) {
     Words shuffled;
     Words third{};

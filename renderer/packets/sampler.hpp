@@ -21,7 +21,6 @@ enum class SamplePurpose : std::uint32_t {
     pixel = 1,
     body = 2,
     sample_grid = 3,
-    instant = 4,
     wing_cells = 5,
     wing_points = 6
 };
@@ -46,5 +45,8 @@ void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v);
 /// together with them, where padded pairs are not. Direction numbers: Joe and Kuo, Constructing Sobol
 /// Sequences with Better Two-Dimensional Projections, SIAM J. Sci. Comput. 30(5), 2008.
 void sobol_second_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v);
+/// The third dimension alone. Scrambled: evenly spaced numbers would cancel noise where what moves is as wide
+/// as their distance, and so defeat its estimate.
+void sobol_third(const Words& index, const Words& seed, Doubles& u);
 
 } // namespace obscura::renderer

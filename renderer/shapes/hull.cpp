@@ -2,6 +2,7 @@
 #include "renderer/shapes/hull.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace obscura::renderer {
@@ -53,7 +54,10 @@ void Hull::include(Vec3 point) {
 void Hull::cull(const RayPacket& rays, double slack_rad, Lanes& near) const {
     // A ray turned by a small angle lies within that angle times the distance of this one anywhere on the
     // mesh; add a margin for rounding.
-    const double slack_m = (length(rays.origin.lane(0)) + radius_) * (slack_rad + 1e-12);
+    double farthest = 0;
+    for (int i = 0; i < packet_size; ++i)
+        farthest = std::max(farthest, length_squared(rays.origin.lane(i)));
+    const double slack_m = (std::sqrt(farthest) + radius_) * (slack_rad + 1e-12);
     Doubles first;
     Doubles last;
     for (int i = 0; i < packet_size; ++i) {

@@ -67,28 +67,16 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
     return (turn_rad + most_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 
-Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most, std::uint32_t samples,
-                      double jitter) {
-    Exposure e;
-    e.row = row;
-    e.points = static_cast<std::uint32_t>(
-        std::clamp(std::ceil(motion_px / step_px), 1.0, static_cast<double>(most)));
-    // Choose a number of instants that divides the samples without remainder.
-    if (e.points > 1 && e.points < samples) e.points = std::min(most, samples / (samples / e.points));
-    e.pixels = std::min(e.points, samples);
-    if (e.pixels < e.points) e.shift = jitter;
-    return e;
+Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most) {
+    return {row, static_cast<std::uint32_t>(
+                     std::clamp(std::ceil(motion_px / step_px), 1.0, static_cast<double>(most)))};
 }
 
-double Exposure::point_s(std::uint32_t i) const {
-    if (points == 1) return at(0.5);
-    const double n = points;
-    return at(0.5 + ((i + 0.5) / n - 0.5) * std::sqrt(n * n / (n * n - 1)));
-}
-
-double Exposure::at(double fraction) const {
+double Exposure::time_s(std::uint32_t i) const {
     // The middle is the instant in whole nanoseconds that the frame's ground truth states.
-    if (fraction == 0.5) return to_seconds(row.mid().ns);
+    if (instants == 1) return to_seconds(row.mid().ns);
+    const double n = instants;
+    const double fraction = 0.5 + ((i + 0.5) / n - 0.5) * std::sqrt(n * n / (n * n - 1));
     return to_seconds(row.reset.ns) + fraction * to_seconds(row.exposure_ns());
 }
 

@@ -18,26 +18,17 @@ namespace obscura::renderer {
 [[nodiscard]] double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                                const Projection& projection, double reach_px, const RowTime& row);
 
-/// Instants that share the exposure of one row, each in the middle of its interval.
+/// Instants that share the exposure of one row, each in the middle of its interval. Stars and sub-pixel
+/// bodies are splatted at each of them; each sample of a pixel takes one.
 struct Exposure {
     RowTime row;
-    std::uint32_t points = 1; ///< instants of splatted stars and sub-pixel bodies
-    std::uint32_t pixels = 1; ///< instants of pixel samples: at most `points`
-    /// Position of each of the `pixels` instants in its interval, 0 to 1; random if they are fewer than
-    /// `points`.
-    double shift = 0.5;
+    std::uint32_t instants = 1;
 
-    /// Instants at most half a pixel of motion apart, and at most `most` of them. `samples`: samples of a
-    /// pixel, which the instants share. `jitter`: uniform in [0,1), for `shift`.
-    [[nodiscard]] static Exposure of(const RowTime& row, double motion_px, std::uint32_t most,
-                                     std::uint32_t samples, double jitter);
-    /// Scene time of an instant of points; the spacing gives uniform motion the mean and the variance of the
-    /// whole exposure.
-    [[nodiscard]] double point_s(std::uint32_t i) const;
-    [[nodiscard]] double pixel_s(std::uint32_t i) const { return at((i + shift) / pixels); }
-
-private:
-    [[nodiscard]] double at(double fraction) const;
+    /// Instants at most half a pixel of motion apart, and at most `most` of them.
+    [[nodiscard]] static Exposure of(const RowTime& row, double motion_px, std::uint32_t most);
+    /// Scene time of an instant; the spacing gives uniform motion the mean and the variance of the whole
+    /// exposure.
+    [[nodiscard]] double time_s(std::uint32_t i) const;
 };
 
 } // namespace obscura::renderer

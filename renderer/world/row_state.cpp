@@ -97,7 +97,7 @@ Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
 
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
-                   std::uint32_t instants, double time_s, RowState& row) {
+                   double time_s, RowState& row) {
     row.camera = camera_pose(scene, bodies, time_s);
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
     row.inertial_from_camera = inertial_from_camera;
@@ -164,7 +164,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.samples = 0;
         if (!s.targeted) {
             const double pixels = std::numbers::pi * radius_px * radius_px * scene.camera.pixel_flattening();
-            const double wanted = samples_per_body / instants / pixels;
+            const double wanted = samples_per_body / pixels;
             s.samples = std::max(samples_per_pixel, static_cast<std::uint32_t>(std::ceil(wanted)));
         }
     }

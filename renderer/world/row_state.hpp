@@ -86,6 +86,7 @@ struct RowState {
     Pose camera;
     Mat3 camera_from_inertial;
     Mat3 inertial_from_camera;
+    Vec3 beta{0, 0, 0}; ///< camera velocity over the speed of light, camera axes; 0 without aberration
     std::vector<BodyState> bodies;
     std::vector<Pose> lamps;
     /// Largest angle between a displaced camera sample and its pixel's centre.
@@ -120,11 +121,10 @@ constexpr double samples_per_crescent_px = 64;
 [[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                                double time_s);
 
-/// Fills `row` for `time_s` of scene time; camera samples are displaced by up to `sample_reach_px`. Bodies
-/// get at least `samples_per_pixel`; `instants` rows share the samples that a small body needs. Reuses the
-/// vectors of `row`.
+/// Fills `row`, but for RowState::beta, for `time_s` of scene time; camera samples are displaced by up to
+/// `sample_reach_px`. Bodies get at least `samples_per_pixel`. Reuses the vectors of `row`.
 void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                    const Projection& projection, double sample_reach_px, std::uint32_t samples_per_pixel,
-                   std::uint32_t instants, double time_s, RowState& row);
+                   double time_s, RowState& row);
 
 } // namespace obscura::renderer

@@ -45,6 +45,7 @@ struct Case {
     std::string name;
     scene::Scene scene;
     renderer::RenderSettings settings;
+    std::int64_t exposure_ns = 0;
 };
 
 double cpu_seconds() {
@@ -75,6 +76,15 @@ scene::Scene scene_with(scene::Shape shape, scene::Material material, std::int32
     return s;
 }
 
+/// The scene with its body on its way across `pixels` of the field in a second.
+scene::Scene moving(scene::Scene s, double pixels) {
+    const Vec3 across = rotate(s.camera.motion.samples[0].pose.orientation, {1, 0.3, 0});
+    const Vec3 half_m = across * (pixels * 500 / (0.36 * s.camera.width) / length(across) / 2);
+    s.bodies[0].motion.samples = {{-0.5, {-half_m, {}}}, {0.5, {half_m, {}}}};
+    s.stars.clear(); // their streaks are splatted one by one
+    return s;
+}
+
 /// One frame of a renderer: what it took.
 struct Frame {
     double wall_s, cpu_s;
@@ -82,9 +92,10 @@ struct Frame {
 };
 
 Frame render_frame(const renderer::Renderer& r, std::uint64_t frame_id, std::vector<float>& image,
-                   Time when = {}) {
+                   Time when = {}, std::int64_t exposure_ns = 0) {
     const std::int32_t size = r.scene().camera.width;
-    const std::vector<RowTime> times(static_cast<std::size_t>(size), {when, when});
+    const std::vector<RowTime> times(static_cast<std::size_t>(size),
+                                     {when - exposure_ns / 2, when + exposure_ns / 2});
     image.resize(r.band_count() * static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
     renderer::RenderRequest request;
     request.window = {0, 0, size, size};
@@ -162,14 +173,14 @@ void measure_wings(const std::string& name, scene::Scene s, unsigned threads, bo
 
 /// Renders some frames and prints one JSON object; the best frame counts.
 void measure(const std::string& name, const scene::Scene& s, const renderer::RenderSettings& settings,
-             bool last) {
+             std::int64_t exposure_ns, bool last) {
     const auto start = std::chrono::steady_clock::now();
     const renderer::Renderer r(s, settings);
     const double build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     std::vector<float> image;
     Frame best{1e9, 1e9, 0, 0};
     for (std::uint64_t frame = 0; frame < 5; ++frame) {
-        const Frame f = render_frame(r, frame, image);
+        const Frame f = render_frame(r, frame, image, {}, exposure_ns);
         best = {std::min(best.wall_s, f.wall_s), std::min(best.cpu_s, f.cpu_s), f.samples, f.rays};
     }
     const auto lit = std::count_if(image.begin(), image.end(), [](float v) { return v > 0; });
@@ -238,6 +249,10 @@ int main(int argc, char* argv[]) {
     renderer::RenderSettings one_thread{16, 1, 1};
     renderer::RenderSettings real_time{2, o.threads, 1};
     real_time.target_error = 0.01;
+    renderer::RenderSettings blurred{4, o.threads, 1};
+    renderer::RenderSettings blurred_adaptive{4, o.threads, 1};
+    blurred_adaptive.target_error = 0.01;
+    const std::int64_t second_ns = 1'000'000'000;
     const std::string facets_200k = "asteroid 200k facets, 16 samples, 1 and 2 threads";
     const std::string ball_wings = "ellipsoid, wings to 1024 px";
     const std::string facet_wings = "asteroid 82k facets, wings to 1024 px";
@@ -251,6 +266,12 @@ int main(int argc, char* argv[]) {
          fixed},
         {"asteroid 82k facets, adaptive 1 %", scene_with(small, lambert, o.size), real_time},
         {"asteroid 328k facets, adaptive 1 %", scene_with(large, lambert, o.size), real_time},
+        {"asteroid 82k facets, at rest, 4 samples", moving(scene_with(small, lambert, o.size), 0), blurred,
+         second_ns},
+        {"asteroid 82k facets, motion of 40 px, 4 samples", moving(scene_with(small, lambert, o.size), 40),
+         blurred, second_ns},
+        {"asteroid 82k facets, motion of 40 px, adaptive 1 %", moving(scene_with(small, lambert, o.size), 40),
+         blurred_adaptive, second_ns},
         {ball_wings, scene_with(renderer::EllipsoidParameters{{500, 450, 400}}, lambert, o.size), fixed},
         {facet_wings, scene_with(small, lambert, o.size), fixed},
     };
@@ -264,7 +285,7 @@ int main(int argc, char* argv[]) {
         else if (c.name == ball_wings || c.name == facet_wings)
             measure_wings(c.name, c.scene, o.threads, &c == &cases.back());
         else
-            measure(c.name, c.scene, c.settings, &c == &cases.back());
+            measure(c.name, c.scene, c.settings, c.exposure_ns, &c == &cases.back());
     fmt::print("]\n");
     return 0;
 }

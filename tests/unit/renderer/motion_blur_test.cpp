@@ -213,16 +213,117 @@ TEST_CASE("A blurred picture does not depend on bands, threads or windows") {
 TEST_CASE("Instants are as many as half pixels of motion, and share the exposure evenly") {
     const RowTime row{{1'000'000}, {3'000'000}};
     using renderer::Exposure;
-    const Exposure still = Exposure::of(row, 0.2, 256, 4, 0.9);
-    CHECK(still.points == 1);
-    CHECK(still.pixels == 1);
-    CHECK(still.point_s(0) == 2e-3);
-    const Exposure slow = Exposure::of(row, 1.9, 256, 4, 0.9);
-    CHECK(slow.points == 4);
-    CHECK(slow.pixels == 4);
-    CHECK_THAT(slow.pixel_s(3), WithinAbs(2.75e-3, 1e-12));
-    const Exposure fast = Exposure::of(row, 1000, 256, 4, 0.25);
-    CHECK(fast.points == 256);
-    CHECK(fast.pixels == 4);
-    CHECK_THAT(fast.pixel_s(1), WithinAbs(1e-3 + 2e-3 * 1.25 / 4, 1e-12));
+    const Exposure still = Exposure::of(row, 0.2, 256);
+    CHECK(still.instants == 1);
+    CHECK(still.time_s(0) == 2e-3);
+    const Exposure slow = Exposure::of(row, 1.9, 256);
+    CHECK(slow.instants == 4);
+    double mean = 0;
+    double square = 0;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+        mean += slow.time_s(i) / 4;
+        square += (slow.time_s(i) - 2e-3) * (slow.time_s(i) - 2e-3) / 4;
+    }
+    CHECK_THAT(mean, WithinAbs(2e-3, 1e-12));
+    CHECK_THAT(square, WithinRel(2e-3 * 2e-3 / 12, 1e-9)); // as that of the whole exposure
+    CHECK(Exposure::of(row, 1000, 256).instants == 256);
+}
+
+TEST_CASE("At 4 samples the noise of a moving limb has no structure") {
+    // Deviations of frames from their mean, in the parts of the picture that a limb crosses.
+    scene::Scene s = passing_ball(40);
+    s.camera.focal_length_m *= 2;
+    const renderer::Renderer r(s, {4, 2, 1});
+    constexpr std::size_t frames = 32;
+    constexpr std::size_t width = size;
+    std::vector<std::vector<float>> images;
+    std::vector<double> mean(width * width);
+    for (std::uint64_t id = 1; id <= frames; ++id) {
+        images.push_back(render_window(r, {0, 0, size, size}, 32, id, {}, exposure_ns));
+        for (std::size_t i = 0; i < mean.size(); ++i)
+            mean[i] += static_cast<double>(images.back()[i]) / frames;
+    }
+    const auto correlation = [&](std::size_t across, std::size_t down) {
+        double product = 0;
+        double square = 0;
+        for (const std::vector<float>& image : images)
+            for (std::size_t y = 0; y + down < width; ++y)
+                for (std::size_t x = 0; x + across < width; ++x) {
+                    const std::size_t a = y * width + x;
+                    const std::size_t b = (y + down) * width + x + across;
+                    const double own = static_cast<double>(image[a]) - mean[a];
+                    product += own * (static_cast<double>(image[b]) - mean[b]);
+                    square += own * own;
+                }
+        return product / square;
+    };
+    for (const std::size_t lag : {1u, 2u, 3u, 5u, 8u, 13u, 20u, 27u}) {
+        INFO("lag " << lag);
+        CHECK(std::abs(correlation(lag, 0)) < 0.03);
+        CHECK(std::abs(correlation(0, lag)) < 0.03);
+        CHECK(std::abs(correlation(lag, lag)) < 0.03);
+    }
+}
+
+TEST_CASE("What lights, shades and turns in an exposure is the mean of itself at many instants") {
+    scene::Scene s = passing_ball(12);
+    const auto moving = [](Vec3 from, Vec3 to) {
+        scene::Motion motion;
+        motion.samples = {{-0.2, {from, {}}}, {0.2, {to, {}}}};
+        return motion;
+    };
+    renderer::RenderSettings settings{64, 2, 1};
+    renderer::RenderSettings few{4, 2, 1};
+    double most = 0.006;
+    SECTION("shadows") {
+        s.bodies.push_back({"screen", renderer::EllipsoidParameters{{150, 150, 150}},
+                            renderer::LambertParameters{0.2}, moving({-900, -400, 0}, {-900, 500, 100})});
+    }
+    SECTION("a turning camera with aberration") {
+        s.camera.motion.spin_axis = {0, 0, 1};
+        s.camera.motion.spin_rate_rad_s = 0.8;
+        s.aberration = true;
+        s.camera.velocity_m_s = {0, 3e5, 2e5};
+    }
+    SECTION("lamps, shining bodies and light between bodies") {
+        most = 0.012;
+        s.sun.irradiance_scale = 1e-3;
+        settings.max_bounces = few.max_bounces = 2;
+        s.bodies.push_back({"lamp", renderer::EllipsoidParameters{{60, 60, 60}},
+                            renderer::LambertParameters{0.2}, moving({-500, 600, 300}, {-300, 700, -200})});
+        s.bodies[1].emission_w_m2_sr = {0.5};
+        s.bodies.push_back({"plate", inward_cube(), renderer::LambertParameters{0.5}, {}});
+        for (auto& face : s.bodies[2].shape.get<renderer::PolygonsParameters>().faces_m)
+            for (Vec3& corner : face)
+                corner = Vec3{corner.x * 40, corner.y * 200, corner.z * 200};
+        s.bodies[2].emission_w_m2_sr = {1};
+        s.bodies[2].motion = moving({-700, 300, -800}, {-400, 500, -800});
+        s.bodies[2].motion.spin_axis = {0, 0, 1};
+        s.bodies[2].motion.spin_rate_rad_s = 0.4;
+        scene::Lamp lamp;
+        lamp.name = "spot";
+        lamp.beam = scene::Lamp::Beam::gaussian;
+        lamp.half_angle_rad = 0.4;
+        lamp.intensity_w_sr = {3e5};
+        lamp.motion = moving({-200, 2000, 200}, {-200, 2000, -200});
+        for (auto& pose : lamp.motion.samples)
+            pose.pose.orientation = look_along({0, -1, 0}, {0, 0, 1});
+        s.lamps.push_back(lamp);
+    }
+    SECTION("planetshine") {
+        most = 0.012;
+        settings.max_bounces = few.max_bounces = 1;
+        s.bodies.push_back({"planet", renderer::EllipsoidParameters{{2000, 2000, 2000}},
+                            renderer::LambertParameters{0.6}, moving({2500, 1500, 0}, {2500, 2200, 300})});
+    }
+    const std::vector<float> blurred = frame(s, settings, exposure_ns);
+    const std::vector<double> mean = mean_of_instants(s, few, 96);
+    const std::vector<float> frozen = frame(s, {64, 2, 1, 0, 64, settings.max_bounces, 1}, exposure_ns);
+    const double level = *std::max_element(mean.begin(), mean.end());
+    CHECK_THAT(total(blurred), WithinRel(total(mean), 2e-3));
+    CHECK(rms_difference(blurred, mean) < most * level);
+    CHECK(rms_difference(frozen, mean) > 2 * most * level);
+    // Any threads and row blocks.
+    CHECK(blurred == render_window(renderer::Renderer(s, {64, 5, 1, 0, 64, settings.max_bounces}),
+                                   {0, 0, size, size}, 7, 1, {}, exposure_ns));
 }

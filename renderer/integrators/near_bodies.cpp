@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/integrators/near_bodies.hpp"
+
+#include "renderer/packets/frames.hpp"
+
+namespace obscura::renderer {
+namespace {
+
+OBSCURA_VECTOR_CLONES
+void within_chord(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = direction.x.v[i] - axis.x;
+        const double y = direction.y.v[i] - axis.y;
+        const double z = direction.z.v[i] - axis.z;
+        near.on[i] = x * x + y * y + z * z <= chord2 ? -1 : 0;
+    }
+}
+
+} // namespace
+
+bool near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near) {
+    within_chord(direction, axis, chord2, near);
+    return near.any();
+}
+
+bool near_body(const BodyState& body, const Vec3s& direction, double chord2, double slack_rad, Lanes& near) {
+    if (!near_axis(direction, body.direction, chord2, near)) return false;
+    if (body.targeted) return true;
+    RayPacket rays;
+    transform(body.from_camera, direction, {}, rays.direction);
+    set_all(rays.origin, body.camera_m);
+    body.shape->cull(rays, slack_rad, near);
+    return near.any();
+}
+
+bool near_body_at(const Instants& instants, std::int32_t index, const Words& instant, const Vec3s& direction,
+                  Lanes& near) {
+    for (int i = 0; i < packet_size; ++i) {
+        const BodyState& body = instants.body(index, instant, i);
+        const Vec3 d = direction.lane(i) - body.direction;
+        near.on[i] = !body.targeted && dot(d, d) <= body.reach_chord2 ? -1 : 0;
+    }
+    if (!near.any()) return false;
+    const RowState& row = instants.front();
+    RayPacket rays;
+    instants.from_camera(index, instant, direction, rays);
+    row.bodies[static_cast<std::size_t>(index)].shape->cull(rays, row.reach_rad, near);
+    return near.any();
+}
+
+} // namespace obscura::renderer
