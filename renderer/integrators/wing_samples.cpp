@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sampling of the scene by cells and by points: steps 1 to 3 of WingMap.
 #include "renderer/integrators/disc_points.hpp"
+#include "renderer/integrators/near_bodies.hpp"
 #include "renderer/integrators/wing_map.hpp"
-#include "renderer/packets/frames.hpp"
 #include "renderer/packets/sampler.hpp"
 
 #include <algorithm>
@@ -153,18 +153,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
     for (std::size_t b = 0; b < view.row.bodies.size(); ++b) {
         const BodyState& body = view.row.bodies[b];
         Lanes near;
-        for (int i = 0; i < packet_size; ++i) {
-            const Vec3 d = centre.lane(i) - body.direction;
-            near.on[i] = dot(d, d) <= l.near_chord2[b] ? -1 : 0;
-        }
-        if (!near.any()) continue;
-        if (!body.targeted) {
-            RayPacket rays;
-            transform(body.from_camera, centre, {}, rays.direction);
-            set_all(rays.origin, body.camera_m);
-            body.shape->cull(rays, l.near_rad, near);
-            if (!near.any()) continue;
-        }
+        if (!near_body(body, centre, l.near_chord2[b], l.near_rad, near)) continue;
         // Bodies that are not sampled here hide what is behind them.
         view.candidates.push_back(static_cast<std::int32_t>(b));
         if (body.targeted || small_from_[b] <= static_cast<int>(level)) continue;
