@@ -271,9 +271,6 @@ std::unique_ptr<const Psf> Psf::make(const scene::Camera& camera, const std::vec
                         disc_px, s.core_px, room_px));
 
     const double aspect = camera.pixel_aspect();
-    if (with_wings && aspect != 1)
-        throw ConfigError("camera: psf: wings are made for square pixels only: allowed is psf_wings_px = 0 "
-                          "where pixel_pitch_y_um differs from pixel_pitch_um");
     std::unique_ptr<Psf> psf(new Psf);
     psf->core_px_ = s.core_px;
     psf->wings_px_ = with_wings ? s.wings_px : 0;
@@ -463,7 +460,7 @@ double Psf::wing(std::size_t zone, std::size_t band, double squared_distance_px)
     const std::vector<float>& table = wings_[zone][band];
     const auto a = static_cast<double>(table[i]);
     const auto b = static_cast<double>(table[i + 1]);
-    return a + (b - a) * (position - static_cast<double>(i));
+    return aspect_ * (a + (b - a) * (position - static_cast<double>(i)));
 }
 
 } // namespace obscura::renderer

@@ -65,6 +65,14 @@ public:
     [[nodiscard]] double core_px() const { return core_px_; }
     /// Radius of the wings; 0: none, all light is in the core.
     [[nodiscard]] double wings_px() const { return wings_px_; }
+    /// Largest extent of the wings along an axis, in pixels.
+    [[nodiscard]] double wings_reach_px() const { return wings_px_ * std::max(1.0, 1 / aspect_); }
+    /// Pitch of the rows over that of the columns, which radii are in.
+    [[nodiscard]] double aspect() const { return aspect_; }
+    /// Squared distance, in pitches of the columns, of an offset in pixels.
+    [[nodiscard]] double squared_distance(double dx, double dy) const {
+        return dx * dx + aspect_ * dy * (aspect_ * dy);
+    }
     /// Number of field positions.
     [[nodiscard]] std::size_t zones() const { return cores_.size(); }
     [[nodiscard]] PsfZones zones_at(double x, double y) const;
@@ -75,7 +83,7 @@ public:
     /// Fraction of the light of a point at `at` that the core brings into a pixel.
     [[nodiscard]] double weight(ImagePoint at, std::int32_t column, std::int32_t row, std::size_t band) const;
     /// Fraction of the light of a point at one field position that the wings bring into a pixel at a
-    /// distance.
+    /// distance, see squared_distance().
     [[nodiscard]] double wing(std::size_t zone, std::size_t band, double squared_distance_px) const;
     /// As above, for a point between the field positions.
     [[nodiscard]] double wing(const PsfZones& at, std::size_t band, double squared_distance_px) const {

@@ -30,7 +30,8 @@ public:
     [[nodiscard]] std::size_t levels() const { return kernels_.size(); }
     [[nodiscard]] std::size_t zones() const { return zones_; }
     [[nodiscard]] std::size_t channels() const { return channels_; }
-    /// Distance of the nodes of a level, px: a power of two. Node (i, j) is at the image point (i, j) cells.
+    /// Distance of the nodes of a level, in pitches of the columns: a power of two. Node (i, j) is at (i, j)
+    /// cells.
     [[nodiscard]] double cell_px(std::size_t level) const {
         return cell_px_ * static_cast<double>(1u << level);
     }

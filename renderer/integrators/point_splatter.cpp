@@ -72,12 +72,11 @@ void PointSplatter::splat_point(const SplatTarget& target, ImagePoint at, std::s
         over(psf_->reach_px(),
              [&](std::int32_t column, std::size_t c) { return psf_->weight(at, column, target.y, c); });
     if (parts == SplatParts::core) return;
-    const double rest2 = psf_->wings_px() * psf_->wings_px() - dy * dy;
+    const double rest2 = psf_->wings_px() * psf_->wings_px() - psf_->squared_distance(0, dy);
     if (!(rest2 > 0)) return;
     const PsfZones zones = psf_->zones_at(at.x, at.y);
     over(std::sqrt(rest2), [&](std::int32_t column, std::size_t c) {
-        const double dx = column - at.x;
-        return psf_->wing(zones, c, dx * dx + dy * dy);
+        return psf_->wing(zones, c, psf_->squared_distance(column - at.x, dy));
     });
 }
 

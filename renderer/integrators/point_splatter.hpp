@@ -44,7 +44,7 @@ public:
 
     /// Largest distance between a point's image and a pixel that it lights.
     [[nodiscard]] double reach_px() const {
-        return psf_ != nullptr ? std::max(psf_->reach_px(), psf_->wings_px())
+        return psf_ != nullptr ? std::max(psf_->reach_px(), psf_->wings_reach_px())
                                : gaussian_psf_.splat_reach_px();
     }
     /// Fills `found` with the stars that may be visible in some of the rows.

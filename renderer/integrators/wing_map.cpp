@@ -106,8 +106,8 @@ void WingMap::plan(std::int32_t first_y, std::int32_t last_y) {
     cell_jobs_.clear();
     source_jobs_.clear();
     result_jobs_.clear();
-    std::int32_t from = floor_index(first_y / kernels_.cell_px(0)) - 1;
-    std::int32_t to = floor_index(last_y / kernels_.cell_px(0)) + 2;
+    std::int32_t from = floor_index(first_y * psf_.aspect() / kernels_.cell_px(0)) - 1;
+    std::int32_t to = floor_index(last_y * psf_.aspect() / kernels_.cell_px(0)) + 2;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
         Level& l = levels_[i];
         l.results.include(from, to);
@@ -185,8 +185,9 @@ void WingMap::gather(Job job) {
     if (zones > 1 && out.lit > 0) {
         const double cell_px = kernels_.cell_px(job.level);
         for (std::size_t i = first; i <= last; ++i) {
-            const PsfZones at = psf_.zones_at(
-                (l.first_column - margin + static_cast<std::int32_t>(i)) * cell_px, job.row * cell_px);
+            const PsfZones at =
+                psf_.zones_at((l.first_column - margin + static_cast<std::int32_t>(i)) * cell_px,
+                              job.row * cell_px / psf_.aspect());
             for (std::size_t c = 0; c < kernels_.channels(); ++c) {
                 const float light = std::exchange(sum[c * columns + i], 0.0F);
                 for (int k = 0; k < 4; ++k)
@@ -277,7 +278,7 @@ void WingMap::add(std::int32_t y, double share, std::int32_t first_x, std::int32
                   std::vector<double>& light, std::vector<float>& scratch) const {
     const Level& l = levels_[0];
     const double cell_px = kernels_.cell_px(0);
-    const double v = y / cell_px;
+    const double v = y * psf_.aspect() / cell_px;
     const std::int32_t row = floor_index(v);
     float down[4];
     cubic_weights(v - row, down);

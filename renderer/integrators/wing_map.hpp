@@ -38,7 +38,7 @@ private:
 
 /// Coarse pre-pass of the scene in and around some columns of the sensor, convolved with WingKernels; rows
 /// are made as they are asked for. Every value is a function of the scene, the seed, the time and its place
-/// on the sensor alone.
+/// on the sensor alone. Cells are square on the focal plane, and their sides are in pitches of the columns.
 ///
 /// Each level samples the scene on its own: a few stratified samples per cell, more where they differ. Bodies
 /// of a few cells, and thin crescents, are sampled by points of their discs instead; targeted bodies are left
@@ -105,7 +105,7 @@ private:
 
     /// A sample of a small body.
     struct Point {
-        double x = 0, y = 0;
+        double x = 0, y = 0;    ///< in pitches of the columns
         int from_level = never; ///< levels that it belongs to; never: no light
         std::uint32_t order = 0;
         float amount[max_channels];

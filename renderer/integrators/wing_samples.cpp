@@ -41,15 +41,17 @@ void WingMap::set_bodies(const Projection& lens, const RowState& row) {
     for (std::size_t b = 0; b < row.bodies.size(); ++b) {
         const BodyState& body = row.bodies[b];
         if (body.targeted || body.cos_cone < 0) continue;
+        // In pitches of the columns, as cells.
+        const double radius_px = body.radius_px * std::min(1.0, psf_.aspect());
         int level = 0;
-        while (body.radius_px >= small_radius_cells * kernels_.cell_px(static_cast<std::size_t>(level)) &&
+        while (radius_px >= small_radius_cells * kernels_.cell_px(static_cast<std::size_t>(level)) &&
                level < static_cast<int>(kernels_.levels()))
             ++level;
         small_from_[b] = level;
         const double away = std::acos(std::clamp(body.direction.z, -1.0, 1.0));
-        if (away > std::asin(body.cone_sine) + lens.field_angle_rad(psf_.wings_px() + 1)) continue;
+        if (away > std::asin(body.cone_sine) + lens.field_angle_rad(psf_.wings_reach_px() + 1)) continue;
         const double cells =
-            std::min(small_radius_cells, body.radius_px / kernels_.cell_px(static_cast<std::size_t>(level)));
+            std::min(small_radius_cells, radius_px / kernels_.cell_px(static_cast<std::size_t>(level)));
         const std::uint32_t few =
             std::clamp(std::bit_ceil(static_cast<std::uint32_t>(4 * cell_samples * cells * cells)),
                        least_points, most_points);
@@ -105,7 +107,7 @@ void WingMap::trace_points(std::int32_t index, const View& view) {
         [&](ImagePoint at, std::span<const double> amount) {
             Point& point = points_[used];
             point.x = at.x;
-            point.y = at.y;
+            point.y = at.y * psf_.aspect();
             point.from_level = job.from_level;
             point.order = static_cast<std::uint32_t>(used++);
             for (std::size_t c = 0; c < amount.size(); ++c)
@@ -135,6 +137,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
                           const View& view) const {
     const Level& l = levels_[level];
     const double cell_px = kernels_.cell_px(level);
+    const double cell_rows = cell_px / psf_.aspect();
     const auto columns = static_cast<std::size_t>(source_columns(l));
     const std::int32_t first = l.first_column - margin + at;
     const std::size_t channels = kernels_.channels();
@@ -145,7 +148,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
     Vec3s centre;
     for (int i = 0; i < packet_size; ++i) {
         x.v[i] = (first + i + 0.5) * cell_px;
-        y.v[i] = (row + 0.5) * cell_px;
+        y.v[i] = (row + 0.5) * cell_rows;
     }
     view.lens.rays(x, y, centre, weight);
     view.candidates.clear();
@@ -188,7 +191,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
         Doubles py;
         for (int i = 0; i < packet_size; ++i) {
             px.v[i] = (first + samples.cell[k][i] + samples.u[k].v[i]) * cell_px;
-            py.v[i] = (row + samples.v[k].v[i]) * cell_px;
+            py.v[i] = (row + samples.v[k].v[i]) * cell_rows;
         }
         view.lens.rays(px, py, rays.direction, samples.weight[k]);
         view.tracer.intersect(rays.direction, active, view.candidates, rays.hits);
@@ -208,7 +211,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
         const auto node = static_cast<std::size_t>(at + samples.cell[k][i]);
         const double right = samples.u[k].v[i];
         const double down = samples.v[k].v[i];
-        const double scale = samples.weight[k].v[i] * cell_px * cell_px / count;
+        const double scale = samples.weight[k].v[i] * cell_px * cell_rows / count;
         for (std::size_t c = 0; c < channels; ++c) {
             const double light = samples.rays[k].radiance.v[c].v[i] * scale;
             float* above = top + c * columns + node;

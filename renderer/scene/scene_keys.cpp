@@ -112,8 +112,7 @@ config::Keys keys_of(Camera& s) {
             .unit("px")
             .range(0, 65536)
             .help("Radius of the wings of the point spread function, beyond psf_core_px; 0: no wings, all "
-                  "light is "
-                  "in the core. Square pixels only"),
+                  "light is in the core"),
         config::key("projection", &s.projection)
             .help("Distance from the centre at the angle t to the boresight: f tan t, f t, 2 f sin t/2, "
                   "2 f tan t/2, f sin t"),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Point spread functions: diffraction, defocus, tables by place and band; drawn and splatted alike.
 #include "core/error.hpp"
+#include "psf_planes.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/camera/psf_profile.hpp"
 #include "renderer/lights/star_spectra.hpp"
@@ -9,8 +10,6 @@
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
-
-#include <fitsio.h>
 
 #include <array>
 #include <cmath>
@@ -71,32 +70,6 @@ void add_star(scene::Scene& s, double dx, double dy) {
 
 double star_light(const scene::Scene& s, std::size_t band = 0) {
     return renderer::star_irradiance_w_m2({0, 0, 0, 0.5}, s.bands[band]);
-}
-
-struct Plane {
-    int side = 0;
-    std::vector<double> values;
-    double oversampling = 1, x = 0, y = 0;
-    int band = 0;
-};
-
-std::string write_fits(const TempFolder& folder, const std::string& name, std::vector<Plane> planes) {
-    const std::string file = (folder.path() / name).string();
-    fitsfile* fits = nullptr;
-    int status = 0;
-    fits_create_diskfile(&fits, file.c_str(), &status);
-    for (Plane& p : planes) {
-        long size[2] = {p.side, p.side};
-        fits_create_img(fits, DOUBLE_IMG, 2, size, &status);
-        fits_write_key(fits, TDOUBLE, "OVERSAMP", &p.oversampling, nullptr, &status);
-        fits_write_key(fits, TDOUBLE, "FIELDX", &p.x, nullptr, &status);
-        fits_write_key(fits, TDOUBLE, "FIELDY", &p.y, nullptr, &status);
-        if (p.band > 0) fits_write_key(fits, TINT, "BAND", &p.band, nullptr, &status);
-        fits_write_img(fits, TDOUBLE, 1, static_cast<LONGLONG>(p.values.size()), p.values.data(), &status);
-    }
-    fits_close_file(fits, &status);
-    REQUIRE(status == 0);
-    return file;
 }
 
 /// An image of a Gaussian of that width, moved by (dx, dy) pixels.

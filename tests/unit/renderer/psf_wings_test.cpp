@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wings of the PSF of resolved bodies, against the convolution in closed form; determinism, motion, flux.
+#include "psf_planes.hpp"
 #include "renderer/materials/lambert.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "support.hpp"
@@ -97,22 +98,24 @@ struct Lamp {
     double x, y, radius_px;
 };
 
-/// Errors of the pixels whose distance from the limb (negative: inside) is in [from, to].
+/// Errors of the pixels whose distance from the limb (negative: inside), in pitches of the columns, is in
+/// [from, to]. `aspect`: pitch of the rows over that.
 Errors errors_of(std::span<const float> image, std::int32_t size, const Lamp& lamp,
-                 const std::vector<double>& pattern, double from, double to) {
+                 const std::vector<double>& pattern, double from, double to, double aspect = 1) {
     // Means over a pixel, at steps of a quarter of one.
     std::vector<double> expected;
     for (double d = from - 0.25; d < to + 0.5; d += 0.25) {
         double mean = 0;
         for (int k = 0; k < 4; ++k)
-            mean += disc(pattern, lamp.radius_px, std::abs(lamp.radius_px + d + (k - 1.5) / 4)) / 4;
+            mean += aspect * disc(pattern, lamp.radius_px, std::abs(lamp.radius_px + d + (k - 1.5) / 4)) / 4;
         expected.push_back(mean);
     }
     Errors e;
     for (std::int32_t j = 0; j < size; ++j)
         for (std::int32_t i = 0; i < size; ++i) {
             const double d =
-                std::hypot(i - (size - 1) / 2.0 - lamp.x, j - (size - 1) / 2.0 - lamp.y) - lamp.radius_px;
+                std::hypot(i - (size - 1) / 2.0 - lamp.x, aspect * (j - (size - 1) / 2.0) - lamp.y) -
+                lamp.radius_px;
             if (d < from || d > to) continue;
             const double at = (d - from + 0.25) * 4;
             const auto k = static_cast<std::size_t>(at);
@@ -205,6 +208,124 @@ TEST_CASE("A body outside the field leaves the glow of its convolution") {
         const Errors glow = errors_of(image.values, 128, lamp, pattern, 17, 350);
         CHECK(glow.pixels > 15000);
         CHECK(glow.rms < 1e-2);
+    }
+}
+
+TEST_CASE("The wings of rectangular pixels are those of their places on the focal plane") {
+    const std::vector<double> pattern = airy_pattern(1.1, 200);
+    for (const double aspect : {1.7, 0.6}) {
+        INFO("pitch of the rows " << aspect << " times that of the columns");
+        const auto scene_of = [&](const Lamp& lamp) {
+            scene::Scene s = telescope(256, 200);
+            s.camera.pixel_pitch_y_m = aspect * s.camera.pixel_pitch_m;
+            add_lamp(s, lamp.x, lamp.y, lamp.radius_px);
+            return s;
+        };
+        // A body in the field, a small one, and one outside; places in pitches of the columns.
+        for (const Lamp& lamp : {Lamp{10.3, -5.6, 40}, Lamp{-20.7, 8.4, 8}, Lamp{-70, 150 * aspect, 15}}) {
+            INFO("radius " << lamp.radius_px);
+            const Image image = render(renderer::Renderer(scene_of(lamp), {4, 2, 1}));
+            for (const auto& [from, to] : {std::pair{18.0, 30.0}, {30.0, 60.0}, {60.0, 120.0}}) {
+                INFO("from " << from << " to " << to << " off the limb");
+                const Errors glow = errors_of(image.values, 256, lamp, pattern, from, to, aspect);
+                CHECK(glow.pixels > 100);
+                CHECK(glow.rms < 1e-2);
+            }
+            if (lamp.radius_px == 40) {
+                const Errors inside = errors_of(image.values, 256, lamp, pattern, -40, -18, aspect);
+                CHECK(inside.rms < 1e-4);
+            }
+        }
+        // Splatted, by one point or many.
+        const Lamp small{3.3, -8.1, 1};
+        const Image image = render(renderer::Renderer(scene_of(small), {4, 2, 1}));
+        CHECK(std::abs(errors_of(image.values, 256, small, pattern, 20, 80, aspect).mean) < 5e-3);
+    }
+}
+
+TEST_CASE("Each place of the field has wings of its own") {
+    // Two profiles, at two columns; between these they blend. Bodies are so large that their parts differ.
+    constexpr int side = 257;
+    constexpr std::int32_t size = 256;
+    constexpr double wings_px = 120;
+    const double columns[2] = {60, 200};
+    std::vector<Plane> planes;
+    std::vector<double> profile[2]; // light per px^2 by the squared distance
+    for (const int k : {0, 1}) {
+        const auto at = [&](double r2) { return std::pow(1 + r2 / 4, k == 0 ? -1.25 : -1.6); };
+        Plane plane{side, {}, 1, columns[k], 127.5, 0};
+        double sum = 0;
+        for (int j = 0; j < side; ++j)
+            for (int i = 0; i < side; ++i) {
+                plane.values.push_back(at((i - 128) * (i - 128) + (j - 128) * (j - 128)));
+                sum += plane.values.back();
+            }
+        planes.push_back(plane);
+        for (int r2 = 0; r2 <= wings_px * wings_px; ++r2)
+            profile[k].push_back(at(r2) / sum);
+    }
+    const TempFolder folder;
+    scene::Scene s = telescope(size, wings_px);
+    s.camera.psf.model = scene::PointSpread::Model::table;
+    s.camera.psf.file = write_fits(folder, "places.fits", planes);
+    const Lamp lamps[] = {{-79.2, -3.4, 30}, {84.6, 20.5, 16}, {70, 108, 13}};
+    for (const Lamp& lamp : lamps)
+        add_lamp(s, lamp.x, lamp.y, lamp.radius_px);
+    const Image image = render(renderer::Renderer(s, {4, 2, 1}));
+    // Points of the bodies, their light, and the share of the second profile there.
+    struct Point {
+        double x, y, light, second;
+    };
+    std::vector<Point> points;
+    for (const Lamp& lamp : lamps) {
+        const std::size_t first = points.size();
+        for (double y = 0.25 - lamp.radius_px; y < lamp.radius_px; y += 0.5)
+            for (double x = 0.25 - lamp.radius_px; x < lamp.radius_px; x += 0.5)
+                if (std::hypot(x, y) < lamp.radius_px) {
+                    const double column = lamp.x + x + (size - 1) / 2.0;
+                    points.push_back(
+                        {column, lamp.y + y + (size - 1) / 2.0, 0,
+                         std::clamp((column - columns[0]) / (columns[1] - columns[0]), 0.0, 1.0)});
+                }
+        for (std::size_t i = first; i < points.size(); ++i)
+            points[i].light = pi * lamp.radius_px * lamp.radius_px * px_rad * px_rad /
+                              static_cast<double>(points.size() - first);
+    }
+    double square[3] = {};
+    int count[3] = {};
+    for (std::int32_t j = 0; j < size; j += 3)
+        for (std::int32_t i = 0; i < size; i += 3) {
+            // Off all limbs by more than the core, in the glow of the first two bodies or of both.
+            bool clear = true;
+            double nearest[3] = {};
+            for (const int k : {0, 1, 2}) {
+                nearest[k] =
+                    std::hypot(i - (size - 1) / 2.0 - lamps[k].x, j - (size - 1) / 2.0 - lamps[k].y) -
+                    lamps[k].radius_px;
+                clear = clear && nearest[k] > 17;
+            }
+            if (!clear || std::min(nearest[0], nearest[1]) > 75) continue;
+            double want = 0;
+            for (const Point& p : points) {
+                const double r2 = (i - p.x) * (i - p.x) + (j - p.y) * (j - p.y);
+                if (r2 >= wings_px * wings_px) continue;
+                const auto at = static_cast<std::size_t>(r2);
+                const double t = r2 - static_cast<double>(at);
+                const auto glow = [&](int k) {
+                    const std::size_t next = std::min(at + 1, profile[k].size() - 1);
+                    return profile[k][at] * (1 - t) + profile[k][next] * t;
+                };
+                want += p.light * ((1 - p.second) * glow(0) + p.second * glow(1));
+            }
+            const double error = static_cast<double>(image.at(i, j)) / want - 1;
+            const int k = nearest[0] < 75 ? nearest[1] < 75 ? 2 : 0 : 1;
+            square[k] += error * error;
+            ++count[k];
+        }
+    for (const int k : {0, 1, 2}) {
+        INFO("glow of " << (k == 0 ? "the first body" : k == 1 ? "the second" : "both"));
+        CHECK(count[k] > 100);
+        CHECK(std::sqrt(square[k] / count[k]) < 1e-2);
     }
 }
 
