@@ -177,116 +177,118 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
         CameraRays rays[Tracer::batch_size];
         Doubles u[Tracer::batch_size], v[Tracer::batch_size], weight[Tracer::batch_size];
         int cell[Tracer::batch_size][packet_size];
+        int count = 0; ///< used lanes
     } samples;
-    // Aims and intersects packet `k`, whose lanes hold samples `rays.index` of `cell`.
-    const auto intersect = [&](std::size_t k, const Lanes& active) {
-        CameraRays& rays = samples.rays[k];
-        Words seeds;
-        for (int i = 0; i < packet_size; ++i) {
-            seeds.v[i] = place_seed.v[samples.cell[k][i]];
-            rays.light_seed.v[i] = light_seed.v[samples.cell[k][i]];
-        }
-        sobol_pair(rays.index, seeds, samples.u[k], samples.v[k]);
-        Doubles px;
-        Doubles py;
-        for (int i = 0; i < packet_size; ++i) {
-            px.v[i] = (first + samples.cell[k][i] + samples.u[k].v[i]) * cell_px;
-            py.v[i] = (row + samples.v[k].v[i]) * cell_rows;
-        }
-        view.lens.rays(px, py, rays.direction, samples.weight[k]);
-        view.tracer.intersect(rays.direction, active, view.candidates, rays.hits);
-        view.tracer.count_samples(active);
-        for (int i = 0; i < packet_size; ++i) {
-            std::int32_t& hit = rays.hits.body[i];
-            if (hit < 0) continue;
-            const auto body = static_cast<std::size_t>(hit);
-            if (small_from_[body] <= static_cast<int>(level) ||
-                view.row.bodies[body].splatted(rays.direction.lane(i)))
-                hit = -1;
-        }
+    // Adds a sample to be traced: samples of a cell follow each other, so that rays of a packet are alike.
+    const auto add = [&](int cell, std::uint32_t index) {
+        const int k = samples.count / packet_size;
+        const int lane = samples.count % packet_size;
+        samples.cell[k][lane] = cell;
+        samples.rays[k].index.v[lane] = index;
+        ++samples.count;
     };
-    // Deposits a lane's light, shared among `count` samples of its cell.
-    const auto deposit = [&](std::size_t k, int i, std::uint32_t count) {
-        if (samples.rays[k].hits.body[i] < 0) return;
-        const auto node = static_cast<std::size_t>(at + samples.cell[k][i]);
-        const double right = samples.u[k].v[i];
-        const double down = samples.v[k].v[i];
-        const double scale = samples.weight[k].v[i] * cell_px * cell_rows / count;
-        for (std::size_t c = 0; c < channels; ++c) {
-            const double light = samples.rays[k].radiance.v[c].v[i] * scale;
-            float* above = top + c * columns + node;
-            float* below = bottom + c * columns + node;
-            above[0] += static_cast<float>(light * (1 - right) * (1 - down));
-            below[0] += static_cast<float>(light * (1 - right) * down);
-            if (node + 1 == columns) continue;
-            above[1] += static_cast<float>(light * right * (1 - down));
-            below[1] += static_cast<float>(light * right * down);
+    // Traces the samples that were added.
+    const auto trace = [&] {
+        const int packets = (samples.count + packet_size - 1) / packet_size;
+        for (int k = 0; k < packets; ++k) {
+            CameraRays& rays = samples.rays[k];
+            const int lanes = std::min(samples.count - k * packet_size, packet_size);
+            Lanes active;
+            Words seeds;
+            for (int i = 0; i < packet_size; ++i) {
+                // Unused lanes repeat the first, switched off.
+                active.on[i] = i < lanes ? -1 : 0;
+                if (i >= lanes) {
+                    samples.cell[k][i] = samples.cell[k][0];
+                    rays.index.v[i] = rays.index.v[0];
+                }
+                seeds.v[i] = place_seed.v[samples.cell[k][i]];
+                rays.light_seed.v[i] = light_seed.v[samples.cell[k][i]];
+            }
+            sobol_pair(rays.index, seeds, samples.u[k], samples.v[k]);
+            Doubles px;
+            Doubles py;
+            for (int i = 0; i < packet_size; ++i) {
+                px.v[i] = (first + samples.cell[k][i] + samples.u[k].v[i]) * cell_px;
+                py.v[i] = (row + samples.v[k].v[i]) * cell_rows;
+            }
+            view.lens.rays(px, py, rays.direction, samples.weight[k]);
+            view.tracer.intersect(rays.direction, active, view.candidates, rays.hits);
+            view.tracer.count_samples(active);
+            for (int i = 0; i < packet_size; ++i) {
+                std::int32_t& hit = rays.hits.body[i];
+                if (hit < 0) continue;
+                const auto body = static_cast<std::size_t>(hit);
+                if (small_from_[body] <= static_cast<int>(level) ||
+                    view.row.bodies[body].splatted(rays.direction.lane(i)))
+                    hit = -1;
+            }
         }
+        view.tracer.radiance({samples.rays, static_cast<std::size_t>(packets)});
+    };
+    // Deposits the samples' light, shared among `counts` samples of each cell, and forgets them.
+    const auto deposit = [&](const std::uint32_t(&counts)[packet_size]) {
+        for (int s = 0; s < samples.count; ++s) {
+            const int k = s / packet_size;
+            const int i = s % packet_size;
+            if (samples.rays[k].hits.body[i] < 0) continue;
+            const int cell = samples.cell[k][i];
+            const auto node = static_cast<std::size_t>(at + cell);
+            const double right = samples.u[k].v[i];
+            const double down = samples.v[k].v[i];
+            const double scale = samples.weight[k].v[i] * cell_px * cell_rows / counts[cell];
+            for (std::size_t c = 0; c < channels; ++c) {
+                const double light = samples.rays[k].radiance.v[c].v[i] * scale;
+                float* above = top + c * columns + node;
+                float* below = bottom + c * columns + node;
+                above[0] += static_cast<float>(light * (1 - right) * (1 - down));
+                below[0] += static_cast<float>(light * (1 - right) * down);
+                if (node + 1 == columns) continue;
+                above[1] += static_cast<float>(light * right * (1 - down));
+                below[1] += static_cast<float>(light * right * down);
+            }
+        }
+        samples.count = 0;
     };
 
-    for (std::uint32_t k = 0; k < cell_samples; ++k) {
-        for (int i = 0; i < packet_size; ++i) {
-            samples.cell[k][i] = i;
-            samples.rays[k].index.v[i] = k;
-        }
-        intersect(k, covered);
-    }
-    view.tracer.radiance({samples.rays, cell_samples});
+    for (int i = 0; i < packet_size; ++i)
+        for (std::uint32_t s = 0; covered.on[i] != 0 && s < cell_samples; ++s)
+            add(i, s);
+    trace();
     // Find the cells that need more samples.
-    std::uint32_t counts[packet_size];
-    for (int i = 0; i < packet_size; ++i) {
+    std::uint32_t counts[packet_size] = {};
+    for (int first_of_cell = 0; first_of_cell < samples.count; first_of_cell += cell_samples) {
         double least = no_hit;
         double most = 0;
         std::uint32_t hits = 0;
-        for (std::uint32_t k = 0; k < cell_samples; ++k) {
+        for (int s = first_of_cell; s < first_of_cell + static_cast<int>(cell_samples); ++s) {
+            const CameraRays& rays = samples.rays[s / packet_size];
             double value = 0;
-            if (samples.rays[k].hits.body[i] >= 0) {
+            if (rays.hits.body[s % packet_size] >= 0) {
                 ++hits;
                 for (std::size_t c = 0; c < channels; ++c)
-                    value += samples.rays[k].radiance.v[c].v[i];
+                    value += rays.radiance.v[c].v[s % packet_size];
             }
             least = std::min(least, value);
             most = std::max(most, value);
         }
-        counts[i] = cell_samples;
+        std::uint32_t& count = counts[samples.cell[first_of_cell / packet_size][first_of_cell % packet_size]];
+        count = cell_samples;
         if (most - least > largest_spread * most)
-            counts[i] = hits < cell_samples ? limb_cell_samples : rough_cell_samples;
+            count = hits < cell_samples ? limb_cell_samples : rough_cell_samples;
     }
-    for (std::uint32_t k = 0; k < cell_samples; ++k)
-        for (int i = 0; i < packet_size; ++i)
-            deposit(k, i, counts[i]);
-    // Take them in full packets.
-    std::size_t packets = 0;
-    int lanes = 0;
-    Lanes active{};
-    const auto flush = [&] {
-        if (lanes > 0) {
-            for (int i = lanes; i < packet_size; ++i) {
-                samples.cell[packets][i] = samples.cell[packets][0];
-                samples.rays[packets].index.v[i] = samples.rays[packets].index.v[0];
-                active.on[i] = 0;
-            }
-            intersect(packets, active);
-            ++packets;
-        }
-        view.tracer.radiance({samples.rays, packets});
-        for (std::size_t k = 0; k < packets; ++k)
-            for (int i = 0; i < packet_size; ++i)
-                deposit(k, i, counts[samples.cell[k][i]]);
-        packets = 0;
-        lanes = 0;
-    };
+    deposit(counts);
     for (int i = 0; i < packet_size; ++i)
         for (std::uint32_t s = cell_samples; s < counts[i]; ++s) {
-            samples.cell[packets][lanes] = i;
-            samples.rays[packets].index.v[lanes] = s;
-            active.on[lanes] = -1;
-            if (++lanes < packet_size) continue;
-            intersect(packets, active);
-            lanes = 0;
-            if (++packets == Tracer::batch_size) flush();
+            add(i, s);
+            if (samples.count < static_cast<int>(Tracer::batch_size) * packet_size) continue;
+            trace();
+            deposit(counts);
         }
-    if (packets > 0 || lanes > 0) flush();
+    if (samples.count > 0) {
+        trace();
+        deposit(counts);
+    }
 }
 
 } // namespace obscura::renderer
