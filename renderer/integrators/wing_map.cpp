@@ -47,6 +47,18 @@ void add_scaled(const float* from, float weight, std::int32_t count, float* sum)
         sum[i] += weight * from[i];
 }
 
+/// Adds `share` of what four nodes, from `at` on, give to every `places`-th pixel from `first`; the next
+/// one's nodes are `step` further.
+OBSCURA_VECTOR_CLONES
+void add_place(const float (&across)[4], const float* at, std::int32_t step, double share, std::int32_t first,
+               std::int32_t places, std::int32_t width, double* out) {
+    for (std::int32_t i = first; i < width; i += places, at += step) {
+        const float sum = across[0] * at[0] + across[1] * at[1] + across[2] * at[2] + across[3] * at[3];
+        // Kernels of a limited band swing a little about 0 where there is no light.
+        out[i] += share * static_cast<double>(sum > 0 ? sum : 0.0F);
+    }
+}
+
 /// Weights of the four nodes about a point, `t` from the second towards the third.
 void cubic_weights(double t, float (&weights)[4]) {
     const double s = 1 - t;
@@ -290,15 +302,18 @@ void WingMap::add(std::int32_t y, double share, std::int32_t first_x, std::int32
             add_scaled(l.results.at(row - 1 + k).values.data() + c * columns, down[k], l.columns,
                        scratch.data());
         double* out = light.data() + c * static_cast<std::size_t>(width);
-        for (std::int32_t i = 0; i < width; ++i) {
-            const double u = (first_x + i) / cell_px;
-            const std::int32_t node = floor_index(u);
+        // Sides of cells are powers of two: the weights of pixels repeat from cell to cell.
+        const auto places = static_cast<std::int32_t>(std::max(1.0, cell_px));
+        for (std::int32_t place = 0; place < places; ++place) {
             float across[4];
-            cubic_weights(u - node, across);
-            const float* at = scratch.data() + (node - 1 - l.first_column);
-            const float sum = across[0] * at[0] + across[1] * at[1] + across[2] * at[2] + across[3] * at[3];
-            // Kernels of a limited band swing a little about 0 where there is no light.
-            out[i] += share * std::max(0.0, static_cast<double>(sum));
+            cubic_weights(place / std::max(1.0, cell_px), across);
+            // The first pixel at that place of a cell.
+            const std::int32_t first = (place - first_x % places + 2 * places) % places;
+            if (first >= width) continue;
+            const std::int32_t step = cell_px < 1 ? static_cast<std::int32_t>(1 / cell_px) : 1;
+            const std::int32_t node = floor_index((first_x + first) / cell_px);
+            add_place(across, scratch.data() + (node - 1 - l.first_column), step, share, first, places, width,
+                      out);
         }
     }
 }

@@ -52,14 +52,18 @@ void WingMap::set_bodies(const Projection& lens, const RowState& row) {
         if (away > std::asin(body.cone_sine) + lens.field_angle_rad(psf_.wings_reach_px() + 1)) continue;
         const double cells =
             std::min(small_radius_cells, radius_px / kernels_.cell_px(static_cast<std::size_t>(level)));
+        // About as many as cells would take, to the next power of two.
+        const double as_cells = 4 * cell_samples * cells * cells;
         const std::uint32_t few =
-            std::clamp(std::bit_ceil(static_cast<std::uint32_t>(4 * cell_samples * cells * cells)),
+            std::clamp(std::bit_floor(static_cast<std::uint32_t>(as_cells * std::numbers::sqrt2)),
                        least_points, most_points);
         for (const LitDisc::Part part : {LitDisc::Part::lit, LitDisc::Part::dark}) {
             const bool crescent = body.thin_crescent && part == LitDisc::Part::lit;
             const int from_level = crescent ? 0 : level;
             if (from_level == static_cast<int>(kernels_.levels())) continue;
-            const std::uint32_t count = crescent ? most_points : few;
+            // Half as many in the dark, unless it shines by itself.
+            const bool faint = part == LitDisc::Part::dark && body.built->emission.empty();
+            const std::uint32_t count = crescent ? most_points : faint ? few / 2 : few;
             for (std::uint32_t first = 0; first < count; first += points_per_job) {
                 point_jobs_.push_back(
                     {static_cast<std::int32_t>(b), part, from_level, first, points_per_job, count, points});
