@@ -78,6 +78,30 @@ check("an unknown name gets those that there are", status == 64 and "lockstep" i
 status, _, error = call("examples", "--copy", "x")
 check("--copy needs a name", status == 64 and "NAME" in error, error)
 
+# As installed: PREFIX/bin and PREFIX/share/obscura. Few enough, so that those of the source tree would be noticed.
+with tempfile.TemporaryDirectory(prefix="obscura-examples-", dir=os.path.dirname(obscura)) as temporary:
+    prefix = pathlib.Path(temporary)
+    (prefix / "bin").mkdir()
+    os.link(obscura, prefix / "bin/obscura")
+    for folder in ("scenes", "sensors", "stars", "examples/faults", "examples/lockstep"):
+        shutil.copytree(source / "config" / folder, prefix / "share/obscura" / folder)
+    (prefix / "share/obscura/examples/lockstep/scene.toml").chmod(0o444)
+
+    def installed(*arguments):
+        done = subprocess.run([prefix / "bin/obscura", *arguments], capture_output=True, text=True, cwd=prefix)
+        return done.returncode, done.stdout, done.stderr
+
+    said = installed("examples")[1]
+    check("an installed program lists those installed beside it", re.findall(r"^(\S+) {2,}", said, re.MULTILINE) == ["faults", "lockstep"], said)
+    for name in ("faults", "lockstep"):
+        status, said, error = installed("examples", name, "--copy", name)
+        check(f"and copies them: {name}", status == 0, error)
+        status, said, error = installed("check", f"{name}/camera.toml")
+        check(f"into files that are good: {name}", status == 0 and "good" in said, said + error)
+    shutil.rmtree(prefix / "share/obscura/examples")
+    status, _, error = installed("examples")
+    check("and says what is missing where there are none", status == 66 and "share/obscura/examples" in error and error.count("\n") == 1, error)
+
 with tempfile.TemporaryDirectory(prefix="obscura-examples-") as temporary:
     for name in sys.argv[4:] or sorted(listed):
         entry = entries[name]

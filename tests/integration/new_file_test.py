@@ -85,6 +85,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-new-") as temporary:
     folder = pathlib.Path(temporary)
     status, _, error = call("new", "sensor", folder=folder)
     check("an unknown kind is refused with those that are known", status == 64 and "camera, scene" in error, error)
+    call("new", "camera", "alone.toml", folder=folder)
+    check("a new camera without a scene beside it sees a shipped one", '\nfile = "demo"\n' in (folder / "alone.toml").read_text())
     call("new", "scene", folder=folder)
     call("new", "camera", folder=folder)
     text = (folder / "camera.toml").read_text()

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura examples`: lists, explains and copies the shipped examples.
 #include "core/error.hpp"
-#include "images/writers/raw.hpp"
-#include "tools/support/shipped_files.hpp"
+#include "tools/support/example_files.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -10,19 +9,12 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 namespace obscura::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& file) {
-    std::ifstream in(file);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 class Examples final : public Verb {
 public:
@@ -105,8 +97,6 @@ private:
         // Shipped files may be read-only, or owned by root: copies are the user's own.
         if (!error) fs::copy(example.folder, to, fs::copy_options::recursive, error);
         if (error) throw OutputError(fmt::format("{}: {}", copy_, error.message()));
-        for (const auto& entry : fs::recursive_directory_iterator(to))
-            if (entry.path().extension() == ".toml") find_shipped_files(entry.path());
         if (json_) {
             fmt::print("{}\n", to_json(example).dump(2));
             return exit_ok;
@@ -116,16 +106,6 @@ private:
         for (const std::string& line : example.run_lines())
             fmt::print("  {}\n", line);
         return exit_ok;
-    }
-
-    /// Replaces the relative path from an example to the shipped files by their absolute path.
-    static void find_shipped_files(const fs::path& file) {
-        constexpr std::string_view relative = "\"../../";
-        std::string text = read_text(file);
-        const std::string absolute = fmt::format("\"{}/", shipped_folder().string());
-        for (std::size_t at = 0; (at = text.find(relative, at)) != std::string::npos; at += absolute.size())
-            text.replace(at, relative.size(), absolute);
-        images::write_text(file, text);
     }
 
     std::string name_, copy_;

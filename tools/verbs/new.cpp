@@ -5,7 +5,6 @@
 #include "images/writers/raw.hpp"
 #include "tools/support/key_reference.hpp"
 #include "tools/support/new_file.hpp"
-#include "tools/support/shipped_files.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A camera like that of config/demo.toml, on the loopback interface. `scene` is a file name as TOML.
+/// A camera like that of config/demo.toml, on the loopback interface. `scene` is a file name or that of a
+/// shipped scene, as TOML.
 NewFile camera_file(const std::string& name, const std::string& scene) {
     NewFile file;
     file.introduction =
@@ -62,7 +62,7 @@ NewFile camera_file(const std::string& name, const std::string& scene) {
 }
 
 /// An ellipsoid before Orion's belt, at a phase angle of 60 degrees; for 5 ms at f/16.
-NewFile scene_file(const std::string& name, const std::string& stars) {
+NewFile scene_file(const std::string& name) {
     NewFile file;
     file.introduction =
         fmt::format("A scene. Keys behind # have the values shown there; remove the # to change one.\n"
@@ -75,7 +75,7 @@ NewFile scene_file(const std::string& name, const std::string& stars) {
         {"", "name", "\"new\""},
         {"[sun]", "direction", "[-0.913, -0.408, 0]"},
         {"[sun]", "distance_au", "1"},
-        {"[stars]", "catalogue", stars},
+        {"[stars]", "catalogue", "\"bright\""},
         {"[stars]", "limiting_magnitude", "6"},
         {"[camera]", "width", "640"},
         {"[camera]", "height", "512"},
@@ -134,23 +134,20 @@ public:
             throw UsageError(fmt::format("obscura new: {} exists; --force replaces it", file_));
         const bool camera = kind_ == "camera";
         const std::vector<KeyReference> references = key_references();
-        images::write_text(
-            file_,
-            new_file_text(reference_named(references, camera ? "configuration" : "scene"),
-                          camera ? camera_file(file_, config::toml_string(scene()))
-                                 : scene_file(file_, config::toml_string(
-                                                         (shipped_folder() / "stars/bright.csv").string()))));
+        images::write_text(file_,
+                           new_file_text(reference_named(references, camera ? "configuration" : "scene"),
+                                         camera ? camera_file(file_, scene()) : scene_file(file_)));
         fmt::print("{0}: written; next: obscura check {0}\n", file_);
         return exit_ok;
     }
 
 private:
-    /// The scene that a new camera sees.
+    /// The scene that a new camera sees, as TOML.
     [[nodiscard]] std::string scene() const {
         const std::string beside = "scene.toml";
-        if (fs::path(file_).filename() != beside && fs::exists(fs::path(file_).parent_path() / beside))
-            return beside;
-        return (shipped_folder() / "scenes/demo.toml").string();
+        const fs::path file(file_);
+        const bool there = file.filename() != beside && fs::exists(file.parent_path() / beside);
+        return config::toml_string(there ? beside : "demo");
     }
 
     std::string kind_, file_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/support/shipped_files.hpp"
+#include "tools/support/example_files.hpp"
 
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
@@ -26,14 +26,6 @@ std::vector<std::string> first_comment(const std::filesystem::path& file) {
 
 } // namespace
 
-std::filesystem::path shipped_folder() {
-    const std::filesystem::path& folder = config::shipped_data_folder();
-    std::error_code ignored;
-    if (std::filesystem::is_directory(folder / "examples", ignored)) return folder;
-    throw InputError(
-        fmt::format("{}: no such folder; the installation is incomplete", (folder / "examples").string()));
-}
-
 std::vector<std::string> Example::run_lines() const {
     constexpr std::string_view indentation = "    ";
     std::vector<std::string> lines;
@@ -44,7 +36,7 @@ std::vector<std::string> Example::run_lines() const {
 }
 
 std::vector<Example> examples() {
-    const std::filesystem::path folder = shipped_folder() / "examples";
+    const std::filesystem::path folder = config::shipped_data_folder() / "examples";
     std::vector<Example> found;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -54,7 +46,9 @@ std::vector<Example> examples() {
         example.header = first_comment(example.main_file);
         found.push_back(std::move(example));
     }
-    if (error) throw InputError(fmt::format("{}: {}", folder.string(), error.message()));
+    if (error)
+        throw InputError(
+            fmt::format("{}: {}; the installation is incomplete", folder.string(), error.message()));
     std::sort(found.begin(), found.end(), [](const Example& a, const Example& b) { return a.name < b.name; });
     return found;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look-up of the shipped configurations, scenes and examples.
+// Shipped examples and their explanations.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,6 @@
 #include <vector>
 
 namespace obscura::tools {
-
-/// Folder with demo.toml, scenes/, stars/ and examples/: that of the source tree, or else of the
-/// installation. Throws InputError if neither exists.
-[[nodiscard]] std::filesystem::path shipped_folder();
 
 /// One shipped example: a folder with a configuration or scene whose first comment explains it.
 struct Example {
