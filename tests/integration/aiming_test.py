@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Poses and headers, by readers of their own: `obscura pose` against geometry, the headers of pictures against
 where bodies are in them, and the tables of docs/tables.md against the programs.
-Usage: aiming_test.py OBSCURA"""
+Usage: aiming_test.py OBSCURA OBSCURAD"""
 import json
 import math
 import pathlib
@@ -11,9 +11,10 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-obscura = sys.argv[1]
+obscura, obscurad = sys.argv[1:3]
 folder = pathlib.Path(tempfile.mkdtemp())
 failures = []
 
@@ -351,6 +352,39 @@ exposure_us = 1000
         near(frame["orientation_wxyz"][0], header["CAM_QW"], 1e-12, "attitude in JSON")
 
 
+def test_streamed():
+    """The daemon's file transport has the lens in its headers too."""
+    text = (folder / "c.toml").read_text()
+    write("d.toml", text + """trigger_mode = "On"
+trigger_source = "Line0"
+[trigger]
+source = "timer"
+rate_hz = 5
+[gige]
+enabled = false
+[file]
+enabled = true
+directory = "streamed"
+format = "fits"
+""")
+    daemon = subprocess.Popen([obscurad, "--config", str(folder / "d.toml")], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              text=True)
+    first = folder / "streamed/frame_000001.fits"
+    end = time.monotonic() + 60
+    while not first.exists() and daemon.poll() is None and time.monotonic() < end:
+        time.sleep(0.05)
+    daemon.terminate()
+    said = daemon.communicate()[1]
+    if not first.exists():
+        check(False, f"no frame from the daemon: {said}")
+        return
+    header, pixels = fits_units(first)[0]
+    x, y = centroid(pixels, background=20)
+    by_header = pixel_by_header(header, "B0")
+    near(by_header[0], x, 0.1, "column by a streamed frame's header")
+    near(by_header[1], y, 0.1, "row by a streamed frame's header")
+
+
 def test_tables():
     """The tables of the page are read, and it lists the columns that the programs know."""
     page = (ROOT / "docs/tables.md").read_text()
@@ -382,5 +416,6 @@ test_pose()
 test_headers()
 test_other_lenses()
 test_captured()
+test_streamed()
 test_tables()
 sys.exit(1 if failures else print("poses, headers and tables agree with geometry and pictures") or 0)
