@@ -103,7 +103,7 @@ def rounds(*programs):
 
 def at_equal_error(programs, scene, noise):
     """The settings of adaptive sampling, least first, that reach this noise, and three runs with them."""
-    error = 0.02 * noise
+    error = 0.045 * noise
     while error > 0.0005 * noise:
         settings = ["--samples", 16, "--error", f"{error:.2g}", "--max-samples", 2048]
         pair = [programs.ours(scene, seed, *settings) for seed in (1, 2)]
