@@ -129,6 +129,7 @@ struct Renderer::Impl {
         settings.samples_per_pixel = std::max(1u, settings.samples_per_pixel);
         settings.max_instants = std::max(1u, settings.max_instants);
         settings.max_bounces = std::max(settings.max_bounces, scene.max_bounces);
+        if (settings.max_bounces > 0) guide_bounces(bodies);
         for (const SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
         lighting = make_lighting(scene, area_lights_of(bodies), sun_w_m2, settings.max_bounces);

@@ -24,6 +24,7 @@ struct PathPacket {
     Lanes alive;
     Channels throughput;
     Doubles pdf;         ///< of `direction` by BSDF sampling, 1/sr; or delta_pdf
+    Doubles expectation; ///< factor on the throughput in Russian roulette, see ElevationGuide
     Doubles travelled_m; ///< path length from the camera
     HitPacket hits;      ///< nearest surfaces along the rays
     /// Body that the path left, if the light of its planetshine sources was sampled there; else -1.

@@ -291,7 +291,7 @@ void PathTracer::shade(std::uint32_t bounce, PathPacket& paths, Channels& out) {
         double most = 0;
         bool lit = bounce > 0;
         for (std::size_t c = 0; c < channels; ++c) {
-            most = std::max(most, paths.throughput.v[c][i]);
+            most = std::max(most, paths.throughput.v[c][i] * paths.expectation[i]);
             lit = lit || out.v[c][i] > 0;
         }
         if (!lit) continue;

@@ -34,6 +34,7 @@ public:
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
     [[nodiscard]] Vec3 sample(Vec3 out, double u, double v) const override;
     [[nodiscard]] double pdf(Vec3 out, Vec3 in) const override;
+    [[nodiscard]] bool cosine_weighted() const override { return false; }
     [[nodiscard]] Vec3 sample_varied(const ParameterPacket& varied, int lane, Vec3 out, double u,
                                      double v) const override;
     [[nodiscard]] double pdf_varied(const ParameterPacket& varied, int lane, Vec3 out,

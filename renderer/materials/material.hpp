@@ -46,6 +46,8 @@ public:
     [[nodiscard]] virtual Vec3 sample(Vec3 out, double u, double v) const;
     /// pdf of sample() at `in`, 1/sr.
     [[nodiscard]] virtual double pdf(Vec3 out, Vec3 in) const;
+    /// Whether sample() is cosine-weighted, whatever the parameters.
+    [[nodiscard]] virtual bool cosine_weighted() const { return true; }
     /// As sample() and pdf(), with the textured parameters of one lane.
     [[nodiscard]] virtual Vec3 sample_varied(const ParameterPacket& /*varied*/, int /*lane*/, Vec3 out,
                                              double u, double v) const {

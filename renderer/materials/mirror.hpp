@@ -27,6 +27,7 @@ public:
 
     explicit Mirror(const MirrorParameters& d) : reflectance_(d.reflectance) {}
     void reflectance(const ScatterPacket& s, Doubles& r) const override;
+    [[nodiscard]] bool cosine_weighted() const override { return false; }
     [[nodiscard]] double mirror_reflectance() const override { return reflectance_; }
 
 private:

@@ -284,7 +284,8 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
             auto material = make_material(material_at_mean, name_of(body));
             const auto slots = static_cast<std::uint32_t>(textures ? textures->slots() : 1);
             built.push_back({std::move(shape), std::move(material), body.motion, body.colour,
-                             body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials});
+                             body.emission_w_m2_sr, std::move(textures), parents[i], body.joint, materials,
+                             nullptr});
             materials += slots;
         });
     }
@@ -300,8 +301,19 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
                      {},
                      -1,
                      {},
-                     materials});
+                     materials,
+                     nullptr});
     return built;
+}
+
+void guide_bounces(std::vector<BuiltBody>& bodies) {
+    const bool alone = std::count_if(bodies.begin(), bodies.end(),
+                                     [](const BuiltBody& body) { return body.material != nullptr; }) == 1;
+    for (BuiltBody& body : bodies) {
+        if (!body.material || !body.material->cosine_weighted() || !body.shape->shadows_itself()) continue;
+        auto guide = std::make_shared<ElevationGuide>(*body.shape, alone);
+        if (guide->guides()) body.guide = std::move(guide);
+    }
 }
 
 std::vector<AreaLight> area_lights_of(const std::vector<BuiltBody>& bodies) {

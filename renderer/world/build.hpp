@@ -17,6 +17,9 @@ void validate(const scene::Scene& scene);
 /// unless its irradiance is 0, is the last body. Throws InputError or ConfigError.
 [[nodiscard]] std::vector<BuiltBody> build_bodies(const scene::Scene& scene);
 
+/// Gives the bodies that can shadow themselves an ElevationGuide, where it differs from cosine weights.
+void guide_bounces(std::vector<BuiltBody>& bodies);
+
 /// The emitting bodies whose area can be sampled.
 [[nodiscard]] std::vector<AreaLight> area_lights_of(const std::vector<BuiltBody>& bodies);
 

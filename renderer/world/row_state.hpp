@@ -6,6 +6,7 @@
 #include "renderer/camera/projection.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/shapes/elevation_guide.hpp"
 #include "renderer/shapes/lit_disc.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/surface_textures.hpp"
@@ -31,6 +32,7 @@ struct BuiltBody {
     scene::Joint joint;
     /// Number of its first material slot among those of all bodies, from 1.
     std::uint32_t first_material = 0;
+    std::shared_ptr<const ElevationGuide> guide; ///< of bounce rays; null: cosine-weighted
 };
 
 /// Sunlit body whose reflected light is sampled as a light source at another one.
