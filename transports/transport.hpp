@@ -24,17 +24,17 @@ struct TransportCounters {
     std::uint64_t bytes = 0;
 };
 
-/// Named statistics of a transport, for display or storage. Names are literals, in lower case with
-/// underscores, with the unit at the end of the group's or the value's name.
+/// Named statistics of a transport, for display or storage. Names are in lower case with underscores, with
+/// the unit at the end of the group's or the value's name.
 struct TransportStatistics {
     /// One number.
     struct Value {
-        std::string_view name;
+        std::string name;
         std::variant<std::uint64_t, double> value;
     };
     /// Numbers that belong together.
     struct Group {
-        std::string_view name;
+        std::string name;
         std::vector<Value> values;
     };
     std::vector<Value> values;

@@ -4,6 +4,7 @@
 #include "core/log.hpp"
 #include "transports/gige/channels/gvsp_sender.hpp"
 #include "transports/gige/control/control_server.hpp"
+#include "transports/gige/device/test_control.hpp"
 
 #include <fmt/format.h>
 
@@ -15,6 +16,35 @@ namespace {
 /// the end of a burst.
 ThreadSettings control_thread(const ThreadSettings& sender) {
     return {sender.priority > 0 ? sender.priority + 1 : 0, sender.cores};
+}
+
+void read_resends(const SenderCounters& s, GigeCounters& out) {
+    const auto count = [&](ResendOutcome outcome) {
+        return s.resends[static_cast<std::size_t>(outcome)].load();
+    };
+    out.resend_requests = s.resend_requests.load();
+    out.asked_packets = s.asked_packets.load();
+    out.resent_packets = count(ResendOutcome::resent);
+    out.asked_before_sent = count(ResendOutcome::before_sent);
+    out.refused = {.no_longer_kept = count(ResendOutcome::no_longer_kept),
+                   .by_fault = count(ResendOutcome::by_fault),
+                   .over_budget = count(ResendOutcome::over_budget),
+                   .no_such_packet = count(ResendOutcome::no_such_packet),
+                   .no_such_block = count(ResendOutcome::no_such_block),
+                   .queue_full = count(ResendOutcome::queue_full)};
+}
+
+/// Strikes of the rules in the configuration, and of those set live that have struck.
+std::vector<TransportStatistics::Value> strikes_of(const FaultCounters& strikes,
+                                                   const GigeSettings& settings) {
+    std::vector<TransportStatistics::Value> all;
+    for (std::size_t i = 0; i < settings.faults.size(); ++i)
+        all.push_back({fmt::format("rule_{}_{}", i + 1, name_of(settings.faults[i].fault)), strikes[i]});
+    if (settings.drop_percent > 0) all.push_back({"drop_percent", strikes[drop_percent_counter(settings)]});
+    for (const auto& [fault, name] : enum_names(Fault{}))
+        if (const std::uint64_t n = strikes[live_counter(settings, fault)]; n > 0)
+            all.push_back({fmt::format("live_{}", name), n});
+    return all;
 }
 
 } // namespace
@@ -45,10 +75,16 @@ struct GigeCamera::Parts {
         device.set_before_disk([this] { server.announce_disk(); });
         device.set_statistics([this] {
             const SenderCounters& c = sender.counters();
-            return StreamStatistics{static_cast<std::uint32_t>(c.submitted.load()),
-                                    static_cast<std::uint32_t>(c.delivered.load()),
-                                    static_cast<std::uint32_t>(c.dropped.load()),
-                                    static_cast<std::uint32_t>(c.resent_packets.load())};
+            GigeCounters g;
+            read_resends(c, g);
+            const auto low = [](std::uint64_t n) { return static_cast<std::uint32_t>(n); };
+            return StreamStatistics{.submitted = low(c.submitted.load()),
+                                    .delivered = low(c.delivered.load()),
+                                    .dropped = low(c.dropped.load()),
+                                    .asked = low(g.asked_packets),
+                                    .resent = low(g.resent_packets),
+                                    .asked_before_sent = low(g.asked_before_sent),
+                                    .refused = low(g.refused.sum())};
         });
     }
 };
@@ -102,8 +138,9 @@ GigeCounters GigeCamera::gige_counters() const noexcept {
     out.packets = socket.packets();
     out.send_errors = socket.errors();
     out.injected_losses = s.injected_losses.load();
-    out.resend_requests = s.resend_requests.load();
-    out.resent_packets = s.resent_packets.load();
+    out.injected_delays = s.injected_delays.load();
+    read_resends(s, out);
+    out.resends_denied = c.resends_denied.load();
     out.repeated_packets = s.repeated_packets.load();
     out.control_taken = c.control_taken.load();
     out.control_lost = c.control_lost.load();
@@ -127,12 +164,26 @@ TransportStatistics GigeCamera::statistics() const {
     s.values.insert(s.values.end(), {{"packets", g.packets},
                                      {"send_errors", g.send_errors},
                                      {"injected_losses", g.injected_losses},
+                                     {"injected_delays", g.injected_delays},
                                      {"resend_requests", g.resend_requests},
+                                     {"resend_requests_denied", g.resends_denied},
+                                     {"asked_packets", g.asked_packets},
                                      {"resent_packets", g.resent_packets},
+                                     {"asked_before_sent", g.asked_before_sent},
+                                     {"refused_packets", g.refused.sum()},
                                      {"repeated_packets", g.repeated_packets},
                                      {"control_taken", g.control_taken},
                                      {"control_lost", g.control_lost}});
-    s.groups = {{"trigger_to_first_packet_us",
+    s.groups = {{"refused_because",
+                 {{"no_longer_kept", g.refused.no_longer_kept},
+                  {"by_fault", g.refused.by_fault},
+                  {"over_budget", g.refused.over_budget},
+                  {"no_such_packet", g.refused.no_such_packet},
+                  {"no_such_block", g.refused.no_such_block},
+                  {"queue_full", g.refused.queue_full}}},
+                {"fault_strikes", parts_ ? strikes_of(parts_->device.fault_counters(), settings_)
+                                         : std::vector<TransportStatistics::Value>{}},
+                {"trigger_to_first_packet_us",
                  {{"p50", us(g.trigger_to_first_p50_ns)}, {"p99", us(g.trigger_to_first_p99_ns)}}},
                 {"trigger_to_last_packet_us",
                  {{"p50", us(g.trigger_to_last_p50_ns)}, {"p99", us(g.trigger_to_last_p99_ns)}}}};

@@ -23,8 +23,21 @@ struct GigeCounters {
     std::uint64_t packets = 0;         ///< accepted by the kernel, resent ones included
     std::uint64_t send_errors = 0;     ///< packets refused by the kernel
     std::uint64_t injected_losses = 0; ///< packets and frames withheld by injected faults
+    std::uint64_t injected_delays = 0; ///< packets before which an injected fault made a pause
     std::uint64_t resend_requests = 0; ///< PACKETRESEND commands accepted
+    std::uint64_t resends_denied = 0;  ///< PACKETRESEND commands of hosts that may not ask
+    /// Packets that those commands accepted ask for: the sum of the next two and of `refused`.
+    std::uint64_t asked_packets = 0;
     std::uint64_t resent_packets = 0;
+    std::uint64_t asked_before_sent = 0; ///< not sent yet when they were asked for: late, not lost
+    /// Packets asked for that cannot be sent again, by reason; see ResendOutcome.
+    struct Refused {
+        std::uint64_t no_longer_kept = 0, by_fault = 0, over_budget = 0, no_such_packet = 0,
+                      no_such_block = 0, queue_full = 0;
+        [[nodiscard]] std::uint64_t sum() const noexcept {
+            return no_longer_kept + by_fault + over_budget + no_such_packet + no_such_block + queue_full;
+        }
+    } refused;
     std::uint64_t repeated_packets = 0; ///< while rows were late, see GigeSettings::keep_alive_ms
     std::uint64_t control_taken = 0;    ///< times that a client got control of the free camera
     std::uint64_t control_lost = 0;     ///< heartbeat time-outs of controllers

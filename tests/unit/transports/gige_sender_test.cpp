@@ -14,6 +14,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -35,7 +36,10 @@ struct Bench {
     GvspSender sender{settings, network, messages, clock};
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 
-    explicit Bench(bool extended, const std::vector<FaultRule>& faults = {}) {
+    std::shared_ptr<FaultCounters> strikes;
+
+    explicit Bench(bool extended, const std::vector<FaultRule>& faults = {})
+        : strikes(std::make_shared<FaultCounters>(faults.size())) {
         sockaddr_in a{};
         a.sin_family = AF_INET;
         a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -51,7 +55,11 @@ struct Bench {
         config.payload.max_width = width;
         config.payload.max_height = height;
         config.payload.max_image_bytes = std::size_t{2} * width * height;
-        config.faults.set_rules(faults);
+        std::vector<FaultRule> rules = faults;
+        for (std::size_t i = 0; i < rules.size(); ++i)
+            rules[i].counter = static_cast<std::uint32_t>(i);
+        config.faults.set_rules(rules);
+        config.faults.set_counters(strikes);
         REQUIRE(sender.begin(config));
     }
     ~Bench() {
@@ -83,6 +91,30 @@ struct Bench {
         request.first = request.last = packet;
         request.extended = extended;
         sender.resend(request);
+    }
+    /// Asks for packets and waits until the sender has dealt with them.
+    void ask_and_wait(std::uint64_t block, std::uint32_t first, std::uint32_t last) {
+        const std::uint64_t before = asked();
+        ResendRequest request;
+        request.block_id = block;
+        request.first = first;
+        request.last = last;
+        request.extended = true;
+        sender.resend(request);
+        const Time give_up = clock.now() + 30 * ns_per_s;
+        while ((asked() == before || settled() != asked()) && clock.now() < give_up)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        REQUIRE(asked() > before);
+    }
+    [[nodiscard]] std::uint64_t asked() const { return sender.counters().asked_packets.load(); }
+    [[nodiscard]] std::uint64_t became(ResendOutcome outcome) const {
+        return sender.counters().resends[static_cast<std::size_t>(outcome)].load();
+    }
+    [[nodiscard]] std::uint64_t settled() const {
+        std::uint64_t sum = 0;
+        for (const auto& n : sender.counters().resends)
+            sum += n.load();
+        return sum;
     }
 };
 
@@ -117,6 +149,96 @@ TEST_CASE("a frame that nobody could take is told of in all packets of the next 
     REQUIRE(refused.size() == 6);
     CHECK(refused[0] ==
           std::array<std::uint16_t, 2>{0x800C, gvsp_flag::resend_range_error | gvsp_flag::resent});
+}
+
+TEST_CASE("packets that are asked for are counted by what becomes of them") {
+    FaultRule gone;
+    gone.fault = Fault::lose_for_good;
+    gone.first_frame = gone.last_frame = 2;
+    Bench bench(true, {gone});
+    bench.send_frame(1);
+    bench.ask_and_wait(1, 1, 3);
+    CHECK(bench.became(ResendOutcome::resent) == 3);
+    bench.ask_and_wait(1, 2, UINT32_MAX); // the rest: two of payload and the trailer
+    CHECK(bench.became(ResendOutcome::resent) == 6);
+    bench.ask_and_wait(1, 9, 12);
+    CHECK(bench.became(ResendOutcome::no_such_packet) == 4);
+    bench.ask_and_wait(77, 1, 5);
+    CHECK(bench.became(ResendOutcome::no_such_block) == 5);
+    for (int i = 0; i < 4; ++i)
+        bench.ask_and_wait(1, 0, 4);
+    // Four times the block's five packets altogether.
+    CHECK(bench.became(ResendOutcome::resent) == 20);
+    CHECK(bench.became(ResendOutcome::over_budget) == 6);
+    bench.send_frame(2);
+    bench.ask_and_wait(2, 1, 2);
+    CHECK(bench.became(ResendOutcome::by_fault) == 2);
+    CHECK((*bench.strikes)[0] == 3);
+
+    // A frame of which two packets have been sent: what is asked of the rest is not lost.
+    const FrameRef late = bench.pool.acquire();
+    REQUIRE(bool{late});
+    test::describe_mono16(late->info, 3, width, height);
+    const std::uint64_t packets = bench.sender.socket().packets();
+    REQUIRE(bench.sender.submit(late));
+    late->publish_rows(height / 2);
+    const Time give_up = bench.clock.now() + 30 * ns_per_s;
+    while (bench.sender.socket().packets() < packets + 2 && bench.clock.now() < give_up)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    bench.ask_and_wait(3, 1, 4);
+    CHECK(bench.became(ResendOutcome::resent) == 21);
+    CHECK(bench.became(ResendOutcome::before_sent) == 3);
+    late->publish_rows(height);
+    REQUIRE(bench.sender.wait_idle(10 * ns_per_s));
+
+    for (std::uint64_t id = 4; id < 12; ++id)
+        bench.send_frame(id);
+    bench.ask_and_wait(1, 1, 1);
+    CHECK(bench.became(ResendOutcome::no_longer_kept) == 1);
+    CHECK(bench.settled() == bench.asked());
+}
+
+TEST_CASE("each fault rule counts its own strikes") {
+    std::vector<FaultRule> rules(4);
+    rules[0].fault = Fault::lose;
+    rules[0].first_frame = rules[0].last_frame = 1;
+    rules[1].fault = Fault::delay;
+    rules[1].amount = 1;
+    rules[1].first_frame = rules[1].last_frame = 2;
+    rules[2].fault = Fault::delay;
+    rules[2].amount = 2;
+    rules[2].first_frame = 3;
+    rules[3].fault = Fault::skip_frame;
+    rules[3].first_frame = rules[3].last_frame = 4;
+    Bench bench(true, rules);
+    for (std::uint64_t id = 1; id < 6; ++id)
+        bench.send_frame(id);
+    CHECK((*bench.strikes)[0] == 3); // payload packets of a frame
+    CHECK((*bench.strikes)[1] == 3);
+    CHECK((*bench.strikes)[2] == 6);
+    CHECK((*bench.strikes)[3] == 1);
+    CHECK(bench.sender.counters().injected_losses == 4);
+    CHECK(bench.sender.counters().injected_delays == 9);
+}
+
+TEST_CASE("a request that comes while a fault delays a packet is answered at once") {
+    FaultRule delay;
+    delay.fault = Fault::delay;
+    delay.amount = 1e9; // us
+    Bench bench(true, {delay});
+    const FrameRef frame = bench.pool.acquire();
+    REQUIRE(bool{frame});
+    test::describe_mono16(frame->info, 1, width, height);
+    frame->publish_rows(height);
+    REQUIRE(bench.sender.submit(frame));
+    const Time give_up = bench.clock.now() + 30 * ns_per_s;
+    while ((*bench.strikes)[0] == 0 && bench.clock.now() < give_up)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    bench.ask_and_wait(1, 0, 3);
+    CHECK(bench.became(ResendOutcome::resent) == 1);
+    CHECK(bench.became(ResendOutcome::before_sent) == 3);
+    bench.sender.abort();
+    CHECK(bench.sender.wait_idle(10 * ns_per_s));
 }
 
 TEST_CASE("standard headers have no flags: there the block id stands in their place") {

@@ -21,6 +21,13 @@ constexpr std::int64_t paced_batch_ns = 100 * ns_per_us;
 // that untrusted requests do not use up that of the receiver.
 constexpr std::array<std::uint32_t, 2> resend_budget{1, 4};
 
+/// Packets that a request names; a range without an end counts as one.
+std::uint64_t span_of(const ResendRequest& request) noexcept {
+    return request.last == UINT32_MAX || request.last < request.first
+               ? 1
+               : std::uint64_t{request.last} - request.first + 1;
+}
+
 } // namespace
 
 GvspSender::GvspSender(const GigeSettings& settings, const NetworkInterface& network,
@@ -139,7 +146,8 @@ void GvspSender::resend(const ResendRequest& request) noexcept {
     if (resends_.push(request)) {
         wake_.notify();
     } else {
-        counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
+        counters_.asked_packets.fetch_add(span_of(request), std::memory_order_relaxed);
+        note_resend(ResendOutcome::queue_full, span_of(request));
     }
 }
 
@@ -190,8 +198,8 @@ void GvspSender::install_session() noexcept {
     session_ = next;
     socket_.set_destination(next->config.destination_ip, next->config.destination_port);
     socket_.set_do_not_fragment(next->config.do_not_fragment);
-    for (ResendRequest stale; resends_.pop(stale);) {
-    }
+    for (ResendRequest stale; resends_.pop(stale);)
+        refuse_unknown_block(stale);
     // Release the previous session: the control thread may free it from now on.
     incoming_.store(nullptr, std::memory_order_release);
     rest_.notify();
@@ -200,9 +208,12 @@ void GvspSender::install_session() noexcept {
 void GvspSender::send_frame(FrameRef frame) noexcept {
     const bool delivered = send_block(frame, false);
     (delivered ? counters_.delivered : counters_.dropped).fetch_add(1, std::memory_order_relaxed);
-    if (delivered && !giving_up() &&
-        session_->config.faults.strikes(Fault::repeat_frame, session_->frames) != nullptr)
+    if (!delivered || giving_up()) return;
+    const FaultInjector& faults = session_->config.faults;
+    if (const FaultRule* rule = faults.strikes(Fault::repeat_frame, session_->frames); rule != nullptr) {
+        faults.count(*rule);
         send_block(frame, true);
+    }
 }
 
 bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
@@ -211,13 +222,13 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     if (!prepare(block, frame)) return false;
     const Time edge = frame->info.trigger_edge;
     ++session_->frames; // puts the block into the history
-    if (fault(Fault::skip_frame, block) != nullptr) {
+    if (struck(Fault::skip_frame, block)) {
         block.frame = block.live = {};
         counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
     post(Event::frame_start, block, edge);
-    if (fault(Fault::drop_leader, block) == nullptr) {
+    if (!struck(Fault::drop_leader, block)) {
         queue_packet(block, 0, false);
         block.newest = 0;
     }
@@ -232,7 +243,7 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     block.live = {};
     if (!sent) return false;
     write_trailer(block);
-    if (fault(Fault::drop_trailer, block) == nullptr) queue_packet(block, block.sent, false);
+    if (!struck(Fault::drop_trailer, block)) queue_packet(block, block.sent, false);
     socket_.flush();
     ++block.sent;
     if (session_->config.faults.any() && fault(Fault::freeze_frame, block) == nullptr)
@@ -261,13 +272,15 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     const std::uint64_t before = std::exchange(session_->last_frame_id, frame->info.frame_id);
     block.flags = before != 0 && frame->info.frame_id > before + 1 ? gvsp_flag::previous_block_dropped : 0;
     std::uint64_t shown_id = block.count;
-    if (const FaultRule* rule = fault(Fault::wrong_block_id, block))
+    if (const FaultRule* rule = fault(Fault::wrong_block_id, block)) {
+        session_->config.faults.count(*rule);
         shown_id += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount));
+    }
     block.wire_id = wire_block_id(shown_id, session_->config.extended_ids);
     block.live = block.frame = frame;
     const FrameRef& old = session_->shown;
-    if (old && fault(Fault::freeze_frame, block) != nullptr && old->info.width == frame->info.width &&
-        old->info.height == frame->info.height && old->info.pixel_format == frame->info.pixel_format)
+    if (old && old->info.width == frame->info.width && old->info.height == frame->info.height &&
+        old->info.pixel_format == frame->info.pixel_format && struck(Fault::freeze_frame, block))
         block.frame = old;
     // Geometry and chunks describe the pixels sent, the time stamp is that of the submitted frame's trigger.
     const FrameInfo& info = block.frame->info;
@@ -277,8 +290,10 @@ bool GvspSender::prepare(Block& block, const FrameRef& frame) noexcept {
     }
     auto stamp = static_cast<std::uint64_t>(frame->info.trigger_edge.ns + frame->info.tai_offset_ns -
                                             session_->config.payload.timestamp_origin_ns);
-    if (const FaultRule* rule = fault(Fault::wrong_timestamp, block))
+    if (const FaultRule* rule = fault(Fault::wrong_timestamp, block)) {
+        session_->config.faults.count(*rule);
         stamp += static_cast<std::uint64_t>(static_cast<std::int64_t>(rule->amount * 1000));
+    }
     block.leader_bytes = session_->type == PayloadType::multipart
                              ? write_multipart_leader(block.leader.data(), info, block.payload.parts(), stamp)
                              : write_image_leader(block.leader.data(), session_->type, info.pixel_format,
@@ -320,8 +335,9 @@ bool GvspSender::send_payload(Block& block) noexcept {
         }
         pace(due, until - block.sent);
         for (std::uint32_t id = block.sent; id < until; ++id) {
+            block.sent = id; // requests are served while a fault delays this packet
             // A reordered packet waits for its successor, which may be in another batch.
-            if (held == 0 && id + 1 < end && fault(Fault::reorder, block, id) != nullptr) {
+            if (held == 0 && id + 1 < end && struck(Fault::reorder, block, id)) {
                 held = id;
                 continue;
             }
@@ -413,7 +429,6 @@ void GvspSender::queue_packet(const Block& block, std::uint32_t id, bool resent,
 }
 
 void GvspSender::queue_error(const ResendRequest& request, Status status, std::uint16_t flags) noexcept {
-    counters_.resend_refused.fetch_add(1, std::memory_order_relaxed);
     // A receiver may give the block up when it gets an error, so untrusted requests do not cause one.
     if (!request.trusted) return;
     if (socket_.queued() == PacketSocket::batch_packets) socket_.flush();
@@ -427,16 +442,29 @@ void GvspSender::queue_error(const ResendRequest& request, Status status, std::u
 void GvspSender::serve_resends() noexcept {
     if (resends_.empty()) return;
     for (ResendRequest request; resends_.pop(request);)
-        if (session_ != nullptr && session_->config.destination_port != 0) serve_resend(request);
+        if (session_ != nullptr && session_->config.destination_port != 0)
+            serve_resend(request);
+        else
+            refuse_unknown_block(request);
     socket_.flush();
 }
 
+void GvspSender::refuse_unknown_block(const ResendRequest& request) noexcept {
+    counters_.asked_packets.fetch_add(span_of(request), std::memory_order_relaxed);
+    note_resend(ResendOutcome::no_such_block, span_of(request));
+}
+
 void GvspSender::serve_resend(const ResendRequest& request) noexcept {
-    // Truncated to the stream's 16-bit ids, the answer would name another block.
-    if (!session_->config.extended_ids && request.block_id > 0xFFFF) return;
     Block* found = nullptr;
+    // Truncated to the stream's 16-bit ids, an answer would name another block.
+    const bool id_fits = session_->config.extended_ids || request.block_id <= 0xFFFF;
     for (Block& b : session_->blocks)
-        if (b.count != 0 && b.frame && b.wire_id == request.block_id) found = &b;
+        if (id_fits && b.count != 0 && b.frame && b.wire_id == request.block_id) found = &b;
+    const std::uint32_t last_of_block = found != nullptr ? found->payload.packets() + 1 : 0;
+    const bool in_block = found != nullptr && request.first <= last_of_block;
+    const std::uint32_t last = in_block ? std::min(request.last, last_of_block) : request.last;
+    const std::uint64_t asked = in_block ? last - request.first + 1 : span_of(request);
+    counters_.asked_packets.fetch_add(asked, std::memory_order_relaxed);
     // Receivers take a packet of a block long past for a jump of the stream and discard every block that
     // follows, so a spoofed request could stop the stream. The same holds for an answer about a block that
     // never existed.
@@ -446,28 +474,31 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
                                   ? newest - request.block_id
                                   : (newest + 0xFFFF - request.block_id % 0xFFFF) % 0xFFFF;
     if (found == nullptr) {
-        if (session_->frames > 0 && request.block_id != 0 && age > 0 &&
-            age <= std::min(recent, session_->frames - 1))
-            queue_error(request, Status::packet_removed);
+        const bool sent_once =
+            id_fits && session_->frames > 0 && request.block_id != 0 && age > 0 && age < session_->frames;
+        note_resend(sent_once ? ResendOutcome::no_longer_kept : ResendOutcome::no_such_block, asked);
+        if (sent_once && age <= recent) queue_error(request, Status::packet_removed);
         return;
     }
-    if (!request.trusted && session_->frames - found->count > recent) return;
-    const std::uint32_t last_of_block = found->payload.packets() + 1;
-    if (request.first > last_of_block) {
+    if (!request.trusted && session_->frames - found->count > recent)
+        return note_resend(ResendOutcome::no_longer_kept, asked);
+    if (!in_block) {
+        note_resend(ResendOutcome::no_such_packet, asked);
         queue_error(request, Status::packet_unavailable, gvsp_flag::resend_range_error);
         return;
     }
-    const std::uint32_t last = std::min(request.last, last_of_block);
     for (std::uint32_t id = request.first; id <= last; ++id) {
         if (id >= found->sent) {
             // A packet that is not sent yet: the client waits on this status and gives up on any other.
             ResendRequest rest = request;
             rest.first = id;
+            note_resend(ResendOutcome::before_sent, last - id + 1);
             queue_error(rest, Status::packet_not_yet_available);
             return;
         }
         if (found->resent[request.trusted] >=
             resend_budget[request.trusted] * (found->payload.packets() + 2)) {
+            note_resend(ResendOutcome::over_budget, last - id + 1);
             queue_error(request, Status::packet_unavailable);
             return;
         }
@@ -475,11 +506,12 @@ void GvspSender::serve_resend(const ResendRequest& request) noexcept {
         if (fault(Fault::lose_for_good, *found, id) != nullptr) {
             ResendRequest gone = request;
             gone.first = id;
+            note_resend(ResendOutcome::by_fault, 1);
             queue_error(gone, Status::packet_removed);
             continue;
         }
         queue_packet(*found, id, true);
-        counters_.resent_packets.fetch_add(1, std::memory_order_relaxed);
+        note_resend(ResendOutcome::resent, 1);
     }
 }
 
@@ -489,25 +521,31 @@ void GvspSender::send_one(Block& block, std::uint32_t id) noexcept {
         block.newest = id;
         return;
     }
-    if (fault(Fault::lose, block, id) != nullptr || fault(Fault::lose_for_good, block, id) != nullptr) {
+    if (struck(Fault::lose, block, id) || struck(Fault::lose_for_good, block, id)) {
         counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
         return;
     }
     if (const FaultRule* rule = fault(Fault::delay, block, id)) {
-        socket_.flush();
-        for (const Time until = clock_.now() + static_cast<std::int64_t>(rule->amount * ns_per_us);
-             !giving_up();) {
-            const std::uint32_t seen = wake_.value();
-            const Time now = clock_.now();
-            if (now >= until) break;
-            heartbeat_.beat(); // a client sets the delay: a long one is no hung thread
-            wake_.wait(seen, std::min(until, now + Heartbeat::longest_wait_ns));
-        }
+        session_->config.faults.count(*rule);
+        counters_.injected_delays.fetch_add(1, std::memory_order_relaxed);
+        wait_out_delay(rule->amount);
     }
-    const bool corrupt = fault(Fault::corrupt, block, id) != nullptr;
+    const bool corrupt = struck(Fault::corrupt, block, id);
     queue_packet(block, id, false, corrupt);
     if (!corrupt) block.newest = id;
-    if (fault(Fault::duplicate, block, id) != nullptr) queue_packet(block, id, false);
+    if (struck(Fault::duplicate, block, id)) queue_packet(block, id, false);
+}
+
+void GvspSender::wait_out_delay(double delay_us) noexcept {
+    socket_.flush();
+    for (const Time until = clock_.now() + static_cast<std::int64_t>(delay_us * ns_per_us); !giving_up();) {
+        const std::uint32_t seen = wake_.value();
+        const Time now = clock_.now();
+        if (now >= until) break;
+        heartbeat_.beat(); // a client sets the delay: a long one is no hung thread
+        serve_resends();
+        wake_.wait(seen, std::min(until, now + Heartbeat::longest_wait_ns));
+    }
 }
 
 void GvspSender::post(Event e, const Block& block, Time t) noexcept {

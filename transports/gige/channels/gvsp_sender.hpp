@@ -14,6 +14,7 @@
 #include "transports/gige/settings.hpp"
 #include "transports/gige/wire/gvsp.hpp"
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <optional>
@@ -22,11 +23,27 @@
 
 namespace obscura::transports::gige {
 
+/// What became of a packet that a receiver asked for.
+enum class ResendOutcome : std::uint8_t {
+    resent,         ///< sent again
+    before_sent,    ///< not sent yet when it was asked for: late, not lost
+    no_longer_kept, ///< its frame has left the history
+    by_fault,       ///< a rule of lose_for_good
+    over_budget,    ///< the block's resend budget is used up
+    no_such_packet, ///< id behind the end of the block
+    no_such_block,  ///< id of a block that was not sent on this stream
+    queue_full,     ///< more requests than the sender could look at
+};
+constexpr std::size_t resend_outcome_count = 8;
+
 /// Written by the sender, read from any thread.
 struct SenderCounters {
     std::atomic<std::uint64_t> submitted{0}, delivered{0}, dropped{0};
-    std::atomic<std::uint64_t> resend_requests{0}, resent_packets{0}, resend_refused{0};
-    std::atomic<std::uint64_t> injected_losses{0};
+    std::atomic<std::uint64_t> resend_requests{0}; ///< commands
+    std::atomic<std::uint64_t> asked_packets{0};   ///< packets that those commands name
+    /// What became of the packets asked for, by ResendOutcome.
+    std::array<std::atomic<std::uint64_t>, resend_outcome_count> resends{};
+    std::atomic<std::uint64_t> injected_losses{0}, injected_delays{0};
     std::atomic<std::uint64_t> repeated_packets{0}; ///< see GigeSettings::keep_alive_ms
     LatencyHistogram trigger_to_first, trigger_to_last;
 };
@@ -105,10 +122,23 @@ private:
     void queue_error(const ResendRequest& request, Status status, std::uint16_t flags = 0) noexcept;
     void serve_resends() noexcept;
     void serve_resend(const ResendRequest& request) noexcept;
+    /// Counts a request that came without a stream, or for the stream before.
+    void refuse_unknown_block(const ResendRequest& request) noexcept;
+    /// Counts what became of `packets` packets asked for.
+    void note_resend(ResendOutcome outcome, std::uint64_t packets) noexcept {
+        counters_.resends[static_cast<std::size_t>(outcome)].fetch_add(packets, std::memory_order_relaxed);
+    }
+    void wait_out_delay(double delay_us) noexcept;
     void send_one(Block& block, std::uint32_t id) noexcept;
     void post(Event e, const Block& block, Time t) noexcept;
     [[nodiscard]] const FaultRule* fault(Fault f, const Block& block, std::uint32_t id = 0) const noexcept {
         return session_->config.faults.any() ? session_->config.faults.strikes(f, block.count, id) : nullptr;
+    }
+    /// Whether a rule for `f` strikes, counted.
+    [[nodiscard]] bool struck(Fault f, const Block& block, std::uint32_t id = 0) const noexcept {
+        const FaultRule* const rule = fault(f, block, id);
+        if (rule != nullptr) session_->config.faults.count(*rule);
+        return rule != nullptr;
     }
     [[nodiscard]] bool giving_up() const noexcept {
         return abort_.load(std::memory_order_acquire) || quit_.load(std::memory_order_acquire);

@@ -57,7 +57,9 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
         return {};
     }
     ++commands_;
-    if (device_.control_faults().strikes(Fault::mute_control, commands_) != nullptr) {
+    const FaultInjector& faults = device_.control_faults();
+    if (const FaultRule* rule = faults.strikes(Fault::mute_control, commands_); rule != nullptr) {
+        faults.count(*rule);
         counters_.muted.fetch_add(1, std::memory_order_relaxed);
         return {};
     }
@@ -72,7 +74,10 @@ std::span<const std::uint8_t> ControlPort::handle(std::span<const std::uint8_t> 
     }
     const bool answered = request.wants_ack() && request.command != Command::packet_resend;
     if (is_controller(from)) {
-        if (device_.control_faults().strikes(Fault::heartbeat_loss, commands_) == nullptr) last_heard_ = now;
+        if (const FaultRule* rule = faults.strikes(Fault::heartbeat_loss, commands_); rule != nullptr)
+            faults.count(*rule);
+        else
+            last_heard_ = now;
         if (answered && datagram.size() == last_request_bytes_ &&
             std::equal(datagram.begin(), datagram.end(), last_request_.begin())) {
             counters_.retries.fetch_add(1, std::memory_order_relaxed);
@@ -207,6 +212,8 @@ std::span<const std::uint8_t> ControlPort::run(const Request& request, Peer from
             ResendRequest wanted = request.resend;
             wanted.trusted = is_controller(from) || from.port == bank_.peek(reg::stream_port);
             device_.resend(wanted);
+        } else {
+            counters_.resends_denied.fetch_add(1, std::memory_order_relaxed);
         }
         return {};
     case Command::action:

@@ -27,7 +27,7 @@ struct Peer {
 /// Counters of datagrams and of losses of control; readable from any thread.
 struct ControlCounters {
     std::atomic<std::uint64_t> datagrams{0}, ignored{0}, rejected{0}, denied{0}, retries{0}, control_taken{0},
-        control_lost{0}, throttled{0}, muted{0};
+        control_lost{0}, throttled{0}, muted{0}, resends_denied{0};
 };
 
 /// Checks the rights of requests and executes them on a Device. Thread-bound: control thread, except

@@ -56,6 +56,8 @@ public:
     void run_actions(Time now);
     /// Fault rules, of which mute_control and heartbeat_loss concern commands.
     [[nodiscard]] const FaultInjector& control_faults() const noexcept { return context_.faults; }
+    /// Strikes of the fault rules so far. Any thread.
+    [[nodiscard]] const FaultCounters& fault_counters() const noexcept { return *context_.fault_counters; }
     /// Posts an event of the control side.
     void post(Event e, Time t) { gige::post(context_, e, t); }
     /// Whether PENDING_ACK is switched on.

@@ -19,13 +19,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace obscura::transports::gige {
 
 /// Counters shown in registers.
 struct StreamStatistics {
-    std::uint32_t submitted = 0, delivered = 0, dropped = 0, resent = 0;
+    std::uint32_t submitted = 0, delivered = 0, dropped = 0;
+    std::uint32_t asked = 0, resent = 0, asked_before_sent = 0, refused = 0; ///< packets, see ResendOutcome
 };
 
 /// State that the free functions of device/ share. Owned by Device. Thread-bound: control thread, except
@@ -51,6 +53,7 @@ struct DeviceContext {
     bool channel_fresh = true; ///< no acquisition since the stream channel was opened
     std::atomic<std::int64_t> timestamp_origin_ns{0};
     std::uint64_t timestamp_latched = 0;
+    const std::shared_ptr<FaultCounters> fault_counters; ///< readable from any thread
     FaultInjector faults;
     std::uint32_t pending_ack_ms = 0;
     static constexpr std::size_t action_queue_size = 16;

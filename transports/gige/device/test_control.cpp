@@ -84,13 +84,28 @@ FeatureCategory test_control() {
     return {.name = "TestControl", .features = features};
 }
 
+std::size_t drop_percent_counter(const GigeSettings& settings) noexcept {
+    return settings.faults.size();
+}
+
+std::size_t live_counter(const GigeSettings& settings, Fault fault) noexcept {
+    return settings.faults.size() + 1 + value(fault);
+}
+
+std::size_t fault_counter_count(const GigeSettings& settings) noexcept {
+    return settings.faults.size() + 1 + fault_count;
+}
+
 void publish_faults(DeviceContext& d) {
     std::vector<FaultRule> rules = d.settings.faults;
-    for (FaultRule& rule : rules)
-        if (rule.seed == 0) rule.seed = d.seed;
+    for (std::size_t i = 0; i < rules.size(); ++i) {
+        rules[i].counter = static_cast<std::uint32_t>(i);
+        if (rules[i].seed == 0) rules[i].seed = d.seed;
+    }
     if (d.settings.drop_percent > 0) {
         FaultRule lose;
         lose.percent = d.settings.drop_percent;
+        lose.counter = static_cast<std::uint32_t>(drop_percent_counter(d.settings));
         lose.seed = d.seed;
         rules.push_back(lose);
     }
@@ -103,6 +118,7 @@ void publish_faults(DeviceContext& d) {
         live.percent = from_word(percent, word);
         live.amount = stored(d, "FaultAmount", i);
         live.seed = d.seed;
+        live.counter = static_cast<std::uint32_t>(live_counter(d.settings, live.fault));
         rules.push_back(live);
     }
     d.faults.set_rules(std::move(rules));

@@ -62,6 +62,7 @@ struct FaultRule {
     std::uint32_t burst = 1;        ///< consecutive packets struck together (lose)
     double amount = 1;              ///< see Fault
     std::uint64_t seed = 0;         ///< 0: the camera's
+    std::uint32_t counter = 0;      ///< of its strikes, see FaultCounters
 };
 
 } // namespace obscura::transports::gige
