@@ -267,6 +267,47 @@ TEST_CASE("with one packet in a hundred left out, resending makes every frame wh
     CHECK(outcome.received["resent_packets"] > stream_frames);
 }
 
+TEST_CASE("packets that are only late are no losses, and grab and the daemon count the same") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(9);
+    options.size = 256;
+    options.rate_hz = 5;
+    // Twice in a frame of 17 packets the sender stands still for longer than a client's patience.
+    options.gige_more = R"([[gige.faults]]
+kind = "delay"
+percent = 12
+amount = 120000
+[[gige.faults]]
+kind = "lose"
+percent = 5
+first = 6
+[[gige.faults]]
+kind = "corrupt"
+percent = 0
+)";
+    constexpr int frames = 12;
+    const Outcome outcome = stream_and_compare(folder, options, frames);
+    const Json& grab = outcome.received;
+    const Json& gige = outcome.daemon["transports"]["gige"];
+    INFO(grab.dump(2) << gige.dump(2));
+    CHECK(gige["fault_strikes"]["rule_1_delay"] > 0);
+    CHECK(gige["injected_delays"] == gige["fault_strikes"]["rule_1_delay"]);
+    CHECK(gige["fault_strikes"]["rule_2_lose"] == gige["injected_losses"]);
+    CHECK(gige["fault_strikes"]["rule_3_corrupt"] == 0);
+    // What the client asked for is what the camera was asked for, and each packet has its fate.
+    const int asked = grab["asked_packets"];
+    CHECK(gige["asked_packets"] == asked);
+    CHECK(gige["resent_packets"] == grab["resent_packets"]);
+    CHECK(gige["asked_before_sent"] == grab["asked_before_sent"]);
+    CHECK(gige["refused_packets"] == grab["refused_packets"]);
+    CHECK(grab["asked_before_sent"] > 0);
+    CHECK(grab["resent_packets"].get<int>() + grab["asked_before_sent"].get<int>() +
+              grab["refused_packets"].get<int>() ==
+          asked);
+    CHECK(grab["missing_packets"] == 0);
+}
+
 TEST_CASE("a client that vanishes in the middle of the stream leaves a camera for the next one") {
     const TempFolder folder;
     DaemonOptions options;

@@ -18,6 +18,7 @@
 #include <cstring>
 #include <ctime>
 #include <thread>
+#include <utility>
 
 namespace obscura::tools {
 namespace {
@@ -91,6 +92,8 @@ struct Receiver::Impl {
     Object<ArvStream> stream;
     ArvBuffer* held = nullptr; ///< buffer of the frame that receive() returned last
     bool acquiring = false;
+    bool receiving = false;                 ///< libaravis's stream thread runs
+    std::optional<CameraStatistics> before; ///< the camera's counters at the start
 
     /// Runs on libaravis's stream thread.
     static void on_stream(void*, ArvStreamCallbackType type, ArvBuffer* buffer) {
@@ -116,6 +119,23 @@ struct Receiver::Impl {
                std::chrono::steady_clock::now() < give_up)
             std::this_thread::yield();
         return stamp != 0 ? stamp : realtime_ns();
+    }
+    /// The camera's counters; nullopt if it has none, or does not answer.
+    [[nodiscard]] std::optional<CameraStatistics> camera_counters() const {
+        CameraStatistics out;
+        const std::pair<const char*, std::uint64_t*> counters[] = {
+            {"StreamAskedPacketCount", &out.asked_packets},
+            {"StreamResentPacketCount", &out.resent_packets},
+            {"StreamAskedBeforeSentPacketCount", &out.asked_before_sent},
+            {"StreamRefusedPacketCount", &out.refused_packets},
+        };
+        for (const auto& [feature, value] : counters) {
+            ErrorSlot error;
+            if (!arv_camera_is_feature_available(camera.get(), feature, &error) || error) return std::nullopt;
+            *value = static_cast<std::uint64_t>(arv_camera_get_integer(camera.get(), feature, &error));
+            if (error) return std::nullopt;
+        }
+        return out;
     }
     void check(const ErrorSlot& error, std::string_view what) const {
         if (error) throw HardwareError(fmt::format("{}: {}: {}", settings.address, what, error.text()));
@@ -219,6 +239,7 @@ void Receiver::start() {
     d.stream.reset(arv_camera_create_stream(d.camera.get(), &Impl::on_stream, nullptr, &error));
     d.check(error, "stream");
     if (!d.stream) throw HardwareError(fmt::format("{}: the stream cannot be opened", d.settings.address));
+    d.receiving = true;
     // Request a receive buffer of several frames, as the default is smaller than one; the kernel caps it.
     g_object_set(d.stream.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<gint>(std::min<std::uint64_t>(4ull * payload + (1u << 20), 256u << 20)),
@@ -233,18 +254,34 @@ void Receiver::start() {
         const auto free_stamp = [](void* stamp) { delete static_cast<std::atomic<std::int64_t>*>(stamp); };
         arv_stream_push_buffer(d.stream.get(), arv_buffer_new_full(payload, nullptr, done, free_stamp));
     }
+    d.before = d.camera_counters();
     arv_camera_start_acquisition(d.camera.get(), &error);
     d.check(error, "AcquisitionStart");
     d.acquiring = true;
 }
 
-void Receiver::stop() {
+void Receiver::end_stream() {
     Impl& d = *impl_;
     if (d.stream) d.give_back();
     ErrorSlot error;
     if (std::exchange(d.acquiring, false)) arv_camera_stop_acquisition(d.camera.get(), &error);
-    d.stream.reset();
+    if (d.stream && std::exchange(d.receiving, false)) arv_stream_stop_thread(d.stream.get(), FALSE);
     d.check(error, "AcquisitionStop");
+}
+
+void Receiver::stop() {
+    // libaravis takes a stream whose thread is stopped already for a mistake when it is freed.
+    const auto free_stream = [](Impl& d) {
+        if (d.stream && !d.receiving) arv_stream_start_thread(d.stream.get());
+        d.stream.reset();
+    };
+    try {
+        end_stream();
+    } catch (const HardwareError&) {
+        free_stream(*impl_);
+        throw;
+    }
+    free_stream(*impl_);
 }
 
 std::optional<ReceivedFrame> Receiver::receive(double timeout_s) {
@@ -281,10 +318,41 @@ std::span<const std::uint8_t> Receiver::chunk(std::uint32_t id) const {
 StreamStatistics Receiver::statistics() const {
     StreamStatistics out;
     if (!impl_->stream) return out;
-    guint64 resent = 0, missing = 0, completed = 0, failures = 0, underruns = 0;
-    arv_gv_stream_get_statistics(ARV_GV_STREAM(impl_->stream.get()), &resent, &missing);
+    guint64 completed = 0, failures = 0, underruns = 0;
     arv_stream_get_statistics(impl_->stream.get(), &completed, &failures, &underruns);
-    return {resent, missing, underruns};
+    const auto count = [this](const char* name) {
+        return arv_stream_get_info_uint64_by_name(impl_->stream.get(), name);
+    };
+    // libaravis calls "resent" what came after it had been asked for, although most of that is only late.
+    return {.missing_packets = count("n_missing_packets"),
+            .asked_packets = count("n_resend_requests"),
+            .late_packets = count("n_resent_packets"),
+            .duplicate_packets = count("n_duplicated_packets"),
+            .refusals = count("n_error_packets"),
+            .underruns = underruns};
+}
+
+std::optional<CameraStatistics> Receiver::camera_statistics(std::uint64_t asked) const {
+    const std::optional<CameraStatistics>& before = impl_->before;
+    if (!before) return std::nullopt;
+    std::optional<CameraStatistics> now;
+    for (int attempt = 0; attempt < 20; ++attempt) {
+        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        now = impl_->camera_counters();
+        if (!now) return std::nullopt;
+        // Registers have 32 bits and wrap.
+        const auto since = [](std::uint64_t then, std::uint64_t value) {
+            return std::uint64_t{static_cast<std::uint32_t>(value - then)};
+        };
+        now = {since(before->asked_packets, now->asked_packets),
+               since(before->resent_packets, now->resent_packets),
+               since(before->asked_before_sent, now->asked_before_sent),
+               since(before->refused_packets, now->refused_packets)};
+        if (now->asked_packets >= asked &&
+            now->resent_packets + now->asked_before_sent + now->refused_packets >= asked)
+            break;
+    }
+    return now;
 }
 
 std::optional<ClockReading> Receiver::read_clock(int attempts) const {

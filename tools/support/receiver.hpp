@@ -38,8 +38,21 @@ struct ClockReading {
     std::int64_t round_trip_ns = 0; ///< shortest exchange; the offset's uncertainty is half of it
 };
 
+/// Packets of a stream as the client sees them.
 struct StreamStatistics {
-    std::uint64_t resent_packets = 0, missing_packets = 0, underruns = 0;
+    /// Never came: of incomplete frames all from the first gap on, as libaravis counts.
+    std::uint64_t missing_packets = 0;
+    std::uint64_t asked_packets = 0; ///< asked for, each time
+    /// Came after they had been asked for: sent again, or only late.
+    std::uint64_t late_packets = 0;
+    std::uint64_t duplicate_packets = 0; ///< came once more
+    std::uint64_t refusals = 0;          ///< answers that hold no packet
+    std::uint64_t underruns = 0;         ///< frames for which no buffer was free
+};
+
+/// What the camera made of the packets that the client asked for; a camera that is no Obscura does not tell.
+struct CameraStatistics {
+    std::uint64_t asked_packets = 0, resent_packets = 0, asked_before_sent = 0, refused_packets = 0;
 };
 
 /// Client that controls one camera from construction to destruction. It receives over an ordinary UDP socket:
@@ -74,7 +87,12 @@ public:
     /// Chunk of the frame that receive() returned last, valid as long as it; empty if the frame has none of
     /// that id.
     [[nodiscard]] std::span<const std::uint8_t> chunk(std::uint32_t id) const;
+    /// Ends the acquisition and the reception; the stream's statistics are final then.
+    void end_stream();
     [[nodiscard]] StreamStatistics statistics() const;
+    /// Of the time since start(). Waits for the camera to have dealt with `asked` packets, 0.2 s at most.
+    /// Returns nullopt if the camera does not tell, or does not answer.
+    [[nodiscard]] std::optional<CameraStatistics> camera_statistics(std::uint64_t asked) const;
 
     /// Compares the clocks through the time-stamp latch `attempts` times and keeps the quickest exchange.
     /// Returns nullopt if the camera has no latch.

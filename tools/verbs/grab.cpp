@@ -73,8 +73,11 @@ public:
         line.description =
             "Takes control of the camera, starts the acquisition, receives frames with libaravis (which "
             "requests lost packets again), and prints the counts of frames and packets, the frame rate "
-            "and the latencies. Latencies count from the camera's time stamp of the frame (with Obscura: "
-            "the trigger edge). The camera's clock is compared with the client's through the time-stamp "
+            "and the latencies. A packet asked for again is lost only if the camera sent it before: of an "
+            "Obscura camera, grab also prints how many it resent, how many were asked for before they were "
+            "sent (rows that were late), and how many it refused. Latencies count from the camera's time "
+            "stamp of the frame (with Obscura: the trigger edge). The camera's clock is compared with the "
+            "client's through the time-stamp "
             "latch, so latencies are valid for a camera on another machine too. Works with any GigE "
             "Vision camera. The exit status is 1 when a frame is missing or incomplete.";
         line.option("-a,--address", &address_, "HOST", "IPv4 address or host name of the camera");
@@ -133,15 +136,15 @@ public:
                 trigger = std::make_unique<SoftwareTrigger>(receiver, software_rate_hz_);
             receive_all(receiver);
         }
-        const StreamStatistics statistics = receiver.statistics();
-        const std::optional<ClockReading> clock_after = receiver.read_clock();
         try {
-            receiver.stop();
+            receiver.end_stream();
             if (chunks_) receiver.set_flag("ChunkModeActive", false);
         } catch (const HardwareError& error) {
             fmt::print(stderr, "{}\n", error.what());
         }
-        report(statistics, clock_before, clock_after);
+        const StreamStatistics statistics = receiver.statistics();
+        const std::optional<ClockReading> clock_after = receiver.read_clock();
+        report(statistics, receiver.camera_statistics(statistics.asked_packets), clock_before, clock_after);
         return received_ == frames_ && incomplete_ == 0 && missing_ == 0 ? exit_ok : exit_failure;
     }
 
@@ -260,8 +263,8 @@ private:
                     fit ? windows_ : std::vector<Region>{});
     }
 
-    void report(const StreamStatistics& statistics, const std::optional<ClockReading>& before,
-                const std::optional<ClockReading>& after) const {
+    void report(const StreamStatistics& statistics, const std::optional<CameraStatistics>& camera,
+                const std::optional<ClockReading>& before, const std::optional<ClockReading>& after) const {
         std::vector<double> to_first, to_complete;
         for (const Stamps& s : stamps_) {
             if (!before || !after) break;
@@ -296,10 +299,26 @@ private:
         report.add("clock_uncertainty_ms", "clock uncertainty",
                    before ? std::optional(static_cast<double>(before->round_trip_ns) * 0.5e-6) : std::nullopt,
                    "ms", 3);
-        report.add("missing_packets", "packets missed",
-                   static_cast<std::int64_t>(statistics.missing_packets));
-        report.add("resent_packets", "packets resent", static_cast<std::int64_t>(statistics.resent_packets));
-        report.add("underruns", "client underruns", static_cast<std::int64_t>(statistics.underruns));
+        const auto count = [&](const char* key, const char* label, std::uint64_t value) {
+            report.add(key, label, static_cast<std::int64_t>(value));
+        };
+        const auto of_camera = [&](const char* key, const char* label,
+                                   std::uint64_t CameraStatistics::*value) {
+            if (camera)
+                count(key, label, (*camera).*value);
+            else
+                report.add(key, label, std::nullopt, "", 0);
+        };
+        count("missing_packets", "packets missing", statistics.missing_packets);
+        count("asked_packets", "packets asked for again", statistics.asked_packets);
+        of_camera("resent_packets", "  resent by the camera", &CameraStatistics::resent_packets);
+        of_camera("asked_before_sent", "  asked for before they were sent",
+                  &CameraStatistics::asked_before_sent);
+        of_camera("refused_packets", "  refused by the camera", &CameraStatistics::refused_packets);
+        count("late_packets", "packets that came after asking", statistics.late_packets);
+        count("duplicate_packets", "packets that came twice", statistics.duplicate_packets);
+        count("refusals", "answers without a packet", statistics.refusals);
+        count("underruns", "client underruns", statistics.underruns);
         if (!output_.empty()) report.add("output", "saved in", output_);
         report.print(json_);
     }
