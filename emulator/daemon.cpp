@@ -20,6 +20,10 @@ ClockState Daemon::TriggerLine::clock_state() const {
     return source ? source->clock_state(units.front()->clock().now()) : ClockState::free;
 }
 
+bool Daemon::TriggerLine::lockstep() const {
+    return dynamic_cast<const sync::SoftwareTrigger*>(source.get()) != nullptr;
+}
+
 void Daemon::TriggerLine::let_step(bool with_source) const {
     if (number > 0) return;
     for (CameraUnit* unit : units)
@@ -248,7 +252,10 @@ std::string Daemon::statistics_of(std::size_t unit) const {
     for (const auto& line : lines_)
         for (const CameraUnit* one : line->units)
             if (one == units_[unit].get())
-                return one->statistics_json({line->source_name(), line->clock_state(), line->refused()});
+                return one->statistics_json({.name = line->source_name(),
+                                             .clock = line->clock_state(),
+                                             .lockstep = line->lockstep(),
+                                             .refused = line->refused()});
     return units_[unit]->statistics_json({});
 }
 

@@ -81,6 +81,8 @@ private:
 
         [[nodiscard]] ClockState clock_state() const;
         [[nodiscard]] std::string_view source_name() const { return source ? source->name() : "none"; }
+        /// Whether simulators step its cameras.
+        [[nodiscard]] bool lockstep() const;
         [[nodiscard]] std::uint64_t refused() const { return source ? source->refused() : 0; }
         /// Connects the simulators of its cameras to the source for steps, or disconnects them (Line0 only).
         void let_step(bool with_source) const;

@@ -25,14 +25,14 @@ Json latency(const LatencyHistogram& h) {
 Json to_json(const std::vector<transports::TransportStatistics::Value>& values) {
     Json json = Json::object();
     for (const auto& [name, value] : values)
-        std::visit([&, &key = name](auto number) { json[std::string(key)] = number; }, value);
+        std::visit([&, &key = name](auto number) { json[key] = number; }, value);
     return json;
 }
 
 Json to_json(const transports::TransportStatistics& statistics) {
     Json json = to_json(statistics.values);
     for (const auto& group : statistics.groups)
-        json[std::string(group.name)] = to_json(group.values);
+        json[group.name] = to_json(group.values);
     return json;
 }
 
@@ -56,7 +56,8 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                                std::uint32_t run) {
     const CameraCounters c = camera.counters();
     Json json;
-    json["clock"] = {{"state", name_of(source.clock)}, {"source", source.name}};
+    json["clock"] = {{"state", source.lockstep ? "lockstep" : name_of(source.clock)},
+                     {"source", source.name}};
     json["trigger"] = {{"refused", source.refused}};
     json["camera"] = {{"run", run},
                       {"triggers", c.triggers},

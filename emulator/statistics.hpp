@@ -20,12 +20,14 @@ using TransportList = std::vector<std::unique_ptr<transports::Transport>>;
 struct SourceState {
     std::string_view name = "none";
     ClockState clock = ClockState::free;
+    bool lockstep = false;     ///< a simulator steps the camera: its time is no clock's
     std::uint64_t refused = 0; ///< TriggerSource::refused()
 };
 
 [[nodiscard]] std::string summary_line(const Camera& camera, const TransportList& transports);
 
-/// {"clock": {"state", "source"}, "trigger": {"refused"}, "camera": {"run", counters...},
+/// {"clock": {"state": "free", "locked", "holdover" or "lockstep", "source"},
+///  "trigger": {"refused"}, "camera": {"run", counters...},
 ///  "latency_us": {"trigger_to_first_row": {"count", "p50", "p99", "max"}, ...},
 ///  "transports": {"gige": {...}, ...}}
 [[nodiscard]] std::string statistics_to_json(const Camera& camera, const Releaser& releaser,

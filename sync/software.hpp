@@ -15,9 +15,11 @@ namespace obscura::sync {
 class SoftwareTrigger final : public TriggerSource {
 public:
     /// `clock` is used for the `seen` stamp and must outlive the source.
-    explicit SoftwareTrigger(const Clock& clock) : clock_(clock) {}
+    /// `name`, a literal, is how logs and statistics call it.
+    explicit SoftwareTrigger(const Clock& clock, std::string_view name = "software")
+        : clock_(clock), name_(name) {}
 
-    [[nodiscard]] std::string_view name() const override { return "software"; }
+    [[nodiscard]] std::string_view name() const override { return name_; }
     void start(TriggerSink& sink) override;
     void stop() override;
 
@@ -31,6 +33,7 @@ public:
 
 private:
     const Clock& clock_;
+    const std::string_view name_;
     std::mutex mutex_;
     TriggerSink* sink_ = nullptr;
     std::uint64_t next_id_ = 1;

@@ -7,7 +7,7 @@ namespace obscura::sync {
 
 std::unique_ptr<TriggerSource> LockstepKind::make(const TriggerLineSettings& /*line*/, const Clock& clock,
                                                   const ThreadSettings& /*thread*/) const {
-    return std::make_unique<SoftwareTrigger>(clock);
+    return std::make_unique<SoftwareTrigger>(clock, description.name);
 }
 
 } // namespace obscura::sync

@@ -6,6 +6,7 @@ its do harm.
 Usage: lockstep_test.py OBSCURAD SOURCE-DIRECTORY
 Exit status 1 if a check failed.
 """
+import json
 import math
 import pathlib
 import random
@@ -99,7 +100,7 @@ width = {SIZE}
 height = {SIZE}
 """)
         self.log = open(self.folder / "log", "w+", encoding="utf-8")
-        self.process = subprocess.Popen([obscurad, "--config", self.folder / "obscurad.toml"],
+        self.process = subprocess.Popen([obscurad, "--config", self.folder / "obscurad.toml", "--stats", self.folder / "stats.json"],
                                         stdout=subprocess.PIPE, stderr=self.log)
         self.process.stdout.readline()  # ready
 
@@ -153,15 +154,16 @@ def fly_past(steps):
             answers.append(simulator.step(t))
             frames.append(daemon.frame(answers[-1].number))
         status = daemon.stop()
-        return frames, answers, status, daemon.log_text()
+        return frames, answers, status, daemon.log_text(), json.loads((daemon.folder / "stats.json").read_text())
 
 
-frames, answers, status, log = fly_past(12)
+frames, answers, status, log, statistics = fly_past(12)
 check("each step is a frame, in order", [a.number for a in answers] == list(range(1, 13)), answers)
 check("and is told its time", answers[3].time == "1.500000000", answers[3])
 check("all rows have left", all(a.outcome in ("complete", "late") for a in answers), answers)
 check("the daemon ends well", status == 0, log)
-check("the clock is the simulator's: locked", "clock: locked (software)" in log, log)
+check("the clock is the simulator's: locked", "clock: locked (lockstep)" in log, log)
+check("the statistics say lockstep", statistics["clock"] == {"state": "lockstep", "source": "lockstep"}, statistics["clock"])
 places = [centre(f) for f in frames]
 check("there is something to see in each", all(places), places)
 if all(places):
@@ -171,7 +173,7 @@ if all(places):
         moved = places[-1][axis] - places[0][axis]
         expected = 11 * 5 * 0.05 / 20000 / pitch_m if axis == 0 else 0
         check(f"the rock moves by {expected:.2f} pixels in {name}", abs(abs(moved) - expected) < 0.3, moved)
-again, _, _, _ = fly_past(12)
+again, _, _, _, _ = fly_past(12)
 check("the same poses and steps give the same bytes", again == frames)
 
 with Daemon() as daemon:
