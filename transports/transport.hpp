@@ -67,6 +67,9 @@ public:
     /// Thread-safe, real-time safe.
     virtual void notify(CameraEvent /*event*/, Time /*t*/, std::int64_t /*tai_offset_ns*/) noexcept {}
     [[nodiscard]] virtual TransportCounters counters() const noexcept = 0;
+    /// Time that the last frame's data takes at the pace to which the settings limit the transport; 0: no
+    /// limit. Thread-safe.
+    [[nodiscard]] virtual std::int64_t pace_ns() const noexcept { return 0; }
     /// The counters, followed by the statistics of this kind of transport. Thread-safe; allocates.
     [[nodiscard]] virtual TransportStatistics statistics() const {
         const TransportCounters c = counters();

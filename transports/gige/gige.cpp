@@ -128,6 +128,10 @@ TransportCounters GigeCamera::counters() const noexcept {
     return gige_counters().frames;
 }
 
+std::int64_t GigeCamera::pace_ns() const noexcept {
+    return parts_ ? parts_->sender.counters().pace_ns.load(std::memory_order_relaxed) : 0;
+}
+
 GigeCounters GigeCamera::gige_counters() const noexcept {
     GigeCounters out;
     if (!parts_) return out;

@@ -97,6 +97,7 @@ public:
     /// and exposure events, and errors of frames that were cut short.
     void notify(CameraEvent event, Time t, std::int64_t tai_offset_ns) noexcept override;
     [[nodiscard]] TransportCounters counters() const noexcept override;
+    [[nodiscard]] std::int64_t pace_ns() const noexcept override;
     [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override;
     [[nodiscard]] std::string control_address() const override;

@@ -227,6 +227,8 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
         counters_.injected_losses.fetch_add(1, std::memory_order_relaxed);
         return false;
     }
+    counters_.pace_ns.store(session_->packet_interval_ns * block.payload.packets(),
+                            std::memory_order_relaxed);
     post(Event::frame_start, block, edge);
     if (!struck(Fault::drop_leader, block)) {
         queue_packet(block, 0, false);

@@ -45,6 +45,7 @@ struct SenderCounters {
     std::array<std::atomic<std::uint64_t>, resend_outcome_count> resends{};
     std::atomic<std::uint64_t> injected_losses{0}, injected_delays{0};
     std::atomic<std::uint64_t> repeated_packets{0}; ///< see GigeSettings::keep_alive_ms
+    std::atomic<std::int64_t> pace_ns{0};           ///< see Transport::pace_ns()
     LatencyHistogram trigger_to_first, trigger_to_last;
 };
 
