@@ -19,6 +19,7 @@
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/scene/position.hpp"
+#include "renderer/work_clock.hpp"
 #include "renderer/worker_threads.hpp"
 #include "renderer/world/build.hpp"
 #include "renderer/world/exposure.hpp"
@@ -60,6 +61,7 @@ struct Scratch {
     std::vector<float> wing_row;
     std::vector<std::int32_t> candidates;
     RayCounts counts;
+    WorkClock work;
     RowTime measured{}; ///< the exposure that `motion` belongs to
     double motion = 0;  ///< see motion_px()
 };
@@ -110,6 +112,7 @@ struct Renderer::Impl {
     mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
+    mutable WorkTotals work_done;
 
     Impl(scene::Scene s, RenderSettings r)
         : scene((validate(s), std::move(s))),
@@ -141,9 +144,11 @@ struct Renderer::Impl {
             wing_kernels = std::make_unique<WingKernels>(*psf, plain ? 1 : scene.bands.size());
     }
 
-    /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled.
+    /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled. Their time belongs
+    /// to `part` where no lap assigns it.
     template<typename DoRow>
-    bool for_rows(std::int32_t rows, const std::atomic<bool>* cancel, const DoRow& do_row) const;
+    bool for_rows(RenderPart part, std::int32_t rows, const std::atomic<bool>* cancel,
+                  const DoRow& do_row) const;
     /// Irradiance of the Sun at a position over that at 1 au.
     [[nodiscard]] double sun_at_camera(Vec3 place_m) const {
         const double distance = length(scene.sun.position_m - place_m) / astronomical_unit_m;
@@ -171,6 +176,7 @@ struct Renderer::Impl {
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
                       std::max(settings.samples_per_pixel, least_samples), time_s, row);
         if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(scene.sun, row);
+        s.work.setup_done();
         return row;
     }
     /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
@@ -203,22 +209,25 @@ struct Renderer::Impl {
 };
 
 template<typename DoRow>
-bool Renderer::Impl::for_rows(std::int32_t row_count, const std::atomic<bool>* cancel,
+bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std::atomic<bool>* cancel,
                               const DoRow& do_row) const {
     std::atomic<bool> complete{true};
     const auto do_rows = [&](std::int32_t begin, std::int32_t end, Scratch& local) {
         const FlushDenormals flush;
+        local.work.start(part);
         for (std::int32_t r = begin; r != end; ++r) {
             if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
                 complete.store(false, std::memory_order_relaxed);
-                return;
+                break;
             }
             do_row(r, local);
+            local.work.row_done();
             // Update after each row: the supervisor reads these as watchdog progress.
             rays_done.fetch_add(local.counts.rays, std::memory_order_relaxed);
             samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
             local.counts = {};
         }
+        local.work.stop(work_done);
     };
 #ifdef __SANITIZE_THREAD__
     // ThreadSanitizer does not understand TBB: it would report every fork and join, or, with those
@@ -278,7 +287,7 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
     grid.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
                rows.kernel->reach);
     const double time_s = to_seconds(request.common_mid->ns);
-    return for_rows(grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
+    return for_rows(RenderPart::grid, grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
         const RowState& row = begin_row(time_s, s);
         if (!resolves_any(row)) return;
         with_tracer(row, s, [&](Tracer& tracer) {
@@ -321,7 +330,7 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
     }
     // Calls `use(job, view)` for every job, with the scene at the map's time.
     const auto trace = [&](std::int32_t jobs, const auto& use) {
-        return for_rows(jobs, cancel, [&](std::int32_t i, Scratch& s) {
+        return for_rows(RenderPart::wings, jobs, cancel, [&](std::int32_t i, Scratch& s) {
             const RowState& row = begin_row(time_s, s);
             with_tracer(row, s, [&](Tracer& tracer) {
                 use(i, WingMap::View{*s.lens, row, tracer, s.candidates, settings.seed});
@@ -329,7 +338,7 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
         });
     };
     const auto each = [&](std::span<const WingMap::Job> jobs, const auto& use) {
-        return for_rows(static_cast<std::int32_t>(jobs.size()), cancel,
+        return for_rows(RenderPart::wings, static_cast<std::int32_t>(jobs.size()), cancel,
                         [&](std::int32_t i, Scratch& s) { use(jobs[static_cast<std::size_t>(i)], s); });
     };
     if (!map.has_points()) {
@@ -456,16 +465,22 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     const std::span states(s.rows.data(), when.instants);
     join_instants(states, s.swept);
     const Instants instants(states);
+    s.work.lap(RenderPart::setup);
     with_tracer(instants, s, [&](Tracer& tracer) { trace_pixels(request, y, rows, instants, tracer, s); });
+    s.work.lap(RenderPart::sampling);
     for (std::uint32_t i = 0; i < when.instants; ++i) {
         set_lens(states[i].beta, s);
         with_tracer(states[i], s, [&](Tracer& tracer) {
             splatter.splat({request.window, y, request.frame_id, i, when.instants, states[i], *s.lens,
                             s.light, s.starlight, s.candidates},
                            rows.stars, tracer);
+            s.work.lap(RenderPart::points);
         });
     }
-    if (rows.wings) rows.wings->add(static_cast<std::size_t>(r), s.light, s.wing_row);
+    if (rows.wings) {
+        rows.wings->add(static_cast<std::size_t>(r), s.light, s.wing_row);
+        s.work.lap(RenderPart::wings);
+    }
     s.per_pixel.assign(width, 1);
     if (scene.quantity == scene::Quantity::radiance)
         for (std::size_t x = 0; x < width; ++x) {
@@ -508,7 +523,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     RowBlock& rows = impl_->block_scratch.local();
     impl_->splatter.find_stars(request.row_times, rows.stars);
     return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_wings(request, cancel, rows) &&
-           impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
+           impl_->for_rows(RenderPart::rest, request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
                impl_->render_row(request, rows, r, irradiance, scratch);
            });
 }
@@ -518,7 +533,7 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::size_t plane = static_cast<std::size_t>(request.rows) * width;
     assert(aovs.size() == aov_count * plane);
-    return impl_->for_rows(request.rows, cancel, [&](std::int32_t r, Scratch& s) {
+    return impl_->for_rows(RenderPart::rest, request.rows, cancel, [&](std::int32_t r, Scratch& s) {
         const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
         const RowState& row = impl_->begin_row(time_s, s);
         trace_aovs(*s.lens, row, request.window.x, request.window.y + request.first_row + r,
@@ -551,6 +566,13 @@ std::uint64_t Renderer::rays_traced() const noexcept {
 
 std::uint64_t Renderer::samples_taken() const noexcept {
     return impl_->samples_done.load(std::memory_order_relaxed);
+}
+
+RenderWork Renderer::work() const noexcept {
+    RenderWork work = impl_->work_done.read();
+    work.rays = rays_traced();
+    work.samples = samples_taken();
+    return work;
 }
 
 } // namespace obscura::renderer

@@ -12,6 +12,7 @@
 #include "core/region.hpp"
 #include "core/time.hpp"
 #include "renderer/integrators/aovs.hpp"
+#include "renderer/render_work.hpp"
 #include "renderer/scene/scene.hpp"
 
 #include <algorithm>
@@ -106,6 +107,8 @@ public:
     /// Rays traced so far (primary + shadow), for benchmarks.
     [[nodiscard]] std::uint64_t rays_traced() const noexcept;
     [[nodiscard]] std::uint64_t samples_taken() const noexcept;
+    /// Where the time of render() has gone so far. Thread-safe, real-time safe.
+    [[nodiscard]] RenderWork work() const noexcept;
 
 private:
     struct Impl;

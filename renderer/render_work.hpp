@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the time of rendering goes: parts of the work, by the time of the render threads.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::renderer {
+
+/// Parts of rendering a row.
+enum class RenderPart : std::uint8_t {
+    setup,    ///< state of camera and bodies at each instant of a row's exposure
+    sampling, ///< camera rays of the pixels and what follows from them
+    grid,     ///< the shared sample grid
+    wings,    ///< wings of the point spread function
+    points,   ///< stars and sub-pixel bodies, at each instant
+    rest,     ///< all else, such as stray light and the conversion to irradiance
+};
+constexpr std::size_t render_part_count = 6;
+
+/// Totals since the renderer was made; the difference of two belongs to what was rendered between. Times are
+/// sums over the render threads.
+struct RenderWork {
+    std::array<std::int64_t, render_part_count> part_ns{}; ///< by RenderPart, other programs' time included
+    /// Of a sample of that time: elapsed, and in which the threads ran. The rest went to other programs.
+    std::int64_t measured_ns = 0, measured_cpu_ns = 0;
+    std::uint64_t preemptions = 0; ///< involuntary context switches of the threads
+    std::uint64_t rows = 0;        ///< rows rendered
+    std::uint64_t setups = 0;      ///< instants of those rows
+    std::uint64_t rays = 0, samples = 0;
+
+    [[nodiscard]] std::int64_t& operator[](RenderPart part) noexcept {
+        return part_ns[static_cast<std::size_t>(part)];
+    }
+    [[nodiscard]] std::int64_t operator[](RenderPart part) const noexcept {
+        return part_ns[static_cast<std::size_t>(part)];
+    }
+    RenderWork& operator-=(const RenderWork& before) noexcept {
+        for (std::size_t i = 0; i < render_part_count; ++i)
+            part_ns[i] -= before.part_ns[i];
+        measured_ns -= before.measured_ns;
+        measured_cpu_ns -= before.measured_cpu_ns;
+        preemptions -= before.preemptions;
+        rows -= before.rows;
+        setups -= before.setups;
+        rays -= before.rays;
+        samples -= before.samples;
+        return *this;
+    }
+    [[nodiscard]] friend RenderWork operator-(RenderWork after, const RenderWork& before) noexcept {
+        return after -= before;
+    }
+};
+
+} // namespace obscura::renderer
