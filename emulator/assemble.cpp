@@ -37,6 +37,16 @@ sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
     return sync::nominal_rate(config.trigger.lines[initial_trigger_line(config)]);
 }
 
+RenderFacts render_facts(const emulator::DaemonConfig& config, const ThreadPlan& threads) {
+    const auto cores = static_cast<std::uint32_t>(threads.render.cores.any() ? threads.render.cores.count()
+                                                                             : permitted_cores().count());
+    return {.samples_per_pixel = static_cast<std::uint32_t>(config.render.samples_per_pixel),
+            .target_error = config.render.target_error,
+            .max_instants = static_cast<std::uint32_t>(config.render.max_instants),
+            .threads = config.render.threads > 0 ? static_cast<std::uint32_t>(config.render.threads) : cores,
+            .cores = cores};
+}
+
 std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
                                                   const ThreadPlan& threads) {
     const PinnedHere pinned(threads.render.cores); // threads that build the scene inherit the affinity

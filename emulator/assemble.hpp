@@ -51,6 +51,9 @@ struct Imaging {
     std::unique_ptr<FramePool> pool;
 };
 
+/// Settings of the configuration that decide what a frame costs, for the timing file.
+[[nodiscard]] RenderFacts render_facts(const DaemonConfig& config, const ThreadPlan& threads);
+
 /// Makes the renderer of `scene` with the configured settings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
 make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);

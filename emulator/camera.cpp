@@ -220,7 +220,7 @@ void Camera::make_frame() noexcept {
         if (waits_for_readout(frame_settings_))
             next = std::max(next, maker_.plan().release.back() + maker_.scene_to_clock_ns());
         gate.started(next);
-        const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag());
+        const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag(), releaser_.work());
         if (whole && adjusts_exposure_)
             auto_exposure_.adjust(
                 exposure_reading(*frame, maker_.histogram(), frame_settings_, config_.limits),
@@ -312,7 +312,9 @@ bool Camera::start_frame(FrameRef& frame) noexcept {
         taken = transport->submit(frame) || taken;
     if (!taken) return false;
     frames_.fetch_add(1, std::memory_order_relaxed);
-    sink_ = &releaser_.begin(frame, maker_.plan().release, maker_.scene_to_clock_ns());
+    sink_ = &releaser_.begin(
+        frame, maker_.plan().release, maker_.scene_to_clock_ns(),
+        {.acquisition = maker_.acquisitions(), .min_period_ns = maker_.plan().frame_period_ns});
     // Cancel here if the abort came before begin() and could not reach this frame.
     if (cancel_.load()) releaser_.abandon_all();
     return true;

@@ -55,6 +55,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
         kinds.emplace_back(transport->kind());
     }
     timing_.set_transports(std::move(kinds));
+    timing_.set_render(render_facts(config, threads));
     if (config.simulator.enabled)
         simulator_ = std::make_unique<SimulatorServer>(config.simulator.listen, imaging_->poses, *camera_,
                                                        imaging_->clock);
@@ -142,10 +143,15 @@ Heartbeats CameraUnit::heartbeats() const {
 
 void CameraUnit::tick() {
     if (!retired_.empty() && imaging_->maker->uses(*imaging_->renderer)) retired_.clear();
-    if (timing_out_ != nullptr)
-        timing_.drain(*timing_out_, stopped_ ? Time{INT64_MAX} : imaging_->clock.now() - transports_done_ns);
-    else
+    if (timing_out_ == nullptr) {
         timing_.discard();
+        return;
+    }
+    std::vector<std::int64_t> pace_ns;
+    for (const auto& transport : transports_)
+        pace_ns.push_back(transport->pace_ns());
+    timing_.drain(*timing_out_, stopped_ ? Time{INT64_MAX} : imaging_->clock.now() - transports_done_ns,
+                  pace_ns);
 }
 
 void CameraUnit::write_timing_to(std::ostream& out) {

@@ -86,6 +86,7 @@ std::string FrameMaker::plan_frame(const FrameOrder& order) {
     if (order.frame_id == 1) {
         if (std::exchange(has_run_, true) && !settings_.same_run)
             run_.store(run() + 1, std::memory_order_relaxed);
+        ++acquisitions_;
         detector_.begin_run(run());
         lag_from_frame_ = 0;
         sequencer_.restart();
@@ -172,10 +173,12 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     return {};
 }
 
-bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* cancel) {
+bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* cancel, FrameWork* work) {
     assert(frame.info.height == plan_.height && "prepare() comes first");
     frame_ = &frame;
     sink_ = sink;
+    work_ = work;
+    const renderer::RenderWork work_before = work != nullptr ? current().work() : renderer::RenderWork{};
     frame_start_ = posted_.load(std::memory_order_relaxed);
     frame.info.render_begin = clock_.now();
 
@@ -183,16 +186,22 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     bool complete = true;
     for (const RowBlock& block : row_blocks_) {
         // Wait for a free buffer: the block that used it last must have been exposed in the detector.
+        const bool full = number - done_.load(std::memory_order_acquire) >= buffer_count;
+        const Time wait_begin = full && work != nullptr ? clock_.now() : Time{};
         for (std::uint32_t done = done_.load(std::memory_order_acquire); number - done >= buffer_count;
              done = done_.load(std::memory_order_acquire))
             done_.wait(done, std::memory_order_acquire);
+        if (full && work != nullptr) work->detector_wait_ns += clock_.now() - wait_begin;
 
         if (!render_row_block(block, buffers_[number % buffer_count], cancel)) {
             complete = false;
             break;
         }
         ++number;
-        if (block.first_row + block.rows == plan_.height) frame.info.render_end = clock_.now();
+        if (block.first_row + block.rows == plan_.height) {
+            frame.info.render_end = clock_.now();
+            if (work != nullptr) work->render = current().work() - work_before;
+        }
         posted_.store(number); // sequentially consistent, see Releaser::run()
         posted_.notify_one();
     }
@@ -293,6 +302,7 @@ void FrameMaker::run_detector() noexcept {
 
 void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
     Frame& frame = *frame_;
+    const Time begin_time = work_ != nullptr ? clock_.now() : Time{};
     const RowBlock& block = row_blocks_[number - frame_start_];
     const std::int32_t width = block.halo_left + plan_.windows[block.window].sensor.width + block.halo_right;
     const std::size_t floats = band_count_ * static_cast<std::size_t>(width) *
@@ -317,6 +327,7 @@ void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
             histogram_.add(frame.row(row).first(static_cast<std::size_t>(window.sensor.width)));
     if (pattern_ != ImagePattern::off) paint_pattern(block.first_row, block.rows);
     const std::int32_t ready = block.first_row + block.rows;
+    if (work_ != nullptr) work_->detector_ns += clock_.now() - begin_time;
     if (ready == plan_.height) frame.info.detector_end = clock_.now();
     if (sink_ != nullptr)
         sink_->rows_exposed(ready);

@@ -7,6 +7,7 @@
 #include "core/frame.hpp"
 #include "core/realtime.hpp"
 #include "emulator/auto_exposure.hpp"
+#include "emulator/frame_work.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "sensors/sequencer.hpp"
@@ -74,7 +75,9 @@ public:
     void skip(const FrameOrder& order);
     /// Makes the pixels of the frame prepared last. Rows are reported to `sink`, or published at once if it
     /// is null. Returns false if `cancel` became true before the end: no row follows those reported so far.
-    bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr);
+    /// What the frame costs goes to `work`, if any, which must live until the return.
+    bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr,
+              FrameWork* work = nullptr);
     /// prepare() and fill() in one call, for frames made offline.
     [[nodiscard]] std::string make(const FrameOrder& order, Frame& frame);
 
@@ -99,6 +102,8 @@ public:
     [[nodiscard]] std::uint64_t progress() const noexcept {
         return row_blocks_made() + current().rays_traced() + current().samples_taken();
     }
+    /// Acquisitions begun since construction.
+    [[nodiscard]] std::uint32_t acquisitions() const noexcept { return acquisitions_; }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
     /// Histogram of the first window of the frame filled last, before any test pattern; for frames with
@@ -154,7 +159,8 @@ private:
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::atomic<std::uint32_t> run_;
-    bool has_run_ = false;             ///< an acquisition has begun
+    bool has_run_ = false; ///< an acquisition has begun
+    std::uint32_t acquisitions_ = 0;
     std::uint64_t lag_from_frame_ = 0; ///< frame whose charge the detector keeps, whole; 0: none
     std::array<std::vector<float>, buffer_count> buffers_;
 
@@ -165,6 +171,7 @@ private:
     bool measured_ = false; ///< the frame's numbers enter the histogram
     DnHistogram histogram_;
     RowSink* sink_ = nullptr;
+    FrameWork* work_ = nullptr;
 
     // Running counts of row blocks over all frames: posted by the rendering thread, done by the detector
     // thread.

@@ -51,8 +51,8 @@ TransmitTimestamps* Releaser::transmit_timestamps() noexcept {
     return log_ == nullptr ? nullptr : &log_->transmit_timestamps(begun_.load(std::memory_order_relaxed));
 }
 
-RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release,
-                         std::int64_t shift_ns) noexcept {
+RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns,
+                         const FrameFacts& facts) noexcept {
     assert(has_room() && release.size() <= settings_.max_rows);
     const std::uint32_t number = begun_.load(std::memory_order_relaxed);
     Job& job = jobs_[number % frames_in_flight];
@@ -66,6 +66,8 @@ RowSink& Releaser::begin(const FrameRef& frame, const std::vector<Time>& release
     job.release.resize(release.size());
     std::transform(release.begin(), release.end(), job.release.begin(),
                    [shift_ns](Time t) { return t + shift_ns; });
+    job.facts = facts;
+    job.work = {};
     job.late_rows.store(0, std::memory_order_relaxed);
     job.unwanted.store(false, std::memory_order_relaxed);
     job.exposed.store(0, std::memory_order_relaxed);
@@ -170,12 +172,16 @@ void Releaser::run() noexcept {
             timing.flags = reported_flags(frame);
             timing.pose = info.pose;
             timing.transmit = info.transmit;
+            timing.facts = job.facts;
+            timing.width = info.width;
+            timing.height = info.height;
             timing.ended = clock_->now();
             // Leave out the other stamps: threads may still write them for a frame abandoned early.
             if (frame.complete()) {
                 timing.render_begin = info.render_begin;
                 timing.render_end = info.render_end;
                 timing.detector_end = info.detector_end;
+                timing.work = job.work;
             }
             log_->push(timing);
         }

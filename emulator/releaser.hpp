@@ -66,7 +66,10 @@ public:
     [[nodiscard]] TransmitTimestamps* transmit_timestamps() noexcept;
     /// Starts releasing `frame`: row i is due at `release[i]` (scene clock) plus `shift_ns`.
     /// The sink stays valid until end().
-    RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns) noexcept;
+    RowSink& begin(const FrameRef& frame, const std::vector<Time>& release, std::int64_t shift_ns,
+                   const FrameFacts& facts = {}) noexcept;
+    /// Where the producer writes what the current frame costs; null without a log.
+    [[nodiscard]] FrameWork* work() noexcept { return log_ != nullptr ? &newest().work : nullptr; }
     /// Cancellation flag of the current frame; the producer may stop filling it.
     [[nodiscard]] const std::atomic<bool>& cancel_flag() const noexcept;
     /// Reports that the producer has stopped writing to the current frame. Unless `complete`, no row follows.
@@ -103,6 +106,8 @@ private:
         /// Release time of each row, scheduling clock, in order. ReadoutTiming::fast: time at which a row
         /// that is ready became so.
         std::vector<Time> release;
+        FrameFacts facts;
+        FrameWork work; ///< written by the producer's threads while the frame has rows left to report
         std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
         std::atomic<bool> unwanted{false};
         std::atomic<std::uint32_t> late_rows{0}; ///< updated before `exposed` counts the rows

@@ -43,7 +43,7 @@ void TimingLog::push(const FrameTiming& timing) noexcept {
     head_.store(head + 1, std::memory_order_release);
 }
 
-std::size_t TimingLog::drain(std::ostream& out, Time before) {
+std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std::int64_t> pace_ns) {
     std::size_t count = 0;
     std::size_t tail = tail_.load(std::memory_order_relaxed);
     fmt::memory_buffer line;
@@ -56,9 +56,19 @@ std::size_t TimingLog::drain(std::ostream& out, Time before) {
                        t.edge.ns, t.seen.ns, t.pose.ns, t.render_begin.ns, t.render_end.ns, t.detector_end.ns,
                        t.due.ns, t.first.ns, t.last_due.ns, t.last.ns, t.rows, t.late_rows, t.worst_row_ns,
                        t.worst_row, t.flags);
+        fmt::format_to(to, ",{},{},{},{},{},{},{},{:.0f},{},{}", t.facts.acquisition, t.facts.min_period_ns,
+                       t.width, t.height, render_.threads, render_.cores, render_.samples_per_pixel,
+                       1e6 * render_.target_error, render_.max_instants, t.work.render.rows);
+        for (const std::int64_t part_ns : t.work.render.part_ns)
+            fmt::format_to(to, ",{}", part_ns);
+        fmt::format_to(to, ",{},{},{},{},{},{},{},{}", t.work.render.measured_ns,
+                       t.work.render.measured_cpu_ns, t.work.render.preemptions, t.work.render.setups,
+                       t.work.render.samples, t.work.render.rays, t.work.detector_wait_ns,
+                       t.work.detector_ns);
         for (std::size_t slot = 0; slot < transports_.size(); ++slot)
-            fmt::format_to(to, ",{},{}", t.transmit != nullptr ? t.transmit->first(slot).ns : 0,
-                           t.transmit != nullptr ? t.transmit->last(slot).ns : 0);
+            fmt::format_to(to, ",{},{},{}", t.transmit != nullptr ? t.transmit->first(slot).ns : 0,
+                           t.transmit != nullptr ? t.transmit->last(slot).ns : 0,
+                           slot < pace_ns.size() ? pace_ns[slot] : 0);
         line.push_back(',');
         const char* separator = "";
         for (const std::int32_t us : t.row_lateness_us) {
@@ -80,9 +90,12 @@ void TimingLog::discard() noexcept {
 std::string TimingLog::header() const {
     std::string line = "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,"
                        "detector_end_ns,due_ns,first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,"
-                       "worst_row,flags";
+                       "worst_row,flags,acquisition,min_period_ns,width,height,render_threads,render_cores,"
+                       "samples_per_pixel,target_error_ppm,max_instants,rendered_rows,setup_ns,sampling_ns,"
+                       "grid_ns,wings_ns,points_ns,rest_ns,measured_ns,measured_cpu_ns,preemptions,"
+                       "row_instants,samples,rays,detector_wait_ns,detector_ns";
     for (const std::string& kind : transports_)
-        line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns", kind);
+        line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns,{0}_pace_ns", kind);
     return line + ",row_lateness_us\n";
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/time.hpp"
 #include "core/transmit_timestamps.hpp"
+#include "emulator/frame_work.hpp"
 
 #include <array>
 #include <atomic>
@@ -24,10 +25,13 @@ struct FrameTiming {
     Time last_due; ///< release time of the last row
     Time last;     ///< actual release of the last row
     std::uint32_t rows = 0, late_rows = 0;
-    std::int64_t worst_row_ns = 0; ///< lateness of the latest row
-    std::uint32_t worst_row = 0;   ///< number of the latest row
-    std::uint32_t flags = 0;       ///< FrameFlag
-    Time ended;                    ///< end of the frame on the release thread
+    std::int64_t worst_row_ns = 0;      ///< lateness of the latest row
+    std::uint32_t worst_row = 0;        ///< number of the latest row
+    std::uint32_t flags = 0;            ///< FrameFlag
+    std::int32_t width = 0, height = 0; ///< of the image
+    FrameFacts facts;
+    FrameWork work; ///< 0 if the frame was not made to its end
+    Time ended;     ///< end of the frame on the release thread
 
     /// Lateness of each row in microseconds; empty if rows are not kept.
     std::span<std::int32_t> row_lateness_us;
@@ -41,6 +45,8 @@ public:
     /// Names the columns of transmit timestamps: the kinds of the camera's transports, by slot. Before frames
     /// are made. Allocates.
     void set_transports(std::vector<std::string> kinds);
+    /// Settings that the file states for each frame. Before frames are made.
+    void set_render(const RenderFacts& facts) { render_ = facts; }
     /// Keeps the lateness of every row too, for frames of up to `max_rows`. Before frames are made.
     /// Allocates.
     void keep_rows(std::size_t max_rows);
@@ -53,8 +59,10 @@ public:
     void push(const FrameTiming& timing) noexcept;
 
     /// Appends the queued frames that ended before `before` to `out`, one line per frame; returns the number
-    /// of lines. Transports must have finished those frames. Called by one thread at a time.
-    std::size_t drain(std::ostream& out, Time before = Time{INT64_MAX});
+    /// of lines. Transports must have finished those frames. `pace_ns`: see Transport::pace_ns(), by slot;
+    /// none: 0. Called by one thread at a time.
+    std::size_t drain(std::ostream& out, Time before = Time{INT64_MAX},
+                      std::span<const std::int64_t> pace_ns = {});
     /// Discards the queued frames.
     void discard() noexcept;
     [[nodiscard]] std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
@@ -68,7 +76,8 @@ private:
     // Twice as many as cells, because a frame uses them from its begin, before its push().
     std::array<TransmitTimestamps, 2 * capacity> transmit_;
     std::vector<std::string> transports_; ///< kinds by slot
-    std::vector<std::int32_t> rows_;      ///< max_rows_ for each cell
+    RenderFacts render_;
+    std::vector<std::int32_t> rows_; ///< max_rows_ for each cell
     std::size_t max_rows_ = 0;
     std::atomic<std::size_t> head_{0}, tail_{0};
     std::atomic<std::uint64_t> lost_{0};

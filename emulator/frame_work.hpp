@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What making one frame cost, by parts.
+#pragma once
+
+#include "renderer/render_work.hpp"
+
+#include <cstdint>
+
+namespace obscura::emulator {
+
+/// Written by the threads that make the frame, before its last row is reported; read after that.
+struct FrameWork {
+    renderer::RenderWork render;       ///< of this frame
+    std::int64_t detector_wait_ns = 0; ///< rendering waited for a buffer that the detector still used
+    std::int64_t detector_ns = 0;      ///< the detector thread was at work
+};
+
+/// What the chip and the acquisition say of a frame.
+struct FrameFacts {
+    std::uint32_t acquisition = 1;  ///< number of the acquisition, counted from 1
+    std::int64_t min_period_ns = 0; ///< the chip takes the next frame no earlier after this one
+};
+
+/// Settings that decide what a frame costs; constant while the daemon runs.
+struct RenderFacts {
+    std::uint32_t samples_per_pixel = 0;
+    double target_error = 0;
+    std::uint32_t max_instants = 0;
+    std::uint32_t threads = 0; ///< render threads
+    std::uint32_t cores = 0;   ///< cores that rendering may use
+};
+
+} // namespace obscura::emulator
