@@ -387,6 +387,45 @@ TEST_CASE("the stamps of a run can be read by obscura timing") {
     CHECK_THAT(nonsense.err(), ContainsSubstring("obscurad.toml:1: this is no timing file"));
 }
 
+TEST_CASE("obscura timing names what frames of fast motion cost, for each acquisition") {
+    const TempFolder folder;
+    DaemonOptions options;
+    options.address = own_address(41);
+    options.size = 128;
+    options.rate_hz = 20;
+    std::string scene = light_scene;
+    scene.replace(scene.find("STARS"), 5, OBSCURA_SOURCE_DIR "/config/stars/bright.csv");
+    // A quarter of a right angle and more in the exposure of 5 ms.
+    scene.replace(scene.find("spin_rate_deg_per_s = 30"), 24, "spin_rate_deg_per_s = 6000");
+    options.scene = folder.write("spinning.toml", scene).string();
+    const std::string config = write_configuration(folder, options).string();
+    const std::string stamps = (folder.path() / "stamps.csv").string();
+    const auto ready = folder.path() / "ready";
+    ChildProcess daemon(folder.path(), "daemon",
+                        {OBSCURA_BINARY_DIR "/emulator/obscurad", "--config", config, "--timing", stamps,
+                         "--ready-file", ready.string()});
+    for (int i = 0; i < 3000 && !std::filesystem::exists(ready); ++i)
+        std::this_thread::sleep_for(10ms);
+    const std::string program = OBSCURA_BINARY_DIR "/tools/obscura";
+    for (const char* name : {"first", "second"}) {
+        ChildProcess client(folder.path(), name,
+                            {program, "grab", "--address", options.address, "--frames", "3"});
+        REQUIRE(client.wait(60s) == 0);
+    }
+    daemon.send(SIGTERM);
+    REQUIRE(daemon.wait(30s) == 0);
+    ChildProcess text(folder.path(), "text", {program, "timing", stamps});
+    CHECK(text.wait(30s) == 0);
+    CHECK_THAT(text.out(), ContainsSubstring("Acquisition 1\n") && ContainsSubstring("Acquisition 2\n") &&
+                               ContainsSubstring("rendering: scene at motion instants") &&
+                               ContainsSubstring("ms: render.max_instants = 1 would give about ") &&
+                               ContainsSubstring("involuntary context switches a frame"));
+    ChildProcess table(folder.path(), "table", {program, "timing", stamps, "--format", "csv"});
+    CHECK(table.wait(30s) == 0);
+    CHECK_THAT(table.out(), ContainsSubstring("\n1,rendering,") && ContainsSubstring("\n2,rendering,") &&
+                                ContainsSubstring("\n2,\"motion instants"));
+}
+
 TEST_CASE("no thread of a serving daemon has a capability left") {
     if (geteuid() != 0) {
         WARN("skipped: only root has capabilities to give up");

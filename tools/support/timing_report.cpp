@@ -1,159 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/timing_report.hpp"
 
-#include "core/error.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <istream>
+#include <iterator>
 #include <numeric>
-#include <string_view>
 #include <utility>
 
 namespace obscura::tools {
 namespace {
 
-constexpr std::size_t most_rows = 1'000'000;
-constexpr std::size_t most_columns = 256;
-/// Numbers are below this: differences of larger ones could overflow.
-constexpr std::int64_t number_limit = std::int64_t{1} << 62;
 constexpr std::size_t worst_count = 10;
-
-struct NumberColumn {
-    std::string_view name;
-    std::int64_t TimingRow::*value;
-};
-
-constexpr NumberColumn number_columns[] = {
-    {"edge_ns", &TimingRow::edge},
-    {"seen_ns", &TimingRow::seen},
-    {"pose_ns", &TimingRow::pose},
-    {"render_begin_ns", &TimingRow::render_begin},
-    {"render_end_ns", &TimingRow::render_end},
-    {"detector_end_ns", &TimingRow::detector_end},
-    {"due_ns", &TimingRow::due},
-    {"first_ns", &TimingRow::first},
-    {"last_due_ns", &TimingRow::last_due},
-    {"last_ns", &TimingRow::last},
-    {"rows", &TimingRow::rows},
-    {"late_rows", &TimingRow::late_rows},
-    {"worst_row_ns", &TimingRow::worst_row},
-    {"worst_row", &TimingRow::worst_row_number},
-    {"flags", &TimingRow::flags},
-};
-constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
-                           lateness_column = "row_lateness_us", first_byte_suffix = "_first_byte_ns",
-                           last_byte_suffix = "_last_byte_ns";
-
-std::vector<std::string_view> split(std::string_view line) {
-    std::vector<std::string_view> fields;
-    for (std::size_t comma = line.find(','); comma != std::string_view::npos; comma = line.find(',')) {
-        fields.push_back(line.substr(0, comma));
-        line.remove_prefix(comma + 1);
-    }
-    fields.push_back(line);
-    return fields;
-}
-
-/// The columns of one file, by the names in its first line.
-class Columns {
-public:
-    /// Throws InputError when a column is missing.
-    Columns(std::string_view header, const std::string& name) : name_(name), titles_(split(header)) {
-        if (std::find(titles_.begin(), titles_.end(), frame_id_column) == titles_.end())
-            throw InputError(
-                fmt::format("{}:1: this is no timing file, allowed is what obscurad --timing writes", name));
-        if (titles_.size() > most_columns)
-            throw InputError(
-                fmt::format("{}:1: {} columns, allowed are {}", name, titles_.size(), most_columns));
-        frame_id_ = index_of(frame_id_column);
-        trigger_id_ = index_of(trigger_id_column);
-        for (const NumberColumn& column : number_columns)
-            numbers_.push_back(index_of(column.name));
-        for (const std::string_view title : titles_)
-            for (const std::string_view suffix : {first_byte_suffix, last_byte_suffix}) {
-                if (!title.ends_with(suffix)) continue;
-                const std::string kind(title.substr(0, title.size() - suffix.size()));
-                // The name goes into pictures (SVG) and tables.
-                if (kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
-                    throw InputError(fmt::format("{}:1: \"{}\" is no kind of transport: allowed are small "
-                                                 "letters, digits and _",
-                                                 name, kind.substr(0, 40)));
-                if (std::find(transports.begin(), transports.end(), kind) != transports.end()) continue;
-                transports.push_back(kind);
-                first_byte_.push_back(index_of(kind + std::string(first_byte_suffix)));
-                last_byte_.push_back(index_of(kind + std::string(last_byte_suffix)));
-            }
-        lateness_ = index_of(lateness_column);
-    }
-
-    /// Throws InputError with line `number` and column.
-    [[nodiscard]] TimingRow parse(std::string_view line, std::size_t number) const {
-        const std::vector<std::string_view> fields = split(line);
-        const auto whole = [&](std::size_t column) {
-            if (column >= fields.size()) refuse(number, fields.size() - 1);
-            std::int64_t value = 0;
-            const char* const end = fields[column].data() + fields[column].size();
-            const auto [rest, error] = std::from_chars(fields[column].data(), end, value);
-            if (error != std::errc() || rest != end || value <= -number_limit || value >= number_limit)
-                refuse(number, column);
-            return value;
-        };
-        TimingRow row;
-        row.frame_id = static_cast<std::uint64_t>(whole(frame_id_));
-        row.trigger_id = static_cast<std::uint64_t>(whole(trigger_id_));
-        for (std::size_t i = 0; i < numbers_.size(); ++i)
-            row.*number_columns[i].value = whole(numbers_[i]);
-        for (std::size_t i = 0; i < transports.size(); ++i) {
-            row.first_byte.push_back(whole(first_byte_[i]));
-            row.last_byte.push_back(whole(last_byte_[i]));
-        }
-        if (fields.size() != titles_.size()) refuse(number, std::min(fields.size(), titles_.size()) - 1);
-        row.row_lateness_us = lateness_of(fields[lateness_], number);
-        return row;
-    }
-
-    std::vector<std::string> transports; ///< kinds
-
-private:
-    [[nodiscard]] std::size_t index_of(std::string_view title) const {
-        const auto found = std::find(titles_.begin(), titles_.end(), title);
-        if (found == titles_.end())
-            throw InputError(fmt::format("{}:1: column {} is missing, allowed are the columns that obscurad "
-                                         "--timing writes",
-                                         name_, title));
-        return static_cast<std::size_t>(found - titles_.begin());
-    }
-    /// Numbers with one blank between them, or nothing.
-    [[nodiscard]] std::vector<std::int32_t> lateness_of(std::string_view field, std::size_t number) const {
-        std::vector<std::int32_t> values;
-        const char* at = field.data();
-        const char* const end = field.data() + field.size();
-        while (at != end) {
-            std::int32_t us = 0;
-            const auto [rest, error] = std::from_chars(at, end, us);
-            const bool good = error == std::errc() && (rest == end || (*rest == ' ' && rest + 1 != end));
-            if (!good || values.size() == most_rows) refuse(number, lateness_);
-            values.push_back(us);
-            at = rest == end ? end : rest + 1;
-        }
-        return values;
-    }
-    [[noreturn]] void refuse(std::size_t line, std::size_t column) const {
-        throw InputError(fmt::format("{}:{}: column {} is no whole number, allowed are the {} columns that "
-                                     "obscurad --timing writes",
-                                     name_, line, column + 1, titles_.size()));
-    }
-
-    const std::string& name_;
-    std::vector<std::string_view> titles_;
-    std::size_t frame_id_ = 0, trigger_id_ = 0, lateness_ = 0;
-    std::vector<std::size_t> numbers_, first_byte_, last_byte_;
-};
 
 struct Span {
     const char* name;
@@ -204,6 +64,13 @@ SpanFigures figures_of(std::string name, std::string key, std::vector<double> va
     return f;
 }
 
+std::string quoted(const std::string& text) {
+    std::string out = "\"";
+    for (const char c : text)
+        out += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return out + '"';
+}
+
 std::string in_time_units(double us) {
     return us < 1e3   ? fmt::format("{:g} us", us)
            : us < 1e6 ? fmt::format("{:g} ms", us * 1e-3)
@@ -211,18 +78,6 @@ std::string in_time_units(double us) {
 }
 
 } // namespace
-
-TimingFile read_timing(std::istream& in, const std::string& name) {
-    std::string header;
-    std::getline(in, header);
-    const Columns columns(header, name);
-    TimingFile file;
-    file.transports = columns.transports;
-    std::string line;
-    for (std::size_t number = 2; std::getline(in, line); ++number)
-        file.rows.push_back(columns.parse(line, number));
-    return file;
-}
 
 std::vector<SpanFigures> span_figures(const TimingFile& file) {
     const std::vector<TimingRow>& rows = file.rows;
@@ -255,27 +110,6 @@ std::vector<SpanFigures> span_figures(const TimingFile& file) {
     return all;
 }
 
-std::int64_t lateness(const TimingRow& row) noexcept {
-    if (row.late_rows == 0) return 0;
-    return row.last != 0 ? std::max<std::int64_t>(0, row.last - row.last_due) : row.worst_row;
-}
-
-std::string reason(const TimingRow& row) {
-    if (row.late_rows == 0) return "in time";
-    if (row.last == 0 || row.detector_end == 0)
-        return fmt::format("given up with {} of {} rows late", row.late_rows, row.rows);
-    const std::pair<std::int64_t, const char*> parts[] = {
-        {row.seen - row.edge, "the edge was seen late"},
-        {row.pose - row.seen, "wait for earlier frames"},
-        {row.render_begin - row.pose, "wait for rendering"},
-        {row.render_end - row.render_begin, "rendering"},
-        {row.detector_end - row.render_end, "the detector"},
-        {row.last - std::max(row.detector_end, row.last_due), "the release"},
-    };
-    const auto most = *std::max_element(std::begin(parts), std::end(parts));
-    return fmt::format("{}, {:.3f} ms", most.second, static_cast<double>(most.first) * 1e-6);
-}
-
 std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count) {
     std::vector<TimingRow> sorted(rows.begin(), rows.end());
     std::stable_sort(sorted.begin(), sorted.end(),
@@ -284,7 +118,37 @@ std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count)
     return sorted;
 }
 
-std::string timing_text(const TimingFile& file) {
+namespace {
+
+/// The frames whose causes are worth a table: the late ones, or all if none is late.
+std::vector<TimingRow> judged(const TimingFile& file) {
+    std::vector<TimingRow> late;
+    std::copy_if(file.rows.begin(), file.rows.end(), std::back_inserter(late),
+                 [](const TimingRow& row) { return row.late_rows > 0 && row.last != 0; });
+    return late.empty() ? file.rows : late;
+}
+
+std::string causes_text(const TimingFile& file) {
+    const std::vector<TimingRow> frames = judged(file);
+    const std::vector<TimePart> parts = time_parts(frames);
+    if (parts.empty()) return {};
+    std::string out = fmt::format("\nWhere the time of {} went, mean\n{:>10}  {:<34}  {}\n",
+                                  frames.front().late_rows > 0 ? "late frames" : "frames (none was late)",
+                                  "ms", "part", "set by");
+    for (const TimePart& part : parts)
+        out += fmt::format("{:>10.3f}  {:<34}  {}\n", part.ms, part.name, part.setting);
+    const std::vector<Cure> help = cures(frames);
+    if (!help.empty()) out += "\nWhat would help, each alone\n";
+    for (const Cure& cure : help)
+        out += fmt::format("  {}\n", cure.text());
+    const std::vector<std::string> more = remarks(file);
+    if (!more.empty()) out += '\n';
+    for (const std::string& line : more)
+        out += line + '\n';
+    return out;
+}
+
+std::string acquisition_text(const TimingFile& file) {
     const std::vector<TimingRow>& rows = file.rows;
     const auto late =
         std::count_if(rows.begin(), rows.end(), [](const TimingRow& r) { return r.late_rows > 0; });
@@ -320,26 +184,62 @@ std::string timing_text(const TimingFile& file) {
         out += fmt::format("{:>8} {:>12.3f} {:>10} {:>10}  {}\n", row.frame_id,
                            static_cast<double>(lateness(row)) * 1e-6, row.late_rows, row.worst_row_number,
                            reason(row));
+    return out + causes_text(file);
+}
+
+} // namespace
+
+std::string timing_text(const TimingFile& file) {
+    const std::vector<TimingFile> all = acquisitions(file);
+    if (all.size() < 2) return acquisition_text(file);
+    std::string out;
+    for (const TimingFile& one : all)
+        out += fmt::format("{}Acquisition {}\n\n{}", out.empty() ? "" : "\n\n", one.rows.front().acquisition,
+                           acquisition_text(one));
     return out;
 }
 
 std::string timing_csv(const TimingFile& file) {
-    const std::vector<TimingRow>& rows = file.rows;
-    std::string out = "span,count,p50_us,p90_us,p99_us,max_us";
+    const std::vector<TimingFile> all = acquisitions(file);
+    std::string out = "acquisition,span,count,p50_us,p90_us,p99_us,max_us";
     for (const double end : bucket_ends_us)
         out += fmt::format(",to_{:g}_us", end);
     out += ",more\n";
-    for (const SpanFigures& f : span_figures(file))
-        out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", f.key, f.count, f.p50, f.p90, f.p99,
-                           f.max, fmt::join(f.histogram, ","));
-    out += "\nframe_id,late_us,late_rows,worst_row,why\n";
-    for (const TimingRow& row : worst(rows, worst_count))
-        out += fmt::format("{},{:.3f},{},{},\"{}\"\n", row.frame_id, to_us(lateness(row)), row.late_rows,
-                           row.worst_row_number, reason(row));
+    for (const TimingFile& one : all)
+        for (const SpanFigures& f : span_figures(one))
+            out += fmt::format("{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", one.rows.front().acquisition,
+                               f.key, f.count, f.p50, f.p90, f.p99, f.max, fmt::join(f.histogram, ","));
+    out += "\nacquisition,frame_id,late_us,late_rows,worst_row,why\n";
+    for (const TimingFile& one : all)
+        for (const TimingRow& row : worst(one.rows, worst_count))
+            out += fmt::format("{},{},{:.3f},{},{},{}\n", row.acquisition, row.frame_id, to_us(lateness(row)),
+                               row.late_rows, row.worst_row_number, quoted(reason(row)));
+    out += "\nacquisition,part,ms,set_by\n";
+    for (const TimingFile& one : all)
+        for (const TimePart& part : time_parts(judged(one)))
+            out += fmt::format("{},{},{:.3f},{}\n", one.rows.front().acquisition, quoted(part.name), part.ms,
+                               quoted(part.setting));
+    out += "\nacquisition,cause,ms,of_ms,with_ms,cure\n";
+    for (const TimingFile& one : all)
+        for (const Cure& cure : cures(judged(one)))
+            out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{}\n", one.rows.front().acquisition,
+                               quoted(cure.cause), cure.ms, cure.of_ms, cure.with_ms, quoted(cure.advice));
     return out;
 }
 
-std::string timing_svg(const TimingFile& file) {
+namespace {
+
+constexpr double panel_height = 670;
+
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (const char c : text)
+        out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+    return out;
+}
+
+/// Curves and worst frames of one acquisition.
+std::string panel(const TimingFile& file) {
     const std::vector<TimingRow>& rows = file.rows;
     // 1 us to 10 s over 700 px, 100 px a decade; fractions of the frames over 400 px; the worst frames below.
     constexpr double left = 60, top = 30, decade = 100, height = 400;
@@ -349,9 +249,7 @@ std::string timing_svg(const TimingFile& file) {
         return left + decade * std::clamp(std::log10(std::max(us, 1.0)), 0.0, 7.0);
     };
     const auto y_of = [](double part) { return top + height * (1 - part); };
-    std::string out =
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1040\" height=\"670\" font-family=\"sans-serif\" "
-        "font-size=\"12\">\n<rect width=\"1040\" height=\"670\" fill=\"white\"/>\n";
+    std::string out;
     constexpr const char* marks[] = {"1 us", "10 us", "100 us", "1 ms", "10 ms", "100 ms", "1 s", "10 s"};
     for (int i = 0; i <= 7; ++i) {
         const double x = left + decade * i;
@@ -388,9 +286,28 @@ std::string timing_svg(const TimingFile& file) {
         out += fmt::format(
             "<text x=\"{}\" y=\"{}\">frame {}: {:.3f} ms late, {} rows, the worst row {}; {}</text>\n", left,
             y, row.frame_id, static_cast<double>(lateness(row)) * 1e-6, row.late_rows, row.worst_row_number,
-            reason(row));
+            escaped(reason(row)));
         y += 18;
     }
+    return out;
+}
+
+} // namespace
+
+std::string timing_svg(const TimingFile& file) {
+    const std::vector<TimingFile> all = acquisitions(file);
+    const double height = panel_height * static_cast<double>(std::max<std::size_t>(1, all.size()));
+    std::string out =
+        fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1040\" height=\"{0:g}\" "
+                    "font-family=\"sans-serif\" "
+                    "font-size=\"12\">\n<rect width=\"1040\" height=\"{0:g}\" fill=\"white\"/>\n",
+                    height);
+    if (all.size() < 2) return out + panel(file) + "</svg>\n";
+    for (std::size_t i = 0; i < all.size(); ++i)
+        out += fmt::format(
+            "<g transform=\"translate(0,{:g})\">\n<text x=\"60\" y=\"20\" font-weight=\"bold\">"
+            "Acquisition {}</text>\n{}</g>\n",
+            panel_height * static_cast<double>(i), all[i].rows.front().acquisition, panel(all[i]));
     return out + "</svg>\n";
 }
 

@@ -58,8 +58,11 @@ public:
         line.description =
             "Reads the time stamps that `obscurad --timing FILE` wrote and prints the latency of each "
             "stage, from the trigger edge to the last byte of every transport, and the lateness of each "
-            "row: quantiles, histograms, and the ten worst frames with the stage that delayed them; as "
-            "text, as CSV, or as a picture of the distributions (SVG). With --self-test no file is read: "
+            "row: quantiles, histograms, and the ten worst frames with the stage that delayed them. For the "
+            "late frames it says where the time went (scene at motion instants, samples, wings, detector, "
+            "other programs, ...), which setting decides that, and what a frame would take with another "
+            "value. Each acquisition has tables of its own. The output is text, CSV, or a picture of the "
+            "distributions (SVG). With --self-test no file is read: "
             "the daemon's row release thread releases rows at 10 and 100 Hz, with and without polling, "
             "and their lateness is printed.";
         line.positional("FILE", &file_, "Timing file that obscurad --timing wrote").required = false;

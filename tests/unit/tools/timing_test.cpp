@@ -180,7 +180,7 @@ TEST_CASE("the report as text, CSV and picture") {
     const std::string csv = timing_csv(file);
     CHECK_THAT(csv, ContainsSubstring("rendering,2,1000.000,9000.000,9000.000,9000.000,"
                                       "0,0,0,0,0,0,0,0,0,1,0,0,1,0,0,0,0,0,0,0\n"));
-    CHECK_THAT(csv, ContainsSubstring("\n2,3140.000,25,2,\"rendering, 9.000 ms\"\n"));
+    CHECK_THAT(csv, ContainsSubstring("\n1,2,3140.000,25,2,\"rendering, 9.000 ms\"\n"));
     const std::string svg = timing_svg(file);
     CHECK(svg.rfind("<svg ", 0) == 0);
     // 1 ms is the third decade: x = 60 + 300; the first of two frames, y half way up.
@@ -193,4 +193,213 @@ TEST_CASE("the report as text, CSV and picture") {
                                  "1        1        0        0        0\n"));
     CHECK_THAT(timing_text({}), ContainsSubstring("0 frames"));
     CHECK_THAT(timing_svg({}), ContainsSubstring("</svg>"));
+}
+
+namespace {
+
+/// A late frame of 184 ms of rendering on two threads, of which the chip wanted the rows 100 ms earlier.
+TimingRow late_frame() {
+    constexpr std::int64_t ms = 1'000'000;
+    TimingRow row;
+    row.frame_id = row.trigger_id = 1;
+    row.acquisition = 1;
+    row.edge = 1000 * ms;
+    row.seen = row.pose = row.render_begin = row.edge;
+    row.render_end = row.detector_end = row.edge + 184 * ms;
+    row.due = row.last_due = row.edge + 84 * ms;
+    row.first = row.last = row.detector_end;
+    row.rows = row.late_rows = 512;
+    row.width = row.height = 512;
+    row.render_threads = row.render_cores = 2;
+    row.samples_per_pixel = 1;
+    row.rendered_rows = 512;
+    row.row_instants = 512;
+    row.sampling = 2 * 184 * ms;
+    row.measured = row.measured_cpu = 100 * ms;
+    return row;
+}
+
+std::string first_cure(const TimingRow& row) {
+    const std::vector<Cure> all = cures({&row, 1});
+    return all.empty() ? "" : all.front().text();
+}
+
+double part(const TimingRow& row, const std::string& name) {
+    for (const TimePart& p : time_parts({&row, 1}))
+        if (p.name == name) return p.ms;
+    return 0;
+}
+
+} // namespace
+
+TEST_CASE("a cause of lateness comes with its share, its setting and what the frame would take without") {
+    constexpr std::int64_t ms = 1'000'000;
+    TimingRow row = late_frame();
+    // 16 instants a row: 15 of 16 of their cost, 241.1 ms on two threads, would go.
+    row.row_instants = 16 * 512;
+    row.setup = 241'066'667;
+    row.sampling = 2 * 184 * ms - row.setup;
+    CHECK(first_cure(row) ==
+          "motion instants (16 a row) 113 of 184 ms: render.max_instants = 1 would give about 71 ms");
+    CHECK(reason(row) == "rendering, 184.000 ms; " + first_cure(row));
+    CHECK_THAT(part(row, "rendering: scene at motion instants"), WithinAbs(120.533, 0.001));
+    // Stars at each instant belong to it, too.
+    row.points = row.setup;
+    row.setup = 0;
+    CHECK_THAT(first_cure(row), ContainsSubstring("would give about 71 ms"));
+
+    row = late_frame();
+    row.samples_per_pixel = 16; // 7 of 16 fit into the 84 ms that there are
+    CHECK(first_cure(row) ==
+          "samples (16 a pixel) 184 of 184 ms: render.samples_per_pixel = 7 would give about 80 ms");
+    row.target_error_ppm = 20'000; // half the samples^0.75: 40 % of the time
+    CHECK(first_cure(row) == "samples (render.target_error = 0.02) 184 of 184 ms: "
+                             "render.target_error = 0.04, at best, would give about 73 ms");
+
+    row = late_frame();
+    row.wings = row.sampling / 2;
+    row.sampling -= row.wings;
+    CHECK(first_cure(row) == "wings of the point spread function 92 of 184 ms: "
+                             "camera.psf_wings_px = 0 in the scene would give about 92 ms");
+
+    row = late_frame();
+    row.render_cores = 8;
+    CHECK(first_cure(row) ==
+          "2 render threads for 8 cores 184 of 184 ms: render.threads = 8 would give about 46 ms");
+
+    row = late_frame();
+    CHECK(first_cure(row) == "512 x 512 pixels 184 of 184 ms: a window of 233 rows would give about 84 ms");
+
+    row = late_frame();
+    row.detector_wait = 120 * ms;
+    row.detector = 180 * ms;
+    CHECK_THAT(part(row, "rendering: samples"), WithinAbs(64, 1e-9));
+    CHECK(first_cure(row) == "waiting for the detector 120 of 184 ms: a detector that takes less than its "
+                             "180 ms of one thread would give about 64 ms");
+
+    row = late_frame();
+    row.render_end -= 100 * ms;
+    row.sampling -= 200 * ms;
+    row.detector = 100 * ms;
+    CHECK_THAT(reason(row), ContainsSubstring("the detector, 100.000 ms; "));
+    CHECK(first_cure(row) == "the detector after rendering 100 of 184 ms: render.band_rows = 128 "
+                             "would give about 109 ms");
+}
+
+TEST_CASE("load by other programs is told apart from the frame's own cost") {
+    TimingRow row = late_frame();
+    row.measured_cpu = row.measured * 3 / 4;
+    row.preemptions = 12;
+    CHECK_THAT(part(row, "rendering: lost to other programs"), WithinAbs(46, 1e-9));
+    CHECK_THAT(part(row, "rendering: samples"), WithinAbs(138, 1e-9));
+    const auto all = cures({&row, 1});
+    CHECK(std::any_of(all.begin(), all.end(), [](const Cure& c) {
+        return c.text() == "other programs 46 of 184 ms: an idle machine, cores of its own "
+                           "(threads.render_cores) or threads.render_class = \"rr\" would give about 138 ms";
+    }));
+    const auto lines = remarks({{}, {row}});
+    REQUIRE(lines.size() == 1);
+    CHECK(lines[0] == "render threads: 2 of 2 cores, at work 100 % of the time of rendering; then they had "
+                      "75.0 % of a core each, other programs the rest (46.0 ms a frame); 12.0 involuntary "
+                      "context switches a frame");
+    double sum = 0;
+    for (const TimePart& p : time_parts({&row, 1}))
+        sum += p.ms;
+    CHECK_THAT(sum, WithinAbs(184, 1e-9)); // nothing twice, nothing left out
+}
+
+TEST_CASE("triggers faster than the chip and sending slower than the rows are said with figures") {
+    constexpr std::int64_t ms = 1'000'000;
+    TimingFile file{{"gige"}, {late_frame(), late_frame()}};
+    TimingRow &one = file.rows[0], &two = file.rows[1];
+    two.frame_id = 2;
+    two.trigger_id = 5; // three edges in between were missed
+    two.edge += 400 * ms;
+    for (TimingRow* row : {&one, &two}) {
+        row->min_period = 218 * ms;
+        row->measured = 0;
+        row->first = row->last - 26 * ms;
+        row->first_byte = {row->first};
+        row->last_byte = {row->last + 41 * ms};
+        row->pace = {65 * ms};
+    }
+    const auto lines = remarks(file);
+    REQUIRE(lines.size() == 2);
+    CHECK(lines[0] ==
+          "triggers every 100 ms, but the chip reads a frame in 218 ms: trigger at 4.59 Hz at most, "
+          "or read fewer rows (camera.height)");
+    CHECK(lines[1] ==
+          "sending (gige): the last byte leaves 41 ms after the last row; at the pace that is set a "
+          "frame takes 65 ms, its rows 26 ms: 2.5 times the pace (gige.throughput_limit_mbit_s, "
+          "DeviceLinkThroughputLimit, GevSCPD) would end with the rows");
+    one.pace = two.pace = {1 * ms};
+    CHECK_THAT(remarks(file)[1], ContainsSubstring("the receiver or the machine that holds it up"));
+}
+
+TEST_CASE("acquisitions of a timing file are reported apart") {
+    // Files without a column for it: in each acquisition frames count from 1.
+    const TimingFile old = read(header + in_time + slow + in_time);
+    const auto apart = acquisitions(old);
+    REQUIRE(apart.size() == 2);
+    CHECK(apart[0].rows.size() == 2);
+    CHECK(apart[1].rows[0].acquisition == 2);
+    CHECK_THAT(timing_text(old), ContainsSubstring("Acquisition 1\n\n2 frames, 1 with late rows") &&
+                                     ContainsSubstring("Acquisition 2\n\n1 frames, 0 with late rows"));
+    CHECK_THAT(timing_csv(old),
+               ContainsSubstring("\n1,rendering,2,") && ContainsSubstring("\n2,rendering,1,"));
+    CHECK_THAT(timing_svg(old), ContainsSubstring("Acquisition 2</text>"));
+}
+
+TEST_CASE("what a frame cost is in the timing file") {
+    emulator::TimingLog log;
+    log.set_transports({"gige"});
+    log.set_render(
+        {.samples_per_pixel = 4, .target_error = 0.02, .max_instants = 64, .threads = 2, .cores = 8});
+    emulator::FrameTiming timing;
+    timing.frame_id = 1;
+    timing.width = 640;
+    timing.height = 480;
+    timing.facts = {.acquisition = 3, .min_period_ns = 50'000'000};
+    for (std::size_t i = 0; i < renderer::render_part_count; ++i)
+        timing.work.render.part_ns[i] = static_cast<std::int64_t>(100 + i);
+    timing.work.render.measured_ns = 7;
+    timing.work.render.measured_cpu_ns = 6;
+    timing.work.render.preemptions = 5;
+    timing.work.render.rows = 480;
+    timing.work.render.setups = 960;
+    timing.work.render.samples = 11;
+    timing.work.render.rays = 12;
+    timing.work.detector_wait_ns = 13;
+    timing.work.detector_ns = 14;
+    log.push(timing);
+    std::ostringstream out;
+    out << log.header();
+    const std::int64_t pace_ns[] = {99};
+    CHECK(log.drain(out, Time{INT64_MAX}, pace_ns) == 1);
+    const TimingRow row = read(out.str()).rows.at(0);
+    CHECK(row.acquisition == 3);
+    CHECK(row.min_period == 50'000'000);
+    CHECK(row.width == 640);
+    CHECK(row.height == 480);
+    CHECK(row.render_threads == 2);
+    CHECK(row.render_cores == 8);
+    CHECK(row.samples_per_pixel == 4);
+    CHECK(row.target_error_ppm == 20'000);
+    CHECK(row.max_instants == 64);
+    CHECK(row.setup == 100);
+    CHECK(row.sampling == 101);
+    CHECK(row.grid == 102);
+    CHECK(row.wings == 103);
+    CHECK(row.points == 104);
+    CHECK(row.rest == 105);
+    CHECK(row.measured == 7);
+    CHECK(row.measured_cpu == 6);
+    CHECK(row.preemptions == 5);
+    CHECK(row.rendered_rows == 480);
+    CHECK(row.row_instants == 960);
+    CHECK(row.samples == 11);
+    CHECK(row.rays == 12);
+    CHECK(row.detector_wait == 13);
+    CHECK(row.detector == 14);
+    CHECK(row.pace == std::vector<std::int64_t>{99});
 }
