@@ -200,9 +200,8 @@ int main(int argc, char* argv[]) {
         "The camera emulator: renders a scene on every trigger and streams the frames.\n"
         "Stops on SIGTERM or SIGINT, reloads its configuration on SIGHUP, logs its counters and writes its\n"
         "statistics on SIGUSR1, takes control of its cameras away from their clients on SIGUSR2 (obscura\n"
-        "release). Exit status: 0 success, 64 bad command line, 66 bad input file, 69 interface or device "
-        "not\n"
-        "available, 70 internal error, 74 output cannot be written, 78 bad configuration.",
+        "release). Exit status: 0 success, 64 bad command line, 66 bad input file, 69 interface or\n"
+        "device not available, 70 internal error, 74 output cannot be written, 78 bad configuration.",
         "obscurad"};
     Options options;
     app.add_option("-c,--config", options.config_file, "Configuration file (TOML)")

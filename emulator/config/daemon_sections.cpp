@@ -142,10 +142,8 @@ config::Section section_of(ThreadsSection& s) {
             .help("Cores of the V4L2 and stimulator threads, like \"2-3,5\"; empty: any"),
         key("render_class", &s.render_class)
             .help("Scheduling class of the render threads, and of the pipeline thread if it has no priority. "
-                  "other, "
-                  "batch: beside other programs, with the share that render_nice gives; rr, fifo: before all "
-                  "of them, "
-                  "with render_priority"),
+                  "other, batch: beside other programs, with the share that render_nice gives; rr, fifo: "
+                  "before all of them, with render_priority"),
         key("render_nice", &s.render_nice)
             .range(-20, 19)
             .help("Nice level of rendering with render_class other or batch; 0: that of the daemon"),
@@ -154,8 +152,7 @@ config::Section section_of(ThreadsSection& s) {
             .help("Priority of rendering with render_class rr or fifo, below those of the other threads"),
         key("render_cores", &s.render_cores)
             .help("Cores of the render threads, like \"2-3,5\"; empty: those that no thread with a priority "
-                  "has been "
-                  "given, or any if there are none"),
+                  "has been given, or any if there are none"),
     };
     section.check = [&s, keys = section.keys](const config::ReadTable& table) {
         for (const config::Key& key : keys)

@@ -183,8 +183,7 @@ config::Section section_of(GigeSettings& s) {
                     .unit("ms")
                     .range(0, 10000)
                     .help("Time within a frame after which, if rows are late, its newest packet is sent once "
-                          "more, so "
-                          "that receivers do not give the frame up; 0: never"),
+                          "more, so that receivers do not give the frame up; 0: never"),
                 key("drop_percent", &s.drop_percent)
                     .unit("%")
                     .range(0, 100)

@@ -56,7 +56,7 @@ Light light(const scene::Material& material, std::uint32_t bounces) {
 
 } // namespace
 
-TEST_CASE("Elevations of guided rays have the density that is told of them") {
+TEST_CASE("Elevations of guided rays have their stated density") {
     renderer::ShapeContext context;
     const auto shape = renderer::make_shape(asteroid, context);
     const renderer::ElevationGuide guide(*shape, true);

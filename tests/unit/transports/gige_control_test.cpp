@@ -773,7 +773,7 @@ TEST_CASE("Bootstrap registers tell of IEEE 1588 where it is watched") {
     CHECK(Bench::word(b.read(reg::link_configuration)) == 0);
 }
 
-TEST_CASE("Strangers are not answered, and nobody gets more than a share") {
+TEST_CASE("Unknown senders get no answer, known ones their share of answers") {
     Bench b;
     const Peer routed{0x08080808, 50000};
     CHECK(Bench::status(b.send(b.datagram(0x02, {}), routed)) == silence);

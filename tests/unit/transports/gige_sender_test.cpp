@@ -122,7 +122,7 @@ using Packets = std::vector<std::array<std::uint16_t, 2>>;
 
 } // namespace
 
-TEST_CASE("a frame that nobody could take is told of in all packets of the next block, resent ones too") {
+TEST_CASE("all packets of a block say that the frame before was lost, resent ones too") {
     Bench bench(true);
     bench.send_frame(1);
     bench.send_frame(2);
