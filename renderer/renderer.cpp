@@ -27,6 +27,7 @@
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/planetshine.hpp"
 #include "renderer/world/row_state.hpp"
+#include "renderer/world/view.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/global_control.h>
@@ -540,6 +541,15 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
                    request.window.width, impl_->pixel_width_rad(), s.candidates,
                    aovs.data() + static_cast<std::size_t>(r) * width, plane);
     });
+}
+
+View Renderer::view(Time t) const {
+    Scratch s;
+    const RowState& row = impl_->begin_row(to_seconds(t.ns), s);
+    const RowTime time{t, t};
+    std::vector<std::uint32_t> stars;
+    impl_->splatter.find_stars({&time, 1}, stars);
+    return view_of(impl_->scene, row, *s.lens, stars);
 }
 
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {

@@ -26,6 +26,8 @@
 
 namespace obscura::renderer {
 
+struct View;
+
 /// Quality, threads and seed of a renderer; fixed after construction.
 struct RenderSettings {
     std::uint32_t samples_per_pixel = 4; ///< rays per pixel near a body
@@ -100,6 +102,9 @@ public:
     /// rows' times; where no body is, `body` is 0 and all else NaN. Returns as render().
     bool render_aovs(const RenderRequest& request, std::span<float> aovs,
                      const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Field of view, bodies and stars at `t` (renderer/world/view.hpp). Allocates.
+    [[nodiscard]] View view(Time t) const;
 
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;
