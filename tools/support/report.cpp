@@ -38,6 +38,14 @@ void Report::add(std::string_view key, std::string_view label, std::string text,
     lines_.push_back(std::move(line));
 }
 
+void Report::add_line(std::string_view label, std::string_view text) {
+    lines_.push_back({"", std::string(label), std::string(text), std::string(text)});
+}
+
+void Report::add_object(std::string_view key, std::string_view json) {
+    objects_.push_back({std::string(key), std::string(json)});
+}
+
 std::string Report::table() const {
     std::size_t label_width = 0, text_width = 0;
     for (const Line& line : lines_) {
@@ -55,7 +63,8 @@ std::string Report::table() const {
 
 std::string Report::json() const {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
-    for (const Line& line : lines_)
+    for (const Line& line : lines_) {
+        if (line.key.empty()) continue;
         std::visit(
             [&](const auto& value) {
                 if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::monostate>)
@@ -64,6 +73,9 @@ std::string Report::json() const {
                     object[line.key] = value;
             },
             line.value);
+    }
+    for (const Object& added : objects_)
+        object[added.key] = nlohmann::ordered_json::parse(added.json);
     return object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -22,6 +22,9 @@ public:
              int decimals);
     /// Adds a number with its own text for the table.
     void add(std::string_view key, std::string_view label, std::string text, double value);
+    /// Adds a line to the table only, or an object, given as JSON text, to the JSON object only.
+    void add_line(std::string_view label, std::string_view text);
+    void add_object(std::string_view key, std::string_view json);
 
     [[nodiscard]] std::string table() const;
     [[nodiscard]] std::string json() const;
@@ -33,7 +36,11 @@ private:
         std::string key, label, text;
         std::variant<std::monostate, std::int64_t, double, bool, std::string> value;
     };
-    std::vector<Line> lines_;
+    struct Object {
+        std::string key, json;
+    };
+    std::vector<Line> lines_; ///< without a key: in the table only
+    std::vector<Object> objects_;
 };
 
 /// The `percent` percentile of `values` (nearest rank); nullopt if there are none.

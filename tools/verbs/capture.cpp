@@ -7,6 +7,7 @@
 #include "images/writers/truth_file.hpp"
 #include "renderer/camera/lens_cards.hpp"
 #include "tools/support/camera_file.hpp"
+#include "tools/support/camera_plausibility.hpp"
 #include "tools/support/frame_files.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
@@ -32,7 +33,10 @@ public:
             "Renders and exposes frames 1 to N of a daemon configuration as fast as the machine can, "
             "without triggers or transports, and saves them. Frame k shows the scene k - 1 trigger "
             "periods after its start. With scene_time = \"nominal\" the frames are byte for byte those "
-            "that obscurad sends with the same configuration and run word after an acquisition start.";
+            "that obscurad sends with the same configuration and run word after an acquisition start. What "
+            "is odd about the configuration (nothing in the field, much of the frame saturated, readout "
+            "longer than the trigger period, ...) is a warning on standard error; obscura check says it "
+            "beforehand.";
         line.positional("CONFIG", &config_, "Daemon configuration (TOML)");
         line.number("-n,--frames", &frames_, "N", "Number of frames to make", 1, 1e9);
         line.number("--first", &first_, "K", "Number of the first frame to make", 1, 1e9);
@@ -52,6 +56,10 @@ public:
             "--intrinsics", &intrinsics_, "FILE",
             "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
             "OpenCV's FileStorage reads");
+        line.flag(
+            "--strict", strict_,
+            "Stop with status 1 before the first frame if view or timing are odd, and at the end if the "
+            "signal is");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura capture config/demo.toml --frames 5 -o frames",
@@ -66,7 +74,12 @@ public:
         if (run_word_ != as_configured) config.daemon.run = static_cast<std::int64_t>(run_word_);
         images::make_writable(output_);
 
-        emulator::Imaging imaging(config, 1, {}, truth_);
+        // With pixel truth in any case: it has the expected signal.
+        emulator::Imaging imaging(config, 1, {}, true);
+        Plausibility view = view_of_camera("", config, imaging);
+        view.add_times(times_of_camera(config, imaging));
+        view.warn("capture");
+        if (strict_ && !view.oddities().empty()) return exit_failure;
         imaging.catch_up(first_);
         const FrameRef frame = imaging.pool->acquire();
         const std::filesystem::path folder(output_);
@@ -87,6 +100,8 @@ public:
                 frame_ms.push_back(
                     std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                         .count());
+                if (made == 0)
+                    if (const auto signal = signal_of_frame(config, *frame)) view.add_signal(*signal);
                 const FrameInfo& info = frame->info;
                 images::Cards cards = images::frame_cards(*frame);
                 cards.insert(cards.end(), lens.begin(), lens.end());
@@ -112,7 +127,10 @@ public:
         report.add("run", "run word", static_cast<std::int64_t>(imaging.maker->run()));
         report.add("frame_ms_p50", "render and detector, p50", percentile(frame_ms, 50), "ms", 2);
         report.add("output", "saved in", output_);
+        view.add_to(report);
         report.print(json_);
+        view.warn("capture");
+        if (strict_ && !view.oddities().empty()) return exit_failure;
         return made == frames_ ? exit_ok : exit_failure;
     }
 
@@ -170,7 +188,7 @@ private:
     std::uint64_t frames_ = 1, first_ = 1;
     static constexpr std::uint64_t as_configured = std::numeric_limits<std::uint64_t>::max();
     std::uint64_t run_word_ = as_configured;
-    bool exr_ = false, truth_ = false, json_ = false;
+    bool exr_ = false, truth_ = false, strict_ = false, json_ = false;
 };
 
 } // namespace

@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verb `obscura check`: validation of a configuration, scene or sensor file.
+// Verb `obscura check`: validation and plausibility of a configuration, scene or sensor file.
 #include "config/document.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "sensors/sensor_file.hpp"
+#include "tools/support/camera_plausibility.hpp"
+#include "tools/support/device_check.hpp"
+#include "tools/support/report.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace obscura::tools {
 namespace {
@@ -54,44 +61,77 @@ public:
         line.description =
             "Reads a daemon configuration with its sensor and scene files, or a scene file or sensor file "
             "alone, and reports each mistake in one line: FILE:LINE:COLUMN: KEY: what is wrong, what is "
-            "allowed. The tables of the file tell which of them it is. Opens no device and no socket.";
+            "allowed. The tables of the file tell which of them it is. For what is free of mistakes it "
+            "prints figures to judge it by: field of view, extent, distance, size in pixels and phase angle "
+            "of each body, stars in the field, the brightest expected signal, readout and rendering time. "
+            "What is odd is a warning on standard error: what, the figure, and what to try; the exit status "
+            "stays 0 without --strict. Signal and rendering time are estimated by rendering a frame, or for "
+            "about 2 seconds as many of its rows as this machine can. Opens no device and no socket without "
+            "--devices.";
         line.positional("FILE", &file_, "Daemon configuration, scene file or sensor file (TOML)");
         line.flag("--scene", scene_, "Treat FILE as a scene file, whatever its tables");
         line.flag("--print", print_,
                   "Print the effective configuration: every key with its value, unit, range and meaning");
+        line.flag("--quick", quick_, "Render nothing: no expected signal, no rendering time");
+        line.flag("--strict", strict_, "Exit with status 1 if anything is odd");
+        line.flag("--devices", devices_,
+                  "Also try what the configuration needs of this machine, without starting the camera: "
+                  "network interface, ports, GPIO lines, device nodes, displays, folders, real-time "
+                  "permissions. Exit status 69 if the daemon could not start. Not while the daemon runs: "
+                  "what it holds is in use, and output lines become inactive");
+        line.flag("--json", json_, "Print the figures, warnings and devices as one JSON object");
         line.examples = {"obscura check config/demo.toml", "obscura check config/scenes/demo.toml",
-                         "obscura check config/sensors/has2.toml",
+                         "obscura check config/sensors/has2.toml", "obscura check --devices config/demo.toml",
                          "obscura check --print config/demo.toml > full.toml"};
     }
 
     int run() override {
         const FileKind kind = scene_ ? FileKind::scene : kind_of(file_);
-        if (print_ && kind != FileKind::configuration)
-            throw UsageError(fmt::format("obscura check: --print goes with a configuration; {} is a {} file",
-                                         file_, kind == FileKind::scene ? "scene" : "sensor"));
+        for (const auto& [given, name] : {std::pair(print_, "--print"), std::pair(devices_, "--devices")})
+            if (given && kind != FileKind::configuration)
+                throw UsageError(fmt::format("obscura check: {} goes with a configuration; {} is a {} file",
+                                             name, file_, kind == FileKind::scene ? "scene" : "sensor"));
+        if (print_ && (json_ || devices_))
+            throw UsageError("obscura check: --print goes without --json and --devices");
         if (kind == FileKind::sensor) {
             const SensorDescription sensor = sensors::load_sensor(file_);
-            fmt::print("{}: good: sensor {}, {} x {} px\n", file_, sensor.name, sensor.readout.width,
-                       sensor.readout.height);
-            return exit_ok;
+            return finish("sensor", fmt::format("sensor {}, {} x {} px", sensor.name, sensor.readout.width,
+                                                sensor.readout.height));
         }
         if (kind == FileKind::scene) {
-            const scene::Scene scene = scene::load_scene(file_);
-            const renderer::Renderer built(scene, {});
-            fmt::print("{}: good: {}\n", file_, describe(scene));
-            return exit_ok;
+            scene::Scene scene = scene::load_scene(file_);
+            const std::string summary = describe(scene);
+            const renderer::Renderer built(std::move(scene), {});
+            Plausibility view("", built, instants_of(built.scene(), 0));
+            if (!quick_) add_estimates(view, built, estimate_s);
+            judged_.push_back(std::move(view));
+            return finish("scene", summary);
         }
         const emulator::DaemonConfig config = emulator::load_config(file_);
-        const emulator::Imaging built(config, 1);
-        if (print_)
+        if (print_) {
+            const emulator::Imaging built(config, 1);
             std::fputs(emulator::print_config(config).c_str(), stdout);
-        else
-            fmt::print("{}: good: {}, sensor {} x {} px, scene {}\n", file_, config.sensor.name,
-                       config.sensor.readout.width, config.sensor.readout.height, describe(config.scene));
-        return exit_ok;
+            return exit_ok;
+        }
+        const std::vector<const emulator::DaemonConfig*> cameras = config.cameras();
+        for (std::size_t i = 0; i < cameras.size(); ++i) {
+            const emulator::DaemonConfig& camera = *cameras[i];
+            const emulator::Imaging built(camera, 1);
+            Plausibility view =
+                view_of_camera(config.several ? fmt::format("camera[{}]", i) : "", camera, built);
+            view.add_times(times_of_camera(camera, built));
+            if (!quick_) add_estimates(view, camera, built, estimate_s / static_cast<double>(cameras.size()));
+            judged_.push_back(std::move(view));
+        }
+        if (devices_) trials_ = try_devices(config);
+        return finish("configuration", fmt::format("{}, sensor {} x {} px, scene {}", config.sensor.name,
+                                                   config.sensor.readout.width, config.sensor.readout.height,
+                                                   describe(config.scene)));
     }
 
 private:
+    static constexpr double estimate_s = 2;
+
     static std::string describe(const scene::Scene& scene) {
         return fmt::format("\"{}\" with {} {}, {} {}, {} {}", scene.name, scene.bodies.size(),
                            scene.bodies.size() == 1 ? "body" : "bodies", scene.stars.size(),
@@ -99,8 +139,58 @@ private:
                            scene.bands.size() == 1 ? "band" : "bands");
     }
 
+    /// Prints the results and returns the exit status.
+    int finish(std::string_view kind, const std::string& summary) {
+        if (json_)
+            print_json(kind, summary);
+        else
+            print_text(summary);
+        for (Plausibility& view : judged_)
+            view.warn("check");
+        const auto state = [&](DeviceState wanted) {
+            return std::any_of(trials_.begin(), trials_.end(),
+                               [&](const DeviceTrial& trial) { return trial.state == wanted; });
+        };
+        if (state(DeviceState::failed)) return exit_hardware;
+        const bool odd = std::any_of(judged_.begin(), judged_.end(),
+                                     [](const Plausibility& view) { return !view.oddities().empty(); });
+        return strict_ && (odd || state(DeviceState::missing)) ? exit_failure : exit_ok;
+    }
+
+    void print_text(const std::string& summary) const {
+        fmt::print("{}: good: {}\n", file_, summary);
+        Report figures;
+        for (const Plausibility& view : judged_)
+            for (const Plausibility::Line& line : view.lines())
+                figures.add_line(line.label, line.text);
+        for (const DeviceTrial& trial : trials_)
+            figures.add_line(trial.device, fmt::format("{}: {}", name_of(trial.state), trial.text));
+        figures.print(false);
+    }
+
+    void print_json(std::string_view kind, const std::string& summary) const {
+        Report report;
+        report.add("file", "file", std::string_view(file_));
+        report.add("kind", "kind", kind);
+        report.add("summary", "summary", std::string_view(summary));
+        std::string cameras;
+        for (const Plausibility& view : judged_)
+            cameras += (cameras.empty() ? "" : ",") + view.json();
+        report.add_object("cameras", "[" + cameras + "]");
+        nlohmann::ordered_json devices = nlohmann::ordered_json::array();
+        for (const DeviceTrial& trial : trials_)
+            devices.push_back(
+                {{"device", trial.device}, {"state", name_of(trial.state)}, {"text", trial.text}});
+        if (devices_)
+            report.add_object("devices",
+                              devices.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+        report.print(true);
+    }
+
     std::string file_;
-    bool scene_ = false, print_ = false;
+    bool scene_ = false, print_ = false, quick_ = false, strict_ = false, devices_ = false, json_ = false;
+    std::vector<Plausibility> judged_; ///< of each camera
+    std::vector<DeviceTrial> trials_;
 };
 
 } // namespace

@@ -12,6 +12,7 @@
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
 #include "tools/support/layer_picture.hpp"
+#include "tools/support/plausibility.hpp"
 #include "tools/support/preview.hpp"
 #include "tools/support/progress.hpp"
 #include "tools/support/report.hpp"
@@ -44,7 +45,9 @@ public:
             "a colour bar. The same scene, settings and seed give "
             "the same bytes on any number of threads (with --time-budget only if the number of passes is "
             "the same too). The file name of a sequence needs a frame number such as %04d; --resume "
-            "continues an interrupted sequence.";
+            "continues an interrupted sequence. What is odd about the scene (nothing in the field, the "
+            "camera inside a body, ...) is a warning on standard error, before anything is rendered; obscura "
+            "check says more.";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
         line.option("-o,--output", &output_, "FILE",
                     "Image to write; the name's ending selects the format: .exr, .fits or .png")
@@ -100,6 +103,9 @@ public:
             "--intrinsics", &intrinsics_file_, "FILE",
             "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
             "OpenCV's FileStorage reads");
+        line.flag(
+            "--strict", strict_,
+            "Stop with status 1 before rendering if anything is odd, and after it if the picture is dark");
         line.flag("--json", json_, "Print the figures of the run as one JSON object");
         line.examples = {
             "obscura render config/scenes/demo.toml -o demo.exr",
@@ -145,6 +151,12 @@ public:
 
         const auto start = Clock::now();
         const renderer::Renderer renderer(std::move(scene), settings_);
+        std::vector<double> instants(frames.size());
+        std::transform(frames.begin(), frames.end(), instants.begin(),
+                       [](const SequenceFrame& frame) { return frame.time_s; });
+        Plausibility view("", renderer, instants);
+        view.warn("render");
+        if (strict_ && !view.oddities().empty()) return exit_failure;
         const auto built = Clock::now();
         const std::clock_t built_cpu = std::clock();
         std::vector<float> image(plane * bands.size());
@@ -197,7 +209,12 @@ public:
         if (const double noise = noise_rms(); written > 0 && noise > 0)
             report.add("noise_rms", "noise",
                        fmt::format("{:.2g} % rms of the lit pixels (estimated)", 100 * noise), noise);
+        // The light of a window, or of the last frame of many, says nothing about the camera.
+        if (window_text_.empty() && frames.size() == 1 && written == 1) view.judge_light(brightest, 1);
+        view.add_to(report);
         report.print(json_);
+        view.warn("render");
+        if (strict_ && !view.oddities().empty()) return exit_failure;
         return written + present == frames.size() ? exit_ok : exit_failure;
     }
 
@@ -465,7 +482,7 @@ private:
     bool trajectory_ = false, resume_ = false;
     double noise2_ = 0, lit2_ = 0; ///< see sum_squares()
     std::vector<float> aov_values_, samples_, variance_, band_samples_, band_variance_;
-    bool layers_ = false, radiance_ = false, json_ = false;
+    bool layers_ = false, radiance_ = false, strict_ = false, json_ = false;
 };
 
 } // namespace
