@@ -243,12 +243,17 @@ Vec3 widen(Vec3f a) {
     return {a.x, a.y, a.z};
 }
 
+/// Values at the corners of a triangle: `of` is the mesh's vertices or normals.
+TriangleCorners corners_of(const TriangleMesh& mesh, const std::vector<Vec3f>& of, std::size_t triangle) {
+    const auto& t = mesh.triangles[triangle];
+    return {widen(of[t[0]]), widen(of[t[1]]), widen(of[t[2]])};
+}
+
 std::vector<TriangleCorners> corners_of(const TriangleMesh& mesh) {
     std::vector<TriangleCorners> corners;
     corners.reserve(mesh.triangles.size());
-    for (const auto& t : mesh.triangles)
-        corners.push_back(
-            {widen(mesh.vertices[t[0]]), widen(mesh.vertices[t[1]]), widen(mesh.vertices[t[2]])});
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        corners.push_back(corners_of(mesh, mesh.vertices, i));
     return corners;
 }
 
@@ -307,6 +312,18 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
         throw Error(exit_software, fmt::format("Embree could not build a mesh of {} triangles: out of memory",
                                                mesh_.triangles.size()));
     mesh_.vertices.pop_back();
+}
+
+const FacetSet* MeshShape::facets() const {
+    std::call_once(facets_made_, [this] {
+        const auto corners = [this](std::uint32_t i) { return corners_of(mesh_, mesh_.vertices, i); };
+        FacetSet::Corners normals;
+        if (!mesh_.normals.empty())
+            normals = [this](std::uint32_t i) { return corners_of(mesh_, mesh_.normals, i); };
+        facets_ = std::make_unique<const FacetSet>(*this, static_cast<std::uint32_t>(mesh_.triangles.size()),
+                                                   corners, normals);
+    });
+    return facets_.get();
 }
 
 std::int64_t MeshShape::bytes() const {

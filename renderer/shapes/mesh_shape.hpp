@@ -6,12 +6,14 @@
 #include "renderer/shapes/area_sampler.hpp"
 #include "renderer/shapes/embree_compat.hpp"
 #include "renderer/shapes/hull.hpp"
+#include "renderer/shapes/lit_facets.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/shapes/triangle_list.hpp"
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <type_traits>
 #include <vector>
@@ -70,6 +72,8 @@ public:
         sampler_.sample(u, v, position, normal);
     }
 
+    [[nodiscard]] const FacetSet* facets() const override;
+
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
     /// Memory of the mesh's own arrays; that of Embree's tree counts with the device.
     [[nodiscard]] std::int64_t bytes() const;
@@ -86,6 +90,8 @@ private:
     Hull hull_;
     AreaSampler sampler_;                       ///< of a mesh that emits
     std::optional<TriangleList> triangle_list_; ///< instead of Embree's tree
+    mutable std::once_flag facets_made_;
+    mutable std::unique_ptr<const FacetSet> facets_;
 };
 
 } // namespace obscura::renderer

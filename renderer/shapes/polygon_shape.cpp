@@ -132,6 +132,15 @@ void PolygonShape::occlude(RayPacket& rays) const {
     rays.active = moved.active;
 }
 
+const FacetSet* PolygonShape::facets() const {
+    std::call_once(facets_made_, [this] {
+        facets_ = std::make_unique<const FacetSet>(
+            *this, static_cast<std::uint32_t>(triangles_.size()),
+            [this](std::uint32_t i) { return triangles_[i]; }, nullptr);
+    });
+    return facets_.get();
+}
+
 void PolygonShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                            SurfacePacket& out) const {
     HitTriangles c;

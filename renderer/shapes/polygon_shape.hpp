@@ -4,10 +4,13 @@
 
 #include "renderer/shapes/area_sampler.hpp"
 #include "renderer/shapes/hull.hpp"
+#include "renderer/shapes/lit_facets.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/shapes/triangle_corners.hpp"
 #include "renderer/shapes/triangle_list.hpp"
 
+#include <memory>
+#include <mutex>
 #include <vector>
 
 namespace obscura::renderer {
@@ -31,6 +34,7 @@ public:
     void sample_area(double u, double v, Vec3& position, Vec3& normal) const override {
         sampler_.sample(u, v, position, normal);
     }
+    [[nodiscard]] const FacetSet* facets() const override;
 
 private:
     std::vector<TriangleCorners> triangles_;
@@ -42,6 +46,8 @@ private:
     double extent_m_ = 0; ///< diagonal of the bounding box
     Hull hull_;
     AreaSampler sampler_;
+    mutable std::once_flag facets_made_;
+    mutable std::unique_ptr<const FacetSet> facets_;
 };
 
 } // namespace obscura::renderer

@@ -8,6 +8,8 @@
 
 namespace obscura::renderer {
 
+class FacetSet;
+
 /// Surface of a body, in the body frame, metres. Immutable; thread-safe.
 class Shape {
 public:
@@ -45,6 +47,9 @@ public:
     [[nodiscard]] virtual double sampled_area_m2() const { return 0; }
     /// Samples a point of that area, and the outer normal there, from u, v in [0,1).
     virtual void sample_area(double /*u*/, double /*v*/, Vec3& /*position*/, Vec3& /*normal*/) const {}
+
+    /// Facets of the surface, by primitive; null: it is curved. May be made at the first call.
+    [[nodiscard]] virtual const FacetSet* facets() const { return nullptr; }
 };
 
 } // namespace obscura::renderer
