@@ -60,6 +60,8 @@ struct Scratch {
     bool sunlight_only = true;             ///< of the row's tracer
     std::vector<double> variance;          ///< per pixel; 0: no samples
     std::vector<float> wing_row;
+    std::vector<PointJob> point_jobs; ///< of a row that shares its points with no other
+    BodyPoints points;
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     WorkClock work;
@@ -67,8 +69,16 @@ struct Scratch {
     double motion = 0;  ///< see motion_px()
 };
 
+/// Small bodies of a frame whose rows all have the same exposure, as points of the image.
+struct SharedPoints {
+    std::optional<RowTime> time;  ///< of the rows; empty: each has its own
+    std::vector<PointJob> jobs;   ///< in order of their instants
+    std::vector<BodyPoints> done; ///< of each job
+};
+
 /// Data shared by the rows of one request (a row block).
 struct RowBlock {
+    SharedPoints points;
     std::vector<std::uint32_t> stars;       ///< candidates: may be visible in some row
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
@@ -163,6 +173,10 @@ struct Renderer::Impl {
         }
         return Exposure::of(row, s.motion, settings.max_instants);
     }
+    /// Least number of samples of a pixel, see begin_row().
+    [[nodiscard]] std::uint32_t least_samples_of(const Exposure& when) const {
+        return settings.target_error > 0 && when.instants > 1 ? least_moving_samples : 1;
+    }
     /// Sets the lens for a row.
     void set_lens(Vec3 beta, Scratch& s) const {
         s.lens = lens.get();
@@ -188,6 +202,11 @@ struct Renderer::Impl {
     [[nodiscard]] bool shares_samples(const RenderRequest& request, const RowTime& row, Scratch& s) const;
     bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                           RowBlock& rows) const;
+    /// Traces the small bodies that the request's rows share; false when cancelled.
+    bool fill_points(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
+    /// Adds the small bodies at instant `instant` of the row's exposure.
+    void splat_bodies(const RenderRequest& request, const RowBlock& rows, const SplatTarget& target,
+                      std::uint32_t instant, Tracer& tracer, Scratch& s) const;
     /// Makes the wings of the request's rows ready; false when cancelled.
     bool fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
     bool fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const;
@@ -299,6 +318,66 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
                 blocks.trace_grid(first + block, grid.first_y() + r, *rows.kernel, grid);
         });
     });
+}
+
+bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic<bool>* cancel,
+                                 RowBlock& rows) const {
+    SharedPoints& shared = rows.points;
+    shared.jobs.clear();
+    shared.time.reset();
+    const auto times = request.row_times;
+    if (times.empty() || request.common_mid != times.front().mid() ||
+        std::any_of(times.begin(), times.end(), [&](const RowTime& t) { return t != times.front(); }))
+        return true;
+    shared.time = times.front();
+    Scratch& own = scratch.local();
+    const Exposure when = exposure(times.front(), own);
+    const std::uint32_t least_samples = least_samples_of(when);
+    const auto view = [&](const RowState& row, Scratch& s) {
+        return PointView{request.window, request.window.y + request.first_row,
+                         request.rows,   request.frame_id,
+                         false,          row,
+                         *s.lens,        s.candidates};
+    };
+    for (std::uint32_t i = 0; i < when.instants; ++i) {
+        const RowState& row = begin_row(when.time_s(i), own, 0, least_samples);
+        with_tracer(row, own, [&](const Tracer& tracer) {
+            splatter.plan_points(view(row, own), i, when.instants, tracer, shared.jobs);
+        });
+    }
+    if (shared.done.size() < shared.jobs.size()) shared.done.resize(shared.jobs.size());
+    return for_rows(RenderPart::points, static_cast<std::int32_t>(shared.jobs.size()), cancel,
+                    [&](std::int32_t j, Scratch& s) {
+                        const PointJob& job = shared.jobs[static_cast<std::size_t>(j)];
+                        const RowState& row = begin_row(when.time_s(job.instant), s, 0, least_samples);
+                        with_tracer(row, s, [&](Tracer& tracer) {
+                            splatter.trace_points(view(row, s), job, tracer,
+                                                  shared.done[static_cast<std::size_t>(j)]);
+                        });
+                    });
+}
+
+void Renderer::Impl::splat_bodies(const RenderRequest& request, const RowBlock& rows,
+                                  const SplatTarget& target, std::uint32_t instant, Tracer& tracer,
+                                  Scratch& s) const {
+    if (rows.points.time) {
+        const std::vector<PointJob>& jobs = rows.points.jobs;
+        const auto first = std::partition_point(jobs.begin(), jobs.end(),
+                                                [&](const PointJob& job) { return job.instant < instant; });
+        for (auto job = first; job != jobs.end() && job->instant == instant; ++job)
+            splatter.splat_body(target, rows.points.done[static_cast<std::size_t>(job - jobs.begin())]);
+        return;
+    }
+    const auto r = static_cast<std::size_t>(target.y - request.window.y - request.first_row);
+    const bool alone = request.common_mid != request.row_times[r].mid();
+    const PointView view{request.window, target.y,   1,       request.frame_id,
+                         alone,          target.row, *s.lens, s.candidates};
+    s.point_jobs.clear();
+    splatter.plan_points(view, instant, target.instants, tracer, s.point_jobs);
+    for (const PointJob& job : s.point_jobs) {
+        splatter.trace_points(view, job, tracer, s.points);
+        splatter.splat_body(target, s.points);
+    }
 }
 
 bool Renderer::Impl::fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel,
@@ -459,8 +538,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
             noise.reset();
     }
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
-    const std::uint32_t least_samples =
-        settings.target_error > 0 && when.instants > 1 ? least_moving_samples : 1;
+    const std::uint32_t least_samples = least_samples_of(when);
     for (std::uint32_t i = 0; i < when.instants; ++i)
         begin_row(when.time_s(i), s, i, least_samples);
     const std::span states(s.rows.data(), when.instants);
@@ -472,9 +550,10 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     for (std::uint32_t i = 0; i < when.instants; ++i) {
         set_lens(states[i].beta, s);
         with_tracer(states[i], s, [&](Tracer& tracer) {
-            splatter.splat({request.window, y, request.frame_id, i, when.instants, states[i], *s.lens,
-                            s.light, s.starlight, s.candidates},
-                           rows.stars, tracer);
+            const SplatTarget target{request.window, y,       when.instants, states[i],
+                                     *s.lens,        s.light, s.starlight,   s.candidates};
+            splat_bodies(request, rows, target, i, tracer, s);
+            splatter.splat_stars(target, rows.stars, tracer);
             s.work.lap(RenderPart::points);
         });
     }
@@ -523,7 +602,8 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     RowBlock& rows = impl_->block_scratch.local();
     impl_->splatter.find_stars(request.row_times, rows.stars);
-    return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_wings(request, cancel, rows) &&
+    return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_points(request, cancel, rows) &&
+           impl_->fill_wings(request, cancel, rows) &&
            impl_->for_rows(RenderPart::rest, request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
                impl_->render_row(request, rows, r, irradiance, scratch);
            });

@@ -499,7 +499,9 @@ void BlockTracer::intersect(const Doubles& x, const Doubles& y, const Lanes& act
     // Leave out what is splatted.
     for (int i = 0; i < packet_size; ++i) {
         std::int32_t& index = rays.hits.body[i];
-        if (index >= 0 && instants_.body(index, rays.instant, i).splatted(rays.direction.lane(i))) index = -1;
+        if (index >= 0 &&
+            instants_.body(index, rays.instant, i).splatted(rays.direction.lane(i), rays.hits.primitive[i]))
+            index = -1;
     }
 }
 

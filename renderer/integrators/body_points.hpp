@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of light on the disc of a small body: directions sampled in its lit or its dark part, and traced.
+// Points of light of a small body: directions sampled in a part of its disc, or points of its facets, traced.
 #pragma once
 
 #include "renderer/camera/projection.hpp"
@@ -7,8 +7,10 @@
 #include "renderer/packets/frames.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/shapes/lit_disc.hpp"
+#include "renderer/shapes/lit_facets.hpp"
 #include "renderer/world/row_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -16,18 +18,32 @@
 
 namespace obscura::renderer {
 
-/// Samples [first, first + count) of `of` in one part of a body's disc; `count` is a multiple of 16.
-struct DiscPoints {
+/// Samples [first, first + count) of the `of` of a body at one of the `instants` that share an exposure;
+/// `count` is a multiple of 16.
+struct BodySamples {
     const RowState& row;
     std::int32_t body;
-    LitDisc::Part part;
     std::uint32_t first, count, of, seed;
+    std::uint32_t instant = 0, instants = 1;
+
+    /// Of the sequences of random numbers, which go on from instant to instant.
+    [[nodiscard]] std::uint32_t index(std::uint32_t sample) const { return instant * of + sample; }
+    /// Share of a sample in the exposure.
+    [[nodiscard]] double share() const { return 1.0 / (static_cast<double>(of) * instants); }
 };
 
-/// Whether the dark part shines: by itself or by what is not sunlight, or with normals of its own.
+/// Whether what the Sun does not light shines: by itself or by what is not sunlight, or with normals of its
+/// own.
 [[nodiscard]] inline bool dark_part_shines(const BodyState& body, const Tracer& tracer) {
-    return !body.disc.exact() || !tracer.sunlight_only() ||
+    return !tracer.sunlight_only() ||
            (body.built->textures != nullptr && body.built->textures->turns_normals());
+}
+
+/// Whether a part of the body's disc shines. `facets`: what is left out of the disc; may be null.
+[[nodiscard]] inline bool shines(const BodyState& body, LitDisc::Part part, const LitFacets* facets,
+                                 const Tracer& tracer) {
+    if (facets == nullptr && (part == LitDisc::Part::lit || !body.disc.exact())) return true;
+    return dark_part_shines(body, tracer);
 }
 
 /// Fills `candidates` with what may hide body `index`: bodies whose bounding cones meet, and itself.
@@ -43,66 +59,152 @@ inline void find_occluders(const RowState& row, std::int32_t index, std::vector<
     }
 }
 
-/// Calls `use(at, amount)` with the image point and the light, by channel, of every sample that hits the body
-/// and for which `wanted(at)` was true. `candidates`: see find_occluders().
-template<typename Wanted, typename Use>
-void trace_disc(const DiscPoints& points, const Projection& lens, std::span<const std::int32_t> candidates,
-                Tracer& tracer, const Wanted& wanted, const Use& use) {
-    const BodyState& body = points.row.bodies[static_cast<std::size_t>(points.body)];
-    tracer.set_ray_width(std::sqrt(body.solid_angle_sr / points.of));
-    const Mat3 to_camera = transposed(body.from_camera);
-    CameraRays rays;
-    ImagePoint at[packet_size];
-    double weight[packet_size];
-    int filled = 0;
-    set_all(rays.direction, body.direction);
-    for (int i = 0; i < packet_size; ++i) {
-        rays.index.v[i] = 0;
-        rays.light_seed.v[i] = points.seed;
+/// Camera rays to points of a body, traced in packets. The light, by channel, of those that hit it goes to
+/// `use(at, amount)`. `keep(hits, i)`: whether the hit of lane i on the body counts.
+template<typename Keep, typename Use>
+class BodyRays {
+public:
+    BodyRays(const BodySamples& samples, std::span<const std::int32_t> candidates, Tracer& tracer,
+             const Keep& keep, const Use& use)
+        : body_(samples.body), candidates_(candidates), tracer_(tracer), keep_(keep), use_(use) {
+        set_all(rays_.direction, samples.row.bodies[static_cast<std::size_t>(samples.body)].direction);
+        for (int i = 0; i < packet_size; ++i) {
+            rays_.index.v[i] = 0;
+            rays_.light_seed.v[i] = samples.seed;
+        }
     }
-    const auto trace = [&] {
-        // Trace the rays and keep what hits the body.
+    /// Lane that add() fills next.
+    [[nodiscard]] int next_lane() const { return filled_; }
+    /// Adds sample `index` along `direction` (unit, camera frame); traces full packets.
+    void add(std::uint32_t index, Vec3 direction, ImagePoint at, double weight_sr) {
+        rays_.direction.set(filled_, direction);
+        rays_.index.v[filled_] = index;
+        at_[filled_] = at;
+        weight_sr_[filled_] = weight_sr;
+        if (++filled_ == packet_size) trace();
+    }
+    /// Traces the rest.
+    void finish() {
+        if (filled_ > 0) trace();
+    }
+
+private:
+    void trace() {
         Lanes active;
         for (int i = 0; i < packet_size; ++i)
-            active.on[i] = i < filled ? -1 : 0;
-        filled = 0;
-        tracer.intersect(rays.direction, active, candidates, rays.hits);
-        tracer.count_samples(active);
-        for (std::int32_t& hit : rays.hits.body)
-            hit = hit == points.body ? hit : -1;
-        tracer.radiance({&rays, 1});
+            active.on[i] = i < filled_ ? -1 : 0;
+        filled_ = 0;
+        tracer_.intersect(rays_.direction, active, candidates_, rays_.hits);
+        tracer_.count_samples(active);
+        for (int i = 0; i < packet_size; ++i)
+            if (rays_.hits.body[i] != body_ || !keep_(rays_.hits, i)) rays_.hits.body[i] = -1;
+        tracer_.radiance({&rays_, 1});
         for (int i = 0; i < packet_size; ++i) {
-            if (rays.hits.body[i] < 0) continue;
+            if (rays_.hits.body[i] < 0) continue;
             double amount[max_channels];
-            for (std::size_t c = 0; c < tracer.channels(); ++c)
-                amount[c] = weight[i] * rays.radiance.v[c].v[i];
-            use(at[i], std::span<const double>(amount, tracer.channels()));
+            for (std::size_t c = 0; c < tracer_.channels(); ++c)
+                amount[c] = weight_sr_[i] * rays_.radiance.v[c].v[i];
+            use_(at_[i], std::span<const double>(amount, tracer_.channels()));
         }
+    }
+
+    std::int32_t body_;
+    std::span<const std::int32_t> candidates_;
+    Tracer& tracer_;
+    const Keep& keep_;
+    const Use& use_;
+    CameraRays rays_;
+    ImagePoint at_[packet_size];
+    double weight_sr_[packet_size] = {};
+    int filled_ = 0;
+};
+
+/// Samples one part of a body's disc. Calls `use(at, amount)` with the image point and the light of every
+/// sample that hits the body and for which `wanted(at)` was true. `candidates`: see find_occluders().
+/// `facets`: those that trace_facets() samples, which are left out here; may be null.
+template<typename Wanted, typename Use>
+void trace_disc(const BodySamples& samples, LitDisc::Part part, const LitFacets* facets,
+                const Projection& lens, std::span<const std::int32_t> candidates, Tracer& tracer,
+                const Wanted& wanted, const Use& use) {
+    const BodyState& body = samples.row.bodies[static_cast<std::size_t>(samples.body)];
+    tracer.set_ray_width(std::sqrt(body.solid_angle_sr * samples.share()));
+    const Mat3 to_camera = transposed(body.from_camera);
+    const auto keep = [&](const HitPacket& hits, int i) {
+        return facets == nullptr || !facets->has(hits.primitive[i]);
     };
-    Words index_of;
-    for (std::uint32_t first = points.first; first < points.first + points.count; first += packet_size) {
+    BodyRays rays(samples, candidates, tracer, keep, use);
+    Words index;
+    Words seed;
+    for (std::uint32_t& word : seed.v)
+        word = samples.seed;
+    for (std::uint32_t first = samples.first; first < samples.first + samples.count; first += packet_size) {
         for (std::uint32_t i = 0; i < packet_size; ++i)
-            index_of.v[i] = first + i;
+            index.v[i] = samples.index(first + i);
         Doubles u;
         Doubles v;
         // Together with the points of the Sun's disc, the first pair of the samples' numbers: in a thin
         // crescent the light depends on both.
-        sobol_second_pair(index_of, rays.light_seed, u, v);
+        sobol_second_pair(index, seed, u, v);
         for (int i = 0; i < packet_size; ++i) {
             Vec3 direction;
-            const double solid_angle_sr = body.disc.sample(points.part, u.v[i], v.v[i], direction);
+            const double solid_angle_sr = body.disc.sample(part, u.v[i], v.v[i], direction);
             if (!(solid_angle_sr > 0)) continue;
             direction = to_camera * direction;
             const auto point = lens.project(direction);
-            if (!point || !wanted(*point)) continue;
-            rays.direction.set(filled, direction);
-            rays.index.v[filled] = index_of.v[i];
-            at[filled] = *point;
-            weight[filled] = solid_angle_sr / points.of * lens.transmission(direction);
-            if (++filled == packet_size) trace();
+            if (point && wanted(*point))
+                rays.add(index.v[i], direction, *point,
+                         solid_angle_sr * samples.share() * lens.transmission(direction));
         }
     }
-    if (filled > 0) trace();
+    rays.finish();
+}
+
+/// Samples the facets of a body that face both Sun and camera, as trace_disc().
+template<typename Wanted, typename Use>
+void trace_facets(const BodySamples& samples, const LitFacets& facets, const Projection& lens,
+                  std::span<const std::int32_t> candidates, Tracer& tracer, const Wanted& wanted,
+                  const Use& use) {
+    if (facets.empty()) return;
+    const BodyState& body = samples.row.bodies[static_cast<std::size_t>(samples.body)];
+    tracer.set_ray_width(
+        std::sqrt(body.solid_angle_sr * std::max(body.disc.lit_share(), 1e-3) * samples.share()));
+    const Mat3 to_camera = transposed(body.from_camera);
+    std::uint32_t triangle[packet_size] = {};
+    double distance_m[packet_size] = {};
+    // The point that was sampled, or one so near that rounding makes the difference.
+    const double near_m = 1e-6 * body.shape->bounding_radius_m();
+    const auto keep = [&](const HitPacket& hits, int i) {
+        return hits.primitive[i] == triangle[i] || std::abs(hits.t[i] - distance_m[i]) <= near_m;
+    };
+    BodyRays rays(samples, candidates, tracer, keep, use);
+    LitFacets::Cursor cursor;
+    Words index;
+    Words seed;
+    for (std::uint32_t& word : seed.v)
+        word = samples.seed;
+    for (std::uint32_t first = samples.first; first < samples.first + samples.count; first += packet_size) {
+        for (std::uint32_t i = 0; i < packet_size; ++i)
+            index.v[i] = samples.index(first + i);
+        Doubles u;
+        Doubles v;
+        sobol_second_pair(index, seed, u, v);
+        for (int i = 0; i < packet_size; ++i) {
+            // Ascending: rays of a packet meet neighbouring facets.
+            const double stratum = first + static_cast<std::uint32_t>(i);
+            const LitFacets::Point point = facets.sample((stratum + u.v[i]) / samples.of, v.v[i], cursor);
+            const Vec3 to = point.position_m - body.camera_m;
+            const double distance = length(to);
+            const double solid_angle_sr = std::abs(dot(point.area_m2, to)) / (distance * distance * distance);
+            const Vec3 direction = to_camera * (to / distance);
+            const auto at = lens.project(direction);
+            if (!at || !wanted(*at)) continue;
+            triangle[rays.next_lane()] = point.triangle;
+            distance_m[rays.next_lane()] = distance;
+            rays.add(index.v[i], direction, *at,
+                     solid_angle_sr * samples.share() * lens.transmission(direction));
+        }
+    }
+    rays.finish();
 }
 
 } // namespace obscura::renderer

@@ -116,6 +116,7 @@ private:
         int from_level;
         std::uint32_t first, count, of; ///< samples of the part's
         std::size_t at;                 ///< index of the first in points_
+        bool of_facets;                 ///< of BodyState::lit_facets instead
     };
     struct Level {
         std::int32_t first_column = 0, columns = 0; ///< of results; multiples of 16

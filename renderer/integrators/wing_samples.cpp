@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sampling of the scene by cells and by points: steps 1 to 3 of WingMap.
-#include "renderer/integrators/disc_points.hpp"
+#include "renderer/integrators/body_points.hpp"
 #include "renderer/integrators/near_bodies.hpp"
 #include "renderer/integrators/wing_map.hpp"
 #include "renderer/packets/sampler.hpp"
@@ -57,19 +57,22 @@ void WingMap::set_bodies(const Projection& lens, const RowState& row) {
         const std::uint32_t few =
             std::clamp(std::bit_floor(static_cast<std::uint32_t>(as_cells * std::numbers::sqrt2)),
                        least_points, most_points);
-        for (const LitDisc::Part part : {LitDisc::Part::lit, LitDisc::Part::dark}) {
-            const bool crescent = body.thin_crescent && part == LitDisc::Part::lit;
+        const auto add = [&](LitDisc::Part part, bool crescent, bool of_facets) {
             const int from_level = crescent ? 0 : level;
-            if (from_level == static_cast<int>(kernels_.levels())) continue;
+            if (from_level == static_cast<int>(kernels_.levels())) return;
             // Half as many in the dark, unless it shines by itself.
             const bool faint = part == LitDisc::Part::dark && body.built->emission.empty();
             const std::uint32_t count = crescent ? most_points : faint ? few / 2 : few;
             for (std::uint32_t first = 0; first < count; first += points_per_job) {
-                point_jobs_.push_back(
-                    {static_cast<std::int32_t>(b), part, from_level, first, points_per_job, count, points});
+                point_jobs_.push_back({static_cast<std::int32_t>(b), part, from_level, first, points_per_job,
+                                       count, points, of_facets});
                 points += points_per_job;
             }
-        }
+        };
+        const bool of_facets = body.lit_facets != nullptr;
+        if (of_facets) add(LitDisc::Part::lit, true, true);
+        add(LitDisc::Part::lit, body.thin_crescent && !of_facets, false);
+        add(LitDisc::Part::dark, false, false);
     }
     points_.assign(points, {});
     for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -94,29 +97,29 @@ void WingMap::trace_points(std::int32_t index, const View& view) {
     const auto body = static_cast<std::size_t>(job.body);
     for (std::size_t i = 0; i < job.count; ++i)
         points_[job.at + i].from_level = never;
-    if (job.part == LitDisc::Part::dark && !dark_part_shines(view.row.bodies[body], view.tracer)) return;
+    const LitFacets* facets = view.row.bodies[body].lit_facets.get();
+    if (!job.of_facets && !shines(view.row.bodies[body], job.part, facets, view.tracer)) return;
     find_occluders(view.row, job.body, view.candidates);
     const SeedWords seeds =
         seed_words(view.seed, stream_of(time_, 0), SamplePurpose::wing_points, job.body, 0);
-    const DiscPoints points{view.row,
-                            job.body,
-                            job.part,
-                            job.first,
-                            job.count,
-                            job.of,
-                            seeds[job.part == LitDisc::Part::lit ? 0 : 2]};
+    const BodySamples samples{
+        view.row, job.body, job.first, job.count, job.of, seeds[job.part == LitDisc::Part::lit ? 0 : 2],
+    };
     std::size_t used = job.at;
-    trace_disc(
-        points, view.lens, view.candidates, view.tracer, [](ImagePoint) { return true; },
-        [&](ImagePoint at, std::span<const double> amount) {
-            Point& point = points_[used];
-            point.x = at.x;
-            point.y = at.y * psf_.aspect();
-            point.from_level = job.from_level;
-            point.order = static_cast<std::uint32_t>(used++);
-            for (std::size_t c = 0; c < amount.size(); ++c)
-                point.amount[c] = static_cast<float>(amount[c]);
-        });
+    const auto everywhere = [](ImagePoint) { return true; };
+    const auto add = [&](ImagePoint at, std::span<const double> amount) {
+        Point& point = points_[used];
+        point.x = at.x;
+        point.y = at.y * psf_.aspect();
+        point.from_level = job.from_level;
+        point.order = static_cast<std::uint32_t>(used++);
+        for (std::size_t c = 0; c < amount.size(); ++c)
+            point.amount[c] = static_cast<float>(amount[c]);
+    };
+    if (job.of_facets)
+        trace_facets(samples, *facets, view.lens, view.candidates, view.tracer, everywhere, add);
+    else
+        trace_disc(samples, job.part, facets, view.lens, view.candidates, view.tracer, everywhere, add);
 }
 
 void WingMap::trace_cells(Job job, const View& view) {
@@ -224,7 +227,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
                 if (hit < 0) continue;
                 const auto body = static_cast<std::size_t>(hit);
                 if (small_from_[body] <= static_cast<int>(level) ||
-                    view.row.bodies[body].splatted(rays.direction.lane(i)))
+                    view.row.bodies[body].splatted(rays.direction.lane(i), rays.hits.primitive[i]))
                     hit = -1;
             }
         }

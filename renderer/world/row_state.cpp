@@ -131,6 +131,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         const double distance = length(to_body);
         const double radius = s.shape->bounding_radius_m();
         s.thin_crescent = false;
+        s.lit_facets = nullptr;
         if (distance <= radius) {
             s.radius_px = 0;
             s.disc = {};
@@ -158,8 +159,14 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.disc = LitDisc(*s.shape, s.camera_m, s.sun_m, s.material != nullptr ? scene.sun.radius_m : 0);
         s.targeted = radius_px < targeted_radius_px;
         const double lit_share = s.disc.lit_share();
-        s.thin_crescent = !s.targeted && s.disc.exact() && lit_share < crescent_share &&
+        const double share = s.disc.exact() ? crescent_share : rough_crescent_share;
+        const bool thin = !s.targeted && lit_share < share &&
                           lit_share * std::numbers::pi * radius_px * radius_px < crescent_area_px;
+        s.thin_crescent = thin && s.disc.exact();
+        if (const FacetSet* facets = thin && !s.disc.exact() ? s.shape->facets() : nullptr) {
+            s.lit_facets = facets->lit(s.camera_m, s.sun_m, scene.sun.radius_m);
+            s.thin_crescent = true;
+        }
         s.large = radius_px > large_radius_px;
         s.samples = 0;
         if (!s.targeted) {

@@ -8,6 +8,7 @@
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/elevation_guide.hpp"
 #include "renderer/shapes/lit_disc.hpp"
+#include "renderer/shapes/lit_facets.hpp"
 #include "renderer/shapes/shape.hpp"
 #include "renderer/textures/surface_textures.hpp"
 
@@ -76,10 +77,14 @@ struct BodyState {
     /// The brightest first; none unless find_planetshine() was called.
     std::array<PlanetshineSource, max_planetshine_sources> planetshine;
 
-    /// Whether its light along `towards` (unit, camera frame) is splatted, core and wings; else it is
-    /// sampled by pixels.
-    [[nodiscard]] bool splatted(Vec3 towards) const {
-        return targeted || (thin_crescent && disc.lit(from_camera * towards));
+    /// Of a thin crescent whose shape has facets: those that are splatted.
+    std::shared_ptr<const LitFacets> lit_facets;
+
+    /// Whether the light of a hit on `primitive` along `towards` (unit, camera frame) is splatted, core and
+    /// wings; else it is sampled by pixels.
+    [[nodiscard]] bool splatted(Vec3 towards, std::uint32_t primitive) const {
+        return targeted ||
+               (thin_crescent && (lit_facets ? lit_facets->has(primitive) : disc.lit(from_camera * towards)));
     }
 };
 
@@ -108,9 +113,15 @@ constexpr double large_radius_px = 128;
 constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
+/// Samples of the facets of such a body; of one of which much may be in shadow; of one of which little is
+/// lit.
+constexpr std::uint32_t least_facet_samples = 8192;
+constexpr std::uint32_t rough_facet_samples = 16384;
+constexpr std::uint32_t most_facet_samples = 65536;
 /// Largest lit share of the disc, and lit area, of a thin crescent: with less light, pixel samples are too
-/// few; of a larger area they are enough.
+/// few; of a larger area they are enough. Bodies with facets may be in shadow elsewhere.
 constexpr double crescent_share = 0.25;
+constexpr double rough_crescent_share = 0.5;
 constexpr double crescent_area_px = 256;
 /// Samples of a thin crescent per pixel of its area, between samples_per_target and four times as many.
 constexpr double samples_per_crescent_px = 64;
