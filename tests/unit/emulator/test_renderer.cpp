@@ -65,6 +65,9 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
 std::uint64_t Renderer::rays_traced() const noexcept {
     return 0;
 }
+RenderWork Renderer::work() const noexcept {
+    return {};
+}
 std::uint64_t Renderer::samples_taken() const noexcept {
     return 0;
 }
