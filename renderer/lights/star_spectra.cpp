@@ -42,16 +42,17 @@ double number_of(const StarTemplate& t) {
 }
 
 /// Whether a template belongs to the stars of a luminosity class. Classes that the table lacks are taken from
-/// the next one: early giants are as dwarfs, M dwarfs and late supergiants as giants.
+/// the next one: early giants are as dwarfs, late M dwarfs and late supergiants as giants.
 bool belongs(const StarTemplate& t, Luminosity luminosity) {
-    constexpr double last_dwarf = 4.6;
+    constexpr double last_early_giant = 4.6;
+    constexpr double last_dwarf = 6.2;
     constexpr double first_late_supergiant = 4.9;
     switch (luminosity) {
     case Luminosity::dwarf:
-        return t.luminosity == Luminosity::dwarf || t.number >= first_m_type;
+        return t.luminosity == Luminosity::dwarf || t.number > last_dwarf;
     case Luminosity::giant:
         return t.luminosity == Luminosity::giant ||
-               (t.luminosity == Luminosity::dwarf && t.number < last_dwarf);
+               (t.luminosity == Luminosity::dwarf && t.number < last_early_giant);
     case Luminosity::supergiant:
         return t.luminosity == Luminosity::supergiant ||
                (t.luminosity == Luminosity::giant && t.number > first_late_supergiant);
@@ -69,8 +70,10 @@ public:
 
     Sequence(Luminosity luminosity, Order order) : order_(order) {
         constexpr double last_by_colour = 6.15; // later M stars are no redder in B-V
+        const bool by_number = order == number_of;
+        const auto other = by_number ? StarTemplate::Known::colour : StarTemplate::Known::type;
         for (const StarTemplate& t : star_templates())
-            if (belongs(t, luminosity) && (order == number_of || t.number < last_by_colour))
+            if (belongs(t, luminosity) && t.known != other && (by_number || t.number < last_by_colour))
                 templates_.push_back(&t);
         std::stable_sort(templates_.begin(), templates_.end(),
                          [order](const auto* a, const auto* b) { return order(*a) < order(*b); });

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace obscura::renderer {
@@ -21,13 +22,18 @@ using StarBins = std::array<double, star_bins>;
 
 /// Spectrum of a spectral class.
 struct StarTemplate {
+    /// What is known of the stars that it is for: their type alone, their B-V, or either.
+    enum class Known : std::uint8_t { any, type, colour };
+
     double number;                              ///< see SpectralType
     scene::SpectralType::Luminosity luminosity; ///< dwarf, giant or supergiant
-    double colour_b_v;                          ///< of this spectrum
-    StarBins flux;                              ///< per wavelength, mean of the bin over the mean through V
+    Known known;
+    double colour_b_v; ///< of this spectrum
+    StarBins flux;     ///< per wavelength, mean of the bin over the mean through V
 };
 /// The classes of the table, by luminosity class and ascending number. Two rows are A0V: Vega, the
-/// photometric zero point (first), and the class.
+/// photometric zero point (first), and the class. K stars and early M giants have two: the stellar library's
+/// spectrum, for the type alone, and one of the median B-V and V-I of the class.
 [[nodiscard]] const std::vector<StarTemplate>& star_templates();
 
 /// Mean irradiance per wavelength through V of a star of V = 0, W m-2 um-1.

@@ -163,10 +163,15 @@ def check_classes(bench):
         bench.row(title, worst[0], 1, 3, f"Pickles 1998, from which the spectra are made; the worst band is {worst[1]}-{worst[1] + 100} nm")
     # Zero points of V and I from Vega, which has 0 in both but for 0.03.
     vega = star(bench, "vega_vi", "0.03,0.0", "b_v", passband(V_BAND) + passband(I_BAND))
-    for name, v_i in (("K0III", 1.00), ("K3III", 1.32), ("K5III", 1.57), ("M0III", 1.72), ("M3III", 2.28), ("M5III", 2.94)):
-        found = star(bench, f"{name}_vi", f"0,{name}", "spectral_type", passband(V_BAND) + passband(I_BAND))
+    # K stars with the median B-V of their class; M stars go by their type, of which the library has the spectra.
+    medians, library = "medians from which the spectra are made", "medians; the spectrum is the library's"
+    for name, b_v, v_i, allowed, made in (("K0III", "1.030", 1.00, 0.05, medians), ("K3III", "1.352", 1.32, 0.05, medians),
+                                          ("K5III", "1.529", 1.57, 0.05, medians), ("M0III", "", 1.72, 0.05, library),
+                                          ("M3III", "", 2.28, 0.12, library), ("M5III", "", 2.94, 0.05, library)):
+        found = star(bench, f"{name}_vi", f"0,{b_v},{name}", "b_v,spectral_type", passband(V_BAND) + passband(I_BAND))
         colour = -2.5 * math.log10(found[0] / found[1] * vega[1] / vega[0])
-        bench.row(f"{name}, V-I", colour, v_i, 0.05, "Hipparcos medians (ESA 1997), from which the spectra are made", "mag", colour - v_i, 1)
+        title = f"{name} of B-V {b_v}, V-I" if b_v else f"{name}, V-I"
+        bench.row(title, colour, v_i, allowed, f"Hipparcos (ESA 1997): {made}", "mag", colour - v_i, 1)
 
 
 def rolo(phase_deg):
