@@ -24,8 +24,10 @@ fs::path find_data_folder() {
     return {};
 }
 
-bool is_name(std::string_view name) {
-    return !name.empty() && name.find_first_of("/.") == std::string_view::npos;
+/// Whether `name` can be that of a shipped file: "imx-3.45um" can, "imx.toml" and "./imx" are paths.
+bool is_name(const ShippedFolder& folder, std::string_view name) {
+    return !name.empty() && name.front() != '.' && name.find('/') == std::string_view::npos &&
+           !name.ends_with(folder.ending);
 }
 
 } // namespace
@@ -46,7 +48,7 @@ std::vector<fs::path> shipped_files(const ShippedFolder& folder) {
 }
 
 std::optional<fs::path> find_shipped(const ShippedFolder& folder, std::string_view name) {
-    if (!is_name(name)) return std::nullopt;
+    if (!is_name(folder, name)) return std::nullopt;
     std::error_code error;
     const fs::path file = shipped_data_folder() / folder.name / fmt::format("{}{}", name, folder.ending);
     if (!fs::is_regular_file(file, error)) return std::nullopt;
@@ -54,7 +56,7 @@ std::optional<fs::path> find_shipped(const ShippedFolder& folder, std::string_vi
 }
 
 std::string explain_missing(const ShippedFolder& folder, std::string_view name) {
-    if (!is_name(name)) return "no such file";
+    if (!is_name(folder, name)) return "no such file";
     std::string names;
     for (const fs::path& file : shipped_files(folder))
         names += (names.empty() ? "" : ", ") + file.stem().string();
@@ -63,7 +65,7 @@ std::string explain_missing(const ShippedFolder& folder, std::string_view name) 
 
 fs::path file_or_shipped(const ShippedFolder& folder, const std::string& name) {
     std::error_code error;
-    if (fs::is_regular_file(name, error) || !is_name(name)) return name;
+    if (fs::is_regular_file(name, error) || !is_name(folder, name)) return name;
     if (const auto file = find_shipped(folder, name)) return *file;
     throw InputError(fmt::format("{}: {}", printable(name), explain_missing(folder, name)));
 }

@@ -29,8 +29,8 @@ inline constexpr ShippedFolder shipped_stars{"stars", ".csv", "star catalogue"};
 /// The files of the folder, sorted by name.
 [[nodiscard]] std::vector<std::filesystem::path> shipped_files(const ShippedFolder& folder);
 
-/// The shipped file `name` ("has2"); nothing if there is none, or if `name` has a "/" or a "." and so is a
-/// path.
+/// The shipped file `name` ("has2"); nothing if there is none, or if `name` is a path: has a "/", begins with
+/// "." or ends as the files of the folder do.
 [[nodiscard]] std::optional<std::filesystem::path> find_shipped(const ShippedFolder& folder,
                                                                 std::string_view name);
 
