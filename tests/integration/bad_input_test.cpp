@@ -149,7 +149,7 @@ TEST_CASE("broken scenes: exit 78") {
     check_scene(std::string(body) + "trajectory = \"t.csv\"\n",
                 "s.toml:5:14: body[0].trajectory: t.csv: no such file");
     check_scene(std::string(body) + "trajectory = \"m.obj\"\n",
-                "m.obj:1:1: header is \"v 0 0 0\", allowed \"time_s,x_m,y_m,z_m,qw,qx,qy,qz\"");
+                "m.obj:1:1: header is \"v 0 0 0\", allowed \"time_s,x_m,y_m,z_m[,qw][,qx][,qy][,qz]\"");
     check_scene("[camera]\npostion_m = [0, 0, 0]\n",
                 "s.toml:2:1: camera.postion_m: unknown key, did you mean \"position_m\"?");
     check_scene("[sun]\ndistance_au = \"far\"\n",

@@ -401,7 +401,7 @@ TEST_CASE("what happens to a frame that is not ready in time is the policy's") {
     CHECK(text.substr(0, 4) == "1,1,");
     const std::string header = bench.timing.header();
     CHECK_THAT(header, Catch::Matchers::ContainsSubstring(
-                           ",flags,loopback_first_byte_ns,loopback_last_byte_ns,row_"));
+                           ",loopback_first_byte_ns,loopback_last_byte_ns,loopback_pace_ns,row_"));
     CHECK(std::count(header.begin(), header.end(), ',') * 3 == std::count(text.begin(), text.end(), ','));
 }
 

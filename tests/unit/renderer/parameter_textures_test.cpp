@@ -217,9 +217,9 @@ TEST_CASE("From afar a parameter is its mean over the pixel") {
     const Image got = render(renderer::Renderer(s, {}));
     const Image wanted = render(
         renderer::Renderer(plate_scene(folder, renderer::OrenNayarParameters{0.5, 0.2 + 0.5 * mean}, 8), {}));
-    // 32 x 32 texels in a pixel: their mean scatters by 0.009 of the range.
+    // 32 x 32 texels in a pixel: their mean scatters by 0.009 of the range, the radiance by 0.3 %.
     for (int x = 1; x < 7; ++x)
-        CHECK_THAT(got.at(x, 4), WithinRel(wanted.at(x, 4), 5e-3F));
+        CHECK_THAT(got.at(x, 4), WithinRel(wanted.at(x, 4), 0.012F));
 }
 
 TEST_CASE("A closed room whose albedo a parameter gives is as bright as one of that albedo") {

@@ -309,7 +309,7 @@ TEST_CASE("sources are made by name") {
         line.source = traits->name;
         const auto source = make_source(line, clock, {});
         REQUIRE(source != nullptr);
-        CHECK(source->name() == (traits->group == SourceGroup::simulator ? "software" : traits->name));
+        CHECK(source->name() == traits->name);
     }
     line.source = "none";
     CHECK(make_source(line, clock, {}) == nullptr);
