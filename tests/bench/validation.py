@@ -103,7 +103,7 @@ def rounds(*programs):
 
 def at_equal_error(programs, scene, noise):
     """The settings of adaptive sampling, least first, that reach this noise, and three runs with them."""
-    error = 0.045 * noise
+    error = 0.04 * noise
     while error > 0.0005 * noise:
         settings = ["--samples", 16, "--error", f"{error:.2g}", "--max-samples", 2048]
         pair = [programs.ours(scene, seed, *settings) for seed in (1, 2)]
@@ -111,7 +111,7 @@ def at_equal_error(programs, scene, noise):
         print(f"  --error {error:.2g}: noise {reached:.3f} %, aim {noise:.3f} %", flush=True)
         if reached <= noise:
             return settings, reached, [*pair, programs.ours(scene, 3, *settings)]
-        error /= 1.25
+        error /= 1.1
     sys.exit(f"{scene}: adaptive sampling does not reach a noise of {noise} %")
 
 
