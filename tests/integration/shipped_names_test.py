@@ -49,6 +49,8 @@ run(obscurad, "--config", config, "--check", status=78, has=f"c.toml:2:8: scene.
     f"and no shipped scene: there are {scenes}")
 configure(scene="dmo.toml")
 run(obscurad, "--config", config, "--check", status=78, has="dmo.toml: no such file\n")
+run(obscura, "check", "demo", "--quick", has="scenes/demo.toml: good")
+run(obscura, "check", "imx-3.45um", has="sensors/imx-3.45um.toml: good")
 run(obscura, "render", "dmo", "-o", "x.png", status=66, has=f"no shipped scene: there are {scenes}")
 run(obscura, "sensor", "show", "has9", status=66, has=f"no shipped sensor: there are {sensors}")
 (folder / "stars.toml").write_text(BODY + '[stars]\ncatalogue = "bright"\nlimiting_magnitude = 1\n')

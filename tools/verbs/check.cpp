@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura check`: validation and plausibility of a configuration, scene or sensor file.
 #include "config/document.hpp"
+#include "config/shipped_files.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -19,6 +20,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -68,7 +70,9 @@ public:
             "stays 0 without --strict. Signal and rendering time are estimated by rendering a frame, or for "
             "about 2 seconds as many of its rows as this machine can. Opens no device and no socket without "
             "--devices.";
-        line.positional("FILE", &file_, "Daemon configuration, scene file or sensor file (TOML)");
+        line.positional(
+            "FILE", &file_,
+            "Daemon configuration, scene file or sensor file (TOML), or name of a shipped scene or sensor");
         line.flag("--scene", scene_, "Treat FILE as a scene file, whatever its tables");
         line.flag("--print", print_,
                   "Print the effective configuration: every key with its value, unit, range and meaning");
@@ -81,11 +85,15 @@ public:
                   "what it holds is in use, and output lines become inactive");
         line.flag("--json", json_, "Print the figures, warnings and devices as one JSON object");
         line.examples = {"obscura check config/demo.toml", "obscura check config/scenes/demo.toml",
-                         "obscura check config/sensors/has2.toml", "obscura check --devices config/demo.toml",
+                         "obscura check has2", "obscura check --devices config/demo.toml",
                          "obscura check --print config/demo.toml > full.toml"};
     }
 
     int run() override {
+        std::error_code error;
+        if (!std::filesystem::exists(file_, error))
+            for (const auto* folder : {&config::shipped_sensors, &config::shipped_scenes})
+                if (const auto shipped = config::find_shipped(*folder, file_)) file_ = shipped->string();
         const FileKind kind = scene_ ? FileKind::scene : kind_of(file_);
         for (const auto& [given, name] : {std::pair(print_, "--print"), std::pair(devices_, "--devices")})
             if (given && kind != FileKind::configuration)
