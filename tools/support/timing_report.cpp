@@ -229,7 +229,7 @@ std::string timing_csv(const TimingFile& file) {
 
 namespace {
 
-constexpr double panel_height = 670;
+constexpr double panel_height = 850;
 
 std::string escaped(const std::string& text) {
     std::string out;
@@ -283,11 +283,17 @@ std::string panel(const TimingFile& file) {
     }
     double y = top + height + 50;
     for (const TimingRow& row : worst(rows, worst_count)) {
+        // The cure stands on a line of its own, which the picture is wide enough for.
+        const std::string why = escaped(reason(row));
+        const std::size_t cure = std::min(why.find("; "), why.size());
         out += fmt::format(
             "<text x=\"{}\" y=\"{}\">frame {}: {:.3f} ms late, {} rows, the worst row {}; {}</text>\n", left,
             y, row.frame_id, static_cast<double>(lateness(row)) * 1e-6, row.late_rows, row.worst_row_number,
-            escaped(reason(row)));
-        y += 18;
+            why.substr(0, cure));
+        if (cure < why.size())
+            out += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"#555555\">{}</text>\n", left + 20, y + 15,
+                               why.substr(cure + 2));
+        y += 36;
     }
     return out;
 }
