@@ -81,7 +81,7 @@ LitFacets::LitFacets(const FacetSet& set, const Directions& directions) : set_(s
     const double sun_slack = directions.sun_slack / steps + rounding + 2 * normal_unit;
     const double least_light = directions.other_light ? other_light_weight : 0;
     const double inner = set.closed() ? inner_weight : 1;
-    listed_.assign(set.facets().size() / 64 + 1, 0);
+    listed_.assign(set.triangle_count() / 64 + 1, 0);
     double sum = 0;
     for (const FacetSet::Facet& f : set.facets()) {
         const double ax = f.area_x;
@@ -187,7 +187,7 @@ LitFacets::Point LitFacets::sample_weights(double u, double v, std::size_t& face
 }
 
 FacetSet::FacetSet(const Shape& shape, std::uint32_t triangles, Corners corners, const Corners& normals)
-    : shape_(shape), corners_(std::move(corners)) {
+    : shape_(shape), corners_(std::move(corners)), triangle_count_(triangles) {
     struct Place {
         std::uint64_t code;
         std::uint32_t triangle;

@@ -88,7 +88,10 @@ public:
     /// Facets of `shape`, which keeps the set. `corners` is kept too; `normals` may be empty.
     FacetSet(const Shape& shape, std::uint32_t triangles, Corners corners, const Corners& normals);
 
+    /// Those that have an area.
     [[nodiscard]] std::span<const Facet> facets() const { return facets_; }
+    /// With those that have none.
+    [[nodiscard]] std::size_t triangle_count() const { return triangle_count_; }
     /// Whether the surface is closed and its normals point outwards: the inner sides are never seen.
     [[nodiscard]] bool closed() const { return closed_; }
     [[nodiscard]] TriangleCorners corners(std::uint32_t triangle) const { return corners_(triangle); }
@@ -108,6 +111,7 @@ private:
 
     const Shape& shape_;
     Corners corners_;
+    std::size_t triangle_count_;
     std::vector<Facet> facets_;
     double radius_m_ = 0;
     bool closed_ = false;

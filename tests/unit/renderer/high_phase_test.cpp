@@ -225,6 +225,24 @@ TEST_CASE("A rough mesh keeps its flux at high phase, whether it is smaller than
     }
 }
 
+TEST_CASE("Triangles without area are in no list of lit facets, however many there are") {
+    renderer::TriangleMesh mesh = renderer::make_procedural_body({400, {1, 0.8, 0.7}, 3, 4});
+    const std::size_t before = mesh.triangles.size();
+    const std::size_t points = 20 * before;
+    mesh.triangles.insert(mesh.triangles.begin(), points, {0, 0, 1});
+    const renderer::MeshShape shape(std::make_shared<const renderer::EmbreeDevice>(), std::move(mesh));
+    REQUIRE(shape.facets() != nullptr);
+    const auto lit = shape.facets()->lit({1e6, 2e5, 0}, {astronomical_unit_m, 0, 0}, scene::Sun{}.radius_m);
+    std::size_t listed = 0;
+    for (std::size_t triangle = 0; triangle < points + before; ++triangle)
+        if (lit->has(static_cast<std::uint32_t>(triangle))) {
+            CHECK(triangle >= points);
+            ++listed;
+        }
+    CHECK(listed == lit->size());
+    CHECK(listed > before / 4);
+}
+
 TEST_CASE("Flat faces smaller than pixels send what Lambert's law says of each") {
     renderer::PolygonsParameters block;
     const Vec3 half{3, 2, 1};
