@@ -119,6 +119,27 @@ private:
     int filled_ = 0;
 };
 
+/// Calls `use(index, stratum, u, v)` for every sample: the index of its random numbers, its number among the
+/// samples of the instant, and a pair of numbers in [0, 1).
+template<typename Use>
+void for_each_pair(const BodySamples& samples, const Use& use) {
+    Words index;
+    Words seed;
+    for (std::uint32_t& word : seed.v)
+        word = samples.seed;
+    for (std::uint32_t first = samples.first; first < samples.first + samples.count; first += packet_size) {
+        for (std::uint32_t i = 0; i < packet_size; ++i)
+            index.v[i] = samples.index(first + i);
+        Doubles u;
+        Doubles v;
+        // Together with the points of the Sun's disc, the first pair of the samples' numbers: in a thin
+        // crescent the light depends on both.
+        sobol_second_pair(index, seed, u, v);
+        for (int i = 0; i < packet_size; ++i)
+            use(index.v[i], first + static_cast<std::uint32_t>(i), u.v[i], v.v[i]);
+    }
+}
+
 /// Samples one part of a body's disc. Calls `use(at, amount)` with the image point and the light of every
 /// sample that hits the body and for which `wanted(at)` was true. `candidates`: see find_occluders().
 /// `facets`: those that trace_facets() samples, which are left out here; may be null.
@@ -133,29 +154,16 @@ void trace_disc(const BodySamples& samples, LitDisc::Part part, const LitFacets*
         return facets == nullptr || !facets->has(hits.primitive[i]);
     };
     BodyRays rays(samples, candidates, tracer, keep, use);
-    Words index;
-    Words seed;
-    for (std::uint32_t& word : seed.v)
-        word = samples.seed;
-    for (std::uint32_t first = samples.first; first < samples.first + samples.count; first += packet_size) {
-        for (std::uint32_t i = 0; i < packet_size; ++i)
-            index.v[i] = samples.index(first + i);
-        Doubles u;
-        Doubles v;
-        // Together with the points of the Sun's disc, the first pair of the samples' numbers: in a thin
-        // crescent the light depends on both.
-        sobol_second_pair(index, seed, u, v);
-        for (int i = 0; i < packet_size; ++i) {
-            Vec3 direction;
-            const double solid_angle_sr = body.disc.sample(part, u.v[i], v.v[i], direction);
-            if (!(solid_angle_sr > 0)) continue;
-            direction = to_camera * direction;
-            const auto point = lens.project(direction);
-            if (point && wanted(*point))
-                rays.add(index.v[i], direction, *point,
-                         solid_angle_sr * samples.share() * lens.transmission(direction));
-        }
-    }
+    for_each_pair(samples, [&](std::uint32_t index, std::uint32_t /*stratum*/, double u, double v) {
+        Vec3 direction;
+        const double solid_angle_sr = body.disc.sample(part, u, v, direction);
+        if (!(solid_angle_sr > 0)) return;
+        direction = to_camera * direction;
+        const auto point = lens.project(direction);
+        if (point && wanted(*point))
+            rays.add(index, direction, *point,
+                     solid_angle_sr * samples.share() * lens.transmission(direction));
+    });
     rays.finish();
 }
 
@@ -178,32 +186,19 @@ void trace_facets(const BodySamples& samples, const LitFacets& facets, const Pro
     };
     BodyRays rays(samples, candidates, tracer, keep, use);
     LitFacets::Cursor cursor;
-    Words index;
-    Words seed;
-    for (std::uint32_t& word : seed.v)
-        word = samples.seed;
-    for (std::uint32_t first = samples.first; first < samples.first + samples.count; first += packet_size) {
-        for (std::uint32_t i = 0; i < packet_size; ++i)
-            index.v[i] = samples.index(first + i);
-        Doubles u;
-        Doubles v;
-        sobol_second_pair(index, seed, u, v);
-        for (int i = 0; i < packet_size; ++i) {
-            // Ascending: rays of a packet meet neighbouring facets.
-            const double stratum = first + static_cast<std::uint32_t>(i);
-            const LitFacets::Point point = facets.sample((stratum + u.v[i]) / samples.of, v.v[i], cursor);
-            const Vec3 to = point.position_m - body.camera_m;
-            const double distance = length(to);
-            const double solid_angle_sr = std::abs(dot(point.area_m2, to)) / (distance * distance * distance);
-            const Vec3 direction = to_camera * (to / distance);
-            const auto at = lens.project(direction);
-            if (!at || !wanted(*at)) continue;
-            triangle[rays.next_lane()] = point.triangle;
-            distance_m[rays.next_lane()] = distance;
-            rays.add(index.v[i], direction, *at,
-                     solid_angle_sr * samples.share() * lens.transmission(direction));
-        }
-    }
+    for_each_pair(samples, [&](std::uint32_t index, std::uint32_t stratum, double u, double v) {
+        // Ascending: rays of a packet meet neighbouring facets.
+        const LitFacets::Point point = facets.sample((stratum + u) / samples.of, v, cursor);
+        const Vec3 to = point.position_m - body.camera_m;
+        const double distance = length(to);
+        const double solid_angle_sr = std::abs(dot(point.area_m2, to)) / (distance * distance * distance);
+        const Vec3 direction = to_camera * (to / distance);
+        const auto at = lens.project(direction);
+        if (!at || !wanted(*at)) return;
+        triangle[rays.next_lane()] = point.triangle;
+        distance_m[rays.next_lane()] = distance;
+        rays.add(index, direction, *at, solid_angle_sr * samples.share() * lens.transmission(direction));
+    });
     rays.finish();
 }
 
