@@ -11,10 +11,9 @@ namespace obscura::transports {
 class ControlListener {
 public:
     virtual ~ControlListener() = default;
-    /// `client` ("ADDRESS:PORT") controls the camera, which nobody controlled before.
+    /// `client` ("ADDRESS:PORT") has taken control of the camera, which was free before.
     virtual void control_taken(const std::string& client) = 0;
-    /// Nobody controls the camera any more; its settings are those after the start. `why`: "client
-    /// ADDRESS:PORT has ...".
+    /// The camera is free again; its settings are those after the start. `why`: "client ADDRESS:PORT has ...".
     virtual void control_ended(const std::string& why) = 0;
 };
 

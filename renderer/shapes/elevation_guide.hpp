@@ -15,7 +15,7 @@ namespace obscura::renderer {
 /// elevation that meet the body again: the least variance where what they meet is equally bright (Rath et
 /// al., Variance-aware path guiding, ACM Trans. Graph. 39(4), 2020).
 ///
-/// Elevations are told by the squared cosine of the angle to the normal, of which cosine-weighted directions
+/// Elevations are given as the squared cosine of the angle to the normal, of which cosine-weighted directions
 /// have density 1 on [0, 1]. Immutable; thread-safe.
 class ElevationGuide {
 public:

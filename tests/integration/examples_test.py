@@ -118,7 +118,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-examples-") as temporary:
         tools.mkdir()
         status, said, error = call("examples", name, "--copy", str(work))
         check(f"{name}: is copied", status == 0 and (work / entry["file"]).is_file(), error)
-        check(f"{name}: the copy is told how to run", all(command in said for command in block(lines, "Run:")), said)
+        check(f"{name}: the report says how to run the copy", all(command in said for command in block(lines, "Run:")), said)
         status, _, error = call("examples", name, "--copy", str(work))
         check(f"{name}: and not overwritten", status == 64 and "not empty" in error, error)
         results = transcript.Shell(obscura, obscurad, work, tools).run(commands)

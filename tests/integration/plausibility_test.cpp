@@ -250,7 +250,7 @@ TEST_CASE("a mesh in kilometres is no dot once its unit is declared") {
     CHECK_THAT(answer.out, ContainsSubstring("600 m across, 10 km away"));
 }
 
-TEST_CASE("a camera inside a mesh is told from one between its parts") {
+TEST_CASE("a camera inside a mesh gives a warning, one outside within its bounding sphere none") {
     const TempFolder folder;
     folder.write("rock.obj", octahedron(1000));
     const auto words = [&](const std::string& position) {

@@ -286,7 +286,7 @@ TEST_CASE("a cause of lateness comes with its share, its setting and what the fr
                              "would give about 109 ms");
 }
 
-TEST_CASE("load by other programs is told apart from the frame's own cost") {
+TEST_CASE("load by other programs and the frame's own cost are separate figures") {
     TimingRow row = late_frame();
     row.measured_cpu = row.measured * 3 / 4;
     row.preemptions = 12;
