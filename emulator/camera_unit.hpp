@@ -90,7 +90,8 @@ private:
     std::shared_ptr<images::SharedCards> lens_cards_;
     std::unique_ptr<Releaser> releaser_;
     std::unique_ptr<Camera> camera_;
-    std::unique_ptr<Autostart> autostart_; ///< null: only clients start the acquisition, or no control port is open
+    std::unique_ptr<Autostart>
+        autostart_; ///< null: only clients start the acquisition, or no control port is open
     std::vector<std::unique_ptr<transports::Transport>> transports_;
     std::unique_ptr<SimulatorServer> simulator_;
     std::unique_ptr<OutputLines> outputs_;

@@ -13,7 +13,8 @@ public:
     virtual ~ControlListener() = default;
     /// `client` ("ADDRESS:PORT") has taken control of the camera, which was free before.
     virtual void control_taken(const std::string& client) = 0;
-    /// The camera is free again; its settings are those after the start. `why`: "client ADDRESS:PORT has ...".
+    /// The camera is free again; its settings are those after the start. `why`: "client ADDRESS:PORT has
+    /// ...".
     virtual void control_ended(const std::string& why) = 0;
 };
 
