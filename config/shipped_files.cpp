@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/suggestion.hpp"
 
 #include <fmt/format.h>
 
@@ -55,19 +56,29 @@ std::optional<fs::path> find_shipped(const ShippedFolder& folder, std::string_vi
     return file;
 }
 
-std::string explain_missing(const ShippedFolder& folder, std::string_view name) {
-    if (!is_name(folder, name)) return "no such file";
-    std::string names;
-    for (const fs::path& file : shipped_files(folder))
-        names += (names.empty() ? "" : ", ") + file.stem().string();
-    return fmt::format("no such file, and no shipped {}: there are {}", folder.one, names);
+std::string explain_missing(std::initializer_list<ShippedFolder> folders, std::string_view name) {
+    std::vector<std::string> kinds, lists, all;
+    for (const ShippedFolder& folder : folders) {
+        if (!is_name(folder, name)) continue;
+        std::vector<std::string> names;
+        for (const fs::path& file : shipped_files(folder))
+            names.push_back(file.stem().string());
+        kinds.emplace_back(folder.one);
+        lists.push_back(fmt::format("{}{}", folders.size() > 1 ? fmt::format("{}s ", folder.one) : "",
+                                    fmt::join(names, ", ")));
+        all.insert(all.end(), names.begin(), names.end());
+    }
+    if (kinds.empty()) return "no such file";
+    const auto close = closest_word(name, {all.begin(), all.end()});
+    return fmt::format("no such file, and no shipped {}: there are {}{}", fmt::join(kinds, " or "),
+                       fmt::join(lists, "; "), close ? fmt::format("; did you mean \"{}\"?", *close) : "");
 }
 
 fs::path file_or_shipped(const ShippedFolder& folder, const std::string& name) {
     std::error_code error;
     if (fs::is_regular_file(name, error) || !is_name(folder, name)) return name;
     if (const auto file = find_shipped(folder, name)) return *file;
-    throw InputError(fmt::format("{}: {}", printable(name), explain_missing(folder, name)));
+    throw InputError(fmt::format("{}: {}", printable(name), explain_missing({folder}, name)));
 }
 
 std::string file_of_key(const Value& value, const Where& where, const std::string& path,
@@ -77,7 +88,7 @@ std::string file_of_key(const Value& value, const Where& where, const std::strin
     if (fs::is_regular_file(status)) return path;
     if (fs::exists(status)) fail(where, value.at, fmt::format("{}: not a regular file", path));
     if (const auto file = find_shipped(folder, value.string)) return file->string();
-    fail(where, value.at, fmt::format("{}: {}", path, explain_missing(folder, value.string)));
+    fail(where, value.at, fmt::format("{}: {}", path, explain_missing({folder}, value.string)));
 }
 
 } // namespace obscura::config

@@ -5,6 +5,7 @@
 #include "config/keys.hpp"
 
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,9 +35,10 @@ inline constexpr ShippedFolder shipped_stars{"stars", ".csv", "star catalogue"};
 [[nodiscard]] std::optional<std::filesystem::path> find_shipped(const ShippedFolder& folder,
                                                                 std::string_view name);
 
-/// "no such file, and no shipped sensor: there are cmv4000, has2" if `name` could be one, else "no such
-/// file".
-[[nodiscard]] std::string explain_missing(const ShippedFolder& folder, std::string_view name);
+/// 'no such file, and no shipped sensor: there are cmv4000, has2; did you mean "has2"?' if `name` could be
+/// one, without the question if none is close; "no such file" for a path.
+[[nodiscard]] std::string explain_missing(std::initializer_list<ShippedFolder> folders,
+                                          std::string_view name);
 
 /// The argument of a program: the file `name` if there is one, else the shipped file of that name, else
 /// `name` if it is a path. Throws InputError.

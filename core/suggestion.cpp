@@ -27,7 +27,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 } // namespace
 
-std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
+std::optional<std::string_view> closest_word(std::string_view word,
+                                             const std::vector<std::string_view>& known) {
     if (word.size() > 64) word = word.substr(0, 64);
     std::string_view best;
     std::size_t best_score = 1000;
@@ -37,8 +38,12 @@ std::string suggestion(std::string_view word, const std::vector<std::string_view
         if (word.size() >= 3 && candidate.substr(0, word.size() + 1) == std::string(word) + "_") score = 1;
         if (score < best_score) best = candidate, best_score = score;
     }
-    if (best_score <= std::max<std::size_t>(1, word.size() / 3))
-        return fmt::format("did you mean \"{}\"?", best);
+    if (best_score > std::max<std::size_t>(1, word.size() / 3)) return std::nullopt;
+    return best;
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
+    if (const auto best = closest_word(word, known)) return fmt::format("did you mean \"{}\"?", *best);
     return fmt::format("allowed {}", fmt::join(known, ", "));
 }
 

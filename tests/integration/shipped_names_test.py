@@ -51,7 +51,12 @@ configure(scene="dmo.toml")
 run(obscurad, "--config", config, "--check", status=78, has="dmo.toml: no such file\n")
 run(obscura, "check", "demo", "--quick", has="scenes/demo.toml: good")
 run(obscura, "check", "imx-3.45um", has="sensors/imx-3.45um.toml: good")
-run(obscura, "render", "dmo", "-o", "x.png", status=66, has=f"no shipped scene: there are {scenes}")
+run(obscura, "render", "dmo", "-o", "x.png", status=66,
+    has=f'no shipped scene: there are {scenes}; did you mean "demo"?')
+run(obscura, "check", "has9", status=66, has="has9: no such file, and no shipped sensor or scene: there are sensors "
+    f"{sensors}; scenes {scenes}; did you mean \"has2\"?\n")
+run(obscura, "check", "quite-another", status=66, has=f"; scenes {scenes}\n")
+run(obscura, "check", "has9.toml", status=66, has="has9.toml: no such file\n")
 run(obscura, "sensor", "show", "has9", status=66, has=f"no shipped sensor: there are {sensors}")
 (folder / "stars.toml").write_text(BODY + '[stars]\ncatalogue = "bright"\nlimiting_magnitude = 1\n')
 run(obscura, "check", "--scene", "stars.toml", has="15 stars")

@@ -90,10 +90,7 @@ public:
     }
 
     int run() override {
-        std::error_code error;
-        if (!std::filesystem::exists(file_, error))
-            for (const auto* folder : {&config::shipped_sensors, &config::shipped_scenes})
-                if (const auto shipped = config::find_shipped(*folder, file_)) file_ = shipped->string();
+        find_file();
         const FileKind kind = scene_ ? FileKind::scene : kind_of(file_);
         for (const auto& [given, name] : {std::pair(print_, "--print"), std::pair(devices_, "--devices")})
             if (given && kind != FileKind::configuration)
@@ -139,6 +136,20 @@ public:
 
 private:
     static constexpr double estimate_s = 2;
+
+    /// Replaces the name of a shipped file by its path. Throws InputError if there is neither file nor name.
+    void find_file() {
+        std::error_code error;
+        if (std::filesystem::exists(file_, error)) return;
+        for (const auto* folder : {&config::shipped_sensors, &config::shipped_scenes})
+            if (const auto shipped = config::find_shipped(*folder, file_)) {
+                file_ = shipped->string();
+                return;
+            }
+        throw InputError(
+            fmt::format("{}: {}", config::printable(file_),
+                        config::explain_missing({config::shipped_sensors, config::shipped_scenes}, file_)));
+    }
 
     static std::string describe(const scene::Scene& scene) {
         return fmt::format("\"{}\" with {} {}, {} {}, {} {}", scene.name, scene.bodies.size(),
