@@ -45,6 +45,8 @@ distance_au = 1
 focal_length_mm = 50
 aperture_mm = 25
 psf_sigma_px = 0.5
+distortion = "radial"
+distortion_coefficients = [-0.1, 0.02]
 position_m = [-20000, 30, -20]
 boresight = [1, 0.01, 0.02]
 up = [0, 0, 1]
@@ -93,6 +95,17 @@ height = 160
         check("the daemon starts", (folder / "ready").exists())
         run([obscura, "grab", "-a", ADDRESS, "-n", str(FRAMES), "--format", "raw", "--chunks", "-o", "frames",
              "--timeout", "30"], folder)
+        run([obscura, "grab", "-a", ADDRESS, "-n", str(FRAMES), "--format", "raw", "-o", "lens", "--intrinsics",
+             "lens/camera.json", "--lens", "obscurad.toml", "--timeout", "30"], folder)
+        run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--intrinsics", "unsaved.json", "--timeout", "30"], folder)
+        (folder / "other_scene.toml").write_text(
+            (folder / "scene.toml").read_text().replace("focal_length_mm = 50", "focal_length_mm = 60"))
+        (folder / "other.toml").write_text(
+            (folder / "obscurad.toml").read_text().replace("scene.toml", "other_scene.toml"))
+        wrong = subprocess.run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--intrinsics", "wrong.json", "--lens",
+                                "other.toml", "--timeout", "30"], cwd=folder, capture_output=True, text=True, timeout=120)
+        check("another lens is refused", wrong.returncode == 66 and "no camera of the configuration has the frames' focal "
+              "length" in wrong.stderr and not (folder / "wrong.json").exists(), (wrong.returncode, wrong.stderr))
         run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--format", "fits", "--chunks", "-o", "fits", "--timeout", "30"],
             folder)
         run([obscura, "grab", "-a", ADDRESS, "-n", "1", "--format", "raw", "--no-preview", "-o", "plain", "--timeout",
@@ -100,7 +113,22 @@ height = 160
     finally:
         daemon.send_signal(signal.SIGTERM)
         daemon.wait(60)
-    run([obscura, "capture", "obscurad.toml", "-n", str(FRAMES), "--format", "raw", "-o", "captured"], folder)
+    run([obscura, "capture", "obscurad.toml", "-n", str(FRAMES), "--format", "raw", "-o", "captured", "--intrinsics",
+         "captured/camera.json"], folder)
+
+    # The JSON file of received frames is that of captured ones, but for the clock.
+    received, captured = (json.loads((folder / part / "camera.json").read_text()) for part in ("lens", "captured"))
+    times = [[frame.pop("time_s") for frame in said["frames"]] for said in (received, captured)]
+    check("as many frames", len(received["frames"]) == FRAMES, len(received["frames"]))
+    wrong = [(key, received.get(key), captured[key]) for key in captured if received.get(key) != captured[key]]
+    check("the JSON file for OpenCV is that of obscura capture", not wrong and received.keys() == captured.keys(), wrong)
+    check("times of the poses", all(abs((b - a) - (d - c)) < 1e-3 for a, b, c, d in zip(times[0], times[0][1:], times[1],
+                                                                                       times[1][1:])), times)
+    unsaved = json.loads((folder / "unsaved.json").read_text())
+    check("without --lens it has the matrix and the poses",
+          unsaved["camera_matrix"] == captured["camera_matrix"] and "lens" not in unsaved and
+          "distortion_coefficients" not in unsaved and "R" not in unsaved["frames"][0] and
+          "file" not in unsaved["frames"][0] and unsaved["sensor"] == captured["sensor"], unsaved)
 
     lines = [json.loads(line) for line in (folder / "frames" / "chunks.jsonl").open()]
     check("one line per frame", len(lines) == FRAMES, len(lines))

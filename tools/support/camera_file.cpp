@@ -10,7 +10,6 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
-#include <optional>
 
 namespace obscura::tools {
 namespace {
@@ -75,7 +74,8 @@ Quat opencv_orientation(const scene::Camera& camera, Quat orientation) {
     return orientation * axis_angle({0, 0, 1}, camera.sensor_rotation_rad);
 }
 
-Json frame_json(const scene::Camera& camera, bool opencv, const CameraFileFrame& frame) {
+/// `opencv`: camera whose orientation R and t state; null: none is stated.
+Json frame_json(const scene::Camera* opencv, const CameraFileFrame& frame) {
     const GroundTruth& truth = frame.truth;
     Json out;
     if (!frame.file.empty()) out["file"] = frame.file;
@@ -84,8 +84,8 @@ Json frame_json(const scene::Camera& camera, bool opencv, const CameraFileFrame&
     out["exposure_s"] = frame.exposure_s;
     out["position_m"] = vector(truth.camera.position_m);
     out["orientation_wxyz"] = quaternion(truth.camera.orientation);
-    if (opencv) {
-        const Mat3 r = to_matrix(conjugate(opencv_orientation(camera, truth.camera.orientation)));
+    if (opencv != nullptr) {
+        const Mat3 r = to_matrix(conjugate(opencv_orientation(*opencv, truth.camera.orientation)));
         const Vec3 t = -(r * truth.camera.position_m);
         out["R"] = matrix(3, 3,
                           {r.m[0][0], r.m[0][1], r.m[0][2], r.m[1][0], r.m[1][1], r.m[1][2], r.m[2][0],
@@ -105,10 +105,19 @@ Json frame_json(const scene::Camera& camera, bool opencv, const CameraFileFrame&
 
 } // namespace
 
-std::string camera_file_text(const scene::Camera& camera, Region window,
-                             const std::vector<CameraFileFrame>& frames) {
-    const Intrinsics in = camera.intrinsics();
-    const OpencvModel model = opencv_model(camera);
+PictureCamera PictureCamera::of_scene(const scene::Camera& camera, Region window) {
+    return {camera.intrinsics(), camera.width, camera.height, window, {1, 1}, camera};
+}
+
+std::string camera_file_text(const PictureCamera& camera, const std::vector<CameraFileFrame>& frames) {
+    const Intrinsics& in = camera.intrinsics;
+    const Region& window = camera.window;
+    const OpencvModel model = camera.lens ? opencv_model(*camera.lens) : OpencvModel{};
+    // The first pixel of a binned picture is the mean of its sensor pixels' places.
+    const auto principal = [&](std::size_t axis, std::int32_t first) {
+        const double binning = camera.binning[axis];
+        return (in.principal_point_px[axis] - first + 0.5) / binning - 0.5;
+    };
     Json out;
     out["conventions"] = {
         {"pixels", "(0, 0) is the centre of the upper left pixel of the picture; x right, y down"},
@@ -117,39 +126,43 @@ std::string camera_file_text(const scene::Camera& camera, Region window,
                              "into the inertial frame"},
         {"R_t", "x_camera = R x_inertial + t, metres; with sensor_rotation_deg in R"},
     };
-    out["image_width"] = window.width;
-    out["image_height"] = window.height;
-    out["camera_matrix"] = matrix(3, 3,
-                                  {in.focal_length_px[0], 0, in.principal_point_px[0] - window.x, 0,
-                                   in.focal_length_px[1], in.principal_point_px[1] - window.y, 0, 0, 1});
+    out["image_width"] = window.width / camera.binning[0];
+    out["image_height"] = window.height / camera.binning[1];
+    out["camera_matrix"] =
+        matrix(3, 3,
+               {in.focal_length_px[0] / camera.binning[0], 0, principal(0, window.x), 0,
+                in.focal_length_px[1] / camera.binning[1], principal(1, window.y), 0, 0, 1});
     if (model.function != nullptr) {
         out["opencv_function"] = model.function;
         out["distortion_coefficients"] = matrix(1, model.coefficients.size(), model.coefficients);
     }
-    out["sensor"] = {{"width", camera.width},
-                     {"height", camera.height},
+    out["sensor"] = {{"width", camera.sensor_width},
+                     {"height", camera.sensor_height},
                      {"window_x", window.x},
                      {"window_y", window.y},
                      {"pixel_pitch_um", 1e6 * in.pixel_pitch_m[0]},
                      {"pixel_pitch_y_um", 1e6 * in.pixel_pitch_m[1]}};
-    out["lens"] = {{"focal_length_mm", 1e3 * camera.focal_length_m},
-                   {"projection", std::string(name_of(camera.projection))},
-                   {"distortion", std::string(name_of(camera.distortion.model))},
-                   {"distortion_coefficients", camera.distortion.coefficients},
-                   {"distortion_ideal_mm", camera.distortion.ideal_mm},
-                   {"distortion_real_mm", camera.distortion.real_mm},
-                   {"sensor_rotation_deg", camera.sensor_rotation_rad * 180 / std::numbers::pi}};
+    if (camera.lens) {
+        const scene::Camera& lens = *camera.lens;
+        out["lens"] = {{"focal_length_mm", 1e3 * lens.focal_length_m},
+                       {"projection", std::string(name_of(lens.projection))},
+                       {"distortion", std::string(name_of(lens.distortion.model))},
+                       {"distortion_coefficients", lens.distortion.coefficients},
+                       {"distortion_ideal_mm", lens.distortion.ideal_mm},
+                       {"distortion_real_mm", lens.distortion.real_mm},
+                       {"sensor_rotation_deg", lens.sensor_rotation_rad * 180 / std::numbers::pi}};
+    }
     out["frames"] = Json::array();
     for (const CameraFileFrame& frame : frames)
-        out["frames"].push_back(frame_json(camera, model.function != nullptr, frame));
-    return out.dump(1) + "\n";
+        out["frames"].push_back(frame_json(model.function != nullptr ? &*camera.lens : nullptr, frame));
+    return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void write_camera_file(const std::filesystem::path& file, const scene::Camera& camera, Region window,
+void write_camera_file(const std::filesystem::path& file, const PictureCamera& camera,
                        const std::vector<CameraFileFrame>& frames) {
     images::PendingFile pending(file);
     std::ofstream out(pending.path());
-    out << camera_file_text(camera, window, frames);
+    out << camera_file_text(camera, frames);
     out.close();
     if (!out) pending.fail("write error");
     pending.commit();

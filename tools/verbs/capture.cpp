@@ -118,8 +118,10 @@ public:
             }
         }
         if (!intrinsics_.empty())
-            write_camera_file(intrinsics_, config.scene.camera, picture_of(config.scene.camera, frame->info),
-                              captured);
+            write_camera_file(
+                intrinsics_,
+                PictureCamera::of_scene(config.scene.camera, picture_of(config.scene.camera, frame->info)),
+                captured);
         Report report;
         report.add("frames", "frames", static_cast<std::int64_t>(made));
         report.add("width", "width", static_cast<std::int64_t>(frame->info.width));

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verb `obscura grab`: GigE Vision client that receives, measures and saves frames.
+#include "emulator/config/daemon_config.hpp"
 #include "images/writers/pending_file.hpp"
 #include "tools/support/frame_chunks.hpp"
 #include "tools/support/frame_files.hpp"
 #include "tools/support/interrupt.hpp"
 #include "tools/support/progress.hpp"
+#include "tools/support/received_camera.hpp"
 #include "tools/support/receiver.hpp"
 #include "tools/support/report.hpp"
 #include "tools/verbs/verb.hpp"
@@ -66,6 +68,15 @@ std::uint64_t skipped(std::uint64_t previous, std::uint64_t next) {
     return 0;
 }
 
+/// Cameras of a daemon configuration, whose lenses received frames may be of. Throws ConfigError.
+std::vector<scene::Camera> lenses_of(const std::filesystem::path& configuration) {
+    const emulator::DaemonConfig config = emulator::load_config(configuration);
+    std::vector<scene::Camera> out;
+    for (const emulator::DaemonConfig* const camera : config.cameras())
+        out.push_back(camera->scene.camera);
+    return out;
+}
+
 class Grab final : public Verb {
 public:
     void declare(CommandLine& line) override {
@@ -89,6 +100,13 @@ public:
                   "With --output: switch the camera's chunk data on for this run (Obscura's chunks) and save "
                   "the ground truth of each frame: as cards of FITS, PNG and raw files, and with windows and "
                   "row times as a line of JSON in chunks.jsonl");
+        line.option(
+            "--intrinsics", &intrinsics_, "FILE",
+            "Write camera matrix and the poses of each frame as JSON that OpenCV's FileStorage reads; "
+            "switches the camera's chunk data on for this run");
+        line.option("--lens", &lens_, "FILE",
+                    "With --intrinsics: daemon configuration of the camera, whose projection and distortion "
+                    "the JSON file then has; frames do not carry them");
         line.number("--timeout", &timeout_s_, "S", "Give up when no frame arrives for this many seconds",
                     0.01, 3600);
         line.number("--rate", &rate_hz_, "HZ",
@@ -111,6 +129,7 @@ public:
             "obscura grab --address 127.0.0.1 --frames 25 -o frames",
             "obscura grab -a 192.168.1.20 -n 100 --software-trigger-rate 10 --json",
             "obscura grab -a 127.0.0.1 -n 25 -o frames --format fits --chunks",
+            "obscura grab -a 127.0.0.1 -n 25 -o frames --intrinsics camera.json --lens config/demo.toml",
             "obscura grab -a 127.0.0.1 -n 1 --rate 5 -o . --format fits --exposure-us 2000",
         };
     }
@@ -121,13 +140,20 @@ public:
             throw UsageError("obscura grab: --rate and --software-trigger-rate exclude each other");
         if (chunks_ && output_.empty())
             throw UsageError("obscura grab: --chunks needs --output, the folder for chunks.jsonl");
+        if (!lens_.empty() && intrinsics_.empty())
+            throw UsageError("obscura grab: --lens needs --intrinsics");
         if (!output_.empty()) {
             images::make_writable(output_);
+        }
+        if (!intrinsics_.empty()) {
+            const std::filesystem::path folder = std::filesystem::path(intrinsics_).parent_path();
+            images::require_writable(folder.empty() ? "." : folder);
+            if (!lens_.empty()) lenses_ = lenses_of(lens_);
         }
         Receiver receiver({address_, packet_size_, packet_delay_ns_, 16});
         configure(receiver);
         if (!output_.empty()) windows_ = windows_of(receiver);
-        if (chunks_) enable_chunks(receiver);
+        if (with_chunks()) enable_chunks(receiver);
         const std::optional<ClockReading> clock_before = receiver.read_clock();
         receiver.start();
         {
@@ -138,10 +164,11 @@ public:
         }
         try {
             receiver.end_stream();
-            if (chunks_) receiver.set_flag("ChunkModeActive", false);
+            if (with_chunks()) receiver.set_flag("ChunkModeActive", false);
         } catch (const HardwareError& error) {
             fmt::print(stderr, "{}\n", error.what());
         }
+        if (!camera_.frames().empty()) write_intrinsics(receiver);
         const StreamStatistics statistics = receiver.statistics();
         const std::optional<ClockReading> clock_after = receiver.read_clock();
         report(statistics, receiver.camera_statistics(statistics.asked_packets), clock_before, clock_after);
@@ -163,6 +190,8 @@ private:
         }
     }
 
+    [[nodiscard]] bool with_chunks() const { return chunks_ || !intrinsics_.empty(); }
+
     /// Switches all of Obscura's chunks on and opens the file for them.
     void enable_chunks(Receiver& receiver) {
         receiver.set_flag("ChunkModeActive", true);
@@ -172,9 +201,29 @@ private:
         }
         // The leader of this payload type states size and pixel format of the image.
         receiver.set_flag("GevSCCFGExtendedChunkData", true);
+        camera_.set_binning(
+            {integer(receiver, "BinningHorizontal", 1), integer(receiver, "BinningVertical", 1)});
+        if (!chunks_) return;
         const std::filesystem::path file = std::filesystem::path(output_) / "chunks.jsonl";
         truth_file_.open(file);
         if (!truth_file_) throw OutputError(fmt::format("{}: cannot be written", file.string()));
+    }
+
+    static std::int32_t integer(const Receiver& receiver, const char* feature, std::int32_t otherwise) {
+        return static_cast<std::int32_t>(receiver.find_integer(feature).value_or(otherwise));
+    }
+
+    void add_to_camera(const FrameChunks& chunks, const std::string& file) {
+        camera_.add(chunks, file);
+        // Refuses the wrong lens at once, not after the last frame.
+        if (camera_.frames().size() == 1) (void)camera_.camera(lenses_, 0, 0);
+    }
+
+    void write_intrinsics(const Receiver& receiver) const {
+        write_camera_file(intrinsics_,
+                          camera_.camera(lenses_, integer(receiver, "SensorWidth", 0),
+                                         integer(receiver, "SensorHeight", 0)),
+                          camera_.frames());
     }
 
     /// Windows that the camera puts one below the other into a frame; empty for a camera that does not state
@@ -187,11 +236,9 @@ private:
         for (std::int64_t i = 0; i < *count; ++i) {
             receiver.set("RegionSelector", fmt::format("Region{}", i));
             if (receiver.get_text("RegionMode") != "On") continue;
-            const auto value = [&](const char* feature) {
-                return static_cast<std::int32_t>(receiver.find_integer(feature).value_or(0));
-            };
-            out.push_back(
-                {0, value("RegionImageY"), value("RegionObtainedWidth"), value("RegionObtainedHeight")});
+            out.push_back({0, integer(receiver, "RegionImageY", 0),
+                           integer(receiver, "RegionObtainedWidth", 0),
+                           integer(receiver, "RegionObtainedHeight", 0)});
         }
         receiver.set("RegionSelector", selected);
         return out;
@@ -221,7 +268,12 @@ private:
             } else {
                 stamps_.push_back({static_cast<std::int64_t>(frame->device_ns), frame->first_packet_ns,
                                    frame->complete_ns});
-                if (!output_.empty()) save(receiver, *frame);
+                std::optional<FrameChunks> chunks;
+                if (with_chunks())
+                    chunks = parse_chunks([&](std::uint32_t id) { return receiver.chunk(id); });
+                if (!output_.empty()) save(*frame, chunks);
+                if (!intrinsics_.empty())
+                    add_to_camera(*chunks, output_.empty() ? "" : files_.name(frame->block_id));
             }
             progress.done(received_);
         }
@@ -235,7 +287,8 @@ private:
         return std::nullopt;
     }
 
-    void save(const Receiver& receiver, const ReceivedFrame& frame) {
+    /// `chunks`: those of the frame, with --chunks and --intrinsics.
+    void save(const ReceivedFrame& frame, const std::optional<FrameChunks>& chunks) {
         int bits = 16;
         const std::size_t pixels =
             static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
@@ -248,11 +301,10 @@ private:
         images::Cards cards{
             {"FRAMEID", static_cast<std::int64_t>(frame.block_id), "block id"},
             {"T_DEV", static_cast<std::int64_t>(frame.device_ns), "[ns] time stamp of the camera"}};
-        if (chunks_) {
-            const FrameChunks chunks = parse_chunks([&](std::uint32_t id) { return receiver.chunk(id); });
-            const images::Cards more = chunk_cards(chunks);
+        if (chunks_ && chunks) {
+            const images::Cards more = chunk_cards(*chunks);
             cards.insert(cards.end(), more.begin(), more.end());
-            truth_file_ << chunk_json(chunks, files_.name(frame.block_id)) << std::endl;
+            truth_file_ << chunk_json(*chunks, files_.name(frame.block_id)) << std::endl;
             if (!truth_file_) throw OutputError(fmt::format("{}/chunks.jsonl: cannot be written", output_));
         }
         // With binning or parts of their own the windows lie elsewhere.
@@ -323,7 +375,9 @@ private:
         report.print(json_);
     }
 
-    std::string address_ = "127.0.0.1", output_, pixel_format_;
+    std::string address_ = "127.0.0.1", output_, pixel_format_, intrinsics_, lens_;
+    std::vector<scene::Camera> lenses_; ///< of --lens
+    ReceivedCamera camera_;
     FrameFiles files_;
     std::vector<Region> windows_; ///< in pixels of the frames; empty: not known
     std::uint64_t frames_ = 10;

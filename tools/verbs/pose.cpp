@@ -142,8 +142,10 @@ public:
             if (!intrinsics_.empty()) frames.push_back(frame_of(poses, instants.back(), instants.size()));
         }
         if (!intrinsics_.empty())
-            write_camera_file(intrinsics_, scene.camera, {0, 0, scene.camera.width, scene.camera.height},
-                              frames);
+            write_camera_file(
+                intrinsics_,
+                PictureCamera::of_scene(scene.camera, {0, 0, scene.camera.width, scene.camera.height}),
+                frames);
         if (csv_)
             print_csv(scene, instants);
         else if (json_)

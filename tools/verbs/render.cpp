@@ -180,7 +180,9 @@ public:
         const double render_s = seconds_since(built);
         const double render_cpu_s = static_cast<double>(std::clock() - built_cpu) / CLOCKS_PER_SEC;
         if (!intrinsics_file_.empty())
-            write_camera_file(intrinsics_file_, camera_, {window_x_, window_y_, width, height}, rendered);
+            write_camera_file(intrinsics_file_,
+                              PictureCamera::of_scene(camera_, {window_x_, window_y_, width, height}),
+                              rendered);
         if (written + present < frames.size())
             fmt::print(stderr, "obscura render: interrupted, {} of {} frames written\n", written + present,
                        frames.size());
