@@ -43,8 +43,10 @@ std::uint32_t disc_samples(const BodyState& body) {
 std::uint32_t facet_samples(const BodyState& body) {
     const double lit_share = body.disc.lit_share();
     const std::uint32_t samples = lit_share > 0.6     ? least_facet_samples
-                                  : lit_share > 0.004 ? rough_facet_samples
-                                                      : most_facet_samples;
+                                  : lit_share > 0.2   ? 2 * least_facet_samples
+                                  : lit_share > 0.012 ? 4 * least_facet_samples
+                                  : lit_share > 0.004 ? 8 * least_facet_samples
+                                                      : 16 * least_facet_samples;
     // No fewer than pixels would take of a crescent.
     const double lit_px = lit_share * std::numbers::pi * body.radius_px * body.radius_px;
     const double pixel_samples = 4.0 * body.samples * lit_px;

@@ -113,11 +113,8 @@ constexpr double large_radius_px = 128;
 constexpr double samples_per_body = 16384;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
-/// Samples of the facets of such a body; of one of which much may be in shadow; of one of which little is
-/// lit.
+/// Samples of the facets of such a body, if most of it is lit: the noise of its light is about 0.1 %.
 constexpr std::uint32_t least_facet_samples = 8192;
-constexpr std::uint32_t rough_facet_samples = 16384;
-constexpr std::uint32_t most_facet_samples = 65536;
 /// Largest lit share of the disc, and lit area, of a thin crescent: with less light, pixel samples are too
 /// few; of a larger area they are enough. Bodies with facets may be in shadow elsewhere.
 constexpr double crescent_share = 0.25;

@@ -202,7 +202,7 @@ TEST_CASE("A sphere of any size keeps to its phase function up to 178 degrees") 
 TEST_CASE("A rough mesh keeps its flux at high phase, whether it is smaller than pixels or not") {
     const TempFolder folder;
     const Rough rough(folder.path() / "rough.obj");
-    for (const double phase_deg : {0.0, 60.0, 120.0, 150.0, 165.0, 175.0, 178.0}) {
+    for (const double phase_deg : {0.0, 60.0, 120.0, 135.0, 150.0, 165.0, 170.0, 175.0, 178.0}) {
         const double expected = rough.flux(phase_deg * deg);
         // On either side of the size from which pixels are sampled as well.
         for (const double radius_px : {0.01, 2.99, 3.01}) {
@@ -219,7 +219,7 @@ TEST_CASE("A rough mesh keeps its flux at high phase, whether it is smaller than
             }
             INFO("phase " << phase_deg << ", radius " << radius_px << " px: mean " << mean << ", rms "
                           << std::sqrt(square));
-            CHECK(std::sqrt(square) < 3e-3);
+            CHECK(std::sqrt(square) < 2e-3);
             CHECK(std::abs(mean) < 2e-3);
         }
     }
