@@ -56,17 +56,31 @@ Saturation full_well(std::span<const Level> levels) {
 
 PairStatistics pair_statistics(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b) {
     assert(a.size() == b.size() && !a.empty());
-    std::int64_t sum = 0, difference = 0, squares = 0;
+    std::int64_t sum = 0, difference = 0, squares = 0, sum_squares = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         const std::int64_t d = std::int64_t{a[i]} - b[i];
-        sum += std::int64_t{a[i]} + b[i];
+        const std::int64_t both = std::int64_t{a[i]} + b[i];
+        sum += both;
+        sum_squares += both * both;
         difference += d;
         squares += d * d;
     }
     const auto n = static_cast<double>(a.size());
     const double mean_difference = static_cast<double>(difference) / n;
-    return {static_cast<double>(sum) / (2 * n),
-            (static_cast<double>(squares) / n - mean_difference * mean_difference) / 2};
+    PairStatistics out{static_cast<double>(sum) / (2 * n),
+                       (static_cast<double>(squares) / n - mean_difference * mean_difference) / 2};
+    const double over_pixels =
+        a.size() > 1 ? (static_cast<double>(sum_squares) / 4 - n * out.mean * out.mean) / (n - 1) : 0;
+    out.spatial_variance = over_pixels - out.variance / 2;
+    return out;
+}
+
+double model_snr(const LinearModel& m, double photons, const Nonuniformity& pattern) {
+    const double electrons = m.quantum_efficiency * photons, gain = m.gain_dn_per_e;
+    const double fixed = pattern.prnu * electrons;
+    return electrons /
+           std::sqrt(m.dark_noise.electrons * m.dark_noise.electrons + quantisation_variance / (gain * gain) +
+                     electrons + pattern.dsnu_e * pattern.dsnu_e + fixed * fixed);
 }
 
 DarkNoise dark_noise(double variance_dn2, double gain_dn_per_e) {

@@ -12,6 +12,9 @@ namespace obscura::sensors::emva1288 {
 /// Mean and temporal variance of two images under the same illumination (eqs. 22 and 23), DN and DN^2.
 struct PairStatistics {
     double mean = 0, variance = 0;
+    /// Variance over the pixels of the mean of the two images, less the temporal noise that is left in it,
+    /// DN^2: the fixed pattern. Negative where noise exceeds the pattern.
+    double spatial_variance = 0;
 };
 [[nodiscard]] PairStatistics pair_statistics(std::span<const std::uint16_t> a,
                                              std::span<const std::uint16_t> b);
@@ -54,6 +57,14 @@ struct LinearModel {
     double threshold_photons = 0; ///< absolute sensitivity threshold, eq. 27
     double dynamic_range_db = 0, snr_max_db = 0;
 };
+
+/// Fixed pattern of a sensor: DSNU1288 in e-, PRNU1288 as a fraction of the signal; 0 where unknown.
+struct Nonuniformity {
+    double dsnu_e = 0, prnu = 0;
+};
+/// Signal-to-noise ratio of the linear model at `photons` per pixel (release 4, section 2.4), and with a
+/// fixed pattern the total one, in which the pattern counts as noise.
+[[nodiscard]] double model_snr(const LinearModel& model, double photons, const Nonuniformity& pattern = {});
 
 enum class Method {
     /// As the standard prescribes: saturation is the level of the largest temporal variance, and K and R are

@@ -199,9 +199,64 @@ def evaluate(measurements):
     return result
 
 
-def check_report(name, got, expected, relative=1e-9):
+def profiles(deviations):
+    """Mean, least, largest and middle line of a pattern along rows and columns."""
+    return {name: {"mean": p.mean(axis=0), "min": p.min(axis=0), "max": p.max(axis=0), "middle": p[p.shape[0] // 2]}
+            for name, p in (("horizontal", deviations), ("vertical", deviations.T))}
+
+
+def curves(measurements, result):
+    """Signal-to-noise ratio of each level, and profiles of DSNU and PRNU where there are stacks."""
+    darks = sorted((t, pair(images)[0]) for t, photons, images in measurements if photons is None and len(images) == 2)
+    times, means = zip(*darks)
+    levels = sorted(((photons, t, images) for t, photons, images in measurements
+                     if photons is not None and len(images) == 2 and times[0] <= t <= times[-1]), key=lambda b: b[0])
+    snr = {name: [] for name in ("photons", "measured", "total", "model", "total_model")}
+    for photons, t, images in levels:
+        mean, variance = pair(images)
+        signal = mean - numpy.interp(t, times, means)
+        pattern = ((images[0] + images[1]) / 2).var(ddof=1) - variance / 2
+        electrons = result["quantum_efficiency"] * photons
+        noise2 = result["dark_noise"] ** 2 + 1 / 12 / result["gain"] ** 2 + electrons
+        more2 = result.get("dsnu", 0) ** 2 + (result.get("prnu", 0) / 100 * electrons) ** 2
+        with numpy.errstate(divide="ignore"):
+            values = (photons, signal / variance ** 0.5, signal / (variance + max(0, pattern)) ** 0.5,
+                      electrons / noise2 ** 0.5, electrons / (noise2 + more2) ** 0.5)
+        for name, value in zip(snr, values):
+            snr[name].append(value)
+    stacks = [(p, numpy.array(images).mean(axis=0)) for _, p, images in measurements if len(images) > 2]
+    if not stacks:
+        return snr, {}
+    dark = next(image for p, image in stacks if p is None)
+    bright = min(((p, i) for p, i in stacks if p is not None), key=lambda s: abs(s[0] - result["saturation_photons"] / 2))[1]
+    response = bright.mean() - dark.mean()
+    return snr, {"dsnu": profiles((dark - dark.mean()) / result["gain"]), "prnu": profiles(100 * ((bright - dark) / response - 1))}
+
+
+def near_all(got, expected, absolute):
+    return len(got) == len(expected) and all(
+        (a is None and not numpy.isfinite(b)) or (a is not None and abs(a - b) <= absolute + 1e-9 * abs(b))
+        for a, b in zip(got, expected))
+
+
+def check_report(name, got, expected, relative=1e-9, measurements=None):
     for quantity, value in expected.items():
         check_near(f"{name}: {quantity} is that of numpy", measured(got, quantity), value, relative)
+    if measurements is None:
+        return
+    # Where there are no stacks the patterns come from pairs: they are what the report says.
+    patterns = {key: measured(got, key) for key in ("dsnu", "prnu") if key in got["parameters"]}
+    snr, lines = curves(measurements, {**patterns, **expected})
+    for quantity, values in snr.items():
+        check(f"{name}: SNR curve {quantity!r} is that of numpy", near_all(got["snr"][quantity], values, 1e-9),
+              (got["snr"][quantity], values))
+    check(f"{name}: there are profiles of both patterns", got["profiles"].keys() == {"dsnu", "prnu"}, got["profiles"].keys())
+    for pattern, unit in (("dsnu", "e-"), ("prnu", "%")):
+        check(f"{name}: unit of the profiles of {pattern}", got["profiles"][pattern]["unit"] == unit)
+        for along in lines.get(pattern, {}):
+            for line, values in lines[pattern][along].items():
+                check(f"{name}: {along} {line} profile of {pattern} is that of numpy",
+                      near_all(got["profiles"][pattern][along][line], values, 1e-9 * numpy.abs(values).max()))
 
 
 def measured(got, quantity):
@@ -225,7 +280,7 @@ simulated.add(1000000, None)
 simulated.add(1000000, None, 20)
 got = report(simulated.write())
 expected = evaluate(simulated.measurements)
-check_report("set 003", got, expected)
+check_report("set 003", got, expected, measurements=simulated.measurements)
 check("set 003: the stacks give DSNU1288 and PRNU1288", {"dsnu", "prnu"} <= expected.keys() and noted(got, "stack of 20"))
 check_near("set 003: K of the description", expected["gain"], 0.1, 0.03)
 check_near("set 003: quantum efficiency of the description", expected["quantum_efficiency"], 0.5, 0.03)
@@ -247,7 +302,17 @@ check("the page states the test conditions", "Test conditions" in shown and "160
 check("the page has the plots of the standard",
       all(f">{title}<" in shown for title in
           ("Sensitivity", "Photon transfer", "Signal-to-noise ratio", "Deviation from linearity",
+           "Horizontal profile DSNU", "Vertical profile DSNU", "Horizontal profile PRNU", "Vertical profile PRNU",
            "Horizontal spectrogram DSNU", "Vertical spectrogram PRNU", "DSNU histogram", "PRNU accumulated histogram")))
+check("the page shows the total signal-to-noise ratio", ">total<" in shown and ">total, model<" in shown)
+# The response falls towards the edges by 1.5 % at half the height, and a wave of 5 rows crosses the dark pattern.
+along = got["profiles"]["prnu"]["vertical"]["mean"]
+check("set 003: the vertical profile falls towards the edges", along[60] - (along[0] + along[-1]) / 2 > 0.9, along)
+wave = numpy.array(got["profiles"]["dsnu"]["vertical"]["mean"])
+expected_wave = 15 * numpy.sin(2 * numpy.pi * 0.2 * numpy.arange(120))
+check_near("set 003: the vertical profile shows the wave", wave @ expected_wave / (expected_wave @ expected_wave), 1, 0.1)
+check_near("set 003: the total SNR near saturation is below the temporal one as PRNU and DSNU have it",
+           got["snr"]["total"][40] / got["snr"]["measured"][40], got["snr"]["total_model"][40] / got["snr"]["model"][40], 0.05)
 check("symbols of the standard", got["parameters"].get("dsnu", {}).get("symbol") == "DSNU1288")
 
 # A recorded set: exposure time varies, dark pairs at every third one and at longer ones, the stack under another light, bits
@@ -268,7 +333,7 @@ where.write_text("\r\n".join(line.replace(".", ",") if line[:1] in "bd" else lin
                  newline="")
 got = report(where)
 expected = evaluate(recorded.measurements)
-check_report("recorded set", got, expected)
+check_report("recorded set", got, expected, measurements=recorded.measurements)
 check_near("recorded set: K of the camera", expected["gain"], 0.28, 0.03)
 check_near("recorded set: DSNU of the camera", expected["dsnu"], 0.6 / 0.28, 0.05)
 check_near("recorded set: PRNU of the camera", expected["prnu"], 0.8, 0.05)
@@ -283,7 +348,7 @@ for t in (1e6, 2e6, 3e6):
         mixed.add(t, 4000.0 * i)
 got = report(mixed.write(kind="tif"))
 expected = evaluate(mixed.measurements)
-check_report("mixed set", got, expected)
+check_report("mixed set", got, expected, measurements=mixed.measurements)
 check_near("mixed set: K of the camera", expected["gain"], 0.1, 0.03)
 check_near("mixed set: DSNU from the dark pairs", measured(got, "dsnu"), 25, 0.05)
 check_near("mixed set: PRNU from a bright pair", measured(got, "prnu"), 1.0, 0.05)
@@ -296,7 +361,7 @@ for i in range(1, 41):
 coarse.add(1e6, None)
 got = report(coarse.write(depth=8))
 expected = evaluate(coarse.measurements)
-check_report("8-bit set", got, expected)
+check_report("8-bit set", got, expected, measurements=coarse.measurements)
 noise = got["parameters"].get("dark_noise", {})
 check_near("8-bit set: upper limit of the dark noise is 0.40 / K", measured(got, "dark_noise"), 0.40 / expected["gain"], 0.011)
 check("8-bit set: marked as an upper limit, with a note", noise.get("upper_limit") and noted(got, "0.24"), got)
@@ -349,7 +414,7 @@ if real.exists():
             measurements[-1][2].append(real / words[1].replace("\\", "/"))
     measurements = [(t, p, [read_png(f) for f in files]) for t, p, files in measurements if all(f.exists() for f in files)]
     got = report(real)
-    check_report("set 001", got, evaluate(measurements))
+    check_report("set 001", got, evaluate(measurements), measurements=measurements)
     for quantity, value in PUBLISHED.items():
         check_near(f"set 001: {quantity} as published", measured(got, quantity), value, 0.03)
     check("set 001: DSNU1288 is given", "dsnu" in got["parameters"], got)

@@ -79,6 +79,7 @@ public:
             const emva::PairStatistics pair = emva::pair_statistics(first, image);
             sum.mean += pair.mean / count;
             sum.variance += pair.variance / count;
+            sum.spatial_variance += pair.spatial_variance / count;
             first.clear();
         });
         return sum;

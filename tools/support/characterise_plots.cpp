@@ -22,27 +22,39 @@ std::vector<double> geometric(double low, double high, int count) {
     return out;
 }
 
-Plot snr_plot(const std::vector<emva::Level>& levels, const emva::LinearModel& m, const std::string& light) {
-    Plot plot{"Signal-to-noise ratio", light, "SNR", true, true, {}, {}};
-    PlotSeries data{"measured", Drawn::points, {}}, model{"linear model", Drawn::line, {}},
-        ideal{"photon noise alone", Drawn::dashed, {}};
-    double least = m.saturation_photons;
+std::vector<SnrPoint> snr_of(const std::vector<emva::Level>& levels, const emva::LinearModel& m,
+                             const emva::Nonuniformity& pattern) {
+    std::vector<SnrPoint> out;
     for (const emva::Level& l : levels) {
         const double signal = l.bright.mean - l.dark.mean;
-        data.points.emplace_back(l.photons, signal / std::sqrt(l.bright.variance));
+        const double total = l.bright.variance + std::max(0.0, l.bright.spatial_variance);
+        out.push_back({l.photons, signal / std::sqrt(l.bright.variance), signal / std::sqrt(total),
+                       emva::model_snr(m, l.photons), emva::model_snr(m, l.photons, pattern)});
+    }
+    return out;
+}
+
+Plot snr_plot(const std::vector<SnrPoint>& levels, const emva::LinearModel& m,
+              const emva::Nonuniformity& pattern, const std::string& light) {
+    Plot plot{"Signal-to-noise ratio", light, "SNR", true, true, {}, {}};
+    PlotSeries data{"measured", Drawn::points, {}}, model{"model", Drawn::line, {}},
+        all{"total", Drawn::points, {}}, all_model{"total, model", Drawn::line, {}},
+        ideal{"photon noise alone", Drawn::dashed, {}};
+    double least = m.saturation_photons;
+    for (const SnrPoint& l : levels) {
+        data.points.emplace_back(l.photons, l.measured);
+        all.points.emplace_back(l.photons, l.total);
         if (l.photons > 0) least = std::min(least, l.photons);
     }
     const bool known = light.starts_with("photons");
     if (known) least = std::min(least, std::max(m.threshold_photons, 1e-3 * least));
     constexpr int count = 100;
     for (const double photons : geometric(least, m.saturation_photons, count)) {
-        const double electrons = m.quantum_efficiency * photons;
-        const double noise2 = m.dark_noise.electrons * m.dark_noise.electrons +
-                              1 / (12 * m.gain_dn_per_e * m.gain_dn_per_e) + electrons;
-        model.points.emplace_back(photons, electrons / std::sqrt(noise2));
+        model.points.emplace_back(photons, emva::model_snr(m, photons));
+        all_model.points.emplace_back(photons, emva::model_snr(m, photons, pattern));
         if (known) ideal.points.emplace_back(photons, std::sqrt(photons));
     }
-    plot.series = {data, model};
+    plot.series = {data, model, all, all_model};
     if (known) plot.series.push_back(ideal);
     if (known && m.threshold_photons > 0) plot.marks.push_back({m.threshold_photons, "threshold", false});
     plot.marks.push_back({m.saturation_photons, "saturation", false});
@@ -66,10 +78,34 @@ Plot deviation_plot(const std::vector<emva::Level>& levels, const emva::LinearMo
     return plot;
 }
 
+/// Points of a profile by the index of their column or row.
+Points by_index(const std::vector<double>& values) {
+    Points out;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        out.emplace_back(static_cast<double>(i), values[i]);
+    return out;
+}
+
+Plot profile_plot(const PatternProfiles& p, Along along) {
+    const bool rows = along == Along::rows;
+    const Profile& lines = rows ? p.horizontal : p.vertical;
+    return {fmt::format("{} profile {}", rows ? "Horizontal" : "Vertical", p.name),
+            rows ? "column" : "row",
+            fmt::format("{}, {}", p.name, p.unit),
+            false,
+            false,
+            {{"max", Drawn::line, by_index(lines.max)},
+             {rows ? "middle row" : "middle column", Drawn::line, by_index(lines.middle)},
+             {"mean", Drawn::line, by_index(lines.mean)},
+             {"min", Drawn::line, by_index(lines.min)}},
+            {}};
+}
+
 } // namespace
 
 void add_series_plots(const std::vector<emva::Level>& levels, const emva::LinearModel& m,
-                      Characterisation& result, const std::string& light) {
+                      const emva::Nonuniformity& pattern, Characterisation& result,
+                      const std::string& light) {
     Plot sensitivity{"Sensitivity", light, "mean less dark, DN", false, false, {}, {}};
     Plot transfer{
         "Photon transfer", "mean less dark, DN", "temporal variance less dark, DN²", false, false, {}, {}};
@@ -87,13 +123,19 @@ void add_series_plots(const std::vector<emva::Level>& levels, const emva::Linear
     sensitivity.marks = {{m.saturation_photons, "saturation", false}};
     transfer.series = {{"measured", Drawn::points, variances}, {"fit K" + range, Drawn::line, gain}};
     transfer.marks = {{m.saturation_signal_dn, "saturation", false}};
-    result.plots.insert(result.plots.end(), {sensitivity, transfer, snr_plot(levels, m, light),
-                                             deviation_plot(levels, m, light)});
+    result.snr = snr_of(levels, m, pattern);
+    result.plots.insert(result.plots.begin(), {sensitivity, transfer, snr_plot(result.snr, m, pattern, light),
+                                               deviation_plot(levels, m, light)});
 }
 
 void add_pattern_plots(const PatternPlots& pattern, Characterisation& result) {
     const std::vector<double>& values = pattern.deviations;
     if (values.empty()) return;
+    PatternProfiles profiles{pattern.name, pattern.unit, profile(values, pattern.width, Along::rows),
+                             profile(values, pattern.width, Along::columns)};
+    result.plots.push_back(profile_plot(profiles, Along::rows));
+    result.plots.push_back(profile_plot(profiles, Along::columns));
+    result.profiles.push_back(std::move(profiles));
     for (const bool along_rows : {true, false}) {
         Plot plot{fmt::format("{} spectrogram {}", along_rows ? "Horizontal" : "Vertical", pattern.name),
                   "spatial frequency, cycles per pixel",

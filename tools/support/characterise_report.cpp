@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -82,6 +83,26 @@ std::string summary(const Characterisation& result) {
                        passed == compared ? "PASS" : "FAIL", passed, compared);
 }
 
+using Json = nlohmann::ordered_json;
+
+Json profile_json(const Profile& p) {
+    return {{"mean", p.mean}, {"min", p.min}, {"max", p.max}, {"middle", p.middle}};
+}
+
+Json snr_json(const std::vector<SnrPoint>& points) {
+    Json out = Json::object();
+    const auto column = [&](const char* name, double SnrPoint::*value) {
+        for (const SnrPoint& p : points)
+            out[name].push_back(p.*value);
+    };
+    column("photons", &SnrPoint::photons);
+    column("measured", &SnrPoint::measured);
+    column("total", &SnrPoint::total);
+    column("model", &SnrPoint::model);
+    column("total_model", &SnrPoint::total_model);
+    return out;
+}
+
 } // namespace
 
 bool Parameter::good() const {
@@ -96,7 +117,6 @@ void Characterisation::sort() {
 }
 
 std::string to_json(const Characterisation& result) {
-    using Json = nlohmann::ordered_json;
     Json parameters = Json::object();
     for (const Parameter& p : result.parameters) {
         auto& entry = parameters[p.name];
@@ -112,12 +132,26 @@ std::string to_json(const Characterisation& result) {
     Json conditions = Json::object();
     for (const auto& [name, value] : result.conditions)
         conditions[name] = value;
-    return Json{{"subject", result.subject},
-                {"conditions", conditions},
-                {"parameters", parameters},
-                {"notes", result.notes}}
-               .dump(2) +
-           "\n";
+    Json profiles = Json::object();
+    for (const PatternProfiles& p : result.profiles) {
+        std::string name = p.name;
+        std::transform(name.begin(), name.end(), name.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        profiles[name] = {{"unit", p.unit},
+                          {"horizontal", profile_json(p.horizontal)},
+                          {"vertical", profile_json(p.vertical)}};
+    }
+    std::string text = Json{
+        {"subject", result.subject},
+        {"conditions", conditions},
+        {"parameters", parameters},
+        {"notes",
+         result.notes}}.dump(2);
+    // Thousands of numbers, which do not have a line each.
+    text.resize(text.size() - 2); // "\n}"
+    if (!result.snr.empty()) text += ",\n  \"snr\": " + snr_json(result.snr).dump();
+    if (!result.profiles.empty()) text += ",\n  \"profiles\": " + profiles.dump();
+    return text + "\n}\n";
 }
 
 std::string to_text(const Characterisation& result) {

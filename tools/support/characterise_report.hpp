@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sensors/emva1288.hpp"
+#include "tools/support/pattern_profiles.hpp"
 #include "tools/support/plot.hpp"
 
 #include <cstddef>
@@ -26,6 +27,21 @@ struct Parameter {
     [[nodiscard]] bool good() const;
 };
 
+/// Signal-to-noise ratio at one level of the series.
+struct SnrPoint {
+    double photons = 0;
+    double measured = 0;
+    double total = 0; ///< measured, with the fixed pattern counted as noise
+    double model = 0, total_model = 0;
+};
+
+/// Profiles of one fixed pattern.
+struct PatternProfiles {
+    std::string name; ///< "DSNU" or "PRNU"
+    std::string unit;
+    Profile horizontal, vertical;
+};
+
 struct Characterisation {
     std::string subject;
     /// Test conditions, such as {"Wavelength", "550 nm"}, in the order of the report.
@@ -33,6 +49,8 @@ struct Characterisation {
     std::vector<std::string> notes;
     std::vector<Parameter> parameters;
     std::vector<Plot> plots;
+    std::vector<SnrPoint> snr; ///< of each level, in the order of the series
+    std::vector<PatternProfiles> profiles;
 
     /// Adds a parameter without a known true value.
     Parameter& add(std::string name, double measured, std::string unit) {
@@ -48,15 +66,20 @@ struct Characterisation {
 
 /// {"subject": text, "conditions": {name: text}, "parameters": {NAME: {"symbol": text, "label": text,
 /// "measured": x, "upper_limit": true, "true": x, "unit": u, "tolerance": relative, "pass": true}}, "notes":
-/// [text]}. "upper_limit", "true" and "pass" only where they apply.
+/// [text], "snr": {"photons": [x], "measured": [x], "total": [x], "model": [x], "total_model": [x]},
+/// "profiles": {"dsnu": {"unit": u, "horizontal": {"mean": [x], "min": [x], "max": [x], "middle": [x]},
+/// "vertical": {...}}, "prnu": {...}}}. "upper_limit", "true" and "pass" only where they apply; "snr" and
+/// "profiles" on one line each.
 [[nodiscard]] std::string to_json(const Characterisation& result);
 [[nodiscard]] std::string to_html(const Characterisation& result);
 [[nodiscard]] std::string to_text(const Characterisation& result);
 
-/// Adds the plots of sensitivity, photon transfer, signal-to-noise ratio and deviation from linearity. With
-/// `photons_known` false the light is in units of its own, `light`.
+/// Adds the plots of sensitivity, photon transfer, signal-to-noise ratio and deviation from linearity before
+/// all others, and the figures of the signal-to-noise ratio. `light` is the label of the light, whose unit is
+/// known if it begins with "photons".
 void add_series_plots(const std::vector<sensors::emva1288::Level>& levels,
-                      const sensors::emva1288::LinearModel& model, Characterisation& result,
+                      const sensors::emva1288::LinearModel& model,
+                      const sensors::emva1288::Nonuniformity& pattern, Characterisation& result,
                       const std::string& light = "photons per pixel");
 /// Note on a dark noise that is an upper limit.
 [[nodiscard]] std::string quantisation_note();
@@ -71,8 +94,8 @@ struct PatternPlots {
     /// unknown.
     double temporal = 0;
 };
-/// Adds the horizontal and vertical spectrograms, the logarithmic histogram with a normal distribution beside
-/// it, and the accumulated histogram of a fixed pattern.
+/// Adds the horizontal and vertical profiles and spectrograms, the logarithmic histogram with a normal
+/// distribution beside it, and the accumulated histogram of a fixed pattern.
 void add_pattern_plots(const PatternPlots& pattern, Characterisation& result);
 
 } // namespace obscura::tools

@@ -82,7 +82,10 @@ Pattern bright_pattern_of_pair(const EmvaSeries& series, double photons) {
     return result;
 }
 
-void add_nonuniformity(const EmvaSeries& series, const emva::LinearModel& m, Characterisation& result) {
+/// Adds DSNU1288 and PRNU1288 with their plots, and returns them.
+emva::Nonuniformity add_nonuniformity(const EmvaSeries& series, const emva::LinearModel& m,
+                                      Characterisation& result) {
+    emva::Nonuniformity found;
     std::vector<const EmvaMeasurement*> bright_stacks, dark_stacks;
     for (const EmvaMeasurement& stack : series.stacks)
         (stack.photons > 0 ? bright_stacks : dark_stacks).push_back(&stack);
@@ -108,14 +111,16 @@ void add_nonuniformity(const EmvaSeries& series, const emva::LinearModel& m, Cha
                         ? " The standard wants stacks of images, in the dark and at 50 %."
                         : ""));
 
-    if (dark.variance >= 0)
-        result.add("dsnu", std::sqrt(dark.variance) / m.gain_dn_per_e, "e-");
-    else
+    if (dark.variance >= 0) {
+        found.dsnu_e = std::sqrt(dark.variance) / m.gain_dn_per_e;
+        result.add("dsnu", found.dsnu_e, "e-");
+    } else
         result.notes.push_back("DSNU1288 is hidden by temporal noise.");
     const double pattern = bright.variance - std::max(0.0, dark.variance);
-    if (pattern >= 0 && response > 0)
-        result.add("prnu", 100 * std::sqrt(pattern) / response, "%");
-    else
+    if (pattern >= 0 && response > 0) {
+        found.prnu = std::sqrt(pattern) / response;
+        result.add("prnu", 100 * found.prnu, "%");
+    } else
         result.notes.push_back("PRNU1288 is hidden by temporal noise.");
 
     std::vector<double> dark_values(dark.images.pixels()), bright_values(bright.images.pixels());
@@ -127,6 +132,7 @@ void add_nonuniformity(const EmvaSeries& series, const emva::LinearModel& m, Cha
     const auto columns = static_cast<std::size_t>(series.format.width);
     add_pattern_plots({"DSNU", dark_values, columns, "e-", 0}, result);
     add_pattern_plots({"PRNU", bright_values, columns, "%", 0}, result);
+    return found;
 }
 
 } // namespace
@@ -163,7 +169,6 @@ Characterisation characterise_series(const std::filesystem::path& folder_or_desc
     if (m.saturation_photons == series.levels.back().photons)
         result.notes.push_back(
             "The variance is largest at the last level: the series does not reach saturation.");
-    add_series_plots(series.levels, m, result);
     result.add("quantum_efficiency", m.quantum_efficiency, "");
     result.add("responsivity", m.responsivity_dn_per_photon, "DN/photon");
     result.add("gain", m.gain_dn_per_e, "DN/e-");
@@ -175,7 +180,8 @@ Characterisation characterise_series(const std::filesystem::path& folder_or_desc
     result.add("saturation_photons", m.saturation_photons, "photons");
     result.add("saturation", m.saturation_e, "e-");
     result.add("dynamic_range", m.dynamic_range_db, "dB");
-    add_nonuniformity(series, m, result);
+    const emva::Nonuniformity pattern = add_nonuniformity(series, m, result);
+    add_series_plots(series.levels, m, pattern, result);
     result.add("linearity_error", m.linearity_error_percent, "%");
     if (dark) {
         result.add("dark_current", 1e9 * dark->mean.slope / m.gain_dn_per_e, "e-/s");

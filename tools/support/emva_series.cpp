@@ -145,7 +145,8 @@ std::optional<emva::PairStatistics> EmvaSeries::dark_at(double exposure_ns) cons
     const auto below = above - 1;
     const double f = (exposure_ns - below->exposure_ns) / (above->exposure_ns - below->exposure_ns);
     return emva::PairStatistics{std::lerp(below->pair.mean, above->pair.mean, f),
-                                std::lerp(below->pair.variance, above->pair.variance, f)};
+                                std::lerp(below->pair.variance, above->pair.variance, f),
+                                std::lerp(below->pair.spatial_variance, above->pair.spatial_variance, f)};
 }
 
 void EmvaSeries::add_images(const EmvaMeasurement& measurement, emva::ImageStack& stack) const {

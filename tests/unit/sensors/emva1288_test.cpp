@@ -24,6 +24,33 @@ TEST_CASE("a pair of images gives mean and temporal variance, whatever the patte
     CHECK_THAT(s.variance, WithinRel(25 + 1.0 / 12, 0.015));
 }
 
+TEST_CASE("a pair of images gives the variance of the pattern without that of the noise") {
+    std::mt19937 random(2);
+    std::normal_distribution<double> noise(0, 5), pattern(0, 3);
+    std::vector<std::uint16_t> a, b;
+    for (int i = 0; i < 200'000; ++i) {
+        const double fixed = 1000 + pattern(random);
+        a.push_back(static_cast<std::uint16_t>(std::lround(fixed + noise(random))));
+        b.push_back(static_cast<std::uint16_t>(std::lround(fixed + noise(random))));
+    }
+    CHECK_THAT(pair_statistics(a, b).spatial_variance, WithinRel(9.0, 0.02));
+    // Without noise it is the variance over the pixels.
+    CHECK_THAT(pair_statistics(std::vector<std::uint16_t>{1, 2, 6}, std::vector<std::uint16_t>{1, 2, 6})
+                   .spatial_variance,
+               WithinRel(7.0, 1e-12));
+}
+
+TEST_CASE("the total signal-to-noise ratio is limited by the response's nonuniformity") {
+    LinearModel m;
+    m.gain_dn_per_e = 0.5, m.quantum_efficiency = 0.5;
+    m.dark_noise.electrons = 3;
+    // 100 e-: variance 100 of photons, 9 of the dark signal, (1/12) / 0.25 of quantisation.
+    CHECK_THAT(model_snr(m, 200), WithinRel(100 / std::sqrt(109 + 1.0 / 3), 1e-12));
+    // 4^2 e-^2 of DSNU, (2 % of 100 e-)^2 of PRNU.
+    CHECK_THAT(model_snr(m, 200, {4, 0.02}), WithinRel(100 / std::sqrt(109 + 1.0 / 3 + 16 + 4), 1e-12));
+    CHECK_THAT(model_snr(m, 1e12, {4, 0.02}), WithinRel(50.0, 1e-6));
+}
+
 TEST_CASE("an ideal camera's photon transfer gives back what it was made of") {
     const double eta = 0.55, gain = 0.3, dark_e = 12, full = 20'000;
     std::vector<Level> levels;
