@@ -39,7 +39,7 @@ Plot snr_plot(const std::vector<SnrPoint>& levels, const emva::LinearModel& m,
     Plot plot{"Signal-to-noise ratio", light, "SNR", true, true, {}, {}};
     PlotSeries data{"measured", Drawn::points, {}}, model{"model", Drawn::line, {}},
         all{"total", Drawn::points, {}}, all_model{"total, model", Drawn::line, {}},
-        ideal{"photon noise alone", Drawn::dashed, {}};
+        ideal{"photons alone", Drawn::dashed, {}};
     double least = m.saturation_photons;
     for (const SnrPoint& l : levels) {
         data.points.emplace_back(l.photons, l.measured);
