@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ephemeris/kernels/ephemeris.hpp"
+
+#include "core/error.hpp"
+#include "ephemeris/kernels/body_names.hpp"
+#include "ephemeris/kernels/frame_names.hpp"
+#include "ephemeris/kernels/kernel_files.hpp"
+#include "ephemeris/kernels/segment_timeline.hpp"
+
+#include <erfa.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace obscura::ephemeris {
+namespace {
+
+/// Most centres between a body and the barycentre.
+constexpr std::size_t most_links = 16;
+/// Most frames between one and ICRF.
+constexpr int most_frames = 10;
+/// NAIF code of the solar system barycentre, and id of the frame J2000.
+constexpr int barycenter = 0;
+constexpr int j2000 = 1;
+
+State operator+(const State& a, const State& b) {
+    return {a.position_m + b.position_m, a.velocity_m_s + b.velocity_m_s};
+}
+State operator-(const State& a, const State& b) {
+    return {a.position_m - b.position_m, a.velocity_m_s - b.velocity_m_s};
+}
+
+/// Turns a state in a frame to ICRF axes. The frame's rate is by differences: within 1e-9 of the velocity of
+/// a point at rest in a frame that turns once in a day.
+Evaluation turn(const FrameModel& frame, TdbTime time, State& state) noexcept {
+    constexpr double half_s = 0.5;
+    Quat now, before, after;
+    for (const auto& [at, q] : {std::pair{0.0, &now}, {-half_s, &before}, {half_s, &after}}) {
+        const Evaluation status = frame.orientation(time + at, *q);
+        if (status != Evaluation::ok) return status;
+    }
+    const Vec3 p = state.position_m;
+    state.velocity_m_s =
+        rotate(now, state.velocity_m_s) + (rotate(after, p) - rotate(before, p)) / (2 * half_s);
+    state.position_m = rotate(now, p);
+    return Evaluation::ok;
+}
+
+/// Keeps what a frame refers to alive.
+struct OwnedFrame {
+    std::shared_ptr<const void> owner;
+    std::shared_ptr<const FrameModel> model;
+};
+
+} // namespace
+
+struct Ephemeris::Impl {
+    /// A segment and the frame of its states: null for ICRF.
+    struct PlacedSegment {
+        SpkSegment segment;
+        std::shared_ptr<const FrameModel> frame;
+    };
+    struct Body {
+        int id;
+        SegmentTimeline timeline;
+    };
+
+    KernelFiles files;
+    BodyNames names;
+    std::vector<PlacedSegment> states;
+    std::vector<Body> bodies; ///< ordered by id
+    std::vector<PckSegment> rotations;
+    std::vector<CkSegment> attitudes;
+
+    explicit Impl(const std::vector<std::filesystem::path>& kernels)
+        : files(read_kernels(kernels)), names(files.pool) {
+        std::map<int, SegmentTimeline> timelines;
+        for (const Daf& daf : files.dafs)
+            for (const Daf::Array& array : daf.arrays()) {
+                if (daf.kind() == "SPK") {
+                    const SpkSegment segment(array);
+                    timelines[segment.target()].add({segment.begin_s(), segment.end_s()},
+                                                    static_cast<std::int32_t>(states.size()));
+                    states.push_back({segment, nullptr});
+                } else if (daf.kind() == "PCK") {
+                    rotations.emplace_back(array);
+                } else {
+                    attitudes.emplace_back(array);
+                }
+            }
+        for (auto& [id, timeline] : timelines)
+            bodies.push_back({id, std::move(timeline)});
+        for (PlacedSegment& s : states)
+            s.frame = base_frame(s.segment.frame(), s.segment.place(), 0);
+    }
+
+    [[nodiscard]] const Body* find(int id) const noexcept {
+        const auto found = std::lower_bound(bodies.begin(), bodies.end(), id,
+                                            [](const Body& b, int wanted) { return b.id < wanted; });
+        return found == bodies.end() || found->id != id ? nullptr : &*found;
+    }
+
+    /// Adds to `state` that of `id` relative to its centre, and sets `id` to the centre.
+    [[nodiscard]] Evaluation step(int& id, State& state, TdbTime time) const noexcept {
+        const Body* const body = find(id);
+        if (body == nullptr) return Evaluation::no_data;
+        const std::int32_t index = body->timeline.at(time.seconds());
+        if (index < 0) return Evaluation::no_coverage;
+        const PlacedSegment& placed = states[static_cast<std::size_t>(index)];
+        State relative;
+        if (!placed.segment.evaluate(time, relative)) return Evaluation::damaged;
+        if (placed.frame)
+            if (const Evaluation status = turn(*placed.frame, time, relative); status != Evaluation::ok)
+                return status;
+        state = state + relative;
+        id = placed.segment.center();
+        return Evaluation::ok;
+    }
+
+    [[nodiscard]] Evaluation state(int target, int observer, TdbTime time, State& state) const noexcept {
+        // Centres of the target, and its state relative to each.
+        std::array<std::pair<int, State>, most_links> links;
+        std::size_t count = 1;
+        links[0] = {target, {}};
+        Evaluation end = Evaluation::ok;
+        while (links[count - 1].first != observer && links[count - 1].first != barycenter &&
+               count < most_links) {
+            links[count] = links[count - 1];
+            end = step(links[count].first, links[count].second, time);
+            if (end != Evaluation::ok) break;
+            ++count;
+        }
+        // From the observer up to the first common centre.
+        State own;
+        int center = observer;
+        for (std::size_t i = 0; i < most_links; ++i) {
+            for (std::size_t k = 0; k < count; ++k)
+                if (links[k].first == center) {
+                    state = links[k].second - own;
+                    return Evaluation::ok;
+                }
+            if (const Evaluation status = step(center, own, time); status != Evaluation::ok) {
+                // What stopped the target says more.
+                if (end != Evaluation::ok) return end;
+                return center == barycenter ? Evaluation::no_common : status;
+            }
+        }
+        return Evaluation::no_common;
+    }
+
+    /// Frame by id that a segment refers to; null: ICRF.
+    [[nodiscard]] std::shared_ptr<const FrameModel> base_frame(int id, const std::string& place,
+                                                               int depth) const {
+        if (id == j2000) return nullptr;
+        const std::string name = frame_name(files.pool, id);
+        if (name.empty())
+            throw InputError(fmt::format(
+                "{}: refers to frame {}, which no kernel defines: load its frame kernel", place, id));
+        return frame(name, depth + 1);
+    }
+
+    [[nodiscard]] std::shared_ptr<const FrameModel> frame(std::string_view name, int depth) const {
+        if (depth > most_frames)
+            throw InputError(
+                fmt::format("frame {}: is relative to itself, or too many others", kernel_name(name)));
+        const FrameDefinition definition = find_frame(files.pool, names, name);
+        switch (definition.kind) {
+        case FrameDefinition::Class::inertial:
+        case FrameDefinition::Class::fixed:
+            return make_fixed_frame(definition.base.empty() ? nullptr : frame(definition.base, depth + 1),
+                                    definition.to_base);
+        case FrameDefinition::Class::body:
+            return body_frame(definition, depth);
+        case FrameDefinition::Class::attitude:
+            break;
+        }
+        return attitude_frame(definition, depth);
+    }
+
+    [[nodiscard]] std::shared_ptr<const FrameModel> body_frame(const FrameDefinition& definition,
+                                                               int depth) const {
+        std::vector<BasedPckSegment> segments;
+        for (std::size_t i = rotations.size(); i-- > 0;)
+            if (rotations[i].frame_class() == definition.class_id)
+                segments.push_back(
+                    {&rotations[i], base_frame(rotations[i].base(), rotations[i].place(), depth)});
+        std::optional<RotationModel> model = rotation_model(files.pool, definition.class_id);
+        if (segments.empty() && !model)
+            throw InputError(
+                fmt::format("frame {}: no rotation is loaded for class id {}: a PCK kernel is needed",
+                            definition.name, definition.class_id));
+        const auto base = files.pool.integer(fmt::format("BODY{}_CONSTANTS_REF_FRAME", definition.class_id));
+        return make_body_frame(std::move(segments), std::move(model),
+                               base_frame(base.value_or(j2000), definition.name, depth));
+    }
+
+    [[nodiscard]] std::shared_ptr<const FrameModel> attitude_frame(const FrameDefinition& definition,
+                                                                   int depth) const {
+        std::vector<BasedCkSegment> segments;
+        for (std::size_t i = attitudes.size(); i-- > 0;)
+            if (attitudes[i].instrument() == definition.class_id)
+                segments.push_back(
+                    {&attitudes[i], base_frame(attitudes[i].base(), attitudes[i].place(), depth)});
+        if (segments.empty())
+            throw InputError(fmt::format("frame {}: no attitudes of {} are loaded: a CK kernel is needed",
+                                         definition.name, definition.class_id));
+        return make_ck_frame(std::move(segments), clock_of(definition.class_id));
+    }
+
+    [[nodiscard]] SpacecraftClock clock_of(int instrument) const {
+        const int clock =
+            files.pool.integer(fmt::format("CK_{}_SCLK", instrument)).value_or(instrument / 1000);
+        return {files.pool, clock};
+    }
+};
+
+Ephemeris::Ephemeris(const std::vector<std::filesystem::path>& kernels)
+    : impl_(std::make_shared<const Impl>(kernels)) {}
+
+int Ephemeris::body(std::string_view name) const {
+    if (const auto id = impl_->names.id(name)) return *id;
+    throw InputError(fmt::format("body {}: unknown, {}", kernel_name(name), impl_->names.suggestion(name)));
+}
+
+std::string Ephemeris::body_name(int id) const {
+    return impl_->names.name(id);
+}
+
+Evaluation Ephemeris::state(int target, int observer, TdbTime time, State& state) const noexcept {
+    return impl_->state(target, observer, time, state);
+}
+
+State Ephemeris::state(int target, int observer, TdbTime time) const {
+    State result;
+    const Evaluation status = state(target, observer, time, result);
+    if (status != Evaluation::ok) throw InputError(reason(target, observer, time, status));
+    return result;
+}
+
+std::string Ephemeris::reason(int target, int observer, TdbTime time, Evaluation status) const {
+    const auto named = [&](int id) {
+        const std::string name = body_name(id);
+        return name == std::to_string(id) ? name : fmt::format("{} ({})", name, id);
+    };
+    const std::string what =
+        fmt::format("{} relative to {} at {}", named(target), named(observer), tdb_text(time.seconds()));
+    if (status == Evaluation::ok) return what;
+    if (status == Evaluation::damaged)
+        return fmt::format("{}: a kernel holds values that are no numbers", what);
+    // The first body on either way that has no segment now.
+    for (int id : {target, observer}) {
+        State ignored;
+        for (std::size_t i = 0; i < most_links && id != barycenter; ++i) {
+            const Impl::Body* const body = impl_->find(id);
+            if (body == nullptr) return fmt::format("{}: no kernel has positions of {}", what, named(id));
+            if (body->timeline.at(time.seconds()) < 0)
+                return fmt::format("{}: {} is covered {}", what, named(id), coverage_text(coverage(id)));
+            if (impl_->step(id, ignored, time) != Evaluation::ok) break;
+        }
+    }
+    return fmt::format(
+        "{}: they have no common centre in the loaded kernels, or a frame of a segment is not known at "
+        "that time",
+        what);
+}
+
+std::shared_ptr<const FrameModel> Ephemeris::frame(std::string_view name) const {
+    auto owned = std::make_shared<const OwnedFrame>(OwnedFrame{impl_, impl_->frame(name, 0)});
+    const FrameModel* const model = owned->model.get();
+    return {std::move(owned), model};
+}
+
+std::string Ephemeris::body_frame_name(int id) const {
+    for (const std::string& key : {std::to_string(id), body_name(id)})
+        if (const KernelPool::Variable* const given = pool().find(fmt::format("OBJECT_{}_FRAME", key))) {
+            if (given->strings.size() == 1) return kernel_name(given->strings.front());
+            if (given->numbers.size() == 1 && std::abs(given->numbers.front()) < 2e9)
+                if (const std::string name = frame_name(pool(), static_cast<int>(given->numbers.front()));
+                    !name.empty())
+                    return name;
+            throw InputError(fmt::format("{}: one name of a known frame is expected", given->place));
+        }
+    return "IAU_" + body_name(id);
+}
+
+Quat Ephemeris::orientation(std::string_view frame, TdbTime time) const {
+    Quat q;
+    const Evaluation status = impl_->frame(frame, 0)->orientation(time, q);
+    if (status == Evaluation::ok) return q;
+    std::string covered;
+    if (status == Evaluation::no_coverage) {
+        for (const FrameCoverage& f : frame_coverage())
+            covered += fmt::format("; {} is covered {}", f.name.empty() ? std::to_string(f.id) : f.name,
+                                   coverage_text(f.covered));
+    }
+    throw InputError(fmt::format("frame {} at {}: {}{}", kernel_name(frame), tdb_text(time.seconds()),
+                                 status == Evaluation::damaged ? "a kernel holds values that are no numbers"
+                                                               : "not covered by the loaded kernels",
+                                 covered));
+}
+
+std::optional<Vec3> Ephemeris::radii_m(int id) const {
+    const auto km = pool().numbers(fmt::format("BODY{}_RADII", id), 3, 3);
+    if (km.empty()) return std::nullopt;
+    const Vec3 m{km[0] * 1000, km[1] * 1000, km[2] * 1000};
+    if (!(m.x > 0 && m.y > 0 && m.z > 0))
+        throw InputError(
+            fmt::format("{}: radii must be above 0", pool().find(fmt::format("BODY{}_RADII", id))->place));
+    return m;
+}
+
+std::vector<int> Ephemeris::bodies() const {
+    std::vector<int> ids;
+    for (const Impl::Body& body : impl_->bodies)
+        ids.push_back(body.id);
+    return ids;
+}
+
+std::vector<Interval> Ephemeris::coverage(int id) const {
+    const Impl::Body* const body = impl_->find(id);
+    return body == nullptr ? std::vector<Interval>{} : body->timeline.coverage();
+}
+
+std::vector<Ephemeris::FrameCoverage> Ephemeris::frame_coverage() const {
+    std::map<int, FrameCoverage> frames;
+    const auto of = [&](int id) -> FrameCoverage& {
+        FrameCoverage& f = frames[id];
+        f.id = id;
+        f.name = frame_name(pool(), id);
+        return f;
+    };
+    for (const PckSegment& s : impl_->rotations)
+        of(s.frame_class()).covered.push_back(s.coverage());
+    for (const CkSegment& s : impl_->attitudes) {
+        const SpacecraftClock clock = impl_->clock_of(s.instrument());
+        for (const Interval& ticks : s.coverage())
+            of(s.instrument()).covered.push_back({clock.tdb_s(ticks.begin_s), clock.tdb_s(ticks.end_s)});
+    }
+    std::vector<FrameCoverage> list;
+    for (auto& [id, f] : frames) {
+        f.covered = merged(std::move(f.covered));
+        list.push_back(std::move(f));
+    }
+    return list;
+}
+
+const KernelPool& Ephemeris::pool() const {
+    return impl_->files.pool;
+}
+
+std::string tdb_text(double tdb_s) {
+    int year = 0, month = 0, day = 0;
+    int clock[4]{};
+    constexpr double most_s = 2e11;
+    if (!(std::abs(tdb_s) < most_s) ||
+        eraD2dtf("TDB", 3, 2451545.0, tdb_s / 86400, &year, &month, &day, clock) < 0)
+        return fmt::format("{:.3f} s TDB", tdb_s);
+    return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03} TDB", year, month, day, clock[0], clock[1],
+                       clock[2], clock[3]);
+}
+
+std::string coverage_text(const std::vector<Interval>& covered) {
+    if (covered.empty()) return "never";
+    constexpr std::size_t most = 5;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(covered.size(), most); ++i)
+        text += fmt::format("{}{} to {}", i == 0 ? "" : ", ", tdb_text(covered[i].begin_s),
+                            tdb_text(covered[i].end_s));
+    if (covered.size() > most) text += fmt::format(", and {} more", covered.size() - most);
+    return text;
+}
+
+} // namespace obscura::ephemeris

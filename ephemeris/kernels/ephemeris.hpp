@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ephemeris from SPICE kernels: states of bodies, orientations of frames, radii, coverage. Read this first.
+#pragma once
+
+#include "ephemeris/kernels/evaluation.hpp"
+#include "ephemeris/kernels/frame_model.hpp"
+#include "ephemeris/kernels/kernel_pool.hpp"
+#include "ephemeris/kernels/spk_segment.hpp"
+#include "ephemeris/time/epoch.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::ephemeris {
+
+/// Loaded kernels: SPK (types 1, 2, 3, 9, 13, 21), binary PCK (type 2), CK (type 3), text kernels (LSK, PCK,
+/// FK, SCLK) and meta-kernels. Later files have priority over earlier ones, later segments of a file over
+/// earlier ones, as in SPICE. Bodies are NAIF codes, 0 is the solar system barycentre; axes are those of the
+/// ICRF, which SPICE calls J2000. Immutable after construction, thread-safe; copies share the kernels.
+class Ephemeris {
+public:
+    /// Loads kernels in order. Files of a meta-kernel that are not absolute are relative to its folder.
+    /// Throws InputError, naming file and place.
+    explicit Ephemeris(const std::vector<std::filesystem::path>& kernels);
+
+    /// Code of a body by name or by the code as text. Throws InputError if the name is unknown.
+    [[nodiscard]] int body(std::string_view name) const;
+    [[nodiscard]] std::string body_name(int id) const;
+
+    /// Sets `state` to the geometric state of `target` relative to `observer`: no light time, no aberration.
+    /// Real-time safe, but for the first access to a mapped file.
+    [[nodiscard]] Evaluation state(int target, int observer, TdbTime time, State& state) const noexcept;
+    /// As above; throws InputError with the covered intervals.
+    [[nodiscard]] State state(int target, int observer, TdbTime time) const;
+    /// Why state() gave `status`, as one line.
+    [[nodiscard]] std::string reason(int target, int observer, TdbTime time, Evaluation status) const;
+
+    /// Frame by name ("J2000", "IAU_MARS", "MOON_PA_DE421", those of frame kernels). Keeps the kernels alive.
+    /// Throws InputError if it is unknown, or of a class that is not supported.
+    [[nodiscard]] std::shared_ptr<const FrameModel> frame(std::string_view name) const;
+    /// Name of the body-fixed frame of a body: that of OBJECT_..._FRAME in a kernel, else IAU_ and its name.
+    [[nodiscard]] std::string body_frame_name(int id) const;
+    /// Rotation that takes vectors of `frame` to ICRF axes. Throws InputError.
+    [[nodiscard]] Quat orientation(std::string_view frame, TdbTime time) const;
+
+    /// Radii of the ellipsoid: equatorial towards the prime meridian, equatorial, polar. Empty: no kernel has
+    /// them.
+    [[nodiscard]] std::optional<Vec3> radii_m(int id) const;
+
+    /// Bodies with states, ascending.
+    [[nodiscard]] std::vector<int> bodies() const;
+    /// Intervals over which a body has states relative to some centre.
+    [[nodiscard]] std::vector<Interval> coverage(int id) const;
+    /// Frames with orientations in binary PCK and CK files, and the covered intervals.
+    struct FrameCoverage {
+        int id = 0;       ///< class id of the frame
+        std::string name; ///< empty: no kernel names it
+        std::vector<Interval> covered;
+    };
+    [[nodiscard]] std::vector<FrameCoverage> frame_coverage() const;
+
+    [[nodiscard]] const KernelPool& pool() const;
+
+private:
+    struct Impl;
+    std::shared_ptr<const Impl> impl_;
+};
+
+/// TDB as "2026-03-01T12:00:00.000 TDB".
+[[nodiscard]] std::string tdb_text(double tdb_s);
+/// Covered intervals as one line, at most some of them.
+[[nodiscard]] std::string coverage_text(const std::vector<Interval>& covered);
+
+} // namespace obscura::ephemeris
