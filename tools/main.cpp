@@ -50,7 +50,16 @@ void print_help() {
 int run(const std::vector<std::string>& arguments) {
     if (arguments.empty()) throw UsageError("obscura: a verb is missing (try: obscura --help)");
     catch_interrupts();
-    const std::string& verb = arguments.front();
+    std::string verb = arguments.front();
+    std::size_t words = 1;
+    // A verb of two words, as "import stars", goes before the one of the first word.
+    if (arguments.size() > 1)
+        for (const VerbEntry& entry : verbs())
+            if (entry.name == verb + " " + arguments[1]) {
+                verb = entry.name;
+                words = 2;
+                break;
+            }
     if (verb == "--help" || verb == "-h" || verb == "help") {
         print_help();
         return exit_ok;
@@ -66,7 +75,8 @@ int run(const std::vector<std::string>& arguments) {
         const std::unique_ptr<Verb> made = entry.make();
         CommandLine line;
         made->declare(line);
-        if (!line.parse(verb, {arguments.begin() + 1, arguments.end()})) return exit_ok;
+        if (!line.parse(verb, {arguments.begin() + static_cast<std::ptrdiff_t>(words), arguments.end()}))
+            return exit_ok;
         return made->run();
     }
     const std::string word = verb.substr(0, 60);

@@ -43,6 +43,8 @@ std::string default_text(const OptionTarget& target) {
             using T = std::remove_pointer_t<decltype(value)>;
             if constexpr (std::is_same_v<T, bool>)
                 return {};
+            else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+                return fmt::format("{}", fmt::join(*value, " "));
             else if constexpr (std::is_same_v<T, double>)
                 return std::isnan(*value) ? std::string() : fmt::format("{}", *value); // NaN: not given
             else
@@ -129,7 +131,9 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
         if (o.max > o.min) made->check([&o](const std::string& text) { return range_complaint(o, text); });
         if (!o.choices.empty())
             made->check([&o](const std::string& text) { return choice_complaint(o, text); });
-        if (!std::holds_alternative<bool*>(o.target)) made->take_last();
+        if (!std::holds_alternative<bool*>(o.target) &&
+            !std::holds_alternative<std::vector<std::string>*>(o.target))
+            made->take_last();
     }
     try {
         // CLI11 expects the arguments in reverse order.
@@ -160,7 +164,11 @@ bool CommandLine::parse(std::string_view verb, const std::vector<std::string>& a
 std::string CommandLine::help(std::string_view verb) const {
     std::string out = fmt::format("{0}{1} - {2}\n\nUsage: {0}{1}", program, verb, summary);
     for (const Option& o : options)
-        if (o.positional) out += o.required ? " " + o.names : fmt::format(" [{}]", o.names);
+        if (o.positional) {
+            const bool several = std::holds_alternative<std::vector<std::string>*>(o.target);
+            const std::string name = o.names + (several ? "..." : "");
+            out += o.required ? " " + name : fmt::format(" [{}]", name);
+        }
     for (const Option& o : options)
         if (!o.positional && o.required)
             out += fmt::format(" {} {}", o.names.substr(0, o.names.find(',')), o.value_name);

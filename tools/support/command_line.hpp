@@ -13,14 +13,14 @@
 namespace obscura::tools {
 
 /// Variable that receives the value of an option; its value before parse() is the default.
-using OptionTarget =
-    std::variant<bool*, std::int32_t*, std::uint32_t*, std::uint64_t*, double*, std::string*>;
+using OptionTarget = std::variant<bool*, std::int32_t*, std::uint32_t*, std::uint64_t*, double*, std::string*,
+                                  std::vector<std::string>*>;
 
 /// One option or positional argument of a verb.
 struct Option {
     /// "-o,--output", "--frames"; for a positional argument the name in capitals.
     std::string names;
-    OptionTarget target;    ///< bool: a flag
+    OptionTarget target;    ///< bool: a flag; vector: may be given several times
     std::string value_name; ///< "FILE", "HZ"; empty for flags
     std::string help;
     double min = 0, max = 0;          ///< checked when max > min

@@ -7,14 +7,23 @@ namespace obscura::tools {
 
 std::span<const VerbEntry> verbs() {
     static constexpr std::array table{
-        VerbEntry{"render", make_render},   VerbEntry{"capture", make_capture},
-        VerbEntry{"grab", make_grab},       VerbEntry{"check", make_check},
-        VerbEntry{"keys", make_keys},       VerbEntry{"pose", make_pose},
-        VerbEntry{"new", make_new},         VerbEntry{"examples", make_examples},
-        VerbEntry{"compare", make_compare}, VerbEntry{"import", make_import},
-        VerbEntry{"bench", make_bench},     VerbEntry{"stimulator", make_stimulator},
-        VerbEntry{"sensor", make_sensor},   VerbEntry{"characterise", make_characterise},
-        VerbEntry{"timing", make_timing},   VerbEntry{"trigger", make_trigger},
+        VerbEntry{"render", make_render},
+        VerbEntry{"capture", make_capture},
+        VerbEntry{"grab", make_grab},
+        VerbEntry{"check", make_check},
+        VerbEntry{"keys", make_keys},
+        VerbEntry{"pose", make_pose},
+        VerbEntry{"new", make_new},
+        VerbEntry{"examples", make_examples},
+        VerbEntry{"compare", make_compare},
+        VerbEntry{"import", make_import},
+        VerbEntry{"import stars", make_import_stars},
+        VerbEntry{"bench", make_bench},
+        VerbEntry{"stimulator", make_stimulator},
+        VerbEntry{"sensor", make_sensor},
+        VerbEntry{"characterise", make_characterise},
+        VerbEntry{"timing", make_timing},
+        VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
     };
     return table;
