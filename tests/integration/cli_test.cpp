@@ -3,6 +3,7 @@
 #include "images/image.hpp"
 #include "tests/integration/daemon_bench.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/daf_writer.hpp"
 #include "tests/support/data.hpp"
 
 #include <nlohmann/json.hpp>
@@ -353,6 +354,19 @@ TEST_CASE("captures share no noise unless the run word of one is given to the ot
     CHECK_THAT(text_of(folder.path() / "replay/frame_000001.toml"),
                ContainsSubstring("\nRUN = " + std::to_string(first) + " "));
     CHECK(capture("zero", {"--run", "0"}) == 0);
+}
+
+TEST_CASE("import ephemeris converts a big-endian kernel and refuses what is none") {
+    const TempFolder folder;
+    // A body at rest: one Chebyshev record.
+    const DafSegment rest{"REST", {0, 100}, {-900, 0, 1, 2}, {50, 50, 1, 2, 3, 0, 100, 5, 1}};
+    const auto big = folder.write("big.bsp", daf_bytes("SPK", {rest}, true));
+    const std::string out = (folder.path() / "little.bsp").string();
+    CHECK_THAT(run(folder, {"import", "ephemeris", big, "-o", out}), ContainsSubstring("bodies: 1;"));
+    CHECK(text_of(out).substr(88, 8) == "LTL-IEEE");
+    const auto text = folder.write("text.txt", "no kernel");
+    run(folder, {"import", "ephemeris", text, "-o", out}, 66);
+    run(folder, {"import", "ephemeris", folder.path() / "none", "-o", out}, 66);
 }
 
 TEST_CASE("bench measures everything it promises and loses nothing") {

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verb `obscura import ephemeris`: SPK kernel from casacore's DE405, or from a kernel in another form.
+#include "core/error.hpp"
+#include "ephemeris/kernels/daf.hpp"
+#include "ephemeris/kernels/daf_writer.hpp"
+#include "ephemeris/kernels/ephemeris.hpp"
+#include "images/writers/raw.hpp"
+#include "tools/import/ephemeris/casacore_ephemeris.hpp"
+#include "tools/verbs/verb.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+namespace obscura::tools {
+namespace {
+
+class ImportEphemeris final : public Verb {
+public:
+    void declare(CommandLine& line) override {
+        line.summary = "makes a kernel of planets, Moon and Sun from Debian's DE405";
+        line.description =
+            "Writes an SPK kernel in the form that is used without loading it (binary, little-endian) for "
+            "the "
+            "key kernels of a scene and for obscura ephemeris. FILE is the folder of casacore's table of "
+            "JPL's DE405, which Debian's package casacore-data-jpl-de405 installs (planets, Moon and Sun, "
+            "1959 to 2060), or an SPK, CK or binary PCK kernel: big-endian ones and transfer files (.xsp, "
+            ".xc, .xpc) are converted. Binary kernels of either byte order and transfer files can also be "
+            "used as they are.";
+        line.positional("FILE", &file_, "Folder of the table, or kernel").required = false;
+        line.option("-o,--output", &output_, "FILE", "Kernel to write").required = true;
+        line.examples = {
+            "obscura import ephemeris -o de405.bsp",
+            "obscura import ephemeris new_horizons.xsp -o new_horizons.bsp",
+            "obscura ephemeris de405.bsp",
+        };
+    }
+
+    int run() override {
+        const std::filesystem::path file(file_);
+        std::string bytes;
+        std::string source = file_;
+        if (std::filesystem::is_directory(file)) {
+            const CasacoreEphemeris table = read_casacore_ephemeris(file);
+            source = fmt::format("{} ({})", table.name, file_);
+            bytes = ephemeris::daf_bytes("SPK", table.name, "Made by obscura import ephemeris from " + source,
+                                         table.segments);
+        } else {
+            if (!std::filesystem::exists(file))
+                throw InputError(
+                    fmt::format("{}: no such file or folder; Debian's package casacore-data-jpl-de405 "
+                                "installs {}",
+                                file_, casacore_de405));
+            bytes = converted(file);
+        }
+        images::write_text(output_, bytes);
+        // What was written must be readable: bodies, types and coverage are checked.
+        const ephemeris::Ephemeris written({output_});
+        fmt::print("{}: written from {}, bodies: {}; next: obscura ephemeris {}\n", output_, source,
+                   written.bodies().size(), output_);
+        return exit_ok;
+    }
+
+private:
+    static std::string converted(const std::filesystem::path& file) {
+        if (!ephemeris::Daf::starts_as_daf(file))
+            throw InputError(fmt::format("{}: neither a casacore table nor an SPK, CK or binary PCK kernel",
+                                         file.string()));
+        const ephemeris::Daf daf(file);
+        std::vector<ephemeris::DafArrayData> arrays;
+        for (const ephemeris::Daf::Array& a : daf.arrays())
+            arrays.push_back({a.name, a.doubles, a.integers, {a.words.begin(), a.words.end()}});
+        return ephemeris::daf_bytes(daf.kind(), file.filename().string(),
+                                    "Converted by obscura import ephemeris from " + file.filename().string(),
+                                    arrays);
+    }
+
+    std::string file_ = casacore_de405;
+    std::string output_;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_import_ephemeris() {
+    return std::make_unique<ImportEphemeris>();
+}
+
+} // namespace obscura::tools
