@@ -31,23 +31,23 @@ TdbTime TdbTime::operator+(double span_s) const {
 }
 
 TdbTime to_tdb(Epoch epoch) {
-    // Nanoseconds of TT since J2000; no overflow: both offsets are shorter than 31 years.
-    const std::int64_t tt_ns = epoch.tai_ns - j2000_tai_s * ns_per_s + tt_minus_tai_ns;
-    std::int64_t whole = tt_ns / ns_per_s;
-    std::int64_t part_ns = tt_ns % ns_per_s;
+    // Split before the offsets are added: nanoseconds since J2000 do not fit for 1678.
+    std::int64_t whole = epoch.tai_ns / ns_per_s - j2000_tai_s;
+    std::int64_t part_ns = epoch.tai_ns % ns_per_s;
     if (part_ns < 0) {
         part_ns += ns_per_s;
         --whole;
     }
-    const TdbTime tt{static_cast<double>(whole), static_cast<double>(part_ns) * 1e-9};
+    const TdbTime tt = TdbTime{static_cast<double>(whole + tt_minus_tai_ns / ns_per_s), 0} +
+                       static_cast<double>(part_ns + tt_minus_tai_ns % ns_per_s) * 1e-9;
     return tt + tdb_minus_tt(tt.seconds());
 }
 
 Epoch to_epoch(TdbTime tdb) {
     // TDB - TT changes by less than 1e-9 s over itself.
     const TdbTime tt = tdb + -tdb_minus_tt(tdb.seconds());
-    const auto whole_ns = static_cast<std::int64_t>(tt.whole_s) * ns_per_s;
-    return {whole_ns + std::llround(tt.part_s * 1e9) - tt_minus_tai_ns + j2000_tai_s * ns_per_s};
+    const std::int64_t whole_s = static_cast<std::int64_t>(tt.whole_s) + j2000_tai_s;
+    return {whole_s * ns_per_s - tt_minus_tai_ns + std::llround(tt.part_s * 1e9)};
 }
 
 } // namespace obscura::ephemeris
