@@ -7,6 +7,7 @@
 #include "core/intrinsics.hpp"
 #include "core/spectral_band.hpp"
 #include "core/time.hpp"
+#include "ephemeris/time/epoch.hpp"
 #include "renderer/scene/description.hpp"
 
 #include <array>
@@ -33,6 +34,22 @@ public:
     virtual ~LivePose() = default;
     /// Sets `pose` to the pose at `time_s`, with a unit quaternion; false: none is known yet.
     [[nodiscard]] virtual bool at(double time_s, Pose& pose) const noexcept = 0;
+    /// Age of what at() gives for `time_s`: time by which it is later than the newest pose known; 0: between
+    /// poses, or none is known.
+    [[nodiscard]] virtual double age_s(double /*time_s*/) const noexcept { return 0; }
+};
+
+/// Path of a motion: poses from a file that states how to interpolate them, as a function of scene time
+/// alone. Thread-safe, real-time safe.
+class PosePath {
+public:
+    virtual ~PosePath() = default;
+    /// Pose at `time_s`, any finite number, with a unit quaternion.
+    [[nodiscard]] virtual Pose at(double time_s) const noexcept = 0;
+    /// Distance of `time_s` from the times for which the file has poses; 0 within them.
+    [[nodiscard]] virtual double age_s(double time_s) const noexcept = 0;
+    /// Times at which the file has poses, ascending; not real-time safe.
+    [[nodiscard]] virtual std::vector<double> times_s() const = 0;
 };
 
 /// Aim of the z axis of the camera or a lamp, held at every instant. The camera is aimed at the direction in
@@ -48,14 +65,17 @@ struct Aim {
 /// Name of the Sun as the target of an aim, unless a body has that name.
 inline constexpr const char* sun_name = "sun";
 
-/// Motion of a body, a lamp or the camera: a fixed pose, a trajectory, or a uniform spin about an axis of the
-/// moving frame. Between samples position is linear and attitude slerp; outside the table the end pose holds.
+/// Motion of a body, a lamp or the camera: a fixed pose, a trajectory, a path, or one of them with a uniform
+/// spin about an axis of the moving frame. Between samples position is linear and attitude slerp; outside the
+/// table the end pose holds.
 struct Motion {
     std::vector<TimedPose> samples{{}}; ///< at least one, strictly increasing in time
     Vec3 spin_axis{0, 0, 1};            ///< moving frame, any length above 0
     double spin_rate_rad_s = 0;
     /// Of the camera or a lamp: replaces the attitudes above. Not together with a hinge or a slide.
     std::optional<Aim> aim{};
+    /// Instead of `samples`; null: none.
+    std::shared_ptr<const PosePath> path{};
     /// Overrides all of the above once it has a pose; null: none.
     std::shared_ptr<const LivePose> live{};
 };
@@ -328,6 +348,8 @@ constexpr std::size_t most_bands = 16;
 /// Scene: bodies, light sources, stars and the camera. Inertial frame: right-handed, metres, J2000 axes.
 struct Scene {
     std::string name;
+    /// Instant of scene time 0; scene time counts SI seconds of TAI from it. None: the scene has no date.
+    std::optional<ephemeris::Epoch> epoch{};
     Camera camera;
     Sun sun;
     std::vector<Body> bodies;

@@ -2,6 +2,7 @@
 #include "renderer/scene_files/scene_section.hpp"
 
 #include "config/shipped_files.hpp"
+#include "ephemeris/time/time_text.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -230,8 +231,13 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
 
 config::Section scene_section(Scene& scene) {
     const auto curves = std::make_shared<ColourCurves>();
+    const auto epoch = std::make_shared<std::string>();
     config::Section section{"", "A scene: bodies, light sources, stars and the camera."};
     section.keys = keys_of(scene);
+    section.keys.insert(section.keys.begin() + 1,
+                        config::key("epoch", epoch.get())
+                            .help("Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that "
+                                  "`obscura time` reads, UTC without a scale; empty: the scene has no date"));
     section.tables = {sun_section(scene.sun), stars_section(scene.stars), camera_section(scene.camera)};
     section.lists = {
         body_list(scene, curves),
@@ -242,7 +248,13 @@ config::Section scene_section(Scene& scene) {
                      scene.stray_light, stray_light_section),
     };
     section.printed = false;
-    section.check = [&scene, curves](const config::ReadTable& root) { check_scene(scene, *curves, root); };
+    section.check = [&scene, curves, epoch](const config::ReadTable& root) {
+        if (!epoch->empty())
+            root.refuse_if_thrown("epoch", [&] {
+                scene.epoch = ephemeris::read_time(*epoch, ephemeris::system_leap_seconds());
+            });
+        check_scene(scene, *curves, root);
+    };
     return section;
 }
 

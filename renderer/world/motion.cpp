@@ -19,7 +19,9 @@ Pose pose_at(const scene::Motion& motion, double time_s) {
 Pose scripted_pose(const scene::Motion& motion, double time_s) {
     const auto& samples = motion.samples;
     Pose pose;
-    if (samples.size() == 1 || time_s <= samples.front().time_s) {
+    if (motion.path) {
+        pose = motion.path->at(time_s);
+    } else if (samples.size() == 1 || time_s <= samples.front().time_s) {
         pose = samples.front().pose;
     } else if (time_s >= samples.back().time_s) {
         pose = samples.back().pose;

@@ -3,6 +3,7 @@
 // and every mistake of a file is reported.
 #include "config/section.hpp"
 #include "core/error.hpp"
+#include "ephemeris/time/epoch.hpp"
 #include "renderer/materials/hapke.hpp"
 #include "renderer/materials/minnaert.hpp"
 #include "renderer/materials/phong.hpp"
@@ -112,6 +113,20 @@ TEST_CASE("every shape and material is documented with unit, range, help and def
         scene::Material material = kind.make_default();
         check_kind("material = \"" + std::string(kind.name) + "\"", kind.parameters(material));
     }
+}
+
+TEST_CASE("a scene's epoch is the instant of its time 0") {
+    const test::TempFolder folder;
+    const auto epoch_of = [&](const std::string& text) {
+        return scene::parse_scene("epoch = \"" + text + "\"\n", "s.toml").epoch;
+    };
+    CHECK(epoch_of("2007-02-28T12:00:00Z") == ephemeris::Epoch{1172664033000000000});
+    CHECK(epoch_of("2007-02-28T12:00:00") == ephemeris::Epoch{1172664033000000000});
+    CHECK(epoch_of("2007 FEB 28 12:01:05.185383388 TDB") == ephemeris::Epoch{1172664033000000000});
+    CHECK_FALSE(epoch_of("").has_value());
+    CHECK_FALSE(scene::parse_scene("", "s.toml").epoch.has_value());
+    CHECK(refusal(folder, "name = \"x\"\nepoch = \"2007-02-30\"\n") ==
+          "s.toml:2:9: epoch: time \"2007-02-30\": character 9: day 30, allowed is 1 to 28 in FEB 2007");
 }
 
 TEST_CASE("the defaults of every material are within its ranges and rules") {
