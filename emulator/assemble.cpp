@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <system_error>
 #include <utility>
 
@@ -32,6 +33,16 @@ std::uint32_t run_word(const emulator::DaemonConfig& config) {
 }
 
 } // namespace
+
+SceneClockSettings scene_clock_settings(const emulator::DaemonConfig& config) {
+    const DaemonSection& daemon = config.daemon;
+    return {.mode = daemon.scene_time,
+            .start_ns = std::llround(daemon.scene_start_s * 1e9),
+            .rate = daemon.scene_rate,
+            .times = daemon.scene_time == SceneTime::replay ? read_scene_times(daemon.scene_times)
+                                                            : std::vector<Time>{},
+            .epoch = config.scene.epoch.value_or(ephemeris::Epoch{})};
+}
 
 sync::RationalRate nominal_trigger_rate(const emulator::DaemonConfig& config) {
     return sync::nominal_rate(config.trigger.lines[initial_trigger_line(config)]);
@@ -69,7 +80,11 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     const InitialCamera initial = initial_camera(config);
     camera.initial = initial.settings;
     camera.limits = initial.limits;
-    camera.scene_time = config.daemon.scene_time;
+    camera.scene = scene_clock_settings(config);
+    // Offline there are no edges: they come at nominal times, from the scene's epoch on.
+    SceneClockSettings nominal = camera.scene;
+    if (nominal.mode == SceneTime::tai || nominal.mode == SceneTime::clock) nominal.mode = SceneTime::nominal;
+    nominal_scene = SceneClock(std::move(nominal));
     camera.trigger_rate = nominal_trigger_rate(config);
     camera.over_trigger = config.trigger.over_trigger;
     if (const std::string complaint = explain_invalid(camera.initial, camera.limits); !complaint.empty())
@@ -117,8 +132,12 @@ FrameOrder Imaging::nominal_order(std::uint64_t frame_id) const {
     FrameOrder order;
     order.frame_id = order.trigger_id = frame_id;
     order.settings = camera.initial;
-    order.scene_time = nominal_scene_time(camera.initial, camera.trigger_rate, frame_id);
-    order.trigger_edge = order.seen = order.scene_time;
+    const Time nominal = nominal_scene_time(camera.initial, camera.trigger_rate, frame_id);
+    order.trigger_edge = order.seen = nominal;
+    const SceneClock::Instant instant =
+        nominal_scene.at({.frame_id = frame_id, .nominal = nominal, .edge = nominal});
+    order.scene_time = instant.planned;
+    order.shown = instant.shown;
     return order;
 }
 

@@ -35,8 +35,8 @@ struct Imaging {
     Imaging(const DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
             bool pixel_truth = false);
 
-    /// Order of frame `frame_id` with the configured camera settings, in nominal scene time. The scheduling
-    /// clock equals the scene clock.
+    /// Order of frame `frame_id` with the configured camera settings, at nominal trigger edges, which
+    /// the scheduling clock counts from 0.
     [[nodiscard]] FrameOrder nominal_order(std::uint64_t frame_id) const;
     /// Prepares for `first` as the first frame made: plans the readouts of the frames before it, as far as
     /// its timing depends on them, and makes those whose image lag reaches it. Throws ConfigError.
@@ -44,7 +44,8 @@ struct Imaging {
 
     MonotonicClock clock;
     CameraConfig camera;
-    PoseRings poses; ///< rings that a simulator writes to; empty without a simulator
+    SceneClock nominal_scene{{}}; ///< of nominal_order()
+    PoseRings poses;              ///< rings that a simulator writes to; empty without a simulator
     std::unique_ptr<renderer::Renderer> renderer;
     std::unique_ptr<sensors::Detector> detector;
     std::unique_ptr<FrameMaker> maker;
@@ -57,6 +58,9 @@ struct Imaging {
 /// Makes the renderer of `scene` with the configured settings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
 make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
+
+/// Scene clock as configured. Throws ConfigError for a bad file of scene times.
+[[nodiscard]] SceneClockSettings scene_clock_settings(const DaemonConfig& config);
 
 /// Nominal rate of the line that triggers frames after reset (Line0 where none does) behind its divider.
 [[nodiscard]] sync::RationalRate nominal_trigger_rate(const DaemonConfig& config);

@@ -34,6 +34,7 @@ Camera::Camera(const CameraConfig& config, FrameMaker& maker, Releaser& releaser
               [&config](Alarm::Handler handler) {
                   return std::make_unique<Alarm>(config.trigger_thread, std::move(handler));
               }),
+      scene_clock_(config.scene),
       frame_settings_(config.initial) {
     thread_ = std::thread([this] {
         enter_thread("pipeline", config_.thread);
@@ -102,11 +103,12 @@ bool Camera::acquisition_start() {
     frames_left_ = now.acquisition_mode == AcquisitionMode::single_frame  ? 1
                    : now.acquisition_mode == AcquisitionMode::multi_frame ? now.acquisition_frame_count
                                                                           : UINT64_MAX;
-    acquisition_begin_ = clock_.now();
+    const Time begin = clock_.now();
+    scene_clock_.begin(begin);
     trigger_rate_ = next_trigger_rate_;
     frame_sequence_ = sequence_;
     sequence_step_ = sequence_.start;
-    router_.acquisition_start(now, acquisition_begin_);
+    router_.acquisition_start(now, begin);
     start_free_run();
     router_.resume_level();
     return true;
@@ -270,10 +272,15 @@ FrameOrder Camera::next_order() noexcept {
     last_sequence_step_.store(step, std::memory_order_relaxed);
     // Apply a latched trigger when the chip is free again.
     order.settings.trigger_delay_ns += router_.gate().held_ns();
-    order.scene_time = trigger.scene != sync::Trigger::scene_of_camera ? trigger.scene
-                       : config_.scene_time == SceneTime::nominal
-                           ? nominal_scene_time(frame_settings_, trigger_rate_, order.frame_id)
-                           : Time{trigger.edge - acquisition_begin_};
+    const SceneClock::Instant instant = scene_clock_.at(
+        {.frame_id = order.frame_id,
+         .nominal = nominal_scene_time(frame_settings_, trigger_rate_, order.frame_id),
+         .edge = trigger.edge,
+         .tai_offset_ns = order.tai_offset_ns,
+         .given =
+             trigger.scene == sync::Trigger::scene_of_camera ? std::nullopt : std::optional(trigger.scene)});
+    order.scene_time = instant.planned;
+    order.shown = instant.shown;
     return order;
 }
 

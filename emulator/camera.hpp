@@ -12,6 +12,7 @@
 #include "emulator/policies.hpp"
 #include "emulator/releaser.hpp"
 #include "emulator/render_scheduling.hpp"
+#include "emulator/scene_clock.hpp"
 #include "emulator/trigger_router.hpp"
 #include "sync/schedule.hpp"
 #include "sync/sync.hpp"
@@ -30,7 +31,7 @@ namespace obscura::emulator {
 struct CameraConfig {
     CameraSettings initial;
     CameraLimits limits;
-    SceneTime scene_time = SceneTime::nominal;
+    SceneClockSettings scene{};
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
     ThreadSettings thread{};         ///< pipeline
@@ -166,7 +167,7 @@ private:
     std::uint64_t next_frame_id_ = 1;
     std::uint64_t frames_left_ = 0;
     sync::RationalRate trigger_rate_;
-    Time acquisition_begin_;
+    SceneClock scene_clock_;
     Sequence frame_sequence_;
 
     // Pipeline thread: the current frame.

@@ -114,6 +114,10 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
         return "the scene's spectral bands and the camera's aperture cannot change while running; restart "
                "for "
                "that";
+    if (next.daemon.scene_time == SceneTime::tai && before.epoch != after.epoch)
+        return "the scene's epoch cannot change while frames follow it (daemon.scene_time = \"tai\"); "
+               "restart "
+               "for that";
     if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
     auto built = std::async(std::launch::async, [&] { return make_renderer(next, next.scene, threads_); });
     while (built.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready)

@@ -54,6 +54,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
     plan_.rows.reserve(rows);
     plan_.sensor_row.reserve(rows);
     plan_.release.reserve(rows);
+    shown_rows_.reserve(rows);
     row_blocks_.reserve(rows + max_windows);
 
     const bool lines = readout_.shutter == Shutter::push_broom;
@@ -121,6 +122,9 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
                            plan_.width, plan_.height);
     list_row_blocks();
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
+    shown_rows_.clear();
+    for (const RowTime& row : plan_.rows)
+        shown_rows_.push_back({order.shown.at(row.reset), order.shown.at(row.read)});
 
     FrameInfo& info = frame.info;
     info.frame_id = order.frame_id;
@@ -165,7 +169,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
         std::fill_n(truth->saturated.begin(), pixels, std::uint8_t{0});
     }
     const Time mid = midpoint(plan_.rows.front().reset, plan_.rows.back().read);
-    current().fill_truth(mid, info.truth);
+    current().fill_truth(order.shown.at(mid), info.truth);
     info.truth.mid_exposure = mid + scene_to_clock_ns_;
     info.truth.seed = settings_.seed;
     info.truth.run = run();
@@ -250,7 +254,7 @@ bool FrameMaker::render_row_block(const RowBlock& block, std::span<float> light,
     block_times_.clear();
     for (std::int32_t row = first; row < first + rows; ++row)
         block_times_.push_back(
-            plan_.rows[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
+            shown_rows_[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
 
     renderer::RenderRequest request;
     request.window.x = window.sensor.x - block.halo_left;
@@ -261,7 +265,7 @@ bool FrameMaker::render_row_block(const RowBlock& block, std::span<float> light,
     request.window.y = window.sensor.y + first - window.image_y;
     request.window.height = request.rows = rows;
     request.row_times = block_times_;
-    request.common_mid = renderer::common_mid(plan_.rows);
+    request.common_mid = renderer::common_mid(shown_rows_);
     return current().render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
                             cancel);
 }

@@ -8,6 +8,7 @@
 #include "core/realtime.hpp"
 #include "emulator/auto_exposure.hpp"
 #include "emulator/frame_work.hpp"
+#include "emulator/scene_clock.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 #include "sensors/sequencer.hpp"
@@ -21,16 +22,17 @@
 
 namespace obscura::emulator {
 
-/// Parameters of one frame. The pixels depend on frame_id, scene_time, `settings`, the configuration with its
-/// seed and the acquisition's run word, and on those of the frames since the acquisition start: a sensor
-/// keeps charge of the frame before (image lag), its rows may have been reset under older settings, and a
-/// trigger during a readout waits for the row grid. The other time stamps are only recorded.
+/// Parameters of one frame. The pixels depend on frame_id, scene_time, shown, `settings`, the configuration
+/// with its seed and the acquisition's run word, and on those of the frames since the acquisition start: a
+/// sensor keeps charge of the frame before (image lag), its rows may have been reset under older settings,
+/// and a trigger during a readout waits for the row grid. The other time stamps are only recorded.
 struct FrameOrder {
     std::uint64_t frame_id = 1;
     std::uint64_t trigger_id = 1;
     Time trigger_edge;              ///< scheduling clock
     Time seen;                      ///< scheduling clock
-    Time scene_time;                ///< scene clock at the trigger edge
+    Time scene_time;                ///< at the trigger edge; the readout is planned in it
+    SceneShown shown{};             ///< from scene_time to the time of the scene that is rendered
     std::int64_t tai_offset_ns = 0; ///< TAI minus the scheduling clock
     ClockState clock_state = ClockState::free;
     CameraSettings settings;
@@ -153,7 +155,8 @@ private:
 
     sensors::ReadoutSequencer sequencer_;
     sensors::ReadoutPlan plan_;
-    Time asked_start_; ///< requested exposure start, scene time
+    Time asked_start_;                ///< requested exposure start, scene time
+    std::vector<RowTime> shown_rows_; ///< the plan's rows in the time of the scene that is rendered
     std::vector<RowBlock> row_blocks_;
     std::vector<RowTime> block_times_;
     std::vector<float> line_; ///< push-broom: one line of all spectral bands

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Timing policies of the camera: scene time, row release, late rows.
+// Timing policies of the camera: row release, late rows.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -7,15 +7,6 @@
 #include <cstdint>
 
 namespace obscura::emulator {
-
-/// The clock that the scene follows.
-enum class SceneTime : std::uint8_t {
-    nominal, ///< frame k shows the scene at (k - 1) nominal periods: the same bytes on every run
-    clock,   ///< at the time that passed since the acquisition started
-};
-constexpr auto enum_names(SceneTime /*type*/) {
-    return std::array{EnumName{SceneTime::nominal, "nominal"}, EnumName{SceneTime::clock, "clock"}};
-}
 
 /// What happens to a frame with a row that is not ready at its release time plus the grace time.
 enum class LatePolicy : std::uint8_t {

@@ -165,6 +165,9 @@ DaemonConfig read_config(const Tables& tables, bool several, config::Mistakes& m
 void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Tables& tables,
                     config::Mistakes& mistakes) {
     config.scene = scene;
+    if (config.daemon.scene_time == SceneTime::tai && !scene.epoch)
+        table_for_checks(tables.root, {tables.top.file, ""}, "daemon", mistakes)
+            .refuse("scene_time", "\"tai\" needs an epoch in the scene file");
     if (const config::Member* view = tables.root.find("view")) {
         mistakes.collect(
             [&] { config.view = scene::read_view(view->value, tables.top.in("view"), config.scene.camera); });

@@ -33,7 +33,20 @@ config::Section section_of(DaemonSection& s) {
         key("scene_time", &s.scene_time)
             .help("Clock of the scene. nominal: frame k shows the scene k - 1 nominal trigger periods after "
                   "its start, so that it can be rendered again offline; clock: frames show the scene at the "
-                  "time that has passed since the start"),
+                  "time that has passed since the start; tai: at the TAI of their trigger edge, from the "
+                  "scene's epoch on; replay: frame k shows the k-th of scene_times"),
+        key("scene_start_s", &s.scene_start_s)
+            .unit("s")
+            .range(-1e9, 1e9)
+            .help("Scene time at which the acquisition starts with scene_time nominal or clock; with tai it "
+                  "is added to every scene time"),
+        key("scene_rate", &s.scene_rate)
+            .range(1e-6, 1e6)
+            .help("Seconds of the scene that pass in one second, with scene_time nominal or clock; motion "
+                  "blur grows with it"),
+        key("scene_times", config::Path{&s.scene_times, true, true})
+            .help("CSV table time_s of the scene times that frames 1, 2, ... show with scene_time = "
+                  "\"replay\"; after its end the last one holds; empty: none"),
         key("drop_capabilities", &s.drop_capabilities)
             .help("Drop the capabilities of root before the first socket is opened; false: keep them, to "
                   "write to folders of other users or listen on ports below 1024"),
@@ -47,6 +60,21 @@ config::Section section_of(DaemonSection& s) {
             .help(
                 "Memory that the daemon may take. A scene that needs more is refused; after a reload the old "
                 "one stays in use. 0: what the control group of the service allows (MemoryMax=)"),
+    };
+    section.check = [&s](const config::ReadTable& table) {
+        const auto only_with = [&](std::string_view key, bool fits, const char* modes) {
+            if (table.has(key) && !fits) table.refuse(key, fmt::format("belongs to scene_time = {}", modes));
+        };
+        const bool runs = s.scene_time == SceneTime::nominal || s.scene_time == SceneTime::clock;
+        only_with("scene_start_s", s.scene_time != SceneTime::replay || s.scene_start_s == 0,
+                  "\"nominal\", \"clock\" or \"tai\"");
+        only_with("scene_rate", runs || s.scene_rate == 1, "\"nominal\" or \"clock\"");
+        only_with("scene_times", s.scene_time == SceneTime::replay || s.scene_times.empty(), "\"replay\"");
+        if (s.scene_time != SceneTime::replay) return;
+        if (s.scene_times.empty())
+            table.refuse("scene_time", "\"replay\" needs scene_times");
+        else
+            table.refuse_if_thrown("scene_times", [&s] { (void)read_scene_times(s.scene_times); });
     };
     return section;
 }

@@ -6,6 +6,7 @@
 #include "core/log.hpp"
 #include "emulator/policies.hpp"
 #include "emulator/render_scheduling.hpp"
+#include "emulator/scene_clock.hpp"
 
 #include <array>
 #include <cstdint>
@@ -32,6 +33,9 @@ struct DaemonSection {
     std::uint64_t seed = 1;
     std::int64_t run = -1; ///< run word; -1: random
     SceneTime scene_time = SceneTime::nominal;
+    double scene_start_s = 0;
+    double scene_rate = 1;
+    std::string scene_times; ///< file; empty: none
     bool drop_capabilities = true;
     bool autostart = false;
     std::int32_t memory_limit_mib = 0;

@@ -72,7 +72,8 @@ RenderFigures figures_of(const FrameCost& cost, std::size_t threads) {
 
 Plausibility view_of_camera(const std::string& name, const emulator::DaemonConfig& config,
                             const emulator::Imaging& imaging) {
-    const double first_s = to_seconds(imaging.nominal_order(1).scene_time.ns);
+    const emulator::FrameOrder order = imaging.nominal_order(1);
+    const double first_s = to_seconds(order.shown.at(order.scene_time).ns);
     return Plausibility(name, *imaging.renderer, instants_of(imaging.renderer->scene(), first_s),
                         !config.simulator.enabled);
 }

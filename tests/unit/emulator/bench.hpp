@@ -56,7 +56,8 @@ struct CameraBench : MakerBench {
     explicit CameraBench(const SensorDescription& description = small_sensor(), std::size_t keep = 5,
                          std::function<void(CameraSettings&)> adjust = {},
                          sync::OverTrigger policy = sync::OverTrigger::count,
-                         emulator::LatePolicy late = emulator::LatePolicy::late, bool falling_edges = false)
+                         emulator::LatePolicy late = emulator::LatePolicy::late, bool falling_edges = false,
+                         emulator::SceneClockSettings scene_clock = {})
         : MakerBench(description),
           loopback({4, keep,
                     [this](const FrameRef&) {
@@ -65,7 +66,8 @@ struct CameraBench : MakerBench {
                     }}),
           releaser({.max_rows = static_cast<std::size_t>(description.readout.height), .policy = late},
                    std::make_unique<MonotonicClock>(), &timing),
-          camera(config(description, adjust, policy, falling_edges), maker, releaser, pool, clock, log) {
+          camera(config(description, adjust, policy, falling_edges, std::move(scene_clock)), maker, releaser,
+                 pool, clock, log) {
         camera.add_transport(loopback);
         timing.set_transports({"loopback"});
         loopback.start();
@@ -78,8 +80,10 @@ struct CameraBench : MakerBench {
 
     static emulator::CameraConfig config(const SensorDescription& sensor,
                                          const std::function<void(CameraSettings&)>& adjust,
-                                         sync::OverTrigger policy, bool falling_edges = false) {
+                                         sync::OverTrigger policy, bool falling_edges = false,
+                                         emulator::SceneClockSettings scene_clock = {}) {
         emulator::CameraConfig c;
+        c.scene = std::move(scene_clock);
         c.over_trigger = policy;
         c.initial = whole_sensor(sensor);
         c.limits.overlapped = sensor.readout.overlapped;

@@ -527,6 +527,38 @@ seed = -1
     {R"([scene]
 file = "scene.toml"
 [daemon]
+scene_time = "tai"
+)",
+     "c.toml:4:14: daemon.scene_time: \"tai\" needs an epoch in the scene file"},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
+scene_time = "replay"
+)",
+     "c.toml:4:14: daemon.scene_time: \"replay\" needs scene_times"},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
+scene_time = "replay"
+scene_times = "scene.toml"
+scene_rate = 2
+)",
+     "c.toml:6:14: daemon.scene_rate: belongs to scene_time = \"nominal\" or \"clock\""},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
+scene_times = "scene.toml"
+)",
+     "c.toml:4:15: daemon.scene_times: belongs to scene_time = \"replay\""},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
+scene_rate = 0
+)",
+     "c.toml:4:14: daemon.scene_rate: 0 is out of range, allowed 1e-6 to 1000000"},
+    {R"([scene]
+file = "scene.toml"
+[daemon]
 log_level = 7
 )",
      "c.toml:4:13: daemon.log_level: is an integer, allowed a string: error, warning, notice, info, debug"},
