@@ -46,6 +46,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_stimulator();
 [[nodiscard]] std::unique_ptr<Verb> make_sensor();
 [[nodiscard]] std::unique_ptr<Verb> make_characterise();
+[[nodiscard]] std::unique_ptr<Verb> make_time();
 [[nodiscard]] std::unique_ptr<Verb> make_timing();
 [[nodiscard]] std::unique_ptr<Verb> make_release();
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();

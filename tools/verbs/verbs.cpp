@@ -23,6 +23,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"stimulator", make_stimulator},
         VerbEntry{"sensor", make_sensor},
         VerbEntry{"characterise", make_characterise},
+        VerbEntry{"time", make_time},
         VerbEntry{"timing", make_timing},
         VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
