@@ -539,11 +539,11 @@ scene_time = "replay"
     {R"([scene]
 file = "scene.toml"
 [daemon]
-scene_time = "replay"
-scene_times = "scene.toml"
+scene_time = "tai"
 scene_rate = 2
 )",
-     "c.toml:6:14: daemon.scene_rate: belongs to scene_time = \"nominal\" or \"clock\""},
+     "c.toml:5:14: daemon.scene_rate: belongs to scene_time = \"nominal\" or \"clock\"\n"
+     "c.toml:4:14: daemon.scene_time: \"tai\" needs an epoch in the scene file"},
     {R"([scene]
 file = "scene.toml"
 [daemon]
