@@ -19,6 +19,8 @@
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/scene/position.hpp"
+#include "renderer/truth/row_states.hpp"
+#include "renderer/truth/scene_truth.hpp"
 #include "renderer/work_clock.hpp"
 #include "renderer/worker_threads.hpp"
 #include "renderer/world/build.hpp"
@@ -648,6 +650,22 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
         std::copy_n(name.begin(), std::min(name.size(), body.name.size() - 1), body.name.begin());
         body.pose = seen_pose(impl_->scene, impl_->bodies, i, truth.camera.position_m, time_s);
     }
+}
+
+void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const {
+    std::vector<std::uint32_t> stars;
+    impl_->splatter.find_stars(request.rows, stars);
+    const TruthScene scene{impl_->scene,
+                           impl_->bodies,
+                           *impl_->lens,
+                           impl_->gaussian_psf,
+                           impl_->psf.get(),
+                           impl_->splatter.stars(),
+                           stars,
+                           impl_->sun_w_m2,
+                           impl_->settings.max_instants,
+                           impl_->splatter.reach_px()};
+    renderer::list_truth(scene, request, truth);
 }
 
 std::uint64_t Renderer::rays_traced() const noexcept {

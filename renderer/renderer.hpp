@@ -24,9 +24,14 @@
 #include <span>
 #include <vector>
 
+namespace obscura {
+struct SceneTruth;
+}
+
 namespace obscura::renderer {
 
 struct View;
+struct TruthRequest;
 
 /// Quality, threads and seed of a renderer; fixed after construction.
 struct RenderSettings {
@@ -108,6 +113,9 @@ public:
 
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;
+
+    /// Lists where stars and bodies are in the pixels of a frame (renderer/truth/scene_truth.hpp). Allocates.
+    void list_truth(const TruthRequest& request, SceneTruth& truth) const;
 
     /// Rays traced so far (primary + shadow), for benchmarks.
     [[nodiscard]] std::uint64_t rays_traced() const noexcept;

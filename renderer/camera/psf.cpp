@@ -165,9 +165,16 @@ PsfCore::PsfCore(std::int32_t half, const std::vector<std::vector<double>>& psf)
     for (const std::vector<double>& grid : psf) {
         response_.push_back(integrate(grid));
         double sum = 0;
-        for (const double d : grid)
-            sum += d;
+        ImagePoint moment;
+        for (std::int32_t j = 0; j < from_side; ++j)
+            for (std::int32_t i = 0; i < from_side; ++i) {
+                const double d = grid[static_cast<std::size_t>(j) * static_cast<std::size_t>(from_side) +
+                                      static_cast<std::size_t>(i)];
+                sum += d;
+                moment.x += d * (i - half) * step, moment.y += d * (j - half) * step;
+            }
         light_.push_back(sum * step * step);
+        centroid_.push_back(sum > 0 ? ImagePoint{moment.x / sum, moment.y / sum} : ImagePoint{});
     }
     const std::size_t cells = (side - 1) * (side - 1);
     const auto cell_mean = [&](const std::vector<float>& r, std::size_t i, std::size_t j) {
@@ -449,6 +456,22 @@ double Psf::weight(ImagePoint at, std::int32_t column, std::int32_t row, std::si
     for (int k = 0; k < 4; ++k)
         if (places.share[k] > 0) sum += places.share[k] * cores_[places.zone[k]].response(band, dx, dy);
     return sum;
+}
+
+ImagePoint Psf::centroid(ImagePoint at, std::span<const double> weights) const {
+    const PsfZones places = zones_at(at.x, at.y);
+    ImagePoint moment;
+    double sum = 0;
+    for (int k = 0; k < 4; ++k)
+        for (std::size_t b = 0; b < weights.size(); ++b) {
+            if (places.share[k] == 0) continue;
+            const PsfCore& core = cores_[places.zone[k]];
+            const double light = places.share[k] * weights[b] * core.light(b);
+            const ImagePoint c = core.centroid(b);
+            moment.x += light * c.x, moment.y += light * c.y;
+            sum += light;
+        }
+    return sum > 0 ? ImagePoint{moment.x / sum, moment.y / sum} : ImagePoint{};
 }
 
 double Psf::wing(std::size_t zone, std::size_t band, double squared_distance_px) const {

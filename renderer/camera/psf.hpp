@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace obscura::renderer {
@@ -32,6 +33,8 @@ public:
     [[nodiscard]] double response(std::size_t band, double x, double y) const;
     /// Fraction of the light that is in the core.
     [[nodiscard]] double light(std::size_t band) const { return light_[band]; }
+    /// Centroid of that light from the point, px.
+    [[nodiscard]] ImagePoint centroid(std::size_t band) const { return centroid_[band]; }
 
 private:
     std::int32_t side_ = 0; ///< points of the response
@@ -39,6 +42,7 @@ private:
     std::vector<std::vector<float>> response_; ///< one for all bands when they are the same
     std::vector<std::vector<float>> ratio_;    ///< band, cell; none when the bands are the same
     std::vector<double> light_;
+    std::vector<ImagePoint> centroid_;
     std::vector<double> row_sums_;   ///< cumulative, of the rows of cells
     std::vector<float> column_sums_; ///< cumulative within each row
 };
@@ -82,6 +86,9 @@ public:
                   Channels& weight) const;
     /// Fraction of the light of a point at `at` that the core brings into a pixel.
     [[nodiscard]] double weight(ImagePoint at, std::int32_t column, std::int32_t row, std::size_t band) const;
+    /// Centroid of the core's light of a point at `at`, from the point, px; `weights`: signal of the point in
+    /// each band.
+    [[nodiscard]] ImagePoint centroid(ImagePoint at, std::span<const double> weights) const;
     /// Fraction of the light of a point at one field position that the wings bring into a pixel at a
     /// distance, see squared_distance().
     [[nodiscard]] double wing(std::size_t zone, std::size_t band, double squared_distance_px) const;

@@ -103,6 +103,7 @@ public:
         return psf_ != nullptr ? std::max(psf_->reach_px(), psf_->wings_reach_px())
                                : gaussian_psf_.splat_reach_px();
     }
+    [[nodiscard]] const StarField& stars() const { return stars_; }
     /// Fills `found` with the stars that may be visible in some of the rows.
     void find_stars(std::span<const RowTime> rows, std::vector<std::uint32_t>& found) const;
     /// Lists the samples of the bodies that may light the view's rows at an instant, after those in `jobs`.

@@ -3,6 +3,7 @@
 
 #include "renderer/camera/projection.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/shapes/single_ray.hpp"
 #include "renderer/world/row_state.hpp"
 
 #include <algorithm>
@@ -45,21 +46,6 @@ std::vector<Vec3> field_directions(const Projection& lens, const scene::Camera& 
 
 bool on_sensor(const scene::Camera& camera, const std::optional<ImagePoint>& at) {
     return at && at->x >= -0.5 && at->y >= -0.5 && at->x < camera.width - 0.5 && at->y < camera.height - 0.5;
-}
-
-/// Distance along the unit vector `direction` from `origin`, body frame, to the surface; no_hit: none.
-double distance_along(const Shape& shape, Vec3 origin, Vec3 direction) {
-    RayPacket rays;
-    HitPacket hits;
-    hits.clear();
-    for (int i = 0; i < packet_size; ++i) {
-        rays.origin.set(i, origin);
-        rays.direction.set(i, direction);
-        rays.t_max[i] = no_hit;
-        rays.active.on[i] = i == 0 ? -1 : 0;
-    }
-    shape.intersect(rays, 0, hits);
-    return hits.t[0];
 }
 
 /// Whether `point`, body frame, is inside a closed surface: nearly all rays from it cross the surface an odd

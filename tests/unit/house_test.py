@@ -28,7 +28,7 @@ LEVELS = {
         {"shapes"},
         {"textures", "camera", "scene_files"},
         {"world"},
-        {"integrators"},
+        {"integrators", "truth"},
         {"."},
     ],
     "transports/gige": [

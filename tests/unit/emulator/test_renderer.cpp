@@ -62,6 +62,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.mid_exposure = t;
     truth.camera.position_m = {to_seconds(t.ns), 0, 0};
 }
+void Renderer::list_truth(const TruthRequest& /*request*/, SceneTruth& /*truth*/) const {}
 std::uint64_t Renderer::rays_traced() const noexcept {
     return 0;
 }

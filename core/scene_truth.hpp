@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Truth table of a frame: where stars, bodies, limbs, terminators and landmarks are in its pixels.
+#pragma once
+
+#include "core/enum_names.hpp"
+#include "core/geometry.hpp"
+#include "core/time.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura {
+
+/// Kind of object of an entry.
+enum class TruthKind : std::uint8_t {
+    star,
+    body,       ///< origin of the body frame; also the Sun
+    landmark,   ///< named point of a body
+    limb,       ///< point of a body's outline
+    terminator, ///< point of a body where the centre of the Sun is on the horizon
+};
+constexpr auto enum_names(TruthKind /*type*/) {
+    return std::array{EnumName{TruthKind::star, "star"}, EnumName{TruthKind::body, "body"},
+                      EnumName{TruthKind::landmark, "landmark"}, EnumName{TruthKind::limb, "limb"},
+                      EnumName{TruthKind::terminator, "terminator"}};
+}
+
+/// Visibility of an object in a frame.
+enum class TruthVisibility : std::uint8_t {
+    visible,
+    partly,  ///< for a part of the exposure, or a part of its disc
+    hidden,  ///< behind a body, or on the far side of its own
+    outside, ///< not on the delivered pixels
+};
+constexpr auto enum_names(TruthVisibility /*type*/) {
+    return std::array{
+        EnumName{TruthVisibility::visible, "visible"}, EnumName{TruthVisibility::partly, "partly"},
+        EnumName{TruthVisibility::hidden, "hidden"}, EnumName{TruthVisibility::outside, "outside"}};
+}
+
+/// An object in one window of a frame. Quantities that are not known are NaN.
+struct TruthEntry {
+    static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+    TruthKind kind = TruthKind::star;
+    TruthVisibility visibility = TruthVisibility::visible;
+    /// Its brightest pixel reaches full well or the end of the ADC's range, by its own light alone.
+    bool saturated = false;
+    bool lit = true; ///< landmarks and limb points: the centre of the Sun is above the horizon
+    std::uint16_t window = 0;
+    std::int32_t object = 0;     ///< index of the star or body in the scene; the Sun comes after the bodies
+    std::int32_t item = 0;       ///< landmark: its index; limb and terminator: number along the curve
+    std::array<char, 32> name{}; ///< zero terminated
+    /// Centroid of its light in the composed image, px: centre of pixel (0, 0) at (0, 0). All effects of the
+    /// image are in it.
+    double x_px = unknown, y_px = unknown;
+    double psf_x_px = 0, psf_y_px = 0; ///< the part of it that the asymmetry of the PSF makes
+    Time time;                         ///< mid-exposure of the row on which it lands
+    std::int64_t exposure_ns = 0;      ///< of that row
+    double range_m = unknown;          ///< from the camera, at `time`; infinite for stars
+    double visible_share = 1;          ///< of its light, or of its disc
+    double magnitude_v = unknown;      ///< stars
+    double irradiance_w_m2 = unknown;  ///< at the entrance pupil, sum of the bands
+    double signal_e = unknown;         ///< expected electrons in all its pixels
+    double peak_e = unknown;           ///< expected electrons in its brightest pixel
+    double snr = unknown;              ///< of a fit of its image, see docs/truth.md
+
+    void set_name(std::string_view text) {
+        name.fill('\0');
+        std::copy_n(text.begin(), std::min(text.size(), name.size() - 1), name.begin());
+    }
+    [[nodiscard]] std::string_view name_text() const {
+        return {name.data(),
+                static_cast<std::size_t>(std::find(name.begin(), name.end(), '\0') - name.begin())};
+    }
+};
+
+/// Pose of the camera or of a body as the camera sees it (light time), at mid-exposure of the frame.
+struct TruthPose {
+    std::string name;
+    Pose pose; ///< own axes to inertial
+    Vec3 sun;  ///< unit, own axes: from its origin to the Sun
+};
+
+/// Truth table of one frame.
+struct SceneTruth {
+    std::uint64_t frame_id = 0;
+    Time mid_exposure; ///< half way between the first reset and the last read
+    Vec3 sun_position_m;
+    std::vector<TruthPose> poses; ///< the camera, then all bodies
+    std::vector<TruthEntry> entries;
+};
+
+} // namespace obscura

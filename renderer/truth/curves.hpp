@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limb and terminator of a body as points in the body frame.
+#pragma once
+
+#include "core/scene_truth.hpp"
+#include "renderer/truth/row_states.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// Limb: the outline seen by the camera. Terminator: where the centre of the Sun is on the horizon. Of
+/// ellipsoids both are exact: the points whose tangent planes hold the camera, or the centre of the Sun. Of
+/// other shapes the limb is found by rays, outwards from the direction to the body's origin: the outermost
+/// surface in each; it holds at one state, and its points are taken along with the body. They have no
+/// terminator.
+class BodyCurve {
+public:
+    /// `middle`: the state at which the limb of other shapes than ellipsoids holds.
+    BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
+              const TruthState& middle);
+
+    /// Whether there is a point `i` of the curve: not from inside the body, nor without a Sun.
+    [[nodiscard]] bool has(const TruthState& state, std::uint32_t i) const;
+    /// Body frame.
+    [[nodiscard]] Vec3 point_m(const TruthState& state, std::uint32_t i) const;
+    /// Whether the body itself does not hide it.
+    [[nodiscard]] bool near_side(const TruthState& state, std::uint32_t i) const;
+    /// Whether the centre of the Sun is above the horizon.
+    [[nodiscard]] bool lit(const TruthState& state, std::uint32_t i) const;
+
+private:
+    /// Camera, or the Sun, in the frame of the body.
+    [[nodiscard]] Vec3 viewer_m(const TruthState& state) const;
+
+    const TruthScene& scene_;
+    std::size_t body_;
+    TruthKind kind_;
+    std::uint32_t points_;
+    Vec3 radii_m_;                           ///< 0: not an ellipsoid
+    std::vector<std::optional<Vec3>> found_; ///< by rays
+};
+
+} // namespace obscura::renderer

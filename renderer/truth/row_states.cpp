@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/truth/row_states.hpp"
+
+#include "renderer/world/exposure.hpp"
+#include "renderer/world/kinematics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace obscura::renderer {
+namespace {
+
+/// More instants than these move no centroid by 1e-4 px: the first two moments of the exposure are exact with
+/// any number.
+constexpr std::uint32_t most_instants = 16;
+
+} // namespace
+
+RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windows,
+                     std::span<const RowTime> rows, bool push_broom)
+    : scene_(scene), windows_(windows), rows_(rows), push_broom_(push_broom) {
+    if (scene.max_instants > 1 && !rows.empty()) {
+        double motion = 0;
+        for (const RowTime& row : {rows.front(), rows[rows.size() / 2], rows.back()})
+            motion = std::max(motion, motion_px(scene.scene, scene.bodies, scene.lens, scene.reach_px, row));
+        rendered_instants_ = Exposure::of(rows.front(), motion, scene.max_instants).instants;
+    }
+    instants_ = std::min(rendered_instants_, most_instants);
+    std::size_t states = 0;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        if (row > 0 && rows[row] != rows[row - 1]) states += instants_;
+        first_state_.push_back(states);
+    }
+    states_.resize(states + instants_);
+}
+
+const TruthState& RowStates::at(std::int32_t row, std::uint32_t instant) {
+    const auto r = static_cast<std::size_t>(row);
+    std::optional<TruthState>& state = states_[first_state_[r] + instant];
+    if (state) return *state;
+    return state.emplace(state_at(Exposure{rows_[r], instants_}.time_s(instant)));
+}
+
+TruthState RowStates::state_at(double time_s) const {
+    TruthState s;
+    s.time_s = time_s;
+    s.camera = camera_pose(scene_.scene, scene_.bodies, s.time_s);
+    s.camera_from_inertial = transposed(to_matrix(s.camera.orientation));
+    s.beta = camera_beta(scene_.scene, scene_.bodies, s.time_s);
+    s.bodies.reserve(scene_.bodies.size());
+    for (std::size_t b = 0; b < scene_.bodies.size(); ++b)
+        s.bodies.push_back(seen_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s));
+    return s;
+}
+
+bool RowStates::on_window(std::size_t window, ImagePoint at) const {
+    const Region& r = windows_[window].sensor;
+    const std::int32_t height = push_broom_ ? 1 : r.height;
+    return at.x >= r.x - 0.5 && at.x < r.x + r.width - 0.5 && at.y >= r.y - 0.5 && at.y < r.y + height - 0.5;
+}
+
+const TruthState& RowStates::middle_of(std::size_t window) {
+    const FrameWindow& w = windows_[window];
+    return at(w.image_y + w.sensor.height / 2, instants_ / 2);
+}
+
+std::optional<ImagePoint> RowStates::project(const TruthState& state, Vec3 direction,
+                                             ImagePoint& shift) const {
+    const Vec3 seen =
+        length_squared(state.beta) > 0 ? aberrate(normalized(direction), state.beta) : direction;
+    std::optional<ImagePoint> at = scene_.lens.project(seen);
+    if (!at || scene_.psf == nullptr) return at;
+    shift = scene_.psf->centroid(*at, band_weights_);
+    return ImagePoint{at->x + shift.x, at->y + shift.y};
+}
+
+double RowStates::transmission(const TruthState& state, Vec3 direction) const {
+    return length_squared(state.beta) > 0 ? MovingLens(scene_.lens, state.beta).transmission(direction)
+                                          : scene_.lens.transmission(direction);
+}
+
+std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uint32_t instant,
+                                                    const Direction& direction) {
+    const FrameWindow& w = windows_[window];
+    const std::int32_t first = w.image_y, last = w.image_y + w.sensor.height - 1;
+    if (last < first) return std::nullopt;
+    struct Step {
+        ImagePoint at, shift;
+        double miss = 0; ///< rows from the row to the image at its time
+    };
+    const auto look = [&](std::int32_t row) -> std::optional<Step> {
+        const TruthState& state = this->at(row, instant);
+        Step step;
+        const std::optional<ImagePoint> at = project(state, direction(state), step.shift);
+        if (!at) return std::nullopt;
+        step.at = *at;
+        step.miss = at->y - sensor_row(window, row);
+        return step;
+    };
+    // Find neighbouring rows between which, or nearest to which, it lands: Newton, from the middle.
+    std::int32_t row = first + (last - first) / 2;
+    std::optional<Step> here, next;
+    double slope = 0; // of the miss, per row
+    constexpr int most_steps = 24;
+    for (int step = 0; step < most_steps; ++step) {
+        if (row == last && last > first) --row;
+        here = look(row);
+        if (!here) return std::nullopt;
+        next = here;
+        const std::size_t same = first_state_[static_cast<std::size_t>(row)];
+        if (last > first && (push_broom_ || first_state_[static_cast<std::size_t>(row) + 1] != same)) {
+            next = look(row + 1);
+            if (!next) return std::nullopt;
+            slope = next->miss - here->miss;
+        } else {
+            slope = push_broom_ ? 0 : -1;
+        }
+        if (slope == 0) return std::nullopt;
+        const double wanted = row - here->miss / slope;
+        const double limited = std::clamp(std::floor(wanted), static_cast<double>(first),
+                                          static_cast<double>(last > first ? last - 1 : last));
+        const auto to = static_cast<std::int32_t>(limited);
+        if (to == row) break;
+        // Where neighbours alternate, either is near enough.
+        if (step + 1 < most_steps) row = to;
+    }
+    Crossing out;
+    const double part = -here->miss / slope;
+    out.row = row;
+    out.between = part;
+    const bool moves = next->at.y != here->at.y || next->at.x != here->at.x;
+    const double x = here->at.x + (moves ? part * (next->at.x - here->at.x) : 0);
+    out.at = {x - w.sensor.x, row + part};
+    out.shift = here->shift;
+    const RowTime& time = rows_[static_cast<std::size_t>(row)];
+    out.seconds = to_seconds(time.exposure_ns()) / std::abs(slope);
+    out.inside = out.at.y >= first - 0.5 && out.at.y < last + 0.5 && out.at.x >= -0.5 &&
+                 out.at.x < w.sensor.width - 0.5;
+    return out;
+}
+
+std::optional<Landing> RowStates::land(std::size_t window, const Direction& direction, const Seen& seen) {
+    struct Sum {
+        ImagePoint at, shift;
+        double weight = 0, row = 0;
+        void add(const Crossing& c) {
+            at.x += c.seconds * c.at.x, at.y += c.seconds * c.at.y;
+            shift.x += c.seconds * c.shift.x, shift.y += c.seconds * c.shift.y;
+            row += c.seconds * (c.row + c.between);
+            weight += c.seconds;
+        }
+    };
+    const auto weighted = [](Crossing c) {
+        c.seconds = std::max(c.seconds, 1e-12); // an exposure of 0 has a centroid too
+        return c;
+    };
+    Sum any, inside, visible;
+    Landing out;
+    std::optional<Crossing> begin, end;
+    for (std::uint32_t i = 0; i < instants_; ++i) {
+        const std::optional<Crossing> c = cross(window, i, direction);
+        if (!c) continue;
+        if (!begin) begin = c;
+        end = c;
+        any.add(weighted(*c));
+        const TruthState& state = this->at(c->row, i);
+        if (out.state == nullptr || i == instants_ / 2) out.state = &state;
+        if (!c->inside) continue;
+        inside.add(weighted(*c));
+        out.inside += 1.0 / instants_;
+        const Vec3 towards = direction(state);
+        if (!seen(state, towards)) continue;
+        visible.add(weighted(*c));
+        out.seen += 1.0 / instants_;
+        out.seconds += c->seconds * transmission(state, towards) / instants_;
+    }
+    if (any.weight == 0) return std::nullopt;
+    const Sum& sum = visible.weight > 0 ? visible : inside.weight > 0 ? inside : any;
+    out.at = {sum.at.x / sum.weight, sum.at.y / sum.weight};
+    out.psf_shift = {sum.shift.x / sum.weight, sum.shift.y / sum.weight};
+    out.row_position = sum.row / sum.weight;
+    if (instants_ > 1) {
+        const double whole = instants_ / (instants_ - 1.0);
+        out.streak = {(end->at.x - begin->at.x) * whole, (end->at.y - begin->at.y) * whole};
+    }
+    // The time of the row, linear between rows.
+    const FrameWindow& w = windows_[window];
+    const double last = w.image_y + w.sensor.height - 1;
+    const double position = std::clamp(out.row_position, static_cast<double>(w.image_y), last);
+    const auto row =
+        static_cast<std::size_t>(std::min(std::floor(position), std::max(last - 1.0, 0.0 + w.image_y)));
+    const RowTime& a = rows_[row];
+    const RowTime& b = rows_[std::min(row + 1, rows_.size() - 1)];
+    const double part = w.sensor.height > 1 ? position - static_cast<double>(row) : 0;
+    const auto between = [&](Time from, Time to) {
+        return from + std::llround(part * static_cast<double>(to - from));
+    };
+    out.row = {between(a.reset, b.reset), between(a.read, b.read)};
+    return out;
+}
+
+} // namespace obscura::renderer

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Row times of a frame and the poses at them: finds the row on which a moving object lands.
+#pragma once
+
+#include "core/frame.hpp"
+#include "renderer/camera/aberration.hpp"
+#include "renderer/camera/gaussian_psf.hpp"
+#include "renderer/camera/projection.hpp"
+#include "renderer/camera/psf.hpp"
+#include "renderer/lights/star_field.hpp"
+#include "renderer/world/row_state.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// Renderer's own description of a scene, for the truth table. Does not own anything.
+struct TruthScene {
+    const scene::Scene& scene;
+    const std::vector<BuiltBody>& bodies;
+    const Projection& lens; ///< of the camera at rest
+    const GaussianPsf& gaussian_psf;
+    const Psf* psf; ///< null: the Gaussian
+    const StarField& stars;
+    std::span<const std::uint32_t> stars_in_view; ///< candidates
+    std::span<const double> sun_w_m2;             ///< per band, at 1 au
+    std::uint32_t max_instants;
+    double reach_px; ///< of the PSF
+};
+
+/// Poses at one instant.
+struct TruthState {
+    double time_s = 0;
+    Pose camera;
+    Mat3 camera_from_inertial;
+    Vec3 beta; ///< camera velocity over the speed of light, camera axes
+    std::vector<Pose> bodies;
+};
+
+/// Where the light of an object lands in a window.
+struct Landing {
+    ImagePoint at;           ///< in the composed image
+    ImagePoint psf_shift;    ///< part of `at`
+    RowTime row;             ///< of the row on which it lands
+    double row_position = 0; ///< that row in the composed image
+    double inside = 0;       ///< share of the exposure in which it lands in the window
+    double seen = 0;         ///< share of the exposure in which it also is not hidden
+    double seconds = 0; ///< of exposure to its light in all rows, weighted by the transmission of the lens
+    ImagePoint streak;  ///< from its first to its last position
+    const TruthState* state{}; ///< at the middle of the exposure
+};
+
+/// The exposure of each row is divided into a few instants, as the renderer divides it. At an instant the
+/// row times make a function of the row; the object lands where its image at the time of a row is on that
+/// row. Between rows all is linear. Under a rolling shutter that moves with an image the object lights more
+/// rows than one at rest. Thread-bound; allocates.
+class RowStates {
+public:
+    /// Towards an object, at rest, camera axes, any length; and whether it is seen in that direction.
+    using Direction = std::function<Vec3(const TruthState&)>;
+    using Seen = std::function<bool(const TruthState&, Vec3)>;
+
+    /// `rows`: of the composed image; push-broom: every row of it is the first row of its window.
+    RowStates(const TruthScene& scene, std::span<const FrameWindow> windows, std::span<const RowTime> rows,
+              bool push_broom);
+
+    [[nodiscard]] std::span<const FrameWindow> windows() const { return windows_; }
+    [[nodiscard]] const TruthScene& scene() const { return scene_; }
+    [[nodiscard]] std::uint32_t instants() const { return instants_; }
+    /// The instants that the renderer takes.
+    [[nodiscard]] std::uint32_t rendered_instants() const { return rendered_instants_; }
+    /// State at an instant of a row of the composed image.
+    [[nodiscard]] const TruthState& at(std::int32_t row, std::uint32_t instant);
+    /// State of the middle row of a window.
+    [[nodiscard]] const TruthState& middle_of(std::size_t window);
+    [[nodiscard]] TruthState state_at(double time_s) const;
+    /// Whether an image point of the sensor is on the pixels of a window.
+    [[nodiscard]] bool on_window(std::size_t window, ImagePoint at) const;
+    /// Image point on the sensor of a direction at rest (camera axes), with the centroid of the PSF, whose
+    /// part in it is `shift`.
+    [[nodiscard]] std::optional<ImagePoint> project(const TruthState& state, Vec3 direction,
+                                                    ImagePoint& shift) const;
+    [[nodiscard]] double transmission(const TruthState& state, Vec3 direction) const;
+
+    /// Landing of an object in a window; empty: nowhere near it. The centroid is over the
+    /// instants at which it is seen inside the window; if there are none, over those inside; if there are
+    /// none either, over all.
+    [[nodiscard]] std::optional<Landing> land(std::size_t window, const Direction& direction,
+                                              const Seen& seen);
+    /// Signal of the next objects in each spectral band, for the centroid of the PSF.
+    void set_band_weights(std::span<const double> weights) { band_weights_ = weights; }
+
+private:
+    struct Crossing {
+        ImagePoint at, shift; ///< in the composed image
+        double seconds = 0;
+        std::int32_t row = 0;
+        double between = 0;
+        bool inside = false;
+    };
+    [[nodiscard]] std::optional<Crossing> cross(std::size_t window, std::uint32_t instant,
+                                                const Direction& direction);
+    /// Row of the sensor that a row of the composed image shows.
+    [[nodiscard]] double sensor_row(std::size_t window, double row) const {
+        const FrameWindow& w = windows_[window];
+        return push_broom_ ? w.sensor.y : w.sensor.y + (row - w.image_y);
+    }
+
+    TruthScene scene_;
+    std::span<const FrameWindow> windows_;
+    std::span<const RowTime> rows_;
+    bool push_broom_;
+    std::uint32_t instants_ = 1, rendered_instants_ = 1;
+    std::span<const double> band_weights_;
+    std::vector<std::size_t> first_state_; ///< of each row: the index of its first state
+    std::vector<std::optional<TruthState>> states_;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/truth/scene_truth.hpp"
+
+#include "core/solar_spectrum.hpp"
+#include "renderer/shapes/single_ray.hpp"
+#include "renderer/truth/curves.hpp"
+#include "renderer/truth/row_states.hpp"
+#include "renderer/truth/sight.hpp"
+#include "renderer/truth/signal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+/// Rays over the disc of a body, for the part of it that is seen.
+constexpr int disc_rays = 128;
+
+void set_place(TruthEntry& entry, std::size_t window, const Landing& landing) {
+    entry.window = static_cast<std::uint16_t>(window);
+    entry.x_px = landing.at.x, entry.y_px = landing.at.y;
+    entry.psf_x_px = landing.psf_shift.x, entry.psf_y_px = landing.psf_shift.y;
+    entry.time = landing.row.mid();
+    entry.exposure_ns = landing.row.exposure_ns();
+}
+
+TruthVisibility visibility_of(double seen, double inside) {
+    if (!(inside > 0)) return TruthVisibility::outside;
+    if (!(seen > 0)) return TruthVisibility::hidden;
+    return seen < 1 - 1e-9 ? TruthVisibility::partly : TruthVisibility::visible;
+}
+
+/// Rate of electrons in each band, or the irradiance without a detector.
+void set_band_signal(const TruthDetector& detector, std::span<const double> irradiance_w_m2,
+                     std::vector<double>& signal) {
+    signal.assign(irradiance_w_m2.begin(), irradiance_w_m2.end());
+    for (std::size_t b = 0; b < std::min(signal.size(), detector.electrons_per_s_per_w_m2.size()); ++b)
+        signal[b] *= detector.electrons_per_s_per_w_m2[b];
+}
+
+double sum_of(std::span<const double> values) {
+    double sum = 0;
+    for (const double v : values)
+        sum += v;
+    return sum;
+}
+
+/// Middle of a landing on the sensor, without the shift of the PSF.
+ImagePoint on_sensor(const FrameWindow& window, const Landing& landing) {
+    return {landing.at.x + window.sensor.x - landing.psf_shift.x,
+            landing.at.y - window.image_y + window.sensor.y - landing.psf_shift.y};
+}
+
+class Lister {
+public:
+    Lister(const TruthScene& scene, const TruthRequest& request, SceneTruth& truth)
+        : scene_(scene),
+          request_(request),
+          states_(scene, request.windows, request.rows, request.push_broom),
+          truth_(truth) {}
+
+    void add_poses() {
+        const Time mid = midpoint(request_.rows.front().reset, request_.rows.back().read);
+        truth_.mid_exposure = mid;
+        truth_.sun_position_m = scene_.scene.sun.position_m;
+        const TruthState state = states_.state_at(to_seconds(mid.ns));
+        const auto add = [&](const std::string& name, const Pose& pose) {
+            const Vec3 to_sun = scene_.scene.sun.position_m - pose.position_m;
+            truth_.poses.push_back({name, pose, rotate(conjugate(pose.orientation), normalized(to_sun))});
+        };
+        add("camera", state.camera);
+        for (std::size_t b = 0; b < scene_.scene.bodies.size(); ++b)
+            add(scene_.scene.bodies[b].name, state.bodies[b]);
+    }
+
+    void add_stars() {
+        std::vector<double> irradiance(scene_.scene.bands.size()), signal;
+        for (const std::uint32_t star : scene_.stars_in_view) {
+            for (std::size_t b = 0; b < irradiance.size(); ++b)
+                irradiance[b] = scene_.stars.irradiance(star, b);
+            set_band_signal(request_.detector, irradiance, signal);
+            states_.set_band_weights(signal);
+            const Vec3 direction = scene_.stars.direction(star);
+            const auto towards = [&](const TruthState& s) { return s.camera_from_inertial * direction; };
+            const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
+            for (std::size_t w = 0; w < request_.windows.size(); ++w) {
+                const std::optional<Landing> landing = states_.land(w, towards, seen);
+                if (!landing || landing->inside == 0) continue;
+                TruthEntry entry;
+                entry.kind = TruthKind::star;
+                entry.object = static_cast<std::int32_t>(star);
+                entry.magnitude_v = scene_.scene.stars[star].magnitude_v;
+                entry.range_m = no_hit;
+                set_place(entry, w, *landing);
+                entry.visible_share = landing->seen;
+                entry.visibility = visibility_of(landing->seen, landing->inside);
+                entry.irradiance_w_m2 = sum_of(irradiance);
+                add_point_signal(entry, *landing, signal);
+                truth_.entries.push_back(entry);
+            }
+        }
+        states_.set_band_weights({});
+    }
+
+    void add_bodies() {
+        std::vector<double> sunlight(scene_.sun_w_m2.begin(), scene_.sun_w_m2.end()), signal;
+        set_band_signal(request_.detector, sunlight, signal);
+        states_.set_band_weights(signal);
+        for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+            add_body(b, signal);
+            if (b < scene_.scene.bodies.size() && request_.curve_points > 0) {
+                add_curve(b, TruthKind::limb);
+                add_curve(b, TruthKind::terminator);
+            }
+        }
+        states_.set_band_weights({});
+    }
+
+private:
+    /// Fills what depends on the detector, of a point source; `signal`: its rate in each band.
+    void add_point_signal(TruthEntry& entry, const Landing& landing, std::span<const double> signal) {
+        if (request_.detector.electrons_per_s_per_w_m2.empty()) return;
+        const PointImage image = image_of_point(scene_, on_sensor(request_.windows[entry.window], landing),
+                                                landing.streak, signal);
+        set_signal(entry, request_.detector, sum_of(signal) * landing.seconds, image);
+    }
+
+    [[nodiscard]] std::string name_of(std::size_t body) const {
+        return body < scene_.scene.bodies.size() ? scene_.scene.bodies[body].name : scene::sun_name;
+    }
+
+    /// Share of a body's disc that is seen on the window's pixels, at one instant, and that without what
+    /// hides it.
+    struct DiscShares {
+        double seen = 0, inside = 0;
+    };
+    [[nodiscard]] DiscShares disc_shares(std::size_t body, std::size_t window, const TruthState& state) {
+        const Shape& shape = *scene_.bodies[body].shape;
+        const Pose& pose = state.bodies[body];
+        const Vec3 to_body = pose.position_m - state.camera.position_m;
+        const double distance = length(to_body), radius = shape.bounding_radius_m();
+        if (!(distance > radius)) return {1, 1};
+        const Quat own = conjugate(pose.orientation);
+        const Vec3 axis = to_body / distance;
+        Vec3 u, v;
+        orthonormal_basis(axis, u, v);
+        // In the plane through the centre, across the line of sight, the cone has this radius.
+        const double rim = radius / std::sqrt(1 - radius / distance * (radius / distance));
+        int disc = 0, inside = 0, seen = 0;
+        for (int i = 0; i < disc_rays; ++i) {
+            const double r = rim * std::sqrt((i + 0.5) / disc_rays);
+            const double a = i * std::numbers::pi * (3 - std::sqrt(5.0));
+            const Vec3 ray = normalized(to_body + r * std::cos(a) * u + r * std::sin(a) * v);
+            const double range = distance_along(shape, rotate(own, -to_body), rotate(own, ray));
+            if (range == no_hit) continue;
+            ++disc;
+            const Vec3 direction = state.camera_from_inertial * ray;
+            ImagePoint shift;
+            const auto at = states_.project(state, direction, shift);
+            if (!at || !states_.on_window(window, *at)) continue;
+            ++inside;
+            if (!is_hidden(scene_, state, direction, range, body)) ++seen;
+        }
+        if (disc == 0) return {};
+        return {static_cast<double>(seen) / disc, static_cast<double>(inside) / disc};
+    }
+
+    void add_body(std::size_t b, std::span<const double> signal) {
+        const auto towards = [&](const TruthState& s) { return towards_point(s, b, {}); };
+        const auto seen = [](const TruthState& /*s*/, Vec3 /*d*/) { return true; };
+        TruthEntry entry;
+        entry.kind = TruthKind::body;
+        entry.object = static_cast<std::int32_t>(b);
+        entry.set_name(name_of(b));
+        entry.visibility = TruthVisibility::outside;
+        entry.visible_share = 0;
+        bool added = false;
+        std::optional<TruthEntry> outside;
+        for (std::size_t w = 0; w < request_.windows.size(); ++w) {
+            const std::optional<Landing> landing = states_.land(w, towards, seen);
+            const TruthState& state = landing ? *landing->state : states_.middle_of(w);
+            const DiscShares shares = disc_shares(b, w, state);
+            entry.range_m = length(state.bodies[b].position_m - state.camera.position_m);
+            entry.x_px = entry.y_px = TruthEntry::unknown;
+            if (landing) set_place(entry, w, *landing);
+            entry.visible_share = shares.seen;
+            entry.visibility = visibility_of(shares.seen, shares.inside);
+            if (b >= scene_.scene.bodies.size()) { // the Sun
+                const double distances = astronomical_unit_m / entry.range_m;
+                entry.irradiance_w_m2 = sum_of(scene_.sun_w_m2) * distances * distances;
+                if (!request_.detector.electrons_per_s_per_w_m2.empty())
+                    entry.signal_e =
+                        sum_of(signal) * distances * distances * shares.seen * to_seconds(entry.exposure_ns);
+            }
+            if (entry.visibility == TruthVisibility::outside) {
+                if (!outside) outside = entry;
+                continue;
+            }
+            truth_.entries.push_back(entry);
+            added = true;
+        }
+        if (!added && outside) truth_.entries.push_back(*outside);
+    }
+
+    void add_curve(std::size_t b, TruthKind kind) {
+        const BodyCurve curve(scene_, b, kind, request_.curve_points, states_.middle_of(0));
+        for (std::uint32_t i = 0; i < request_.curve_points; ++i) {
+            const auto towards = [&](const TruthState& s) {
+                return towards_point(s, b, curve.point_m(s, i));
+            };
+            const auto seen = [&](const TruthState& s, Vec3 d) {
+                return curve.near_side(s, i) && !is_hidden(scene_, s, d, length(d), b);
+            };
+            if (!curve.has(states_.middle_of(0), i)) continue;
+            for (std::size_t w = 0; w < request_.windows.size(); ++w) {
+                const std::optional<Landing> landing = states_.land(w, towards, seen);
+                if (!landing || landing->seen == 0) continue;
+                TruthEntry entry;
+                entry.kind = kind;
+                entry.object = static_cast<std::int32_t>(b);
+                entry.item = static_cast<std::int32_t>(i);
+                entry.set_name(name_of(b));
+                set_place(entry, w, *landing);
+                entry.range_m = length(towards(*landing->state));
+                entry.visible_share = landing->seen;
+                entry.visibility = visibility_of(landing->seen, landing->inside);
+                entry.lit = kind == TruthKind::terminator || curve.lit(*landing->state, i);
+                truth_.entries.push_back(entry);
+            }
+        }
+    }
+
+    const TruthScene& scene_;
+    const TruthRequest& request_;
+    RowStates states_;
+    SceneTruth& truth_;
+};
+
+} // namespace
+
+void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth& truth) {
+    truth = {};
+    truth.frame_id = request.frame_id;
+    if (request.windows.empty() || request.rows.empty()) return;
+    Lister lister(scene, request, truth);
+    lister.add_poses();
+    lister.add_stars();
+    lister.add_bodies();
+}
+
+} // namespace obscura::renderer

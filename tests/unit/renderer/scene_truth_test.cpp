@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+// The truth table against rendered pixels.
+#include "core/scene_truth.hpp"
+#include "psf_planes.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/truth/scene_truth.hpp"
+#include "support.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace obscura;
+using obscura::test::Image;
+
+namespace {
+
+constexpr std::int32_t size = 1024, spacing = 30;
+constexpr double pixel_rad = 1e-4;
+constexpr double degree = std::numbers::pi / 180;
+
+/// About one star in each square of the field, none near its edge: more than 1,000 of them.
+std::vector<scene::Star> grid_of_stars() {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> jitter(-1, 1), magnitude(2, 6);
+    std::vector<scene::Star> stars;
+    for (int j = 1; j <= size / spacing; ++j)
+        for (int i = 1; i <= size / spacing; ++i) {
+            const double x = (i * spacing + jitter(random) - size / 2.0) * pixel_rad;
+            const double y = (j * spacing + jitter(random) - size / 2.0) * pixel_rad;
+            const Vec3 d = normalized(Vec3{1, -x, -y});
+            scene::Star star;
+            star.right_ascension_rad = std::atan2(d.y, d.x);
+            star.declination_rad = std::asin(d.z);
+            star.magnitude_v = magnitude(random);
+            stars.push_back(star);
+        }
+    return stars;
+}
+
+/// A camera that looks along +x with +z up, and such stars.
+scene::Scene star_scene() {
+    scene::Scene s;
+    s.sun.irradiance_scale = 0;
+    s.camera = test::camera_at({-1, 0, 0}, size, pixel_rad);
+    s.camera.psf_sigma_px = 0.7;
+    s.stars = grid_of_stars();
+    return s;
+}
+
+/// Turns the camera about an axis of the inertial frame at 1 deg/s.
+void slew(scene::Scene& s, Vec3 axis) {
+    const Pose start = s.camera.motion.samples[0].pose;
+    s.camera.motion.samples.clear();
+    for (int i = -10; i <= 10; ++i) {
+        const double t = i * 0.1, half = degree * t / 2;
+        const Vec3 n = std::sin(half) * normalized(axis);
+        s.camera.motion.samples.push_back(
+            {t, {start.position_m, Quat{std::cos(half), n.x, n.y, n.z} * start.orientation}});
+    }
+}
+
+std::vector<RowTime> global_rows(std::int64_t exposure_ns) {
+    return std::vector<RowTime>(size, RowTime{Time{-exposure_ns / 2}, Time{exposure_ns / 2}});
+}
+
+std::vector<RowTime> rolling_rows(std::int64_t exposure_ns, std::int64_t row_ns) {
+    std::vector<RowTime> rows;
+    for (std::int32_t y = 0; y < size; ++y) {
+        const std::int64_t reset = (y - size / 2) * row_ns - exposure_ns / 2;
+        rows.push_back({Time{reset}, Time{reset + exposure_ns}});
+    }
+    return rows;
+}
+
+FrameWindow whole() {
+    FrameWindow window;
+    window.sensor = {0, 0, size, size};
+    return window;
+}
+
+Image render_rows(const renderer::Renderer& r, const std::vector<RowTime>& rows) {
+    Image image{size, size, std::vector<float>(static_cast<std::size_t>(size) * size)};
+    renderer::RenderRequest request;
+    request.window = {0, 0, size, size};
+    request.rows = size;
+    request.row_times = rows;
+    r.render(request, image.values);
+    return image;
+}
+
+SceneTruth truth_of(const renderer::Renderer& r, const std::vector<RowTime>& rows,
+                    const renderer::TruthDetector& detector = {}) {
+    const FrameWindow window = whole();
+    renderer::TruthRequest request;
+    request.windows = {&window, 1};
+    request.rows = rows;
+    request.detector = detector;
+    SceneTruth truth;
+    r.list_truth(request, truth);
+    return truth;
+}
+
+struct Blob {
+    double x = 0, y = 0, sum = 0, peak = 0;
+};
+
+/// Light within half a square of the grid around a point.
+Blob blob_at(const Image& image, double x, double y) {
+    Blob blob;
+    for (std::int32_t j = -14; j <= 14; ++j)
+        for (std::int32_t i = -14; i <= 14; ++i) {
+            const auto column = static_cast<std::int32_t>(std::lround(x)) + i;
+            const auto row = static_cast<std::int32_t>(std::lround(y)) + j;
+            if (column < 0 || row < 0 || column >= image.width || row >= image.height) continue;
+            const auto value = static_cast<double>(image.at(column, row));
+            blob.sum += value, blob.x += value * column, blob.y += value * row;
+            blob.peak = std::max(blob.peak, value);
+        }
+    blob.x /= blob.sum, blob.y /= blob.sum;
+    return blob;
+}
+
+struct Worst {
+    double px = 0, share = 0, peak = 0;
+    int stars = 0;
+};
+
+/// Compares centroids, light and brightest pixels of rendered stars with the table.
+void compare(const scene::Scene& scene, const std::vector<RowTime>& rows) {
+    const renderer::Renderer r(scene, {});
+    const Image image = render_rows(r, rows);
+    Worst worst;
+    // A detector that counts the light in the pixels.
+    renderer::TruthDetector detector;
+    detector.electrons_per_s_per_w_m2 = {1 / std::max(1e-9, to_seconds(rows[0].exposure_ns()))};
+    detector.saturation_e = 1;
+    for (const TruthEntry& e : truth_of(r, rows, detector).entries) {
+        if (e.kind != TruthKind::star) continue;
+        constexpr double margin = 15;
+        if (e.x_px < margin || e.y_px < margin || e.x_px > size - margin || e.y_px > size - margin) continue;
+        const Blob blob = blob_at(image, e.x_px, e.y_px);
+        worst.px = std::max({worst.px, std::abs(blob.x - e.x_px), std::abs(blob.y - e.y_px)});
+        worst.share = std::max(worst.share, std::abs(blob.sum / e.signal_e - 1));
+        worst.peak = std::max(worst.peak, std::abs(blob.peak / e.peak_e - 1));
+        ++worst.stars;
+    }
+    INFO("worst: " << worst.px << " px, light " << worst.share << ", peak " << worst.peak);
+    CHECK(worst.stars > 1000);
+    CHECK(worst.px < 2e-4);
+    CHECK(worst.share < 1e-4);
+    CHECK(worst.peak < 0.05);
+}
+
+} // namespace
+
+TEST_CASE("stars of a camera at rest are where the truth table says", "[renderer][truth]") {
+    compare(star_scene(), global_rows(50'000'000));
+}
+
+TEST_CASE("stars of a slewing camera are where the truth table says", "[renderer][truth]") {
+    scene::Scene s = star_scene();
+    slew(s, {0.3, 1, 0.5});
+    compare(s, global_rows(50'000'000));
+    compare(s, global_rows(2'000'000));
+}
+
+TEST_CASE("stars under a rolling shutter are where the truth table says", "[renderer][truth]") {
+    for (const Vec3 axis : {Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{1, 0, 1}}) {
+        scene::Scene s = star_scene();
+        slew(s, axis);
+        compare(s, rolling_rows(10'000'000, 20'000));
+        compare(s, rolling_rows(2, 100'000));
+    }
+}
+
+TEST_CASE("stars behind a distorted, turned and moving lens are where the truth table says",
+          "[renderer][truth]") {
+    scene::Scene s = star_scene();
+    s.camera.distortion.model = scene::Distortion::Model::brown_conrady;
+    s.camera.distortion.coefficients = {-0.5, 2, 0, 0.01, -0.02};
+    s.camera.principal_offset_px = {3.3, -2.2};
+    s.camera.sensor_rotation_rad = 0.01;
+    s.camera.pupil_cosine = true;
+    s.aberration = true;
+    s.camera.velocity_m_s = {0, 30e3, 20e3};
+    slew(s, {0.2, 1, -0.4});
+    compare(s, rolling_rows(10'000'000, 20'000));
+}
+
+TEST_CASE("stars of an asymmetric point spread function are where the truth table says",
+          "[renderer][truth]") {
+    scene::Scene s = star_scene();
+    // A Gaussian with a fainter one beside it, farther out towards the right edge of the field.
+    const test::TempFolder folder;
+    std::vector<test::Plane> planes;
+    for (const double x : {0.0, size - 1.0}) {
+        test::Plane plane;
+        plane.side = 65, plane.oversampling = 4, plane.x = x, plane.y = size / 2.0;
+        const double away = x > 0 ? 2.5 : 1.0;
+        for (int j = 0; j < plane.side; ++j)
+            for (int i = 0; i < plane.side; ++i) {
+                const double u = (i - 32) / 4.0, v = (j - 32) / 4.0;
+                const auto gauss = [&](double du, double dv, double sigma) {
+                    return std::exp(-((u - du) * (u - du) + (v - dv) * (v - dv)) / (2 * sigma * sigma)) /
+                           (sigma * sigma);
+                };
+                plane.values.push_back(gauss(0, 0, 0.7) + 0.3 * gauss(away, 0.5, 0.9));
+            }
+        planes.push_back(plane);
+    }
+    s.camera.psf.model = scene::PointSpread::Model::table;
+    s.camera.psf.file = test::write_fits(folder, "coma.fits", planes);
+    s.camera.psf.core_px = 9;
+    compare(s, global_rows(50'000'000));
+    slew(s, {0.3, 1, 0.5});
+    compare(s, global_rows(30'000'000));
+    // The shift itself is in the table.
+    const renderer::Renderer r(s, {});
+    for (const TruthEntry& e : truth_of(r, global_rows(0)).entries)
+        if (e.x_px > size - 100) {
+            CHECK(e.psf_x_px > 0.4);
+            CHECK(e.psf_y_px > 0.08);
+        }
+}
+
+TEST_CASE("a streak has the light of a star at rest at any rate", "[renderer][truth]") {
+    scene::Scene s = star_scene();
+    s.camera.psf_sigma_px = 0.5;
+    // One star in the middle: it stays in the field.
+    s.stars = {scene::Star{0, 0, 2}};
+    const renderer::Renderer still(s, {});
+    const double light = render_rows(still, global_rows(0)).sum();
+    for (const double pixels : {0.3, 3.0, 40.0, 140.0, 700.0, 900.0}) {
+        scene::Scene moving = s;
+        slew(moving, {0, 0.7, 0.7});
+        const auto exposure_ns = std::llround(pixels * pixel_rad / degree * 1e9);
+        const renderer::Renderer r(moving, {});
+        CHECK_THAT(render_rows(r, global_rows(exposure_ns)).sum() / light,
+                   Catch::Matchers::WithinAbs(1, 1e-3));
+        // Rolling, across the rows: each row sees the whole passage of the star.
+        if (pixels > 40) continue;
+        const double rolled = render_rows(r, rolling_rows(exposure_ns, 20'000)).sum() / light;
+        renderer::TruthDetector detector;
+        detector.electrons_per_s_per_w_m2 = {1};
+        const SceneTruth truth = truth_of(r, rolling_rows(exposure_ns, 20'000), detector);
+        REQUIRE(truth.entries.size() == 1);
+        CHECK_THAT(rolled,
+                   Catch::Matchers::WithinAbs(truth.entries[0].signal_e / truth.entries[0].irradiance_w_m2 /
+                                                  to_seconds(exposure_ns),
+                                              1e-3));
+    }
+}
+
+TEST_CASE("a limb fitted to a rendered sphere is where the truth table says", "[renderer][truth]") {
+    for (const bool moves : {false, true}) {
+        scene::Scene s = star_scene();
+        s.stars.clear();
+        // A disc of uniform radiance, so that its outline follows from its light.
+        scene::Body ball;
+        ball.name = "ball";
+        ball.shape = renderer::EllipsoidParameters{{500, 500, 400}};
+        ball.material = renderer::LambertParameters{0.1};
+        ball.emission_w_m2_sr = {1};
+        ball.motion.samples[0].pose.position_m = {1e5, 300, -200};
+        s.bodies.push_back(ball);
+        if (moves) slew(s, {0, 1, 0.3});
+        renderer::RenderSettings settings;
+        settings.samples_per_pixel = 256;
+        const renderer::Renderer r(s, settings);
+        const std::vector<RowTime> rows = moves ? rolling_rows(0, 40'000) : global_rows(0);
+        const Image image = render_rows(r, rows);
+        double sum = 0, x = 0, y = 0, xx = 0, yy = 0;
+        for (std::int32_t j = 0; j < size; ++j)
+            for (std::int32_t i = 0; i < size; ++i) {
+                const auto v = static_cast<double>(image.at(i, j));
+                sum += v, x += v * i, y += v * j;
+            }
+        x /= sum, y /= sum;
+        for (std::int32_t j = 0; j < size; ++j)
+            for (std::int32_t i = 0; i < size; ++i) {
+                const auto v = static_cast<double>(image.at(i, j));
+                xx += v * (i - x) * (i - x), yy += v * (j - y) * (j - y);
+            }
+        // Pixels and PSF widen the disc.
+        const double wide = 1.0 / 12 + 0.7 * 0.7;
+        const double half_x = 2 * std::sqrt(xx / sum - wide), half_y = 2 * std::sqrt(yy / sum - wide);
+
+        // The polygon of the truth, moments by Green's theorem.
+        const SceneTruth truth = truth_of(r, rows);
+        std::vector<TruthEntry> limb;
+        for (const TruthEntry& e : truth.entries)
+            if (e.kind == TruthKind::limb) limb.push_back(e);
+        REQUIRE(limb.size() == 72);
+        double tx = 0, ty = 0, txx = 0, tyy = 0;
+        for (const TruthEntry& e : limb)
+            tx += e.x_px / 72, ty += e.y_px / 72;
+        for (const TruthEntry& e : limb)
+            txx += (e.x_px - tx) * (e.x_px - tx) / 72, tyy += (e.y_px - ty) * (e.y_px - ty) / 72;
+        INFO("moves " << moves << ": half axes " << half_x << " " << half_y);
+        CHECK_THAT(tx, Catch::Matchers::WithinAbs(x, 0.01));
+        CHECK_THAT(ty, Catch::Matchers::WithinAbs(y, 0.01));
+        CHECK_THAT(std::sqrt(2 * txx), Catch::Matchers::WithinAbs(half_x, 0.01));
+        CHECK_THAT(std::sqrt(2 * tyy), Catch::Matchers::WithinAbs(half_y, 0.01));
+    }
+}
