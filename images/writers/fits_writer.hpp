@@ -86,6 +86,12 @@ public:
     void write_column(int column, std::vector<double> values) {
         write_cells(column, TDOUBLE, values.size(), values.data());
     }
+    void write_column(int column, const std::vector<std::string>& values) {
+        std::vector<char*> texts; // cfitsio does not write to them
+        for (const std::string& value : values)
+            texts.push_back(const_cast<char*>(value.c_str()));
+        write_cells(column, TSTRING, texts.size(), texts.data());
+    }
     void commit() {
         fits_close_file(fits_, &status_);
         fits_ = nullptr;
