@@ -2,6 +2,7 @@
 // Verb `obscura capture`: offline rendering and detection of the frames that the daemon would send.
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "emulator/frame_truth.hpp"
 #include "images/writers/exr.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/truth_file.hpp"
@@ -13,6 +14,7 @@
 #include "tools/support/irradiance_image.hpp"
 #include "tools/support/progress.hpp"
 #include "tools/support/report.hpp"
+#include "tools/support/truth_option.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -20,6 +22,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace obscura::tools {
@@ -50,6 +53,7 @@ public:
         line.flag("--truth", truth_,
                   "Also save the ground truth of each frame as truth_NNNNNN.fits: electrons before noise, "
                   "saturated pixels, windows, row times, particle hits");
+        truth_table_.declare(line);
         line.flag("--exr", exr_,
                   "Also save the irradiance without detector (W/m2) of each frame as ideal_NNNNNN.exr");
         line.option(
@@ -65,6 +69,7 @@ public:
             "obscura capture config/demo.toml --frames 5 -o frames",
             "obscura capture config/demo.toml -n 100 -o frames --format fits --exr",
             "obscura capture config/demo.toml --run 7 -o frames",
+            "obscura capture config/demo.toml -n 20 -o frames --truth-table frames/truth.csv",
         };
     }
 
@@ -73,6 +78,7 @@ public:
         emulator::DaemonConfig config = emulator::load_config(config_);
         if (run_word_ != as_configured) config.daemon.run = static_cast<std::int64_t>(run_word_);
         images::make_writable(output_);
+        truth_table_.prepare();
 
         // With pixel truth in any case: it has the expected signal.
         emulator::Imaging imaging(config, 1, {}, true);
@@ -110,6 +116,13 @@ public:
                 if (!intrinsics_.empty())
                     captured.push_back({files_.name(id), id, to_seconds(info.truth.mid_exposure.ns),
                                         to_seconds(info.exposure_ns), info.truth});
+                if (truth_table_.given()) {
+                    SceneTruth truth;
+                    emulator::list_truth(
+                        {*imaging.renderer, *imaging.detector, config.sensor, imaging.maker->plan()}, info,
+                        truth);
+                    truth_table_.add(std::move(truth), frame->row_times());
+                }
                 if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame, lens);
                 if (exr_)
                     save_ideal(imaging, *frame, folder / fmt::format("ideal_{:06}.exr", id),
@@ -117,6 +130,7 @@ public:
                 progress.done(++made);
             }
         }
+        truth_table_.write();
         if (!intrinsics_.empty())
             write_camera_file(
                 intrinsics_,
@@ -187,6 +201,7 @@ private:
 
     std::string config_, output_, intrinsics_;
     FrameFiles files_;
+    TruthOption truth_table_;
     std::uint64_t frames_ = 1, first_ = 1;
     static constexpr std::uint64_t as_configured = std::numeric_limits<std::uint64_t>::max();
     std::uint64_t run_word_ = as_configured;

@@ -17,6 +17,7 @@
 #include "tools/support/progress.hpp"
 #include "tools/support/report.hpp"
 #include "tools/support/sequence.hpp"
+#include "tools/support/truth_option.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -103,6 +104,7 @@ public:
             "--intrinsics", &intrinsics_file_, "FILE",
             "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
             "OpenCV's FileStorage reads");
+        truth_table_.declare(line);
         line.flag(
             "--strict", strict_,
             "Stop with status 1 before rendering if anything is odd, and after it if the picture is dark");
@@ -131,6 +133,7 @@ public:
         if (!size_.empty()) parse_size(size_, width, height);
         const std::filesystem::path folder = std::filesystem::path(output_).parent_path();
         images::require_writable(folder.empty() ? "." : folder);
+        truth_table_.prepare();
 
         scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
         if (!size_.empty()) {
@@ -168,6 +171,9 @@ public:
             if (!intrinsics_file_.empty())
                 rendered.push_back(
                     {frame.file.filename().string(), frame.number, frame.time_s, exposure_s_, truth_});
+            if (truth_table_.given())
+                truth_table_.add(renderer, {window_x_, window_y_, width, height}, frame.number,
+                                 exposure_of(frame.time_s));
             if (resume_ && std::filesystem::exists(frame.file)) {
                 ++present;
                 continue;
@@ -179,6 +185,7 @@ public:
         }
         const double render_s = seconds_since(built);
         const double render_cpu_s = static_cast<double>(std::clock() - built_cpu) / CLOCKS_PER_SEC;
+        truth_table_.write();
         if (!intrinsics_file_.empty())
             write_camera_file(intrinsics_file_,
                               PictureCamera::of_scene(camera_, {window_x_, window_y_, width, height}),
@@ -250,6 +257,13 @@ private:
                             "{} x {} pixels, for example 8,16,64x32",
                             window_text_.substr(0, 60), width, height));
         width = w, height = h;
+    }
+
+    /// Exposure of all rows of a frame.
+    [[nodiscard]] RowTime exposure_of(double time_s) const {
+        const Time when{std::llround(time_s * 1e9)};
+        const std::int64_t half_ns = std::llround(exposure_s_ * 0.5e9);
+        return {when - half_ns, when + half_ns};
     }
 
     [[nodiscard]] std::vector<double> times(const scene::Scene& scene) const {
@@ -337,10 +351,7 @@ private:
         constexpr std::int32_t band_rows = 16;
         const std::size_t plane = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
         const std::size_t planes = image.size() / plane;
-        const Time when{std::llround(time_s * 1e9)};
-        const std::int64_t half_ns = std::llround(exposure_s_ * 0.5e9);
-        const std::vector<RowTime> times(static_cast<std::size_t>(band_rows),
-                                         {when - half_ns, when + half_ns});
+        const std::vector<RowTime> times(static_cast<std::size_t>(band_rows), exposure_of(time_s));
         std::vector<float> band;
         for (std::int32_t y = 0; y < height; y += band_rows) {
             if (interrupted()) return false;
@@ -349,7 +360,7 @@ private:
             request.first_row = y;
             request.rows = std::min(band_rows, height - y);
             request.row_times = std::span(times).first(static_cast<std::size_t>(request.rows));
-            request.common_mid = when;
+            request.common_mid = times.front().mid();
             request.frame_id = frame_id;
             const std::size_t values =
                 static_cast<std::size_t>(request.rows) * static_cast<std::size_t>(width);
@@ -472,6 +483,7 @@ private:
     std::string scene_, output_, size_, window_text_, layer_, intrinsics_file_;
     std::vector<std::string> bodies_; ///< names
     StretchOptions stretch_options_;
+    TruthOption truth_table_;
     Stretch stretch_;
     std::int32_t window_x_ = 0, window_y_ = 0;
     renderer::RenderSettings settings_;
