@@ -50,5 +50,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_timing();
 [[nodiscard]] std::unique_ptr<Verb> make_release();
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
+[[nodiscard]] std::unique_ptr<Verb> make_truth();
 
 } // namespace obscura::tools

@@ -27,6 +27,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"timing", make_timing},
         VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
+        VerbEntry{"truth", make_truth},
     };
     return table;
 }
