@@ -51,5 +51,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_release();
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
 [[nodiscard]] std::unique_ptr<Verb> make_truth();
+[[nodiscard]] std::unique_ptr<Verb> make_sky();
 
 } // namespace obscura::tools

@@ -28,6 +28,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
         VerbEntry{"truth", make_truth},
+        VerbEntry{"sky", make_sky},
     };
     return table;
 }

@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""`obscura truth` of frames of every format and of tables, `obscura sky` against a projection of its own, charts, and
+damaged input.
+
+Usage: truth_verbs_test.py OBSCURA
+Exit status 1 if a check failed.
+"""
+import csv
+import io
+import json
+import math
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as xml
+
+obscura = sys.argv[1]
+folder = pathlib.Path(tempfile.mkdtemp(prefix="obscura-truth-"))
+failures = []
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def run(*words, status=0, has=""):
+    done = subprocess.run([obscura, *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=120)
+    check(f"obscura {' '.join(map(str, words))} ends with {status}", done.returncode == status and
+          has in done.stdout + done.stderr, f"{done.returncode}, wanted \"{has}\": {done.stdout[-300:]}{done.stderr}")
+    if status:
+        check("the error is one line", done.stderr.count("\n") == 1, done.stderr)
+    return done.stdout
+
+
+# Sirius with a fainter star beside it and one behind the rock.
+SIRIUS = (101.28717, -16.71611)
+(folder / "stars.csv").write_text(f"ra_deg,dec_deg,v_mag\n102,-16.5,5\n{SIRIUS[0]},{SIRIUS[1]},-1.44\n100.9,-17.2,3\n")
+
+
+def unit(ra, dec):
+    ra, dec = math.radians(ra), math.radians(dec)
+    return [math.cos(dec) * math.cos(ra), math.cos(dec) * math.sin(ra), math.sin(dec)]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def scaled(a, s):
+    return [x * s for x in a]
+
+
+boresight = unit(101, -17)
+rock = scaled(unit(100.9, -17.2), 1000.0)
+(folder / "scene.toml").write_text(f"""[sun]
+direction = [0, 0, 1]
+[stars]
+catalogue = "stars.csv"
+[camera]
+width = 400
+height = 300
+focal_length_mm = 50
+pixel_pitch_um = 18
+boresight = {boresight}
+up = [0, 0, 1]
+[[body]]
+name = "rock & co"
+shape = "ellipsoid"
+radii_m = [3, 3, 3]
+albedo = 0.3
+position_m = {rock}
+""")
+(folder / "camera.toml").write_text("""[scene]
+file = "scene.toml"
+[camera]
+exposure_us = 20000
+""")
+
+
+def project(direction):
+    """Pixel of a direction, by the definition of the camera's axes: x right, y down, z boresight."""
+    right = cross(boresight, [0, 0, 1])
+    right = scaled(right, 1 / math.sqrt(dot(right, right)))
+    down = cross(boresight, right)
+    f, z = 50 / 0.018, dot(direction, boresight)
+    return 199.5 + f * dot(direction, right) / z, 149.5 + f * dot(direction, down) / z
+
+
+# obscura sky: the table.
+sky = json.loads(run("sky", "scene.toml", "--json"))
+stars = sky["stars"]
+check("stars, the brightest first", [s["object"] for s in stars] == [1, 2, 0], stars)
+check("Sirius has its names", (stars[0]["name"], stars[0]["designation"]) == ("Sirius", "alp CMa"), stars[0])
+for star in stars:
+    x, y = project(unit(star["ra_deg"], star["dec_deg"]))
+    check(f"star {star['object']} is where a projection by hand puts it",
+          math.hypot(star["x_px"] - x, star["y_px"] - y) < 1e-4, (star, x, y))
+check("the rock hides the star behind it", [s["visibility"] for s in stars] == ["visible", "hidden", "visible"])
+body = sky["bodies"][0]
+x, y = project(rock)
+check("the rock", body["name"] == "rock & co" and math.isclose(body["range_m"], 1000, rel_tol=1e-9) and
+      math.hypot(body["x_px"] - x, body["y_px"] - y) < 1e-4, (body, x, y))
+text = run("sky", "scene.toml", "--faintest", "4")
+check("the table for people", "Sirius" in text and "rock & co" in text and "102.0000" not in text, text)
+
+# obscura sky: the charts.
+run("sky", "scene.toml", "-o", "sky.svg", "--side", "800")
+chart = xml.parse(folder / "sky.svg").getroot()
+spaces = "{http://www.w3.org/2000/svg}"
+labels = [t.text for t in chart.iter(spaces + "text")]
+check("the SVG names star and body", "Sirius" in labels and "rock & co" in labels, labels)
+check("the SVG has a coordinate grid", any(t.endswith("°") for t in labels), labels)
+discs = [(float(c.get("cx")), float(c.get("cy")), float(c.get("r"))) for c in chart.iter(spaces + "circle")]
+edge = [p for p in chart.iter(spaces + "path")][0].get("d").replace("M", "").replace("L", "").replace("Z", "").split()
+left, top = float(edge[0]), float(edge[1])
+wanted = (left + (stars[0]["x_px"] + 0.5) * 2, top + (stars[0]["y_px"] + 0.5) * 2)
+near = [d for d in discs if math.hypot(d[0] - wanted[0], d[1] - wanted[1]) < 0.1]
+check("Sirius is drawn at its pixel", len(near) == 1 and near[0][2] > 3, (wanted, discs))
+run("sky", "scene.toml", "-o", "sky.png", "--side", "800")
+png = (folder / "sky.png").read_bytes()
+check("the PNG has the size of the SVG", png[:8] == b"\x89PNG\r\n\x1a\n" and
+      list(struct.unpack(">II", png[16:24])) == [int(chart.get("width")), int(chart.get("height"))])
+run("sky", "demo", "-o", "demo.svg", has="asteroid")
+run("sky", "scene.toml", "-o", "sky.jpg", status=64, has="sky.jpg: the name must end in .svg or .png")
+run("sky", "absent.toml", status=78, has="absent.toml")
+
+# obscura truth: frames of every format, joined to their lines of the table.
+for ending in ("fits", "png", "raw"):
+    run("capture", "camera.toml", "-n", "2", "--format", ending, "-o", ending, "--truth-table",
+        f"{ending}/truth.{'fits' if ending == 'png' else 'csv'}")
+lines = [line for line in csv.DictReader((folder / "fits/truth.csv").open())
+         if line["frame"] == "2" and line["kind"] not in ("pose", "rows")]
+for ending in ("fits", "png", "raw"):
+    frame = sorted(p for p in (folder / ending).glob(f"*.{ending}") if "truth" not in p.name)[1]
+    found = json.loads(run("truth", frame, "--json"))
+    header = found["header"]
+    check(f"{ending}: header of the frame", header.get("FRAMEID") == 2 and "T_MID" in header and "CAM_QW" in header, header)
+    check(f"{ending}: as many entries as lines of the frame", len(found["entries"]) == len(lines),
+          (len(found["entries"]), len(lines)))
+    different = [(entry, line) for entry, line in zip(found["entries"], lines) for key in ("kind", "x_px", "y_px", "snr")
+                 if not (entry[key] is None and line[key] == "") and
+                 not (isinstance(entry[key], str) and entry[key] == line[key]) and
+                 not (not isinstance(entry[key], str) and
+                      math.isclose(entry[key], float(line[key] or "nan"), rel_tol=1e-8, abs_tol=6e-6))]
+    check(f"{ending}: the entries are those of the table", not different, different[:1])
+text = run("truth", "fits/frame_000002.fits", "--kind", "star")
+check("for people: header and stars only", "CAM_QW" in text and "star " in text and "limb" not in text, text)
+printed = list(csv.DictReader(io.StringIO(run("truth", "fits/frame_000002.fits", "--csv", "--kind", "limb"))))
+check("as CSV: the limb", [p["x_px"] for p in printed] == [line["x_px"] for line in lines if line["kind"] == "limb"])
+both = json.loads(run("truth", "png/truth.fits", "--json"))
+check("a table by itself has all frames", {e["frame"] for e in both["entries"]} == {1, 2})
+run("render", "scene.toml", "-o", "lone/render.fits", "--truth-table", "lone.csv", status=74)
+run("render", "scene.toml", "-o", "render.exr", "--truth-table", "render.csv")
+found = json.loads(run("truth", "render.exr", "--table", "render.csv", "--frame", "1", "--json"))
+check("OpenEXR: header and entries", "CAM_QW" in found["header"] and len(found["entries"]) > 3, found["header"])
+
+# Damaged input.
+run("truth", "fits/frame_000002.fits", "--table", "absent.csv", status=66, has="absent.csv")
+(folder / "cut.fits").write_bytes((folder / "png/truth.fits").read_bytes()[:9000])
+run("truth", "cut.fits", status=66, has="cut.fits")
+(folder / "short.csv").write_text("frame,kind,name\n1,star\n")
+run("truth", "short.csv", status=66, has="short.csv:2: 2 cells: allowed are 3")
+(folder / "other.csv").write_text("a,b\n1,2\n")
+run("truth", "other.csv", status=66, has="other.csv:1: no columns frame and kind")
+(folder / "text.fits").write_text("no picture")
+run("truth", "text.fits", status=66, has="text.fits: no header")
+
+sys.exit(1 if failures else 0)
