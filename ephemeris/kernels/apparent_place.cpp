@@ -62,6 +62,7 @@ Place apparent_place(const Ephemeris& kernels, int target, int observer, TdbTime
         place.position_m = state.position_m - own.position_m;
         place.velocity_m_s = state.velocity_m_s - own.velocity_m_s;
     }
+    place.straight_m = place.position_m;
     place.light_time_s = length(place.position_m) / light_speed_m_s;
     const double distance = length(place.position_m);
     if (!(distance > 0)) return place;

@@ -23,6 +23,8 @@ struct Corrections {
 struct Place {
     /// Relative to the observer, ICRF axes: the corrected direction, of the length of the distance.
     Vec3 position_m{};
+    /// As position_m, of the straight line to where the target was: neither aberration nor deflection.
+    Vec3 straight_m{};
     /// Target when the light left it relative to the observer now: not turned.
     Vec3 velocity_m_s{};
     double light_time_s = 0;

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -48,6 +49,23 @@ Evaluation turn(const FrameModel& frame, TdbTime time, State& state) noexcept {
         rotate(now, state.velocity_m_s) + (rotate(after, p) - rotate(before, p)) / (2 * half_s);
     state.position_m = rotate(now, p);
     return Evaluation::ok;
+}
+
+/// Bodies that have the variable BODY<code><what>, ascending.
+std::vector<int> bodies_with(const KernelPool& pool, std::string_view what) {
+    constexpr std::string_view start = "BODY";
+    std::vector<int> ids;
+    for (const auto& [name, variable] : pool.variables()) {
+        if (!name.starts_with(start) || !name.ends_with(what) || name.size() <= start.size() + what.size())
+            continue;
+        const char* const first = name.data() + start.size();
+        const char* const last = name.data() + name.size() - what.size();
+        int id = 0;
+        if (const auto [end, error] = std::from_chars(first, last, id); error == std::errc() && end == last)
+            ids.push_back(id);
+    }
+    std::sort(ids.begin(), ids.end());
+    return ids;
 }
 
 /// Keeps what a frame refers to alive.
@@ -311,6 +329,14 @@ std::optional<Vec3> Ephemeris::radii_m(int id) const {
         throw InputError(
             fmt::format("{}: radii must be above 0", pool().find(fmt::format("BODY{}_RADII", id))->place));
     return m;
+}
+
+std::vector<int> Ephemeris::bodies_with_radii() const {
+    return bodies_with(pool(), "_RADII");
+}
+
+std::vector<int> Ephemeris::modelled_bodies() const {
+    return bodies_with(pool(), "_POLE_RA");
 }
 
 std::vector<int> Ephemeris::bodies() const {

@@ -51,6 +51,9 @@ public:
     /// them.
     [[nodiscard]] std::optional<Vec3> radii_m(int id) const;
 
+    /// Bodies with radii, and those with a rotation model in a text PCK, ascending.
+    [[nodiscard]] std::vector<int> bodies_with_radii() const;
+    [[nodiscard]] std::vector<int> modelled_bodies() const;
     /// Bodies with states, ascending.
     [[nodiscard]] std::vector<int> bodies() const;
     /// Intervals over which a body has states relative to some centre.

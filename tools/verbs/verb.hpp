@@ -42,6 +42,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_import();
 [[nodiscard]] std::unique_ptr<Verb> make_import_stars();
 [[nodiscard]] std::unique_ptr<Verb> make_import_ephemeris();
+[[nodiscard]] std::unique_ptr<Verb> make_ephemeris();
 [[nodiscard]] std::unique_ptr<Verb> make_bench();
 [[nodiscard]] std::unique_ptr<Verb> make_stimulator();
 [[nodiscard]] std::unique_ptr<Verb> make_sensor();

@@ -19,6 +19,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"import", make_import},
         VerbEntry{"import stars", make_import_stars},
         VerbEntry{"import ephemeris", make_import_ephemeris},
+        VerbEntry{"ephemeris", make_ephemeris},
         VerbEntry{"bench", make_bench},
         VerbEntry{"stimulator", make_stimulator},
         VerbEntry{"sensor", make_sensor},
