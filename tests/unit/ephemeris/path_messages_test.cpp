@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: Apache-2.0
+// CCSDS messages of trajectories and attitudes: conventions, interpolation, ends, gaps, and what is refused.
+#include "core/error.hpp"
+#include "ephemeris/time/time_text.hpp"
+#include "ephemeris/trajectories/aem.hpp"
+#include "ephemeris/trajectories/oem.hpp"
+#include "ephemeris/trajectories/sampled_path.hpp"
+#include "tests/support/catch.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+using namespace obscura;
+using namespace obscura::ephemeris;
+using Catch::Matchers::ContainsSubstring;
+using Catch::Matchers::WithinAbs;
+
+namespace {
+
+const LeapSeconds leap_seconds = erfa_leap_seconds();
+const Epoch zero = read_time("2007-02-28T00:00:00 TAI", leap_seconds);
+
+/// Circular orbit in the xy plane.
+constexpr double radius_m = 7e6, period_s = 5828.5;
+constexpr double rate_rad_s = 2 * std::numbers::pi / period_s;
+
+Vec3 on_circle_m(double t_s) {
+    return {radius_m * std::cos(rate_rad_s * t_s), radius_m * std::sin(rate_rad_s * t_s), 0};
+}
+
+Vec3 velocity_m_s(double t_s) {
+    return Vec3{-std::sin(rate_rad_s * t_s), std::cos(rate_rad_s * t_s), 0} * (radius_m * rate_rad_s);
+}
+
+/// Time of day of a second of 2007-02-28.
+std::string clock_text(int t_s) {
+    return fmt::format("2007-02-28T{:02}:{:02}:{:02}", t_s / 3600, t_s / 60 % 60, t_s % 60);
+}
+
+std::string oem_segment(int from_s, int to_s, int step_s, const std::string& more = "",
+                        const std::string& system = "TAI") {
+    std::string text =
+        fmt::format("META_START\nOBJECT_NAME = PROBE\nOBJECT_ID = 2006-001A\nCENTER_NAME = Earth\n"
+                    "REF_FRAME = EME2000\nTIME_SYSTEM = {}\nSTART_TIME = {}\n{}STOP_TIME = {}\n"
+                    "META_STOP\nCOMMENT a circle\n\n",
+                    system, clock_text(from_s), more, clock_text(to_s));
+    for (int t = from_s; t <= to_s; t += step_s) {
+        const Vec3 p = on_circle_m(t) * 1e-3, v = velocity_m_s(t) * 1e-3;
+        text += fmt::format("{} {:.12f} {:.12f} {} {:.15f} {:.15f} {}\n", clock_text(t), p.x, p.y, p.z, v.x,
+                            v.y, v.z);
+    }
+    return text;
+}
+
+const std::string oem_header =
+    "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2007-02-27T00:00:00\nORIGINATOR = TEST\n\n";
+
+SampledPath oem_path(const std::string& segments, double max_extrapolation_s = 0) {
+    return {parse_oem(oem_header + segments, "f.oem", leap_seconds), zero, max_extrapolation_s};
+}
+
+double worst_error_m(const SampledPath& path, double from_s, double to_s) {
+    double worst_m = 0;
+    for (int i = 0; i <= 1000; ++i) {
+        const double t = from_s + (to_s - from_s) * i / 1000;
+        worst_m = std::max(worst_m, length(path.position_m(t) - on_circle_m(t)));
+    }
+    return worst_m;
+}
+
+std::string aem(const std::string& keywords, const std::string& lines, const std::string& version = "1.0",
+                const std::string& frames = "REF_FRAME_A = EME2000\nREF_FRAME_B = SC_BODY_1\n") {
+    return "CCSDS_AEM_VERS = " + version +
+           "\nCREATION_DATE = 2007-02-27T00:00:00\nORIGINATOR = TEST\nMETA_START\nOBJECT_NAME = PROBE\n"
+           "OBJECT_ID = 2006-001A\n" +
+           frames + keywords +
+           "TIME_SYSTEM = TAI\nSTART_TIME = 2007-02-28T00:00:00\nSTOP_TIME = 2007-02-28T00:01:00\nMETA_STOP\n"
+           "DATA_START\n" +
+           lines + "DATA_STOP\n";
+}
+
+SampledPath aem_path(const std::string& text, double max_extrapolation_s = 0) {
+    return {parse_aem(text, "f.aem", leap_seconds), zero, max_extrapolation_s};
+}
+
+/// Components in frame B of a vector given in frame A, by the matrix of CCSDS 504.0-B, section 3.2 (q1, q2,
+/// q3 vector part, qc scalar).
+Vec3 transformed(double q1, double q2, double q3, double qc, Vec3 a) {
+    return {(q1 * q1 - q2 * q2 - q3 * q3 + qc * qc) * a.x + 2 * (q1 * q2 + q3 * qc) * a.y +
+                2 * (q1 * q3 - q2 * qc) * a.z,
+            2 * (q1 * q2 - q3 * qc) * a.x + (-q1 * q1 + q2 * q2 - q3 * q3 + qc * qc) * a.y +
+                2 * (q2 * q3 + q1 * qc) * a.z,
+            2 * (q1 * q3 + q2 * qc) * a.x + 2 * (q2 * q3 - q1 * qc) * a.y +
+                (-q1 * q1 - q2 * q2 + q3 * q3 + qc * qc) * a.z};
+}
+
+void check_near(Vec3 a, Vec3 b, double tolerance) {
+    CHECK_THAT(a.x, WithinAbs(b.x, tolerance));
+    CHECK_THAT(a.y, WithinAbs(b.y, tolerance));
+    CHECK_THAT(a.z, WithinAbs(b.z, tolerance));
+}
+
+} // namespace
+
+TEST_CASE("a circle of an OEM is met by each interpolation", "[ephemeris]") {
+    // Bounds: |f^(n)| h^n / n! times the nodes' polynomial; linear: R (w h)^2 / 8.
+    const double step = rate_rad_s * 60;
+    const auto worst_m = [](const std::string& interpolation) {
+        return worst_error_m(oem_path(oem_segment(0, 3600, 60, interpolation)), 300, 3300);
+    };
+    const double linear_m = worst_m("INTERPOLATION = LINEAR\n");
+    CHECK(linear_m < 1.01 * radius_m * step * step / 8);
+    CHECK(linear_m > 0.9 * radius_m * step * step / 8);
+    const double cubic_m = worst_m(""); // Hermite of degree 3: R (w h)^4 / 384
+    CHECK(cubic_m < 1.02 * radius_m * std::pow(step, 4) / 384);
+    CHECK(cubic_m > 0.9 * radius_m * std::pow(step, 4) / 384);
+    CHECK(worst_m("INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 7\n") < 1e-6);
+    CHECK(worst_m("INTERPOLATION = Lagrange\nINTERPOLATION_DEGREE = 9\n") < 1e-5);
+    // Near the ends the samples stand to one side.
+    CHECK(worst_error_m(
+              oem_path(oem_segment(0, 3600, 60, "INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 7\n")), 0,
+              3600) < 1e-5);
+    // Fewer samples than the degree wants: all of them.
+    CHECK(worst_error_m(
+              oem_path(oem_segment(0, 120, 60, "INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 7\n")), 0,
+              120) < 0.3 * radius_m * std::pow(step, 3));
+}
+
+TEST_CASE("beyond an OEM the path goes on with its velocity up to a limit, then holds", "[ephemeris]") {
+    const SampledPath path = oem_path(oem_segment(60, 600, 60), 10);
+    CHECK(path.age_s(60) == 0);
+    CHECK(path.age_s(600) == 0);
+    CHECK_THAT(path.age_s(604.25), WithinAbs(4.25, 1e-9));
+    CHECK_THAT(path.age_s(50), WithinAbs(10, 1e-9));
+    check_near(path.position_m(604), on_circle_m(600) + velocity_m_s(600) * 4.0, 1e-6);
+    check_near(path.position_m(610), on_circle_m(600) + velocity_m_s(600) * 10.0, 1e-6);
+    check_near(path.position_m(1e15), on_circle_m(600) + velocity_m_s(600) * 10.0, 1e-6);
+    check_near(path.position_m(57), on_circle_m(60) - velocity_m_s(60) * 3.0, 1e-6);
+    check_near(path.position_m(-1e15), on_circle_m(60) - velocity_m_s(60) * 10.0, 1e-6);
+    const SampledPath held = oem_path(oem_segment(60, 600, 60));
+    check_near(held.position_m(700), on_circle_m(600), 1e-6);
+}
+
+TEST_CASE("a gap between segments counts as the end of the one before", "[ephemeris]") {
+    const SampledPath path = oem_path(oem_segment(0, 300, 60) + "COVARIANCE_START\n1 2 3\nCOVARIANCE_STOP\n" +
+                                          oem_segment(420, 600, 60),
+                                      5);
+    CHECK(path.age_s(300) == 0);
+    CHECK_THAT(path.age_s(400), WithinAbs(100, 1e-9));
+    CHECK(path.age_s(420) == 0);
+    check_near(path.position_m(400), on_circle_m(300) + velocity_m_s(300) * 5.0, 1e-6);
+    check_near(path.position_m(450), on_circle_m(450), 1);
+    CHECK(path.times_s().size() == 6 + 4);
+}
+
+TEST_CASE("useable times bound a segment, and samples beyond them carry the polynomial", "[ephemeris]") {
+    const SampledPath path = oem_path(
+        oem_segment(0, 600, 60,
+                    "USEABLE_START_TIME = 2007-02-28T00:02:30\nUSEABLE_STOP_TIME = 2007-02-28T00:08:00\n"
+                    "INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 7\n"));
+    CHECK(path.age_s(150) == 0);
+    CHECK_THAT(path.age_s(140), WithinAbs(10, 1e-9));
+    CHECK_THAT(path.age_s(490), WithinAbs(10, 1e-9));
+    CHECK(worst_error_m(path, 150, 480) < 1e-2);
+    check_near(path.position_m(140), on_circle_m(150), 1e-2);
+}
+
+TEST_CASE("times of an OEM are in its time system, also across a leap second", "[ephemeris]") {
+    // 2007-02-28: TAI - UTC is 33 s; TDB - TT is 1.4 ms.
+    const auto tai = oem_path(oem_segment(0, 600, 60));
+    for (const auto& [system, later_s] : {std::pair{"UTC", 33.0}, std::pair{"GPS", 19.0},
+                                          std::pair{"TT", -32.184}, std::pair{"TDB", -32.185383}}) {
+        INFO(system);
+        const SampledPath path = oem_path(oem_segment(0, 600, 60, "", system));
+        CHECK(length(path.position_m(300 + later_s) - tai.position_m(300)) < 8e3 * 2e-5);
+    }
+    const std::string leap =
+        oem_header +
+        "META_START\nOBJECT_NAME = P\nCENTER_NAME = EARTH\nREF_FRAME = ICRF\nTIME_SYSTEM = UTC\n"
+        "START_TIME = 2016-12-31T23:59:59\nINTERPOLATION = LINEAR\nSTOP_TIME = 2017-01-01T00:00:00\n"
+        "META_STOP\n2016-12-31T23:59:59 0 0 0 1 0 0\n2017-01-01T00:00:00 2 0 0 1 0 0\n";
+    const SampledPath path(parse_oem(leap, "f.oem", leap_seconds),
+                           read_time("2016-12-31T23:59:59Z", leap_seconds), 0);
+    CHECK_THAT(path.position_m(1).x, WithinAbs(1000, 1e-6)); // 23:59:60
+    CHECK_THAT(path.position_m(1.5).x, WithinAbs(1500, 1e-6));
+}
+
+TEST_CASE("quaternions of an AEM transform from frame A to frame B", "[ephemeris]") {
+    const double q1 = 0.1, q2 = -0.3, q3 = 0.5, qc = std::sqrt(1 - 0.01 - 0.09 - 0.25);
+    const std::string last = fmt::format("2007-02-28T00:00:00 {} {} {} {:.17g}\n", q1, q2, q3, qc);
+    const std::string first = fmt::format("2007-02-28T00:00:00 {:.17g} {} {} {}\n", qc, q1, q2, q3);
+    const std::string type = "ATTITUDE_TYPE = QUATERNION\n",
+                      body = "REF_FRAME_A = SC_BODY_1\nREF_FRAME_B = ICRF\n";
+    const Vec3 v{1, 2, 3};
+    const Vec3 direct = transformed(q1, q2, q3, qc, v), reversed = transformed(-q1, -q2, -q3, qc, v);
+    // orientation() turns vectors of the object's frame into the inertial one.
+    const auto into_object = [&](const std::string& text) {
+        return rotate(conjugate(aem_path(text).orientation(0)), v);
+    };
+    check_near(into_object(aem(type + "ATTITUDE_DIR = A2B\nQUATERNION_TYPE = LAST\n", last)), direct, 1e-12);
+    check_near(into_object(aem(type + "ATTITUDE_DIR = A2B\nQUATERNION_TYPE = FIRST\n", first)), direct,
+               1e-12);
+    check_near(into_object(aem(type, last, "2.0")), direct, 1e-12);
+    check_near(into_object(aem(type + "ATTITUDE_DIR = B2A\n", last)), reversed, 1e-12);
+    check_near(into_object(aem(type, last, "2.0", body)), reversed, 1e-12);
+    check_near(into_object(aem(type + "ATTITUDE_DIR = B2A\n", last, "1.0", body)), direct, 1e-12);
+    CHECK(parse_aem(aem(type, last), "f.aem", leap_seconds).frames.frame == "EME2000");
+    CHECK(parse_aem(aem(type, last, "2.0", body), "f.aem", leap_seconds).frames.of_frame == "SC_BODY_1");
+}
+
+TEST_CASE("an attitude turns on with its rates, stated in any way", "[ephemeris]") {
+    // A turn of 1 deg/s about z of both frames after one of 90 deg about x, seen from the inertial frame.
+    constexpr double degree = std::numbers::pi / 180;
+    const Quat at_0 = axis_angle({1, 0, 0}, 90 * degree);
+    const auto turned = [&](double t_s) { return at_0 * axis_angle({0, 0, 1}, t_s * degree); };
+    const auto difference_rad = [](Quat a, Quat b) {
+        const Quat d = conjugate(a) * b;
+        return 2 * length(Vec3{d.x, d.y, d.z});
+    };
+    const auto lines = [&](const std::string& rates) {
+        std::string text;
+        for (int t = 0; t <= 60; t += 20) {
+            // Of either sign.
+            const Quat q = turned(t), dot = q * Quat{0, 0, 0, degree / 2};
+            const double sign = t == 20 ? -1 : 1;
+            text += fmt::format("2007-02-28T00:{:02}:{:02} {:.15f} {:.15f} {:.15f} {:.15f} ", t / 60, t % 60,
+                                sign * q.x, sign * q.y, sign * q.z, sign * q.w);
+            text += rates == "dot" ? fmt::format("{:.15f} {:.15f} {:.15f} {:.15f}\n", sign * dot.x,
+                                                 sign * dot.y, sign * dot.z, sign * dot.w)
+                                   : rates + "\n";
+        }
+        return text;
+    };
+    const std::string derivative = aem("ATTITUDE_TYPE = QUATERNION/DERIVATIVE\n", lines("dot"));
+    const std::string in_b =
+        aem("ATTITUDE_TYPE = QUATERNION/ANGVEL\nANGVEL_FRAME = SC_BODY_1\n", lines("0 0 1"), "2.0");
+    const std::string in_a =
+        aem("ATTITUDE_TYPE = QUATERNION/RATE\nRATE_FRAME = REF_FRAME_A\n", lines("0 -1 0"));
+    const std::string not_stated = aem("ATTITUDE_TYPE = QUATERNION\n", lines(""));
+    const std::string lagrange = aem("ATTITUDE_TYPE = QUATERNION\nINTERPOLATION_METHOD = LAGRANGE\n"
+                                     "INTERPOLATION_DEGREE = 3\n",
+                                     lines(""));
+    for (const std::string& text : {derivative, in_b, in_a, not_stated, lagrange}) {
+        const SampledPath path = aem_path(text, 30);
+        INFO(text);
+        const double tolerance = text == lagrange ? 1e-3 : 1e-9;
+        for (const double t : {0.0, 7.0, 20.0, 33.5, 60.0})
+            CHECK(difference_rad(path.orientation(t), turned(t)) < tolerance);
+        CHECK(difference_rad(path.orientation(75), turned(75)) < 1e-9);
+        CHECK(difference_rad(path.orientation(-5), turned(-5)) < 1e-9);
+        CHECK(difference_rad(path.orientation(1000), turned(90)) < 1e-9);
+        CHECK_THAT(norm(path.orientation(33.3)), WithinAbs(1, 1e-12));
+        CHECK_THAT(path.age_s(75), WithinAbs(15, 1e-9));
+    }
+    // Of frame A in B: the same turn the other way round.
+    std::string reversed;
+    for (int t = 0; t <= 60; t += 20) {
+        const Quat q = conjugate(turned(t));
+        reversed += fmt::format("2007-02-28T00:{:02}:{:02} {:.15f} {:.15f} {:.15f} {:.15f} 0 0 -1\n", t / 60,
+                                t % 60, q.x, q.y, q.z, q.w);
+    }
+    const SampledPath path = aem_path(aem("ATTITUDE_TYPE = QUATERNION/ANGVEL\nANGVEL_FRAME = SC_BODY_1\n",
+                                          reversed, "2.0", "REF_FRAME_A = SC_BODY_1\nREF_FRAME_B = J2000\n"),
+                                      30);
+    CHECK(difference_rad(path.orientation(75), turned(75)) < 1e-9);
+}
+
+TEST_CASE("bad messages are refused with file and line", "[ephemeris]") {
+    struct Case {
+        std::string text;
+        const char* message;
+    };
+    const std::string good = oem_header + oem_segment(0, 120, 60);
+    const auto with = [&](const std::string& what, const std::string& instead) {
+        std::string text = good;
+        const std::size_t at = text.find(what);
+        REQUIRE(at != std::string::npos);
+        return text.replace(at, what.size(), instead);
+    };
+    for (const Case& c : {
+             Case{"", "f.oem:1: the first line is not \"CCSDS_OEM_VERS = ...\""},
+             Case{"<?xml version=\"1.0\"?>", "f.oem:1: is XML"},
+             Case{"time_s,x_m\n", "f.oem:1: the first line is not"},
+             Case{with("2.0", "4.0"), "f.oem:1: CCSDS_OEM_VERS: version \"4.0\", allowed 1, 2, 3"},
+             Case{with("ORIGINATOR", "AUTHOR"), "f.oem:3: keyword \"AUTHOR\", allowed before META_START are"},
+             Case{with("CENTER_NAME = Earth\n", ""), "f.oem:12: CENTER_NAME: is missing"},
+             Case{with("= TAI", "= SCLK"), "f.oem:10: TIME_SYSTEM: \"SCLK\", allowed UTC, TAI, TT, TDB, GPS"},
+             Case{with("START_TIME = 2007", "START_TIME = 2008"),
+                  "f.oem:12: STOP_TIME: is before START_TIME"},
+             Case{with("STOP_TIME = 2007-02-28T00:02:00", "STOP_TIME = 2007-02-30"),
+                  "f.oem:12: STOP_TIME: time \"2007-02-30\": character 9: day 30"},
+             Case{with("STOP_TIME = 2007-02-28T00:02:00", "STOP_TIME = 2007-02-28T00:02:00Z"),
+                  "f.oem:12: STOP_TIME: time \"2007-02-28T00:02:00Z\": character 20: Z is of UTC, "
+                  "TIME_SYSTEM is TAI"},
+             Case{with("T00:01:00 ", "T00:00:00 "),
+                  "f.oem:17: 2007-02-28T00:00:00 does not come after the sample"},
+             Case{with("T00:02:00 ", "T00:00:30 "),
+                  "f.oem:18: 2007-02-28T00:00:30 does not come after the sample"},
+             Case{with("2007-02-28T00:02:00 ", "2007-02-28T00:03:00 "),
+                  "f.oem:18: 2007-02-28T00:03:00 is not between START_TIME and STOP_TIME"},
+             Case{with("2007-02-28T00:02:00 ", "2016-12-31T23:59:60 "),
+                  "f.oem:18: time \"2016-12-31T23:59:60\": "
+                  "character 18: second 60"},
+             Case{with("7000.000000000000 ", "nan "), "f.oem:16: \"nan\" is no finite number"},
+             Case{with("7000.000000000000 ", "1e400 "), "f.oem:16: \"1e400\" is no finite number"},
+             Case{with("7000.000000000000 ", "1e13 "), "f.oem:16: the position is beyond 1e12 km"},
+             Case{with("7000.000000000000 ", ""), "f.oem:16: 5 numbers after the time, allowed are 6"},
+             Case{with("COMMENT a circle", "INTERPOLATION = LINEAR"),
+                  "f.oem:14: \"INTERPOLATION\" among the samples"},
+             Case{with("TIME_SYSTEM", "INTERPOLATION = SPLINE\nTIME_SYSTEM"),
+                  "f.oem:10: INTERPOLATION: \"SPLINE\", allowed LINEAR, LAGRANGE, HERMITE"},
+             Case{with("TIME_SYSTEM", "INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 28\nTIME_SYSTEM"),
+                  "f.oem:11: INTERPOLATION_DEGREE: \"28\", allowed 1 to 27"},
+             Case{oem_header + oem_segment(0, 60, 60) + oem_segment(30, 90, 60),
+                  "f.oem:18: the segment begins before the one before it ends"},
+             Case{good + "COVARIANCE_START\n", "f.oem:19: COVARIANCE_START without COVARIANCE_STOP"},
+             Case{oem_header + "META_START\nOBJECT_NAME = P\n", "f.oem:6: ends before META_STOP"},
+             Case{with("REF_FRAME = EME2000\n", "REF_FRAME = EME2000\nREF_FRAME = ICRF\n"),
+                  "f.oem:10: REF_FRAME is given twice"},
+         }) {
+        INFO(c.text);
+        CHECK_THROWS_WITH(parse_oem(c.text, "f.oem", leap_seconds), ContainsSubstring(c.message));
+    }
+    const std::string quaternion = "ATTITUDE_TYPE = QUATERNION\n", line = "2007-02-28T00:00:00 0 0 0 1\n";
+    REQUIRE_NOTHROW(parse_aem(aem(quaternion, line), "f.aem", leap_seconds));
+    for (const Case& c : {
+             Case{aem(quaternion, "2007-02-28T00:00:00 0 0 0 1.01\n"),
+                  "f.aem:15: |q| = 1.01, a unit quaternion"},
+             Case{aem(quaternion, "2007-02-28T00:00:00 0 0 0 0\n"), "f.aem:15: |q| = 0, a unit quaternion"},
+             Case{aem(quaternion, "2007-02-28T00:00:00 0 0 1\n"), "f.aem:15: 3 numbers after the time"},
+             Case{aem(quaternion, line + line),
+                  "f.aem:16: 2007-02-28T00:00:00 does not come after the sample"},
+             Case{aem("ATTITUDE_TYPE = QUATERNION/RATE\nRATE_FRAME = REF_FRAME_B\n",
+                      "2007-02-28T00:00:00 0 0 0 1 0 0 2e6\n"),
+                  "f.aem:16: the attitude turns by more than 1e6 deg/s"},
+             Case{aem(quaternion, ""), "f.aem:4: the segment has no samples"},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\n", line),
+                  "f.aem:9: ATTITUDE_TYPE: \"EULER_ANGLE\", allowed QUATERNION"},
+             Case{aem(quaternion + "QUATERNION_TYPE = MIDDLE\n", line),
+                  "f.aem:10: QUATERNION_TYPE: \"MIDDLE\""},
+             Case{aem(quaternion + "INTERPOLATION_METHOD = HERMITE\n", line),
+                  "f.aem:10: INTERPOLATION_METHOD: \"HERMITE\""},
+             Case{aem("ATTITUDE_TYPE = QUATERNION/RATE\n", line), "f.aem:13: ANGVEL_FRAME: is missing"},
+             Case{aem("ATTITUDE_TYPE = QUATERNION/RATE\nANGVEL_FRAME = ICRF\n", line),
+                  "f.aem:10: ANGVEL_FRAME: \"ICRF\""},
+             Case{aem(quaternion, line).substr(0, aem(quaternion, line).size() - 10),
+                  "f.aem:15: ends before DATA_STOP"},
+             Case{aem(quaternion, line) + "more\n", "f.aem:17: META_START is wanted here"},
+             Case{good, "f.aem:1: the first line is not \"CCSDS_AEM_VERS = ...\""},
+         }) {
+        INFO(c.text);
+        CHECK_THROWS_WITH(parse_aem(c.text, "f.aem", leap_seconds), ContainsSubstring(c.message));
+    }
+    CHECK_THROWS_WITH(read_oem("/nowhere/x.oem", leap_seconds),
+                      ContainsSubstring("/nowhere/x.oem: cannot be read"));
+}
+
+TEST_CASE("frames with the axes of the ICRF are known by name", "[ephemeris]") {
+    for (const char* name : {"ICRF", "ICRF3", "GCRF", "EME2000", "J2000"})
+        CHECK(is_inertial_frame(name));
+    for (const char* name : {"", "TOD", "ITRF2000", "J20001", "TEME", "GRC", "ICRF123", "FK4"})
+        CHECK_FALSE(is_inertial_frame(name));
+}
