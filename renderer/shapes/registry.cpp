@@ -2,6 +2,7 @@
 #include "renderer/shapes/registry.hpp"
 
 #include "core/error.hpp"
+#include "renderer/planets/planet.hpp"
 #include "renderer/shapes/box.hpp"
 #include "renderer/shapes/cone.hpp"
 #include "renderer/shapes/disc.hpp"
@@ -31,6 +32,7 @@ const std::vector<ShapeKind>& shape_kinds() {
     static const std::vector<ShapeKind> kinds{
         shape<EllipsoidParameters>(),
         shape<MeshFileParameters>(),
+        shape<PlanetParameters>(),
         shape<ProceduralBodyParameters>(),
         shape<PolygonsParameters>(),
         shape<BoxParameters>(),

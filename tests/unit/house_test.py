@@ -25,7 +25,7 @@ LEVELS = {
     "renderer": [
         {"scene", "packets"},
         {"materials", "mesh_files", "lights"},
-        {"shapes"},
+        {"shapes", "planets"},
         {"textures", "camera", "scene_files"},
         {"world"},
         {"integrators", "truth"},

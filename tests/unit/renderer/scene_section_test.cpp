@@ -192,7 +192,8 @@ joint_angle_deg = 3
 TEST_CASE("of a body whose kind is not known only the common keys are judged") {
     const test::TempFolder folder;
     CHECK(refusal(folder, "[[body]]\nshape = \"cube\"\nsize_m = [1, 1, 1]\nspin_rate_deg_per_s = 1e9\n") ==
-          "s.toml:2:9: body[0].shape: \"cube\" is not known, allowed ellipsoid, mesh, procedural, polygons, "
+          "s.toml:2:9: body[0].shape: \"cube\" is not known, allowed ellipsoid, mesh, planet, procedural, "
+          "polygons, "
           "box, disc, cone\n"
           "s.toml:4:23: body[0].spin_rate_deg_per_s: 1000000000 is out of range, allowed -36000 to 36000 "
           "deg/s");
