@@ -2,6 +2,7 @@
 #include "renderer/camera/distortion.hpp"
 
 #include "core/error.hpp"
+#include "core/monotone_cubic.hpp"
 
 #include <fmt/format.h>
 
@@ -12,23 +13,6 @@ namespace obscura::renderer {
 namespace {
 
 using Model = scene::Distortion::Model;
-
-/// Slopes at the entries of a monotone cubic through (x, y). Fritsch and Butland, SIAM J. Sci. Stat. Comput.
-/// 5(2), 1984.
-std::vector<double> monotone_slopes(const std::vector<double>& x, const std::vector<double>& y) {
-    const std::size_t n = x.size();
-    std::vector<double> chord(n - 1);
-    for (std::size_t i = 0; i + 1 < n; ++i)
-        chord[i] = (y[i + 1] - y[i]) / (x[i + 1] - x[i]);
-    std::vector<double> slope(n);
-    slope[0] = chord[0];
-    slope[n - 1] = chord[n - 2];
-    for (std::size_t i = 1; i + 1 < n; ++i) {
-        const double a = (1 + (x[i + 1] - x[i]) / (x[i + 1] - x[i - 1])) / 3;
-        slope[i] = chord[i - 1] * chord[i] / (a * chord[i] + (1 - a) * chord[i - 1]);
-    }
-    return slope;
-}
 
 } // namespace
 
@@ -134,14 +118,8 @@ std::optional<PlanePoint> Distortion::look_up(PlanePoint p, const std::vector<do
     const double r = std::sqrt(p.x * p.x + p.y * p.y);
     if (r > from.back()) return std::nullopt;
     if (r == 0) return p;
-    const auto after = std::upper_bound(from.begin() + 1, from.end() - 1, r);
-    const auto i = static_cast<std::size_t>(after - from.begin()) - 1;
-    const double width = from[i + 1] - from[i];
-    const double t = (r - from[i]) / width;
-    const double hermite = to[i] * (1 + 2 * t) * (1 - t) * (1 - t) +
-                           slopes[i] * width * t * (1 - t) * (1 - t) + to[i + 1] * t * t * (3 - 2 * t) +
-                           slopes[i + 1] * width * t * t * (t - 1);
-    return PlanePoint{p.x * hermite / r, p.y * hermite / r};
+    const double image = monotone_cubic(from, to, slopes, r);
+    return PlanePoint{p.x * image / r, p.y * image / r};
 }
 
 std::optional<PlanePoint> Distortion::real(PlanePoint ideal) const {
