@@ -7,12 +7,13 @@
 #include <cmath>
 
 namespace obscura::renderer {
-double transmission(const SpectralBand& band, double wavelength_m) {
-    const auto& table = band.transmission;
-    if (table.empty()) return 1;
-    if (wavelength_m <= table.front().wavelength_m) return table.front().value;
-    if (wavelength_m >= table.back().wavelength_m) return table.back().value;
-    const auto above = std::upper_bound(table.begin(), table.end(), wavelength_m,
+namespace {
+
+/// Value at a wavelength of a curve that is linear between its points and constant outside.
+double value_at(const std::vector<SpectralPoint>& curve, double wavelength_m) {
+    if (wavelength_m <= curve.front().wavelength_m) return curve.front().value;
+    if (wavelength_m >= curve.back().wavelength_m) return curve.back().value;
+    const auto above = std::upper_bound(curve.begin(), curve.end(), wavelength_m,
                                         [](double l, const SpectralPoint& p) { return l < p.wavelength_m; });
     const SpectralPoint& b = *above;
     const SpectralPoint& a = *(above - 1);
@@ -20,10 +21,18 @@ double transmission(const SpectralBand& band, double wavelength_m) {
            (b.value - a.value) * (wavelength_m - a.wavelength_m) / (b.wavelength_m - a.wavelength_m);
 }
 
+/// Steps of the midpoint rule over a band: the Sun's spectrum is a table in steps of 10 nm, curves are
+/// piecewise linear.
+constexpr int steps = 4000;
+
+} // namespace
+
+double transmission(const SpectralBand& band, double wavelength_m) {
+    return band.transmission.empty() ? 1 : value_at(band.transmission, wavelength_m);
+}
+
 double sun_irradiance_w_m2(const SpectralBand& band) {
     if (band.transmission.empty()) return solar_band_irradiance_w_m2(band.from_m, band.to_m);
-    // Midpoint rule: the spectrum is a table in steps of 10 nm, the curve piecewise linear.
-    constexpr int steps = 4000;
     const double step = (band.to_m - band.from_m) / steps;
     double sum = 0;
     for (int i = 0; i < steps; ++i) {
@@ -31,6 +40,26 @@ double sun_irradiance_w_m2(const SpectralBand& band) {
         sum += transmission(band, from + step / 2) * solar_band_irradiance_w_m2(from, from + step);
     }
     return sum;
+}
+
+double sunlit_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& band) {
+    const double step = (band.to_m - band.from_m) / steps;
+    double lit = 0;
+    double light = 0;
+    double passed = 0;
+    double all = 0;
+    for (int i = 0; i < steps; ++i) {
+        const double from = band.from_m + i * step;
+        const double share = transmission(band, from + step / 2);
+        const double value = value_at(curve, from + step / 2);
+        const double sun = share * solar_band_irradiance_w_m2(from, from + step);
+        lit += sun * value;
+        light += sun;
+        passed += share * value;
+        all += share;
+    }
+    if (light > 0) return lit / light;
+    return all > 0 ? passed / all : value_at(curve, (band.from_m + band.to_m) / 2);
 }
 
 std::array<double, 3> colour_shares(const SpectralBand& band) {

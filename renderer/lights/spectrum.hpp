@@ -5,6 +5,7 @@
 #include "renderer/scene/scene.hpp"
 
 #include <array>
+#include <vector>
 
 namespace obscura::renderer {
 
@@ -13,6 +14,11 @@ namespace obscura::renderer {
 
 /// The Sun's irradiance at 1 au in a band, W/m2 (ASTM E490-00a).
 [[nodiscard]] double sun_irradiance_w_m2(const SpectralBand& band);
+
+/// Mean of a reflectance over the sunlight in a band: curve times transmission times the Sun's spectrum, over
+/// the same without the curve. The curve, of one point or more, is linear between its points and constant
+/// outside. Without sunlight in the band (beyond 200 nm to 4 um) by the transmission alone.
+[[nodiscard]] double sunlit_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& band);
 
 /// Weights of red, green and blue (reflectances at 650, 550 and 450 nm) in a band: linear between them by the
 /// middle wavelength of the band, constant outside.

@@ -93,7 +93,7 @@ config::Keys common_keys(Body& body, BodyKeys& read) {
     keys.push_back(config::key("colour_curve", config::Curve{&read.colour_curve})
                        .range(0, 100)
                        .help("Factor on the body's reflectance over wavelength, pairs of nm and factor, "
-                             "averaged over each spectral band; instead of colour"));
+                             "averaged over the sunlight in each spectral band; instead of colour"));
     for (const config::Keys& more : {body_place_keys(read.place), keys_of(read.joint)})
         keys.insert(keys.end(), more.begin(), more.end());
     return keys;

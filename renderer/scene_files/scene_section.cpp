@@ -3,6 +3,7 @@
 
 #include "config/shipped_files.hpp"
 #include "ephemeris/time/time_text.hpp"
+#include "renderer/lights/spectrum.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/scene_tree.hpp"
@@ -146,32 +147,6 @@ config::Section stray_light_section(StrayLight& stray) {
     return section;
 }
 
-/// Mean over a band of a curve that is linear between its points and constant outside; exact.
-double band_mean(const std::vector<SpectralPoint>& curve, const SpectralBand& band) {
-    const auto at = [&](double wavelength_m) {
-        const auto after =
-            std::lower_bound(curve.begin(), curve.end(), wavelength_m,
-                             [](const SpectralPoint& p, double w) { return p.wavelength_m < w; });
-        if (after == curve.begin()) return curve.front().value;
-        if (after == curve.end()) return curve.back().value;
-        const SpectralPoint& before = *(after - 1);
-        const double share =
-            (wavelength_m - before.wavelength_m) / (after->wavelength_m - before.wavelength_m);
-        return before.value + share * (after->value - before.value);
-    };
-    // Sum trapezoids between the ends and the points inside.
-    double sum = 0;
-    double from = band.from_m;
-    const auto add_up_to = [&](double to) {
-        sum += (at(from) + at(to)) / 2 * (to - from);
-        from = to;
-    };
-    for (const SpectralPoint& p : curve)
-        if (p.wavelength_m > band.from_m && p.wavelength_m < band.to_m) add_up_to(p.wavelength_m);
-    add_up_to(band.to_m);
-    return sum / (band.to_m - band.from_m);
-}
-
 /// Checks parents and joints of bodies, camera and lamps.
 void check_tree(const Scene& scene, const config::ReadTable& root) {
     const auto check_parent = [&](const std::string& position, const std::string& parent, const Joint& joint,
@@ -224,7 +199,7 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
         check_bands(scene.lamps[i].intensity_w_sr, "lamp", i, "intensity_w_sr", scene.bands.size(), root);
     for (std::size_t i = 0; i < curves.size(); ++i)
         for (std::size_t b = 0; !curves[i].empty() && b < scene.bands.size(); ++b)
-            scene.bodies[i].colour.push_back(band_mean(curves[i], scene.bands[b]));
+            scene.bodies[i].colour.push_back(renderer::sunlit_mean(curves[i], scene.bands[b]));
 }
 
 } // namespace

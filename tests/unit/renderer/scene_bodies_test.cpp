@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What scene files say about bodies: named materials against their published albedos, textures, joints.
 #include "core/error.hpp"
+#include "core/solar_spectrum.hpp"
 #include "renderer/materials/file_materials.hpp"
 #include "renderer/materials/ggx.hpp"
 #include "renderer/materials/hapke.hpp"
@@ -120,11 +121,31 @@ TEST_CASE("A colour over wavelength becomes the mean of each band") {
         "from_nm = 400\nto_nm = 700\n[[band]]\nfrom_nm = 800\nto_nm = 900\n";
     const scene::Scene s = scene::load_scene(
         folder.write("s.toml", body + "colour_curve = [[400, 0.1], [500, 0.5], [700, 0.3]]\n" + bands));
-    // By hand: held, (0.3 + 0.5) / 2 and (0.5 + 0.45) / 2, trapezoids of 100 and 200 nm, held.
-    const std::array<double, 4> wanted{0.1, (0.4 + 0.475) / 2, (0.3 + 2 * 0.4) / 3, 0.3};
+    // By hand: held; in between, means of the 10 nm bins of the Sun's spectrum, each with the curve's value
+    // in its middle; held.
+    const auto mean = [](double from_nm, double to_nm, const auto& value) {
+        double lit = 0;
+        double light = 0;
+        for (double nm = from_nm; nm < to_nm; nm += 10) {
+            const double sun = solar_band_irradiance_w_m2(nm * 1e-9, (nm + 10) * 1e-9);
+            lit += sun * value(nm + 5);
+            light += sun;
+        }
+        return lit / light;
+    };
+    const auto curve = [](double nm) {
+        return nm < 500 ? 0.1 + 0.004 * (nm - 400) : 0.5 - 0.001 * (nm - 500);
+    };
+    const std::array<double, 4> wanted{0.1, mean(450, 550, curve), mean(400, 700, curve), 0.3};
     REQUIRE(s.bodies[0].colour.size() == 4);
     for (std::size_t b = 0; b < 4; ++b)
-        CHECK_THAT(s.bodies[0].colour[b], WithinRel(wanted[b], 1e-12));
+        CHECK_THAT(s.bodies[0].colour[b], WithinRel(wanted[b], 1e-6));
+    // A filter weighs too: all of its light is at 600 to 610 nm.
+    const scene::Scene filtered = scene::load_scene(folder.write(
+        "s.toml", body +
+                      "colour_curve = [[400, 0.1], [500, 0.5], [700, 0.3]]\n[[band]]\nfrom_nm = 400\nto_nm = "
+                      "800\ntransmission = [[599.9, 0], [600, 1], [610, 1], [610.1, 0]]\n"));
+    CHECK_THAT(filtered.bodies[0].colour[0], WithinRel(curve(605), 1e-3));
     CHECK(refusal(folder, body + "colour_curve = [[400, 0.1], [300, 0.5]]\n").find("body[0].colour_curve") !=
           std::string::npos);
     CHECK(refusal(folder, body + "colour = [1]\ncolour_curve = [[400, 0.1]]\n") ==
