@@ -11,7 +11,9 @@
 #include "renderer/materials/minnaert.hpp"
 #include "renderer/materials/mirror.hpp"
 #include "renderer/materials/oren_nayar.hpp"
+#include "renderer/materials/phase_curve.hpp"
 #include "renderer/materials/phong.hpp"
+#include "renderer/materials/planet_presets.hpp"
 #include "renderer/materials/presets.hpp"
 
 #include <fmt/format.h>
@@ -42,6 +44,7 @@ const std::vector<MaterialKind>& laws() {
         law<OrenNayar>(),
         law<Phong>(),
         law<Hapke>(),
+        law<PhaseCurve>(),
         law<Ggx>(),
         law<Mirror>(),
         law<FileMaterials>(),
@@ -69,6 +72,22 @@ std::vector<MaterialKind> presets() {
                s_class_curve()),
         preset("itokawa", "Asteroid 25143 Itokawa: Hapke's model.", itokawa),
         preset("67p", "Nucleus of comet 67P/Churyumov-Gerasimenko: Hapke's model.", comet_67p),
+        preset("mercury", "Mercury: measured phase curve, and colour.", mercury, mercury_curve()),
+        preset("venus", "Venus, its clouds: measured phase curve, and colour.", venus, venus_curve()),
+        preset("earth", "The Earth from afar, clouds included: measured phase curve, and colour.", earth,
+               earth_curve()),
+        preset("mars", "Mars: measured phase curve, and colour.", mars, mars_curve()),
+        preset("jupiter", "Jupiter: measured phase curve, and colour.", jupiter, jupiter_curve()),
+        preset("saturn", "Saturn without its rings: measured phase curve, and colour.", saturn,
+               saturn_curve()),
+        preset("io", "Io, a moon of Jupiter: phase curve measured to 12 degrees, and colour.", io,
+               io_curve()),
+        preset("europa", "Europa, a moon of Jupiter: phase curve measured to 12 degrees, and colour.", europa,
+               europa_curve()),
+        preset("ganymede", "Ganymede, a moon of Jupiter: phase curve measured to 12 degrees, and colour.",
+               ganymede, ganymede_curve()),
+        preset("callisto", "Callisto, a moon of Jupiter: phase curve measured to 12 degrees, and colour.",
+               callisto, callisto_curve()),
         preset("mli", "Multi-layer insulation, aluminised Kapton: GGX metal.", mli),
         preset("solar-cell", "Solar cell under cover glass: GGX dielectric over a diffuse base.", solar_cell),
         preset("white-paint", "White paint of spacecraft: Lambert's law.", white_paint),

@@ -134,11 +134,13 @@ const K* chosen(const config::Value& table, std::string_view key, const std::vec
                                                              : nullptr;
 }
 
-/// Names of the kinds that have `key`.
+/// Names of the kinds that have `key`; of materials the laws, not the presets.
 template<typename K>
 std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::string_view key) {
     std::vector<std::string_view> names;
     for (const K& kind : kinds) {
+        if constexpr (requires { kind.preset; })
+            if (kind.preset) continue;
         auto description = kind.make_default();
         for (const Parameter& p : kind.parameters(description))
             if (p.key.name == key || (p.key.name == "albedo" && key == normal_albedo_name))

@@ -6,6 +6,8 @@
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/materials/material.hpp"
 #include "renderer/materials/minnaert.hpp"
+#include "renderer/materials/phase_curve.hpp"
+#include "renderer/materials/planet_presets.hpp"
 #include "renderer/materials/presets.hpp"
 #include "renderer/materials/registry.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -17,6 +19,7 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace obscura;
@@ -181,6 +184,21 @@ TEST_CASE("Named bodies have the albedos and phase integrals that they state") {
         CHECK_THAT(q, WithinRel(stated.phase_integral, 0.005));
         CHECK_THAT(geometric * q, WithinRel(stated.bond, 0.01));
     }
+    // The phase curve's law: geometric albedo and, of the moons, phase integral are given.
+    for (const Stated& stated :
+         {Stated{"mercury", mercury(), 0.142, 0.48, 0.068}, Stated{"venus", venus(), 0.689, 1.35, 0.93},
+          Stated{"earth", earth(), 0.434, 0.76, 0.33}, Stated{"mars", mars(), 0.170, 1.02, 0.173},
+          Stated{"jupiter", jupiter(), 0.538, 1.31, 0.707}, Stated{"saturn", saturn(), 0.499, 1.36, 0.678},
+          Stated{"io", io(), 0.63, 0.80, 0.504}, Stated{"europa", europa(), 0.67, 1.09, 0.73},
+          Stated{"ganymede", ganymede(), 0.44, 0.80, 0.352},
+          Stated{"callisto", callisto(), 0.20, 0.60, 0.120}}) {
+        INFO(stated.name);
+        const auto material = make(stated.description);
+        const double q = phase_integral(*material);
+        CHECK_THAT(disc_albedo(*material, 0), WithinRel(stated.geometric, 0.001));
+        CHECK_THAT(q, WithinRel(stated.phase_integral, 0.01));
+        CHECK_THAT(stated.geometric * q, WithinRel(stated.bond, 0.01));
+    }
     // What the sources give: see presets.cpp.
     CHECK_THAT(disc_albedo(*make(eros()), 0), WithinRel(0.23, 0.02));
     CHECK_THAT(disc_albedo(*make(itokawa()), 0), WithinRel(0.27, 0.02));
@@ -216,8 +234,8 @@ TEST_CASE("The Moon has the disc-integrated brightness of published photometry")
 }
 
 TEST_CASE("Every law with an albedo can be given its normal albedo") {
-    for (const std::string law :
-         {"lambert", "lommel-seeliger", "lunar-lambert", "minnaert", "oren-nayar", "white-paint"}) {
+    for (const std::string law : {"lambert", "lommel-seeliger", "lunar-lambert", "minnaert", "oren-nayar",
+                                  "white-paint", "ganymede"}) {
         INFO(law);
         const scene::Scene scene = scene_with("material = \"" + law + "\"\nnormal_albedo = 0.1\n");
         const auto material = make(scene.bodies[0].material);
@@ -252,4 +270,33 @@ TEST_CASE("Eros has the spectrum of its class unless a scene gives another") {
     const scene::Scene grey = scene_with("material = \"moon\"\n" + bands);
     for (const double factor : grey.bodies[0].colour)
         CHECK(factor == 1);
+}
+
+TEST_CASE("A sphere of the phase curve's law has the phase curve") {
+    for (const double share : {0.0, 0.4, 1.0}) {
+        const auto material =
+            make(PhaseCurveParameters{0.5, {0, 5, 30, 90, 150}, {0, 0.2, 0.8, 2.1, 5}, share});
+        for (const auto& [phase_deg, magnitude] :
+             {std::pair{0.0, 0.0}, {5.0, 0.2}, {30.0, 0.8}, {90.0, 2.1}, {150.0, 5.0}}) {
+            INFO("share " << share << ", phase " << phase_deg);
+            CHECK_THAT(disc_albedo(*material, phase_deg * deg),
+                       WithinRel(0.5 * std::pow(10, -0.4 * magnitude), 3e-3));
+        }
+        // Limb darkening of the full disc: none by Lommel-Seeliger, Lambert's cosine.
+        CHECK_THAT(reflectance(*material, 0.3, 0.3, 1) / reflectance(*material, 1, 1, 1),
+                   WithinRel(share + (1 - share) * 0.3, 1e-9));
+    }
+    const auto refused = [](const PhaseCurveParameters& p) -> std::string {
+        try {
+            (void)make(p);
+        } catch (const Error& e) {
+            return e.what();
+        }
+        return "accepted";
+    };
+    CHECK_THAT(refused({0.5, {0, 5, 5}, {0, 1, 2}, 0.5}),
+               ContainsSubstring("two or more angles that begin at 0 and increase"));
+    CHECK_THAT(refused({0.5, {}, {}, 0.5}), ContainsSubstring("two or more angles"));
+    CHECK_THAT(refused({0.5, {0, 5}, {0, 1, 2}, 0.5}), ContainsSubstring("3 magnitudes, allowed as many"));
+    CHECK_THAT(refused({0.5, {0, 5}, {0.1, 1}, 0.5}), ContainsSubstring("the first magnitude must be 0"));
 }

@@ -9,6 +9,7 @@
 #include "renderer/materials/material.hpp"
 #include "renderer/materials/minnaert.hpp"
 #include "renderer/materials/oren_nayar.hpp"
+#include "renderer/materials/phase_curve.hpp"
 #include "renderer/materials/phong.hpp"
 #include "renderer/materials/registry.hpp"
 #include "tests/support/catch.hpp"
@@ -45,6 +46,7 @@ const std::vector<Law>& laws() {
         {"phong", renderer::PhongParameters{0.3, 0.5, 20}},
         {"hapke rough", renderer::HapkeParameters{0.4, 0.3, 0.6, 1.2, 0.05, 0.4, 0.08, 25 * pi / 180, 0.3}},
         {"hapke smooth", renderer::HapkeParameters{0.9, 0.2, 0.2, 0.5, 0.1, 0, 0.1, 0, 0}},
+        {"phase-curve", renderer::PhaseCurveParameters{0.4, {0, 10, 60, 120}, {0, 0.3, 1.2, 3}, 0.6}},
         {"ggx metal", renderer::GgxParameters{0.4, 0.9, 0}},
         {"ggx dielectric", renderer::GgxParameters{0.3, 0.04, 0.6}},
     };

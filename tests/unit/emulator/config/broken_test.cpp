@@ -823,7 +823,7 @@ radii_m = [1, 1, 1]
 albedo = 0.5
 material = "lambertian"
 )",
-     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, ggx, mirror, file, moon, eros, itokawa, 67p, mli, solar-cell, white-paint)"},
+     R"(s.toml:5:12: body[0].material: "lambertian" is not known, allowed lambert, lommel-seeliger, lunar-lambert, minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, moon, eros, itokawa, 67p, mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, white-paint)"},
     {R"([[body]]
 shape = "mesh"
 albedo = 0.5
@@ -899,14 +899,15 @@ const std::vector<Broken> broken_materials{
     {"material = \"hapke\"\nalbedo = 0.5\nsingle_scattering_albedo = 0.3\n",
      "s.toml:5:10: body[0].albedo: belongs to material = \"lambert\" or \"lommel-seeliger\" or "
      "\"lunar-lambert\" or "
-     "\"minnaert\" or \"oren-nayar\" or \"white-paint\", this body's is \"hapke\""},
+     "\"minnaert\" or \"oren-nayar\" or \"phase-curve\", this body's is \"hapke\""},
     {"material = \"lunar-lambert\"\nalbedo = 0.5\nweight = [1, 2]\n",
      "s.toml:6:10: body[0].weight: has 2 elements, allowed an array of 4 numbers"},
     {"material = 3\n",
      "s.toml:4:12: body[0].material: is an integer, allowed a string: lambert, "
      "lommel-seeliger, lunar-lambert, "
-     "minnaert, oren-nayar, phong, hapke, ggx, mirror, file, moon, eros, itokawa, 67p, mli, "
-     "solar-cell, white-paint"},
+     "minnaert, oren-nayar, phong, hapke, phase-curve, ggx, mirror, file, moon, eros, itokawa, 67p, "
+     "mercury, venus, earth, mars, jupiter, saturn, io, europa, ganymede, callisto, mli, solar-cell, "
+     "white-paint"},
 };
 const std::vector<Broken> broken_trajectories{
     {"", R"(t.csv:1:1: empty, the header "time_s,x_m,y_m,z_m[,qw][,qx][,qy][,qz]" is wanted)"},
