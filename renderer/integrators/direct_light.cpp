@@ -30,7 +30,7 @@ DirectLight::DirectLight(const Instants& instants, const Lighting& lighting, con
 
 void DirectLight::add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
                                const RayPacket& view, const HitPacket& hits, PathPacket& paths,
-                               Channels& out) const {
+                               const Channels* factor, Channels& out) const {
     const std::size_t channels = lighting_.sun_w_m2.size();
     if (body.material == nullptr) {
         for (int i = 0; i < packet_size; ++i) {
@@ -57,7 +57,8 @@ void DirectLight::add_emission(const BodyState& body, const Lanes& here, const S
             weight = paths.pdf[i] / (paths.pdf[i] + area_pdf);
         }
         for (std::size_t c = 0; c < channels; ++c)
-            out.v[c][i] += weight * paths.throughput.v[c][i] * body.built->emission[c];
+            out.v[c][i] += weight * paths.throughput.v[c][i] * body.built->emission[c] *
+                           (factor != nullptr ? factor->v[c][i] : 1.0);
     }
 }
 

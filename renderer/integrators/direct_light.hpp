@@ -23,8 +23,10 @@ public:
     DirectLight(const Instants& instants, const Lighting& lighting, const scene::Sun& sun, RayCounts& counts);
 
     /// Adds emission at the hits `here` of `body`, with its MIS weight. Paths that hit the Sun end.
+    /// `factor`: on the body's emission, by its texture; null: 1.
     void add_emission(const BodyState& body, const Lanes& here, const SurfacePacket& surface,
-                      const RayPacket& view, const HitPacket& hits, PathPacket& paths, Channels& out) const;
+                      const RayPacket& view, const HitPacket& hits, PathPacket& paths, const Channels* factor,
+                      Channels& out) const;
     /// Light of the Sun's disc, from one direction. `mis_weight`: factor by lane; null: 1.
     void add_sun(const PathVertex& vertex, const Doubles& u, const Doubles& v, const PathPacket& paths,
                  const Doubles* mis_weight, Channels& out);

@@ -77,8 +77,7 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         SurfacePacket own;
         SurfacePacket& surface = vertex.count == 0 ? vertex.surface : own;
         body.shape->surface(vertex.view, hits, index, surface);
-        if (emitted != nullptr)
-            direct_light_.add_emission(body, here, surface, vertex.view, hits, paths, *emitted);
+        if (emitted != nullptr) add_emission(index, here, surface, vertex.view, hits, paths, *emitted);
         if (body.material == nullptr) {
             if (vertex.count == 0) vertex.body = -1;
             continue;
@@ -95,6 +94,28 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
     }
 }
 
+void PathTracer::add_emission(std::int32_t index, const Lanes& here, const SurfacePacket& surface,
+                              const RayPacket& view, const HitPacket& hits, PathPacket& paths,
+                              Channels& emitted) const {
+    const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
+    const SurfaceTextures* textures = body.built->textures.get();
+    if (textures == nullptr || !textures->varies_emission()) {
+        direct_light_.add_emission(body, here, surface, view, hits, paths, nullptr, emitted);
+        return;
+    }
+    Doubles width_m;
+    ray_widths(here, hits, paths, width_m);
+    Channels factor;
+    textures->emission(*body.shape, view, hits, index, width_m, channels(), surface, factor);
+    direct_light_.add_emission(body, here, surface, view, hits, paths, &factor, emitted);
+}
+
+void PathTracer::ray_widths(const Lanes& here, const HitPacket& hits, const PathPacket& paths,
+                            Doubles& width_m) const {
+    for (int i = 0; i < packet_size; ++i)
+        width_m[i] = here.on[i] != 0 ? (paths.travelled_m[i] + hits.t[i]) * ray_width_rad_ : 0.0;
+}
+
 bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const PathPacket& paths,
                         const RayPacket& view, SurfacePacket& surface, Channels& factor,
                         ParameterPacket& varied) const {
@@ -109,10 +130,8 @@ bool PathTracer::colour(std::int32_t index, const Lanes& here, const HitPacket& 
         }
         return false;
     }
-    // Texture filter width: that of a camera ray of the same path length.
     Doubles width_m;
-    for (int i = 0; i < packet_size; ++i)
-        width_m[i] = here.on[i] != 0 ? (paths.travelled_m[i] + hits.t[i]) * ray_width_rad_ : 0.0;
+    ray_widths(here, hits, paths, width_m);
     Channels textured;
     built.textures->apply(*body.shape, view, hits, index, width_m, channels, surface, textured, varied);
     for (std::size_t c = 0; c < channels; ++c) {

@@ -52,6 +52,13 @@ private:
     /// Adds the sunlight that the planetshine sources of each lane's body reflect to it; sets
     /// PathPacket::shone_on.
     void add_planetshine(std::uint32_t bounce, const PathVertex& vertex, PathPacket& paths, Channels& out);
+    /// Adds the emission of body `index` at the hits `here`, by its emission map if it has one.
+    void add_emission(std::int32_t index, const Lanes& here, const SurfacePacket& surface,
+                      const RayPacket& view, const HitPacket& hits, PathPacket& paths,
+                      Channels& emitted) const;
+    /// Texture filter widths at the hits `here`: those of camera rays of the same path length.
+    void ray_widths(const Lanes& here, const HitPacket& hits, const PathPacket& paths,
+                    Doubles& width_m) const;
     /// Evaluates colours and textures: the factor on the reflectance, shading normals by the normal map.
     /// True if material parameters vary over the surface: they are in `varied`.
     bool colour(std::int32_t index, const Lanes& here, const HitPacket& hits, const PathPacket& paths,

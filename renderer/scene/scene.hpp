@@ -96,7 +96,7 @@ using Material = Description<MaterialFamily>;
 struct Textures {
     std::string albedo;                             ///< albedo map, a factor on the reflectance; empty: none
     std::string normal;                             ///< normal map; empty: none
-    bool srgb = false;                              ///< the albedo map is coded as sRGB, not linear
+    bool srgb = false;                              ///< albedo and emission map are coded as sRGB, not linear
     bool by_longitude = false;                      ///< also where the shape has texture coordinates
     double left_longitude_rad = -3.141592653589793; ///< longitude of the image's left edge
     /// Parameter map: a parameter of the material from an image of one plane, in SI units.
@@ -107,6 +107,7 @@ struct Textures {
         double at_zero = 0, at_one = 1;
     };
     std::vector<Parameter> parameters{};
+    std::string emission{}; ///< emission map, a factor on Body::emission_w_m2_sr; empty: none
 };
 
 /// Joint between a body, a lamp or the camera and its parent, of one degree of freedom or none.

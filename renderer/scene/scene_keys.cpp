@@ -158,6 +158,8 @@ config::Keys keys_of(Body& s) {
             .unit("W m-2 sr-1")
             .range(0, 1e15)
             .help("Radiance that the body's outer side emits in each spectral band; empty: none"),
+        config::key("emission_texture", config::Path{&s.textures.emission, true, true})
+            .help("Emission map, a factor on emission_w_m2_sr: an image as for albedo_texture; empty: none"),
         config::key("albedo_texture", config::Path{&s.textures.albedo, true, true})
             .help("Albedo map, a factor on the body's reflectance: FITS, PNG, TIFF, JPEG, OpenEXR or PDS3 "
                   "image; "
@@ -165,7 +167,8 @@ config::Keys keys_of(Body& s) {
         config::key("normal_texture", config::Path{&s.textures.normal, true, true})
             .help("Normal map, an image that perturbs the surface normals; empty: none"),
         word_key("texture_coding", &s.textures.srgb, "linear", "srgb")
-            .help("Coding of the texels of albedo_texture: linear or sRGB (IEC 61966-2-1)"),
+            .help("Coding of the texels of albedo_texture and emission_texture: linear or sRGB (IEC "
+                  "61966-2-1)"),
         word_key("texture_mapping", &s.textures.by_longitude, "own", "longitude")
             .help("Texture coordinates: own: those of the shape where it has any; longitude: longitude and "
                   "latitude"),

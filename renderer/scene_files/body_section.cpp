@@ -228,6 +228,8 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
     Body& body = scene.bodies[index];
     check_textures(read.textures, body, table);
     exclude(table, "colour_curve", "colour");
+    if (!body.textures.emission.empty() && body.emission_w_m2_sr.empty())
+        table.refuse("emission_texture", "a factor on \"emission_w_m2_sr\", which is missing");
     apply_normal_albedo(body, read.normal_albedo, table);
     for (const Conflict& c : find_kind(shape_kinds(), body.shape.kind())->conflicts(body.shape))
         table.refuse(c.key, c.what);

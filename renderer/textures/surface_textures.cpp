@@ -29,6 +29,30 @@ void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3 grad_u, Vec3 gr
     shorter = {dot(grad_u, b), dot(grad_v, b)};
 }
 
+/// Weights of a texture's planes in each spectral band: band x plane.
+std::vector<double> plane_weights(const Texture& texture, const std::vector<SpectralBand>& bands) {
+    const std::size_t planes = texture.planes();
+    std::vector<double> w(bands.size() * planes, 0);
+    for (std::size_t b = 0; b < bands.size(); ++b) {
+        if (texture.rgb()) {
+            const auto shares = colour_shares(bands[b]);
+            std::copy(shares.begin(), shares.end(), w.begin() + static_cast<std::ptrdiff_t>(3 * b));
+        } else {
+            w[b * planes + (planes == 1 ? 0 : b)] = 1;
+        }
+    }
+    return w;
+}
+
+/// Value of a band from the planes of a texel, at least 0.
+double band_value(const std::vector<double>& weights, std::size_t band, const double* planes,
+                  std::size_t count) {
+    double value = 0;
+    for (std::size_t k = 0; k < count; ++k)
+        value += weights[band * count + k] * planes[k];
+    return value > 0 ? value : 0.0;
+}
+
 } // namespace
 
 std::shared_ptr<const Texture> TextureCache::get(const std::filesystem::path& file, TextureCoding coding,
@@ -40,9 +64,9 @@ std::shared_ptr<const Texture> TextureCache::get(const std::filesystem::path& fi
 
 SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<SpectralBand>& bands, bool latlon,
                                  double left_longitude_rad)
-    : slots_(std::move(slots)),
+    : spectral_bands_(bands),
+      slots_(std::move(slots)),
       weights_(slots_.size()),
-      bands_(bands.size()),
       latlon_(latlon),
       left_turns_(left_longitude_rad / (2 * std::numbers::pi)) {
     double sum = 0;
@@ -54,17 +78,9 @@ SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<Spec
         if (slot.albedo) {
             const std::size_t planes = slot.albedo->planes();
             std::vector<double>& w = weights_[p];
-            w.assign(bands.size() * planes, 0);
-            for (std::size_t b = 0; b < bands.size(); ++b) {
-                if (slot.albedo->rgb()) {
-                    const auto shares = colour_shares(bands[b]);
-                    std::copy(shares.begin(), shares.end(), w.begin() + static_cast<std::ptrdiff_t>(3 * b));
-                } else {
-                    w[b * planes + (planes == 1 ? 0 : b)] = 1;
-                }
-                for (std::size_t k = 0; k < planes; ++k)
-                    grey_ = grey_ && w[b * planes + k] == w[k];
-            }
+            w = plane_weights(*slot.albedo, bands);
+            for (std::size_t i = planes; i < w.size(); ++i)
+                grey_ = grey_ && w[i] == w[i % planes];
             double mean = 0;
             for (std::size_t k = 0; k < planes; ++k)
                 mean += w[k] * slot.albedo->mean(k);
@@ -78,6 +94,11 @@ SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<Spec
 void SurfaceTextures::set_maps(std::vector<Map> maps, std::vector<double> constants) {
     maps_ = std::move(maps);
     constants_ = std::move(constants);
+}
+
+void SurfaceTextures::set_emission(std::shared_ptr<const Texture> texture) {
+    emission_ = std::move(texture);
+    emission_weights_ = plane_weights(*emission_, spectral_bands_);
 }
 
 void SurfaceTextures::texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,
@@ -118,12 +139,8 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
         if (slot.albedo) {
             slot.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
             const std::size_t count = slot.albedo->planes();
-            for (std::size_t c = 0; c < channels; ++c) {
-                double value = 0;
-                for (std::size_t k = 0; k < count; ++k)
-                    value += weights_[number][c * count + k] * planes[k];
-                factor.v[c][i] *= value > 0 ? value : 0.0;
-            }
+            for (std::size_t c = 0; c < channels; ++c)
+                factor.v[c][i] *= band_value(weights_[number], c, planes, count);
         }
         for (const Map& map : maps_) {
             map.texture->sample(at.u[i], at.v[i], longer, shorter, planes);
@@ -142,6 +159,26 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
             const double norm = length(turned);
             if (norm > 1e-6) surface.normal.set(i, turned / norm);
         }
+    }
+}
+
+void SurfaceTextures::emission(const Shape& shape, const RayPacket& view, const HitPacket& hits,
+                               std::int32_t body, const Doubles& width_m, std::size_t channels,
+                               const SurfacePacket& surface, Channels& factor) const {
+    UvPacket at;
+    texture_coordinates(shape, hits, body, surface, at);
+    for (int i = 0; i < packet_size; ++i) {
+        for (std::size_t c = 0; c < channels; ++c)
+            factor.v[c][i] = 1;
+        if (hits.body[i] != body) continue;
+        TextureAxis longer;
+        TextureAxis shorter;
+        footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], at.grad_u.lane(i),
+                  at.grad_v.lane(i), longer, shorter);
+        double planes[Texture::most_planes];
+        emission_->sample(at.u[i], at.v[i], longer, shorter, planes);
+        for (std::size_t c = 0; c < channels; ++c)
+            factor.v[c][i] = band_value(emission_weights_, c, planes, emission_->planes());
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface textures of a body: albedo, normal and parameter maps, and the colours of its mesh file's
+// Surface textures of a body: albedo, normal, parameter and emission maps, and the colours of its mesh file's
 // materials.
 #pragma once
 
@@ -31,7 +31,7 @@ private:
         textures_;
 };
 
-/// Albedo, normal and parameter maps of one body. Immutable; thread-safe.
+/// Albedo, normal, parameter and emission maps of one body. Immutable; thread-safe.
 ///
 /// A texture of one plane applies to all spectral bands; one with as many planes as there are bands gives
 /// each band its own. Red, green and blue, of textures and of the materials of a mesh file, are taken for
@@ -59,6 +59,8 @@ public:
                     double left_longitude_rad);
     /// Sets the parameter maps; `constants`: the values of all varying_parameters(), used where no map is.
     void set_maps(std::vector<Map> maps, std::vector<double> constants);
+    /// Sets the emission map.
+    void set_emission(std::shared_ptr<const Texture> texture);
 
     /// Whether parameters of the material vary over the surface.
     [[nodiscard]] bool varies() const { return !maps_.empty(); }
@@ -68,6 +70,8 @@ public:
     [[nodiscard]] bool turns_normals() const {
         return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.normal != nullptr; });
     }
+    /// Whether an emission map varies the body's own light.
+    [[nodiscard]] bool varies_emission() const { return emission_ != nullptr; }
     /// Mean factor over slots and texels, first band.
     [[nodiscard]] double mean_factor() const { return mean_factor_; }
     [[nodiscard]] std::size_t slots() const { return slots_.size(); }
@@ -78,6 +82,11 @@ public:
     void apply(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
                const Doubles& width_m, std::size_t channels, SurfacePacket& surface, Channels& factor,
                ParameterPacket& varied) const;
+    /// Sets `factor[0, channels)`, by which the body's own radiance is multiplied, at the hits of `body`, as
+    /// apply() does for the reflectance; other lanes get 1. Only if varies_emission().
+    void emission(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
+                  const Doubles& width_m, std::size_t channels, const SurfacePacket& surface,
+                  Channels& factor) const;
     /// The texture coordinates alone.
     void texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,
                              const SurfacePacket& surface, UvPacket& out) const;
@@ -87,11 +96,13 @@ private:
         return slots_.size() == 1 ? 0 : shape.material_slot(primitive);
     }
 
+    std::vector<SpectralBand> spectral_bands_;
     std::vector<Slot> slots_;
     std::vector<std::vector<double>> weights_; ///< per slot: band x plane, for the albedo texture
+    std::shared_ptr<const Texture> emission_;  ///< null: none
+    std::vector<double> emission_weights_;     ///< band x plane
     std::vector<Map> maps_;
     std::vector<double> constants_;
-    std::size_t bands_;
     bool latlon_, grey_ = true;
     double left_turns_;
     double mean_factor_ = 1;

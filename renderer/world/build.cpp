@@ -101,11 +101,11 @@ public:
                 slots.push_back(slot_of(file->path, m, own_uv, edge, place));
         } else {
             if (body.textures.albedo.empty() && body.textures.normal.empty() &&
-                body.textures.parameters.empty())
+                body.textures.parameters.empty() && body.textures.emission.empty())
                 return nullptr;
             SurfaceTextures::Slot slot;
             if (!body.textures.albedo.empty())
-                slot.albedo = albedo(body.textures.albedo, coding, edge, place);
+                slot.albedo = colours(body.textures.albedo, coding, edge, place);
             if (!body.textures.normal.empty()) slot.normal = normal(body.textures.normal, edge, place);
             slots.push_back(std::move(slot));
         }
@@ -113,6 +113,12 @@ public:
             std::move(slots), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
         if (!body.textures.parameters.empty())
             set_maps(body.textures.parameters, edge, place, material, *textures);
+        if (!body.textures.emission.empty()) {
+            if (body.emission_w_m2_sr.empty())
+                throw ConfigError(fmt::format(
+                    "{}: an emission texture is a factor on the emission, which is missing", place));
+            textures->set_emission(colours(body.textures.emission, coding, edge, place));
+        }
         return textures;
     }
 
@@ -172,7 +178,7 @@ private:
         };
         // Textures need texture coordinates.
         if (own_uv && !m.albedo_texture.empty()) {
-            slot.albedo = albedo(path(m.albedo_texture), TextureCoding::srgb, edge, place);
+            slot.albedo = colours(path(m.albedo_texture), TextureCoding::srgb, edge, place);
             // Some writers leave the colour black under a texture.
             if (rgb == std::array<float, 3>{0, 0, 0}) rgb = {1, 1, 1};
         }
@@ -187,8 +193,8 @@ private:
         return slot;
     }
 
-    std::shared_ptr<const Texture> albedo(const std::filesystem::path& file, TextureCoding coding,
-                                          Texture::Edge edge, const std::string& place) {
+    std::shared_ptr<const Texture> colours(const std::filesystem::path& file, TextureCoding coding,
+                                           Texture::Edge edge, const std::string& place) {
         auto texture = cache_.get(file, coding, edge);
         if (texture->planes() != 1 && !texture->rgb() && texture->planes() != bands_.size())
             throw InputError(
@@ -277,7 +283,8 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
         scene::at_position(body.position, [&] {
             (void)make_material(body.material, name_of(body));
             shapes.place = name_of(body);
-            shapes.emits = !body.emission_w_m2_sr.empty();
+            // An area light is uniform; textured light is found by the paths that hit it.
+            shapes.emits = !body.emission_w_m2_sr.empty() && body.textures.emission.empty();
             auto shape = make_shape(body.shape, shapes);
             scene::Material material_at_mean = body.material;
             auto textures = texture_maker.make(body, *shape, material_at_mean);
