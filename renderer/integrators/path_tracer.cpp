@@ -106,7 +106,7 @@ void PathTracer::add_emission(std::int32_t index, const Lanes& here, const Surfa
     Doubles width_m;
     ray_widths(here, hits, paths, width_m);
     Channels factor;
-    textures->emission(*body.shape, view, hits, index, width_m, channels(), surface, factor);
+    textures->emission(*body.shape, hits, index, width_m, channels(), surface, factor);
     direct_light_.add_emission(body, here, surface, view, hits, paths, &factor, emitted);
 }
 

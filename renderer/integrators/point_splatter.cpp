@@ -233,7 +233,11 @@ void PointSplatter::plan_points(const PointView& view, std::uint32_t instant, st
             if (!shines(body, part, job.facets.get(), tracer)) continue;
             const bool lit = part == LitDisc::Part::lit;
             job.part = part;
-            add(lit && !job.facets ? disc_samples(body) : samples_per_target / 2, seeds[lit ? 0 : 2]);
+            std::uint32_t samples = lit && !job.facets ? disc_samples(body) : samples_per_target / 2;
+            // Spots of a few degrees hold all the light of some emission maps.
+            if (body.built->textures != nullptr && body.built->textures->varies_emission())
+                samples = std::max(samples, 8 * samples_per_target);
+            add(samples, seeds[lit ? 0 : 2]);
         }
     }
 }

@@ -162,21 +162,23 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
     }
 }
 
-void SurfaceTextures::emission(const Shape& shape, const RayPacket& view, const HitPacket& hits,
-                               std::int32_t body, const Doubles& width_m, std::size_t channels,
-                               const SurfacePacket& surface, Channels& factor) const {
+void SurfaceTextures::emission(const Shape& shape, const HitPacket& hits, std::int32_t body,
+                               const Doubles& width_m, std::size_t channels, const SurfacePacket& surface,
+                               Channels& factor) const {
     UvPacket at;
     texture_coordinates(shape, hits, body, surface, at);
     for (int i = 0; i < packet_size; ++i) {
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = 1;
         if (hits.body[i] != body) continue;
-        TextureAxis longer;
-        TextureAxis shorter;
-        footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], at.grad_u.lane(i),
-                  at.grad_v.lane(i), longer, shorter);
+        // As seen along the normal. Stretched by the slant, as for reflectances, footprints near a limb would
+        // reach across the body, and those of its whole rim would gather the light of a few bright spots.
+        TextureAxis a;
+        TextureAxis b;
+        footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], at.grad_u.lane(i),
+                  at.grad_v.lane(i), a, b);
         double planes[Texture::most_planes];
-        emission_->sample(at.u[i], at.v[i], longer, shorter, planes);
+        emission_->sample(at.u[i], at.v[i], a, b, planes);
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = band_value(emission_weights_, c, planes, emission_->planes());
     }

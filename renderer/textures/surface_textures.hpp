@@ -84,9 +84,8 @@ public:
                ParameterPacket& varied) const;
     /// Sets `factor[0, channels)`, by which the body's own radiance is multiplied, at the hits of `body`, as
     /// apply() does for the reflectance; other lanes get 1. Only if varies_emission().
-    void emission(const Shape& shape, const RayPacket& view, const HitPacket& hits, std::int32_t body,
-                  const Doubles& width_m, std::size_t channels, const SurfacePacket& surface,
-                  Channels& factor) const;
+    void emission(const Shape& shape, const HitPacket& hits, std::int32_t body, const Doubles& width_m,
+                  std::size_t channels, const SurfacePacket& surface, Channels& factor) const;
     /// The texture coordinates alone.
     void texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,
                              const SurfacePacket& surface, UvPacket& out) const;

@@ -54,7 +54,8 @@ std::array<double, 2> magnitudes(const std::string& material, std::array<double,
     const scene::Scene s = scene::load_scene(folder.write(
         "s.toml",
         fmt::format(
-            "[sun]\ndirection = [{}, {}, 0]\n[camera]\nwidth = 16\nheight = 16\npixel_pitch_um = "
+            "[sun]\ndirection = [{}, {}, 0]\nradius_m = 1e6\n[camera]\nwidth = 16\nheight = "
+            "16\npixel_pitch_um = "
             "10\nfocal_length_mm = 2\npsf_sigma_px = 0.5\nposition_m = [{}, 0, 0]\nlook_at_m = [0, 0, "
             "0]\nup = [0, 0, 1]\n[[body]]\nname = \"it\"\nshape = \"ellipsoid\"\nradii_m = [{}]\n"
             "material = \"{}\"\n",
