@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of a case study: what was found, against what, how far off it is and may be."""
+import re
+
+
+class Report:
+    def __init__(self):
+        self.rows, self.good, self.figures = [], True, {}
+
+    def add(self, what, found, against, off, allowed, unit):
+        good = off <= allowed
+        self.good = self.good and good
+        self.figures[what] = {"off": off, "allowed": allowed}
+        self.rows.append((what, found, against, f"{off:.2g} of {allowed:g} {unit}".strip() + ("" if good else ": TOO FAR OFF")))
+
+    def say(self, what, found, against):
+        self.figures[what] = found
+        self.rows.append((what, found, against, ""))
+
+    def table(self):
+        return "\n".join(["| | found | against | off, of what is allowed |", "|---|---|---|---|",
+                          *("| " + " | ".join(row) + " |" for row in self.rows)])
+
+    def print(self):
+        print(self.table())
+
+    def into_page(self, page):
+        """Puts the table between the page's two marks."""
+        text = page.read_text()
+        page.write_text(re.sub(r"(<!-- figures -->\n).*?(<!-- end -->)", lambda m: m[1] + self.table() + "\n" + m[2], text, flags=re.S))

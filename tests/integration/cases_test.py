@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the case studies with few samples, and the Io case against frames made up from its own scene, with errors that it must find.
+
+Usage: cases_test.py OBSCURA
+Exit status 77 where the data or numpy are missing.
+"""
+import importlib.util
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+CASES = pathlib.Path(__file__).resolve().parents[1] / "cases"
+obscura = sys.argv[1]
+if not importlib.util.find_spec("numpy"):
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
+sys.path.insert(0, str(CASES))
+sys.dont_write_bytecode = True
+import numpy as np  # noqa: E402
+
+failures = []
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def case(script, *arguments):
+    """Exit status, what it printed and its figures."""
+    with tempfile.TemporaryDirectory() as folder:
+        figures = pathlib.Path(folder) / "figures.json"
+        done = subprocess.run([sys.executable, "-B", CASES / script, obscura, "--json", figures, *map(str, arguments)],
+                              capture_output=True, text=True, check=False)
+        if done.returncode == 77:
+            print(done.stdout.strip())
+            sys.exit(77)
+        return done.returncode, done.stdout + done.stderr, json.loads(figures.read_text()) if figures.exists() else {}
+
+
+def made_up_frame(file, right_px, down_px, factor):
+    """A flight frame whose camera points so that all is right and down by some pixels, and whose light is `factor` times ours."""
+    import case_files
+    import io_lorri
+    from case_geometry import text_kernel
+    flight = case_files.data_file("flight_nh_lorri")
+    header, _ = case_files.read_fits(flight / "lor_0034974380_0x630_sci_1_cropped.fit")
+    frame = io_lorri.Frame(header)
+    kernels = text_kernel(flight / "kernels/pck00010.tpc", flight / "kernels/nh_lorri_v201.ti")
+    pixel_rad = kernels["INS-98301_PIXEL_SIZE"][0] * 1e-3 / kernels["INS-98301_OOC_FOCAL_LENGTH"][0]
+    frame.turn_bodies(kernels)
+    x, y, z = frame.attitude.T
+    z = z - (right_px * x + down_px * y) * pixel_rad
+    z /= np.linalg.norm(z)
+    x = x - (x @ z) * z
+    x /= np.linalg.norm(x)
+    with tempfile.TemporaryDirectory() as folder:
+        scene, image = pathlib.Path(folder) / "s.toml", pathlib.Path(folder) / "s.fits"
+        scene.write_text(io_lorri.scene_text(frame, kernels, attitude=np.stack([x, np.cross(z, x), z], axis=1)))
+        case_files.run(obscura, "render", scene, "-o", image, "--samples", 16, "--seed", 5)
+        radiance = case_files.read_fits(image)[1][""]
+    dn = factor * radiance * io_lorri.dn_per_radiance(frame, io_lorri.SunInBand())
+    noise = np.random.Generator(np.random.Philox(3)).normal(0, 1.4, dn.shape)
+    case_files.write_fits(file, [((np.minimum(dn, 3700) + noise)[::-1], {})])
+
+
+status, said, figures = case("io_lorri.py", "--samples", 16)
+check("the Io case agrees with header, support data and the sum over Jupiter", status == 0, said)
+check("the Io case says that the flight frame was not compared",
+      figures.get("limb, terminator and night side of the flight frame") == "not compared", said)
+with tempfile.TemporaryDirectory() as folder:
+    frame = pathlib.Path(folder) / "frame.fit"
+    made_up_frame(frame, 0.31, -0.22, 1.15)
+    status, said, figures = case("io_lorri.py", "--samples", 16, "--frame", frame)
+    shift = figures.get("shift_px", [9, 9])
+    check("a frame 0.31 px right and 0.22 px up is found to be so, and passes",
+          status == 0 and abs(shift[0] - 0.31) < 0.1 and abs(shift[1] + 0.22) < 0.1, said)
+    check("a night side 1.15 times as bright is found to be so", abs(figures.get("night_factor", 0) - 1.15) < 0.03, said)
+    made_up_frame(frame, 2.5, 0, 1.6)
+    status, said, figures = case("io_lorri.py", "--samples", 16, "--frame", frame)
+    check("a frame 2.5 px off, 1.6 times as bright, is refused in both", status == 1 and said.count("TOO FAR OFF") >= 2, said)
+status, said, _ = case("io_europa.py", "--samples", 16)
+check("the pair of Io and Europa is where and as bright as published", status == 0, said)
+status, said, _ = case("jovian_system.py", "--samples", 8)
+check("the Jovian case agrees with kernels, rays to the Sun and the lens", status == 0, said)
+sys.exit(1 if failures else 0)
