@@ -68,6 +68,37 @@ def made_up_frame(file, right_px, down_px, factor):
     case_files.write_fits(file, [((np.minimum(dn, 3700) + noise)[::-1], {})])
 
 
+def made_up_kernel(file):
+    """An SPK kernel as a transfer file, with Jupiter at its barycentre and the moons at rest where the stand-in has them."""
+    import galilean_moons
+    import jovian_system
+    places = jovian_system.System(obscura, None).moons
+
+    def coded(value):
+        """Hexadecimal fraction and power of 16."""
+        if value == 0:
+            return "0^0"
+        power = 0
+        size = abs(value)
+        while size >= 1:
+            size, power = size / 16, power + 1
+        while size < 1 / 16:
+            size, power = size * 16, power - 1
+        digits = f"{int(size * 16**14):014X}".rstrip("0")
+        return f"{'-' if value < 0 else ''}{digits}^{'-' if power < 0 else ''}{abs(power):X}"
+    begin, length = 838900000.0, 200000.0
+    lines = ["DAFETF NAIF DAF ENCODED TRANSFER FILE", "'DAF/SPK '", "'2'", "'6'", f"'{'made up':60}'"]
+    segments = {599: (5, np.zeros(3)), **{code: (599, places[name]) for name, code in galilean_moons.NAMES.items()}}
+    for number, (body, (centre, place)) in enumerate(segments.items(), start=1):
+        # Type 2, one record: middle, radius, two coefficients of each coordinate; start, length, size of a record, records.
+        record = [begin + length / 2, length / 2, place[0], 0, place[1], 0, place[2], 0]
+        numbers = [*record, begin, length, float(len(record)), 1.0]
+        lines += [f"BEGIN_ARRAY {number} {len(numbers)}", f"'{'made up':40}'", f"'{coded(begin)}'", f"'{coded(begin + length)}'",
+                  f"'{body:X}'", f"'{centre:X}'", "'1'", "'2'", str(len(numbers)), *(f"'{coded(v)}'" for v in numbers),
+                  f"END_ARRAY {number} {len(numbers)}"]
+    file.write_text("\n".join([*lines, f"TOTAL_ARRAYS {len(segments)}", ""]))
+
+
 status, said, figures = case("io_lorri.py", "--samples", 16)
 check("the Io case agrees with header, support data and the sum over Jupiter", status == 0, said)
 check("the Io case says that the flight frame was not compared",
@@ -87,4 +118,12 @@ status, said, _ = case("io_europa.py", "--samples", 16)
 check("the pair of Io and Europa is where and as bright as published", status == 0, said)
 status, said, _ = case("jovian_system.py", "--samples", 8)
 check("the Jovian case agrees with kernels, rays to the Sun and the lens", status == 0, said)
+with tempfile.TemporaryDirectory() as folder:
+    kernel = pathlib.Path(folder) / "moons.xsp"
+    made_up_kernel(kernel)
+    status, said, figures = case("jovian_system.py", "--samples", 8, "--kernel", kernel)
+    check("with moons from a kernel too", status == 0 and not any("stand-in" in what for what in figures), said)
+    kernel.write_text(kernel.read_text().replace("'1F7'", "'1F8'"))
+    status, said, _ = case("jovian_system.py", "--samples", 8, "--kernel", kernel)
+    check("a kernel without Ganymede is refused by name", status == 1 and "GANYMEDE" in said, said)
 sys.exit(1 if failures else 0)
