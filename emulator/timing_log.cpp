@@ -62,7 +62,7 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
         for (const std::int64_t part_ns : t.work.render.part_ns)
             fmt::format_to(to, ",{}", part_ns);
         fmt::format_to(to, ",{},{},{},{},{},{},{},{}", t.work.render.measured_ns,
-                       t.work.render.measured_cpu_ns, t.work.render.preemptions, t.work.render.setups,
+                       t.work.render.measured_cpu_ns, t.work.render.preemptions, t.work.render.instants,
                        t.work.render.samples, t.work.render.rays, t.work.detector_wait_ns,
                        t.work.detector_ns);
         for (std::size_t slot = 0; slot < transports_.size(); ++slot)

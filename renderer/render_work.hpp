@@ -27,7 +27,7 @@ struct RenderWork {
     std::int64_t measured_ns = 0, measured_cpu_ns = 0;
     std::uint64_t preemptions = 0; ///< involuntary context switches of the threads
     std::uint64_t rows = 0;        ///< rows rendered
-    std::uint64_t setups = 0;      ///< instants of those rows
+    std::uint64_t instants = 0;    ///< of those rows
     std::uint64_t rays = 0, samples = 0;
 
     [[nodiscard]] std::int64_t& operator[](RenderPart part) noexcept {
@@ -43,7 +43,7 @@ struct RenderWork {
         measured_cpu_ns -= before.measured_cpu_ns;
         preemptions -= before.preemptions;
         rows -= before.rows;
-        setups -= before.setups;
+        instants -= before.instants;
         rays -= before.rays;
         samples -= before.samples;
         return *this;

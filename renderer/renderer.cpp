@@ -69,6 +69,9 @@ struct Scratch {
     WorkClock work;
     RowTime measured{}; ///< the exposure that `motion` belongs to
     double motion = 0;  ///< see motion_px()
+    /// The request and exposure that `rows` and `swept` are set up for; request 0: none.
+    std::uint64_t set_up_for = 0;
+    RowTime set_up_time{};
 };
 
 /// Small bodies of a frame whose rows all have the same exposure, as points of the image.
@@ -80,6 +83,7 @@ struct SharedPoints {
 
 /// Data shared by the rows of one request (a row block).
 struct RowBlock {
+    std::uint64_t request = 0; ///< its number, from 1
     SharedPoints points;
     std::vector<std::uint32_t> stars;       ///< candidates: may be visible in some row
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
@@ -123,6 +127,7 @@ struct Renderer::Impl {
     mutable tbb::enumerable_thread_specific<Scratch> scratch;
     /// Per thread that calls render().
     mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
+    mutable std::atomic<std::uint64_t> requests{0};
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
     mutable WorkTotals work_done;
@@ -186,6 +191,7 @@ struct Renderer::Impl {
     }
     /// Sets the lens and state `i` of Scratch::rows.
     RowState& begin_row(double time_s, Scratch& s, std::size_t i = 0, std::uint32_t least_samples = 1) const {
+        s.set_up_for = 0;
         if (s.rows.size() <= i) s.rows.resize(i + 1);
         RowState& row = s.rows[i];
         row.beta = camera_beta(scene, bodies, time_s);
@@ -193,8 +199,19 @@ struct Renderer::Impl {
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
                       std::max(settings.samples_per_pixel, least_samples), time_s, row);
         if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(scene.sun, row);
-        s.work.setup_done();
+        s.work.lap(RenderPart::setup);
         return row;
+    }
+    /// Sets up Scratch::rows and Scratch::swept at the instants of a row, unless they are those of the row of
+    /// the same request before: the rows of a global shutter are exposed together.
+    void begin_rows(std::uint64_t request, const Exposure& when, Scratch& s) const {
+        if (s.set_up_for == request && s.set_up_time == when.row) return;
+        const std::uint32_t least_samples = least_samples_of(when);
+        for (std::uint32_t i = 0; i < when.instants; ++i)
+            begin_row(when.time_s(i), s, i, least_samples);
+        join_instants({s.rows.data(), when.instants}, s.swept);
+        s.set_up_for = request;
+        s.set_up_time = when.row;
     }
     /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
     template<typename Use>
@@ -540,13 +557,10 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
             noise.reset();
     }
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
-    const std::uint32_t least_samples = least_samples_of(when);
-    for (std::uint32_t i = 0; i < when.instants; ++i)
-        begin_row(when.time_s(i), s, i, least_samples);
+    begin_rows(rows.request, when, s);
     const std::span states(s.rows.data(), when.instants);
-    join_instants(states, s.swept);
     const Instants instants(states);
-    s.work.lap(RenderPart::setup);
+    s.work.row_set_up(when.instants);
     with_tracer(instants, s, [&](Tracer& tracer) { trace_pixels(request, y, rows, instants, tracer, s); });
     s.work.lap(RenderPart::sampling);
     for (std::uint32_t i = 0; i < when.instants; ++i) {
@@ -603,6 +617,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                                     static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     RowBlock& rows = impl_->block_scratch.local();
+    rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
     impl_->splatter.find_stars(request.row_times, rows.stars);
     return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_points(request, cancel, rows) &&
            impl_->fill_wings(request, cancel, rows) &&

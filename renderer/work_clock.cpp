@@ -47,7 +47,7 @@ void WorkTotals::add(const RenderWork& work) noexcept {
     measured_cpu_ns_.fetch_add(work.measured_cpu_ns, std::memory_order_relaxed);
     preemptions_.fetch_add(work.preemptions, std::memory_order_relaxed);
     rows_.fetch_add(work.rows, std::memory_order_relaxed);
-    setups_.fetch_add(work.setups, std::memory_order_relaxed);
+    instants_.fetch_add(work.instants, std::memory_order_relaxed);
 }
 
 RenderWork WorkTotals::read() const noexcept {
@@ -58,7 +58,7 @@ RenderWork WorkTotals::read() const noexcept {
     work.measured_cpu_ns = measured_cpu_ns_.load(std::memory_order_relaxed);
     work.preemptions = preemptions_.load(std::memory_order_relaxed);
     work.rows = rows_.load(std::memory_order_relaxed);
-    work.setups = setups_.load(std::memory_order_relaxed);
+    work.instants = instants_.load(std::memory_order_relaxed);
     return work;
 }
 
@@ -73,7 +73,7 @@ std::uint64_t WorkClock::ticks() noexcept {
 void WorkClock::start(RenderPart whole) noexcept {
     whole_ = whole;
     part_ticks_ = {};
-    rows_ = setups_ = 0;
+    rows_ = instants_ = 0;
     begin_ns_ = steady_ns();
     measured_ = begin_ns_ - last_measured_ns_ >= ns_per_ms;
     if (measured_) {
@@ -102,7 +102,7 @@ void WorkClock::stop(WorkTotals& totals) noexcept {
         work.preemptions = use.preemptions - std::exchange(preemptions_, use.preemptions);
     }
     work.rows = rows_;
-    work.setups = setups_;
+    work.instants = instants_;
     totals.add(work);
 }
 

@@ -19,7 +19,7 @@ public:
 private:
     std::array<std::atomic<std::int64_t>, render_part_count> part_ns_{};
     std::atomic<std::int64_t> measured_ns_{0}, measured_cpu_ns_{0};
-    std::atomic<std::uint64_t> preemptions_{0}, rows_{0}, setups_{0};
+    std::atomic<std::uint64_t> preemptions_{0}, rows_{0}, instants_{0};
 };
 
 /// Stop watch of a thread: each lap belongs to a part of the work. Reads the time stamp counter where there
@@ -35,10 +35,10 @@ public:
         part_ticks_[static_cast<std::size_t>(whole_ == RenderPart::wings ? whole_ : part)] += now - last_;
         last_ = now;
     }
-    /// The state of a row at an instant is set up.
-    void setup_done() noexcept {
+    /// A row is ready to be sampled, at so many instants.
+    void row_set_up(std::uint64_t instants) noexcept {
         lap(RenderPart::setup);
-        setups_ += whole_ == RenderPart::rest ? 1 : 0;
+        instants_ += instants;
     }
     void row_done() noexcept {
         lap(whole_);
@@ -52,7 +52,7 @@ private:
 
     RenderPart whole_ = RenderPart::rest;
     std::array<std::uint64_t, render_part_count> part_ticks_{};
-    std::uint64_t first_ = 0, last_ = 0, rows_ = 0, setups_ = 0;
+    std::uint64_t first_ = 0, last_ = 0, rows_ = 0, instants_ = 0;
     std::int64_t begin_ns_ = 0;
     bool measured_ = false; ///< this run is in the sample of CPU time
     std::int64_t last_measured_ns_ = 0, cpu_begin_ns_ = 0;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -32,6 +33,9 @@ constexpr double indirect_power = 0.575;
 /// direct sunlight: the points err together along an edge, but second differences take the edge itself for
 /// noise as well (measured by noise_estimate_test.cpp).
 constexpr double direct_grid_noise = 0.58;
+
+/// Into which samples are sorted by the place of the body that they fall on.
+constexpr int parts = 16;
 
 /// n^0.75
 double three_quarter_power(double n) {
@@ -107,7 +111,9 @@ NearBodies BlockTracer::find_near() {
         for (std::size_t b = 0; b < swept_.size(); ++b) {
             if (!near_axis(middle, swept_[b].direction, swept_[b].reach_chord2, near)) continue;
             candidates_.push_back(static_cast<std::int32_t>(b));
-            if (swept_[b].brightest != nullptr) add(near, swept_[b], *swept_[b].brightest);
+            if (swept_[b].brightest == nullptr) continue;
+            if (found.samples == 0) set_places(b);
+            add(near, swept_[b], *swept_[b].brightest);
         }
         return found;
     }
@@ -119,6 +125,27 @@ NearBodies BlockTracer::find_near() {
         if (!body.targeted) add(near, body, body);
     }
     return found;
+}
+
+void BlockTracer::set_places(std::size_t body) {
+    // Where the block's ends fall on the body, about, at the first instant and at the last: body frame.
+    const auto place = [&](const RowState& row, int lane) {
+        const BodyState& b = row.bodies[body];
+        const double radius_m = b.shape->bounding_radius_m();
+        const double near_m = std::max(length(b.camera_m) - radius_m, 0.1 * radius_m);
+        return b.camera_m + b.from_camera * centre_.lane(lane) * near_m;
+    };
+    const Vec3 begin = place(instants_.states().front(), 0);
+    const Vec3 along = place(instants_.states().front(), packet_size - 1) - begin;
+    const Vec3 moved = place(instants_.states().back(), 0) - begin;
+    // Order them along the longer diagonal of the parallelogram between those four.
+    const Vec3 axis = dot(along, moved) < 0 ? along - moved : along + moved;
+    const double by_pixel = dot(along, axis);
+    const double by_time = dot(moved, axis);
+    const double scale = parts / std::max(by_pixel + std::abs(by_time), std::numeric_limits<double>::min());
+    place_of_pixel_ = by_pixel * scale / (packet_size - 1);
+    place_of_time_ = by_time * scale;
+    first_place_ = by_time < 0 ? -by_time * scale : 0;
 }
 
 void BlockTracer::aberrate_at(const Words& instant, Vec3s& direction) const {
@@ -377,19 +404,20 @@ void BlockTracer::arrange(Batch& batch) const {
 int BlockTracer::sort_by_instant(Batch& batch, Words (&instants)[Tracer::batch_size],
                                  std::int32_t (&order)[Batch::most]) const {
     const auto count = static_cast<int>(batch.count);
-    // Counting sort by the part of the exposure.
-    constexpr int parts = 16;
+    // Counting sort.
     int begin[parts + 1] = {};
-    std::uint8_t part[Batch::most];
+    std::int32_t part[Batch::most];
+    bool test_hulls = true;
     for (int first = 0; first < count; first += packet_size) {
-        Words& instant = instants[first / packet_size];
+        Doubles u;
+        Vec3s centre;
+        choose_instants(batch, first, u, instants[first / packet_size], centre);
         Lanes near;
-        choose_instants(batch, first, instant, near);
+        test_hulls = find_near_at(instants[first / packet_size], centre, test_hulls, near);
         for (int i = 0; i < packet_size && first + i < count; ++i) {
-            part[first + i] = near.on[i] != 0
-                                  ? static_cast<std::uint8_t>(parts * static_cast<std::size_t>(instant.v[i]) /
-                                                              instants_.count())
-                                  : parts;
+            const double place =
+                first_place_ + place_of_pixel_ * batch.pixel[first + i] + place_of_time_ * u.v[i];
+            part[first + i] = near.on[i] != 0 ? std::clamp(static_cast<int>(place), 0, parts - 1) : parts;
             ++begin[part[first + i]];
             batch.slot[first + i] = -1;
         }
@@ -402,29 +430,38 @@ int BlockTracer::sort_by_instant(Batch& batch, Words (&instants)[Tracer::batch_s
     return used;
 }
 
-void BlockTracer::choose_instants(const Batch& batch, int first, Words& instant, Lanes& near) const {
+void BlockTracer::choose_instants(const Batch& batch, int first, Doubles& u, Words& instant,
+                                  Vec3s& centre) const {
     Words index;
     Words seed;
-    Vec3s centre;
     for (int i = 0; i < packet_size; ++i) {
         const int sample = std::min(first + i, static_cast<int>(batch.count) - 1);
         const int pixel = batch.pixel[sample];
         index.v[i] = batch.index[sample];
         seed.v[i] = lens_seed_.v[pixel];
         centre.set(i, centre_.lane(pixel));
-        near.on[i] = 0;
     }
-    Doubles u;
     sobol_third(index, seed, u);
     for (int i = 0; i < packet_size; ++i)
         instant.v[i] = static_cast<std::uint32_t>(u.v[i] * static_cast<double>(instants_.count()));
     aberrate_at(instant, centre);
+}
+
+bool BlockTracer::find_near_at(const Words& instant, const Vec3s& centre, bool test_hulls,
+                               Lanes& near) const {
+    Lanes in_cone{};
+    near = {};
     for (const std::int32_t body : candidates_) {
         Lanes own;
-        if (!near_body_at(instants_, body, instant, centre, own)) continue;
+        if (!near_cone_at(instants_, body, instant, centre, own)) continue;
+        for (int i = 0; i < packet_size; ++i)
+            in_cone.on[i] |= own.on[i];
+        if (test_hulls) near_hull_at(instants_, body, instant, centre, own);
         for (int i = 0; i < packet_size; ++i)
             near.on[i] |= own.on[i];
     }
+    // Where few rays would miss, tracing them costs less than finding them.
+    return test_hulls && (4 * near.count() < 3 * in_cone.count() || !in_cone.any());
 }
 
 void BlockTracer::aim(Batch& batch, std::size_t k, Doubles& x, Doubles& y) const {

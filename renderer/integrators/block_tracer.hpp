@@ -91,6 +91,8 @@ private:
     void set_block(std::int32_t block, std::int32_t y);
     /// Finds the bodies that the block's pixels may show at some instant; lists them in `candidates_`.
     NearBodies find_near();
+    /// Sets the places on a body that the samples of the block fall on at the row's instants, along a line.
+    void set_places(std::size_t body);
     /// Turns directions by the aberration of each lane's instant.
     void aberrate_at(const Words& instant, Vec3s& direction) const;
     /// Number of samples that brings a pixel of standard deviation `spread` to the error `aim`.
@@ -111,12 +113,16 @@ private:
     /// Distributes the samples of the batch over packets: of several instants, those that are near a body.
     void arrange(Batch& batch) const;
     /// Chooses the instants of the batch's samples. Fills `order` with those that are near a body then, by
-    /// the part of the exposure, so that rays of one packet are alike; returns their number. The others get
-    /// no slot.
+    /// the place on the body that they fall on, so that rays of one packet are alike; returns their number.
+    /// The others get no slot.
     int sort_by_instant(Batch& batch, Words (&instants)[Tracer::batch_size],
                         std::int32_t (&order)[Tracer::batch_size * packet_size]) const;
-    /// Chooses the instants of 16 samples from `first`; `near`: those whose pixel is near a body then.
-    void choose_instants(const Batch& batch, int first, Words& instant, Lanes& near) const;
+    /// Chooses the instants of 16 samples from `first`; `u`: their places in the exposure, in [0,1);
+    /// `centre`: the directions of their pixels then.
+    void choose_instants(const Batch& batch, int first, Doubles& u, Words& instant, Vec3s& centre) const;
+    /// Sets `near` to those of 16 directions that are near a body at their instants, by the bodies' cones
+    /// and, with `test_hulls`, hulls. Whether it is worth while to test the hulls of the next 16 as well.
+    bool find_near_at(const Words& instant, const Vec3s& centre, bool test_hulls, Lanes& near) const;
     /// Seeds the rays of packet `k`; `x`, `y`: their points of the sensor.
     void aim(Batch& batch, std::size_t k, Doubles& x, Doubles& y) const;
     /// Traces the samples of the batch, adds them in order, and empties it.
@@ -140,6 +146,9 @@ private:
     Vec3s centre_; ///< directions of the pixels' centres
     Doubles solid_angle_;
     Words lens_seed_, light_seed_;
+    /// Place on a body, from 0 to the number of parts: first_place_ plus these times the number of the pixel
+    /// in the block and the place in the exposure, 0 to 1.
+    double first_place_ = 0, place_of_pixel_ = 0, place_of_time_ = 0;
 };
 
 } // namespace obscura::renderer

@@ -33,14 +33,18 @@ bool near_body(const BodyState& body, const Vec3s& direction, double chord2, dou
     return near.any();
 }
 
-bool near_body_at(const Instants& instants, std::int32_t index, const Words& instant, const Vec3s& direction,
+bool near_cone_at(const Instants& instants, std::int32_t index, const Words& instant, const Vec3s& direction,
                   Lanes& near) {
     for (int i = 0; i < packet_size; ++i) {
         const BodyState& body = instants.body(index, instant, i);
         const Vec3 d = direction.lane(i) - body.direction;
         near.on[i] = !body.targeted && dot(d, d) <= body.reach_chord2 ? -1 : 0;
     }
-    if (!near.any()) return false;
+    return near.any();
+}
+
+bool near_hull_at(const Instants& instants, std::int32_t index, const Words& instant, const Vec3s& direction,
+                  Lanes& near) {
     const RowState& row = instants.front();
     RayPacket rays;
     instants.from_camera(index, instant, direction, rays);

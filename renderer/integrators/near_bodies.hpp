@@ -16,9 +16,13 @@ bool near_axis(const Vec3s& direction, Vec3 axis, double chord2, Lanes& near);
 /// any.
 bool near_body(const BodyState& body, const Vec3s& direction, double chord2, double slack_rad, Lanes& near);
 
-/// As near_body(), each lane at its own instant, for the cones and the angle of RowState::reach_rad; no lane
-/// is near where the body is targeted.
-bool near_body_at(const Instants& instants, std::int32_t body, const Words& instant, const Vec3s& direction,
+/// Sets `near` to those directions that lie within the body's cone, widened by RowState::reach_rad, each lane
+/// at its own instant; no lane is near where the body is targeted. Whether there are any.
+bool near_cone_at(const Instants& instants, std::int32_t body, const Words& instant, const Vec3s& direction,
+                  Lanes& near);
+/// Leaves those of `near` that may meet the body itself, for the same arguments. Costs about as much as a ray
+/// that misses the body.
+bool near_hull_at(const Instants& instants, std::int32_t body, const Words& instant, const Vec3s& direction,
                   Lanes& near);
 
 } // namespace obscura::renderer

@@ -366,7 +366,7 @@ TEST_CASE("what a frame cost is in the timing file") {
     timing.work.render.measured_cpu_ns = 6;
     timing.work.render.preemptions = 5;
     timing.work.render.rows = 480;
-    timing.work.render.setups = 960;
+    timing.work.render.instants = 960;
     timing.work.render.samples = 11;
     timing.work.render.rays = 12;
     timing.work.detector_wait_ns = 13;
