@@ -85,7 +85,8 @@ public:
         std::array<std::array<std::int16_t, 3>, 3> normals; ///< shading normals at the corners, unit: 32767
     };
 
-    /// Facets of `shape`, which keeps the set. `corners` is kept too; `normals` may be empty.
+    /// Facets of `shape`, which may still be under construction and keeps the set. `corners` is kept too;
+    /// `normals` may be empty.
     FacetSet(const Shape& shape, std::uint32_t triangles, Corners corners, const Corners& normals);
 
     /// Those that have an area.
@@ -96,6 +97,8 @@ public:
     [[nodiscard]] bool closed() const { return closed_; }
     [[nodiscard]] TriangleCorners corners(std::uint32_t triangle) const { return corners_(triangle); }
     [[nodiscard]] const Shape& shape() const { return shape_; }
+    /// Memory of the facets, without that of lists.
+    [[nodiscard]] std::size_t bytes() const { return facets_.capacity() * sizeof(Facet); }
 
     /// The facets, the same whether there is other light, that a camera at `camera_m` may see in the light of
     /// a Sun at `sun_m` (body frame). Lists are kept for calls with about the same directions.

@@ -272,7 +272,6 @@ EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
 
 MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh mesh, bool emits)
     : device_(std::move(device)), mesh_(std::move(mesh)), scene_(rtcNewScene(device_->get())) {
-    const std::size_t vertices = mesh_.vertices.size();
     for (const Vec3f& p : mesh_.vertices) {
         bounding_radius_m_ = std::max(bounding_radius_m_, length(widen(p)));
         hull_.include(widen(p));
@@ -280,7 +279,7 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     bounding_radius_m_ *= 1 + 1e-6;
     // Embree reads vertices 16 bytes at a time: an element of padding keeps the last read inside. Release the
     // excess capacity of arrays that grew while they were read.
-    mesh_.vertices.reserve(vertices + 1);
+    mesh_.vertices.reserve(mesh_.vertices.size() + 1);
     mesh_.vertices.emplace_back();
     mesh_.vertices.shrink_to_fit();
     mesh_.normals.shrink_to_fit();
@@ -288,18 +287,28 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     mesh_.uvs.shrink_to_fit();
     mesh_.material_slots.shrink_to_fit();
     if (emits) sampler_ = AreaSampler(corners_of(mesh_));
-    if (mesh_.triangles.size() <= TriangleList::most) {
+    if (mesh_.triangles.size() <= TriangleList::most)
         triangle_list_.emplace(corners_of(mesh_));
-        mesh_.vertices.pop_back();
-        return;
-    }
+    else
+        build_tree();
+    mesh_.vertices.pop_back();
+    // Now, not when the mesh is small in a picture for the first time: that frame would be late.
+    FacetSet::Corners normals;
+    if (!mesh_.normals.empty())
+        normals = [this](std::uint32_t i) { return corners_of(mesh_, mesh_.normals, i); };
+    facets_ = std::make_unique<const FacetSet>(
+        *this, static_cast<std::uint32_t>(mesh_.triangles.size()),
+        [this](std::uint32_t i) { return corners_of(mesh_, mesh_.vertices, i); }, normals);
+}
+
+void MeshShape::build_tree() {
     // Measured while building: twice the finished hierarchy, which takes some 80 bytes a triangle.
     constexpr std::uint64_t bytes_per_triangle = 160;
     require_memory(bytes_per_triangle * mesh_.triangles.size(),
                    fmt::format("a mesh of {} triangles", mesh_.triangles.size()));
     RTCGeometry geometry = rtcNewGeometry(device_->get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh_.vertices.data(),
-                               0, sizeof(Vec3f), vertices);
+                               0, sizeof(Vec3f), mesh_.vertices.size() - 1);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh_.triangles.data(),
                                0, 3 * sizeof(std::uint32_t), mesh_.triangles.size());
     rtcCommitGeometry(geometry);
@@ -311,26 +320,13 @@ MeshShape::MeshShape(std::shared_ptr<const EmbreeDevice> device, TriangleMesh me
     if (rtcGetDeviceError(device_->get()) != RTC_ERROR_NONE)
         throw Error(exit_software, fmt::format("Embree could not build a mesh of {} triangles: out of memory",
                                                mesh_.triangles.size()));
-    mesh_.vertices.pop_back();
-}
-
-const FacetSet* MeshShape::facets() const {
-    std::call_once(facets_made_, [this] {
-        const auto corners = [this](std::uint32_t i) { return corners_of(mesh_, mesh_.vertices, i); };
-        FacetSet::Corners normals;
-        if (!mesh_.normals.empty())
-            normals = [this](std::uint32_t i) { return corners_of(mesh_, mesh_.normals, i); };
-        facets_ = std::make_unique<const FacetSet>(*this, static_cast<std::uint32_t>(mesh_.triangles.size()),
-                                                   corners, normals);
-    });
-    return facets_.get();
 }
 
 std::int64_t MeshShape::bytes() const {
     const auto size = [](const auto& list) { return list.capacity() * sizeof list[0]; };
     return static_cast<std::int64_t>(sizeof *this + size(mesh_.vertices) + size(mesh_.normals) +
                                      size(mesh_.triangles) + size(mesh_.uvs) + size(mesh_.material_slots) +
-                                     sampler_.bytes());
+                                     sampler_.bytes() + facets_->bytes());
 }
 
 void MeshShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {

@@ -13,7 +13,6 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <type_traits>
 #include <vector>
@@ -72,13 +71,16 @@ public:
         sampler_.sample(u, v, position, normal);
     }
 
-    [[nodiscard]] const FacetSet* facets() const override;
+    [[nodiscard]] const FacetSet* facets() const override { return facets_.get(); }
 
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
     /// Memory of the mesh's own arrays; that of Embree's tree counts with the device.
     [[nodiscard]] std::int64_t bytes() const;
 
 private:
+    /// Builds Embree's tree over the triangles.
+    void build_tree();
+
     struct Release {
         void operator()(RTCScene s) const { rtcReleaseScene(s); }
     };
@@ -90,8 +92,7 @@ private:
     Hull hull_;
     AreaSampler sampler_;                       ///< of a mesh that emits
     std::optional<TriangleList> triangle_list_; ///< instead of Embree's tree
-    mutable std::once_flag facets_made_;
-    mutable std::unique_ptr<const FacetSet> facets_;
+    std::unique_ptr<const FacetSet> facets_;
 };
 
 } // namespace obscura::renderer

@@ -98,6 +98,9 @@ PolygonShape::PolygonShape(std::vector<TriangleCorners> triangles, bool emit)
         lists_.emplace_back(
             std::span(moved).subspan(first, std::min(TriangleList::most, moved.size() - first)), first);
     if (emit) sampler_ = AreaSampler(triangles_);
+    facets_ = std::make_unique<const FacetSet>(
+        *this, static_cast<std::uint32_t>(triangles_.size()),
+        [this](std::uint32_t i) { return triangles_[i]; }, nullptr);
 }
 
 void PolygonShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
@@ -130,15 +133,6 @@ void PolygonShape::occlude(RayPacket& rays) const {
     shift(centre_, moved);
     test(moved);
     rays.active = moved.active;
-}
-
-const FacetSet* PolygonShape::facets() const {
-    std::call_once(facets_made_, [this] {
-        facets_ = std::make_unique<const FacetSet>(
-            *this, static_cast<std::uint32_t>(triangles_.size()),
-            [this](std::uint32_t i) { return triangles_[i]; }, nullptr);
-    });
-    return facets_.get();
 }
 
 void PolygonShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,

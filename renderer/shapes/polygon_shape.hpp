@@ -10,7 +10,6 @@
 #include "renderer/shapes/triangle_list.hpp"
 
 #include <memory>
-#include <mutex>
 #include <vector>
 
 namespace obscura::renderer {
@@ -34,7 +33,7 @@ public:
     void sample_area(double u, double v, Vec3& position, Vec3& normal) const override {
         sampler_.sample(u, v, position, normal);
     }
-    [[nodiscard]] const FacetSet* facets() const override;
+    [[nodiscard]] const FacetSet* facets() const override { return facets_.get(); }
 
 private:
     std::vector<TriangleCorners> triangles_;
@@ -46,8 +45,7 @@ private:
     double extent_m_ = 0; ///< diagonal of the bounding box
     Hull hull_;
     AreaSampler sampler_;
-    mutable std::once_flag facets_made_;
-    mutable std::unique_ptr<const FacetSet> facets_;
+    std::unique_ptr<const FacetSet> facets_;
 };
 
 } // namespace obscura::renderer

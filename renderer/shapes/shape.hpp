@@ -48,7 +48,7 @@ public:
     /// Samples a point of that area, and the outer normal there, from u, v in [0,1).
     virtual void sample_area(double /*u*/, double /*v*/, Vec3& /*position*/, Vec3& /*normal*/) const {}
 
-    /// Facets of the surface, by primitive; null: it is curved. May be made at the first call.
+    /// Facets of the surface, by primitive; null: it is curved.
     [[nodiscard]] virtual const FacetSet* facets() const { return nullptr; }
 };
 
