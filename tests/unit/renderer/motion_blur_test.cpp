@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 using namespace obscura;
@@ -96,6 +97,15 @@ Streak streak_of(const std::vector<float>& image) {
     s.variance_px2 = square / s.flux - s.x * s.x;
     return s;
 }
+
+/// A pose that is received: it may change between two renderings of one instant.
+struct ReceivedPose final : scene::LivePose {
+    Pose pose;
+    bool at(double /*time_s*/, Pose& out) const noexcept override {
+        out = pose;
+        return true;
+    }
+};
 
 } // namespace
 
@@ -208,6 +218,21 @@ TEST_CASE("A blurred picture does not depend on bands, threads or windows") {
             same = same && crop[static_cast<std::size_t>(y * part.width + x)] ==
                                whole[static_cast<std::size_t>((y + part.y) * size + x + part.x)];
     CHECK(same);
+}
+
+TEST_CASE("A pose that is received between two renderings of the same exposure shows in the second") {
+    scene::Scene s = passing_ball(9);
+    const auto pose = std::make_shared<ReceivedPose>();
+    pose->pose = s.bodies[0].motion.samples[0].pose;
+    s.bodies[0].motion.live = pose;
+    const renderer::Renderer r(s, {4, 1, 1});
+    const std::vector<float> before = render_window(r, {0, 0, size, size}, 32, 1, {}, exposure_ns);
+    CHECK(before == render_window(r, {0, 0, size, size}, 32, 1, {}, exposure_ns));
+    pose->pose = s.bodies[0].motion.samples[1].pose;
+    const std::vector<float> after = render_window(r, {0, 0, size, size}, 32, 1, {}, exposure_ns);
+    CHECK(rms_difference(before, after) > 0);
+    CHECK(after ==
+          render_window(renderer::Renderer(s, {4, 1, 1}), {0, 0, size, size}, 32, 1, {}, exposure_ns));
 }
 
 TEST_CASE("Instants are as many as half pixels of motion, and share the exposure evenly") {
