@@ -63,6 +63,11 @@ run(obscura, "check", "--scene", "stars.toml", has="15 stars")
 (folder / "stars.toml").write_text(BODY + '[stars]\ncatalogue = "dim"\n')
 run(obscura, "check", "--scene", "stars.toml", status=78, has="no shipped star catalogue: there are bright")
 
+# Tables of keys by name.
+run(obscura, "keys", "gigge", status=64, has='no table "gigge"; did you mean "gige"?')
+run(obscura, "keys", "lambrt", status=64, has='did you mean "lambert"?')
+run(obscura, "keys", "trajectories", status=64, has="allowed scene, daemon, render, ")
+
 # A file of the name beside the configuration, or where the program runs, counts more.
 (folder / "demo").write_text(BODY)
 configure()

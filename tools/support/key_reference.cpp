@@ -156,4 +156,22 @@ std::vector<config::DocumentedTable> find_tables(const KeyReference& reference, 
     return found;
 }
 
+std::vector<std::string_view> table_words(const std::vector<config::DocumentedTable>& tables) {
+    std::vector<std::string_view> words;
+    const auto add = [&](std::string_view word) {
+        if (!word.empty() && std::find(words.begin(), words.end(), word) == words.end())
+            words.push_back(word);
+    };
+    for (const config::DocumentedTable& table : tables)
+        add(path_of(table));
+    for (const config::DocumentedTable& table : tables) {
+        // As in: shape = "box".
+        const std::string_view variant = table.variant;
+        const std::size_t first = variant.find('"');
+        if (first == std::string_view::npos) continue;
+        add(variant.substr(first + 1, variant.find('"', first + 1) - first - 1));
+    }
+    return words;
+}
+
 } // namespace obscura::tools

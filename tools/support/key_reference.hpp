@@ -34,5 +34,7 @@ struct KeyReference {
 /// "gige", "gige.faults", "faults".
 [[nodiscard]] std::vector<config::DocumentedTable> find_tables(const KeyReference& reference,
                                                                std::string_view word);
+/// The words that find_tables() takes: paths and the names of variants, each once.
+[[nodiscard]] std::vector<std::string_view> table_words(const std::vector<config::DocumentedTable>& tables);
 
 } // namespace obscura::tools

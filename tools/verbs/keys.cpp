@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstdio>
 
 namespace obscura::tools {
@@ -42,8 +43,8 @@ public:
         std::vector<std::string_view> known;
         for (const KeyReference& reference : references) {
             if (!of_.empty() && reference.name != of_) continue;
-            for (const config::DocumentedTable& table : reference.tables)
-                known.push_back(table.heading);
+            for (const std::string_view word : table_words(reference.tables))
+                if (std::find(known.begin(), known.end(), word) == known.end()) known.push_back(word);
             const std::vector<config::DocumentedTable> tables =
                 table_.empty() ? reference.tables : find_tables(reference, table_);
             if (tables.empty()) continue;
