@@ -195,6 +195,48 @@ double ImageStack::spatial_variance(double temporal) const {
     return sum / static_cast<double>(sum_.size() - 1) - temporal / static_cast<double>(count_);
 }
 
+SpatialVariances split_variance(std::span<const double> values, std::size_t width) {
+    const std::size_t height = values.size() / width;
+    assert(width > 1 && height > 1 && width + height > 4);
+    std::vector<double> columns(width), rows(height);
+    double mean = 0;
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) {
+            const double v = values[y * width + x];
+            columns[x] += v / static_cast<double>(height);
+            rows[y] += v / static_cast<double>(width);
+            mean += v / static_cast<double>(values.size());
+        }
+    const auto variance = [mean](std::span<const double> of) {
+        double sum = 0;
+        for (const double v : of)
+            sum += (v - mean) * (v - mean);
+        return sum / static_cast<double>(of.size() - 1);
+    };
+    // The mean of a column still holds the pixels' variance over the number of rows, that of a row over the
+    // number of columns, and the variance of all is the sum of the three: solve for them.
+    const double of_columns = variance(columns), of_rows = variance(rows), of_all = variance(values);
+    SpatialVariances parts;
+    const auto m = static_cast<double>(height), n = static_cast<double>(width);
+    parts.pixel = (of_all - of_columns - of_rows) / (1 - 1 / m - 1 / n);
+    parts.column = of_columns - parts.pixel / m;
+    parts.row = of_rows - parts.pixel / n;
+    return parts;
+}
+
+SpatialVariances operator-(const SpatialVariances& a, const SpatialVariances& b) {
+    return {a.column - b.column, a.row - b.row, a.pixel - b.pixel};
+}
+
+SpatialVariances ImageStack::spatial_parts(std::size_t width, double temporal) const {
+    std::vector<double> means(pixels());
+    for (std::size_t i = 0; i < means.size(); ++i)
+        means[i] = pixel(i);
+    SpatialVariances parts = split_variance(means, width);
+    parts.pixel -= temporal / static_cast<double>(count_);
+    return parts;
+}
+
 Line fit_line(std::span<const double> x, std::span<const double> y) {
     assert(x.size() == y.size() && x.size() > 1);
     double mx = 0, my = 0;

@@ -83,6 +83,15 @@ enum class Method {
 [[nodiscard]] LinearModel evaluate(std::span<const Level> levels, Method method,
                                    double dark_variance_dn2 = -1);
 
+/// Spatial variance by what it varies with (release 4): from column to column, from row to row, and from
+/// pixel to pixel beyond these. Any may be negative where noise exceeds it.
+struct SpatialVariances {
+    double column = 0, row = 0, pixel = 0;
+};
+[[nodiscard]] SpatialVariances operator-(const SpatialVariances& a, const SpatialVariances& b);
+/// Splits the variance of a row-major image of `width` columns; needs 2 columns and 3 rows, or the reverse.
+[[nodiscard]] SpatialVariances split_variance(std::span<const double> values, std::size_t width);
+
 /// Mean, temporal variance and spatial variance of a stack of images (section 8.1).
 class ImageStack {
 public:
@@ -97,6 +106,11 @@ public:
     [[nodiscard]] double spatial_variance(double temporal) const;
     /// The same with the temporal variance of the stack itself. Needs at least 2 images.
     [[nodiscard]] double spatial_variance() const { return spatial_variance(temporal_variance()); }
+    /// That variance in parts, for images of `width` columns.
+    [[nodiscard]] SpatialVariances spatial_parts(std::size_t width, double temporal) const;
+    [[nodiscard]] SpatialVariances spatial_parts(std::size_t width) const {
+        return spatial_parts(width, temporal_variance());
+    }
     /// Mean of pixel i.
     [[nodiscard]] double pixel(std::size_t i) const { return sum_[i] / static_cast<double>(count_); }
     [[nodiscard]] std::size_t pixels() const { return sum_.size(); }

@@ -161,6 +161,15 @@ def spatial(images):
     return stack.mean(), stack.mean(axis=0).var(ddof=1) - stack.var(axis=0, ddof=1).mean() / len(images)
 
 
+def parts(images):
+    """Variances from row to row, column to column and pixel to pixel: least squares over the three equations of the standard."""
+    stack = numpy.array(images)
+    mean, (rows, columns) = stack.mean(axis=0), stack.shape[1:]
+    of = [mean.mean(axis=1).var(ddof=1), mean.mean(axis=0).var(ddof=1), mean.var(ddof=1)]
+    row, column, pixel = numpy.linalg.solve([[1, 0, 1 / columns], [0, 1, 1 / rows], [1, 1, 1]], of)
+    return numpy.array([row, column, pixel - stack.var(axis=0, ddof=1).mean() / len(images)])
+
+
 def evaluate(measurements):
     """EMVA 1288 release 4 with numpy: pairs for the photon transfer, stacks for the patterns."""
     darks = sorted((t, *pair(images)) for t, photons, images in measurements if photons is None and len(images) == 2)
@@ -196,6 +205,12 @@ def evaluate(measurements):
         bright_level, bright_pattern = spatial(images)
         result["dsnu"] = dark_pattern ** 0.5 / gain
         result["prnu"] = 100 * (bright_pattern - dark_pattern) ** 0.5 / (bright_level - level)
+        dark_parts = parts(next(images for p, images in stacks if p is None))
+        names = ("row", "column", "pixel")
+        for name, value in zip(names, numpy.maximum(0, dark_parts) ** 0.5 / gain):
+            result[f"dsnu_{name}"] = value
+        for name, value in zip(names, numpy.maximum(0, parts(images) - dark_parts) ** 0.5):
+            result[f"prnu_{name}"] = 100 * value / (bright_level - level)
     return result
 
 
@@ -286,15 +301,18 @@ check_near("set 003: K of the description", expected["gain"], 0.1, 0.03)
 check_near("set 003: quantum efficiency of the description", expected["quantum_efficiency"], 0.5, 0.03)
 check_near("set 003: dark noise of the description", expected["dark_noise"], 30, 0.03)
 check_near("set 003: DSNU of the description", expected["dsnu"], (1.5 ** 2 + 1.5 ** 2) ** 0.5 / 0.1, 0.03)
+for part, expected_dn in (("row", 1.5 / 2 ** 0.5), ("column", 1.5 / 2 ** 0.5), ("pixel", 1.5)):
+    check_near(f"set 003: DSNU of the description, {part}", measured(got, f"dsnu_{part}"), expected_dn / 0.1, 0.05)
 check("set 003: one dark exposure time gives no dark current", "dark_current" not in got["parameters"])
 
 # Order of the data sheet, in all forms of the report.
 ORDER = ["quantum_efficiency", "responsivity", "gain", "dark_noise_dn", "dark_noise", "snr_max", "threshold", "saturation_photons",
-         "saturation", "dynamic_range", "dsnu", "prnu", "linearity_error"]
+         "saturation", "dynamic_range", "dsnu", "dsnu_row", "dsnu_column", "dsnu_pixel", "prnu", "prnu_row", "prnu_column",
+         "prnu_pixel", "linearity_error"]
 page = root / "report.html"
 text = characterise(simulated.path, "-o", str(page)).stdout
 check("the JSON report is in the order of the data sheet", list(got["parameters"]) == ORDER, list(got["parameters"]))
-check("the text report is in that order", [line.split()[1] for line in text.splitlines()[1:14]] == ORDER, text)
+check("the text report is in that order", [line.split()[1] for line in text.splitlines()[1:20]] == ORDER, text)
 places = [page.read_text().find(f"<td>{got['parameters'][name]['label']}</td>") for name in ORDER]
 check("the page is in that order", min(places) > 0 and places == sorted(places), places)
 shown = page.read_text()

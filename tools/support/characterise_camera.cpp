@@ -48,6 +48,7 @@ Characterisation characterise_dark_camera(const CameraSeries& series, const Came
     result.add("dark_noise", noise.electrons, unit).upper_limit = noise.upper_limit;
     if (noise.upper_limit) result.notes.push_back(quantisation_note());
     result.add("dsnu", std::sqrt(std::max(0.0, series.low.spatial_variance())) / k, unit);
+    add_nonuniformity_parts("dsnu", series.low.spatial_parts(series.width), 1 / k, unit, result);
     result.add("dark_current", emva::fit_line(times, means).slope / k, fmt::format("{}/s", unit));
     std::vector<double> values(series.low.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -96,6 +97,9 @@ Characterisation characterise_lit_camera(const CameraSeries& series, const Camer
     const double prnu =
         std::sqrt(std::max(0.0, series.half.spatial_variance() - series.low.spatial_variance())) / response;
     result.add("prnu", 100 * prnu, "%");
+    add_nonuniformity_parts("prnu",
+                            series.half.spatial_parts(series.width) - series.low.spatial_parts(series.width),
+                            100 / response, "%", result);
     std::vector<double> values(series.half.pixels());
     for (std::size_t i = 0; i < values.size(); ++i)
         values[i] = 100 * ((series.half.pixel(i) - series.low.pixel(i)) / response - 1);

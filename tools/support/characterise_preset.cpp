@@ -164,6 +164,9 @@ Characterisation characterise_preset(const SensorDescription& description, doubl
         bright_values[i] = 100 * ((bright_stack.pixel(i) - dark_stack_0.pixel(i)) / response - 1);
     }
     const auto columns = static_cast<std::size_t>(bench.region().width);
+    add_nonuniformity_parts("dsnu", dark_stack.spatial_parts(columns), 1 / dark_gain, "e-", result);
+    add_nonuniformity_parts("prnu", bright_stack.spatial_parts(columns) - dark_stack_0.spatial_parts(columns),
+                            100 / response, "%", result);
     // Temporal noise that is left in the mean of a stack.
     const double left = 1 / std::sqrt(static_cast<double>(stack));
     const double dark_left = std::sqrt(std::max(0.0, dark_stack.temporal_variance())) * left / dark_gain;

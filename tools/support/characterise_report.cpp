@@ -45,10 +45,34 @@ constexpr Quantity quantities[] = {
      .symbol = "DSNU1288",
      .html = "DSNU<sub>1288</sub>",
      .label = "Dark signal nonuniformity"},
+    {.name = "dsnu_row",
+     .symbol = "DSNU1288.row",
+     .html = "DSNU<sub>1288.row</sub>",
+     .label = "Dark signal nonuniformity from row to row"},
+    {.name = "dsnu_column",
+     .symbol = "DSNU1288.col",
+     .html = "DSNU<sub>1288.col</sub>",
+     .label = "Dark signal nonuniformity from column to column"},
+    {.name = "dsnu_pixel",
+     .symbol = "DSNU1288.pixel",
+     .html = "DSNU<sub>1288.pixel</sub>",
+     .label = "Dark signal nonuniformity from pixel to pixel"},
     {.name = "prnu",
      .symbol = "PRNU1288",
      .html = "PRNU<sub>1288</sub>",
      .label = "Photo response nonuniformity"},
+    {.name = "prnu_row",
+     .symbol = "PRNU1288.row",
+     .html = "PRNU<sub>1288.row</sub>",
+     .label = "Photo response nonuniformity from row to row"},
+    {.name = "prnu_column",
+     .symbol = "PRNU1288.col",
+     .html = "PRNU<sub>1288.col</sub>",
+     .label = "Photo response nonuniformity from column to column"},
+    {.name = "prnu_pixel",
+     .symbol = "PRNU1288.pixel",
+     .html = "PRNU<sub>1288.pixel</sub>",
+     .label = "Photo response nonuniformity from pixel to pixel"},
     {.name = "linearity_error", .symbol = "LE", .html = "LE", .label = "Linearity error"},
     {.name = "dark_current", .symbol = "mu_I.mean", .html = "μ<sub>I.mean</sub>", .label = "Dark current"},
 };
@@ -157,7 +181,7 @@ std::string to_json(const Characterisation& result) {
 std::string to_text(const Characterisation& result) {
     std::string out = result.subject + "\n";
     for (const Parameter& p : result.parameters)
-        out += fmt::format("  {:<13}{:<20} {:>1}{:>13.6g} {:<10} {}\n", row_of(p).symbol, p.name,
+        out += fmt::format("  {:<15}{:<20} {:>1}{:>13.6g} {:<10} {}\n", row_of(p).symbol, p.name,
                            p.upper_limit ? "<" : "", p.measured, p.unit,
                            p.truth ? fmt::format("true {:.6g} ({:+.2f} %) {}", *p.truth,
                                                  100 * (p.measured / *p.truth - 1),
@@ -204,6 +228,16 @@ std::string to_html(const Characterisation& result) {
     for (const Plot& plot : result.plots)
         out += svg(plot);
     return out + "</body></html>\n";
+}
+
+void add_nonuniformity_parts(const std::string& name, const sensors::emva1288::SpatialVariances& parts,
+                             double scale, const std::string& unit, Characterisation& result) {
+    const auto add = [&](const char* part, double variance) {
+        result.add(name + part, scale * std::sqrt(std::max(0.0, variance)), unit);
+    };
+    add("_row", parts.row);
+    add("_column", parts.column);
+    add("_pixel", parts.pixel);
 }
 
 std::string quantisation_note() {

@@ -81,6 +81,10 @@ void add_series_plots(const std::vector<sensors::emva1288::Level>& levels,
                       const sensors::emva1288::LinearModel& model,
                       const sensors::emva1288::Nonuniformity& pattern, Characterisation& result,
                       const std::string& light = "photons per pixel");
+/// Adds the standard deviations of a fixed pattern over rows, columns and pixels, `name` "dsnu" or "prnu":
+/// roots of `parts` times `scale`; 0 where noise exceeds the pattern.
+void add_nonuniformity_parts(const std::string& name, const sensors::emva1288::SpatialVariances& parts,
+                             double scale, const std::string& unit, Characterisation& result);
 /// Note on a dark noise that is an upper limit.
 [[nodiscard]] std::string quantisation_note();
 

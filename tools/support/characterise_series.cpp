@@ -24,6 +24,12 @@ struct Pattern {
     double variance = 0;   ///< spatial variance in DN^2, corrected for temporal noise
     double background = 0; ///< mean of the dark images of the same exposure time; only for bright images
     std::string source;
+    emva::SpatialVariances parts{}; ///< of the variance
+
+    void correct(double temporal, const EmvaFormat& format) {
+        variance = images.spatial_variance(temporal);
+        parts = images.spatial_parts(static_cast<std::size_t>(format.width), temporal);
+    }
 };
 
 struct DarkSignal {
@@ -52,7 +58,7 @@ const EmvaMeasurement* nearest(const std::vector<const EmvaMeasurement*>& choice
 
 Pattern stack_pattern(const EmvaSeries& series, const EmvaMeasurement& stack) {
     Pattern result{series.stack(stack), 0, 0, fmt::format("a stack of {} images", stack.images.size())};
-    result.variance = result.images.spatial_variance();
+    result.correct(result.images.temporal_variance(), series.format);
     return result;
 }
 
@@ -66,7 +72,7 @@ Pattern dark_pattern_of_pairs(const EmvaSeries& series) {
         if (i > 0) series.add_images(series.dark_pairs[i], result.images);
         temporal += series.dark[i].pair.variance / static_cast<double>(series.dark.size());
     }
-    result.variance = result.images.spatial_variance(temporal);
+    result.correct(temporal, series.format);
     return result;
 }
 
@@ -78,7 +84,7 @@ Pattern bright_pattern_of_pair(const EmvaSeries& series, double photons) {
     const EmvaMeasurement* pair = nearest(pairs, photons);
     const emva::Level& level = series.levels[static_cast<std::size_t>(pair - series.bright_pairs.data())];
     Pattern result{series.stack(*pair), 0, level.dark.mean, "a bright pair"};
-    result.variance = result.images.spatial_variance(level.bright.variance);
+    result.correct(level.bright.variance, series.format);
     return result;
 }
 
@@ -114,12 +120,14 @@ emva::Nonuniformity add_nonuniformity(const EmvaSeries& series, const emva::Line
     if (dark.variance >= 0) {
         found.dsnu_e = std::sqrt(dark.variance) / m.gain_dn_per_e;
         result.add("dsnu", found.dsnu_e, "e-");
+        add_nonuniformity_parts("dsnu", dark.parts, 1 / m.gain_dn_per_e, "e-", result);
     } else
         result.notes.push_back("DSNU1288 is hidden by temporal noise.");
     const double pattern = bright.variance - std::max(0.0, dark.variance);
     if (pattern >= 0 && response > 0) {
         found.prnu = std::sqrt(pattern) / response;
         result.add("prnu", 100 * found.prnu, "%");
+        add_nonuniformity_parts("prnu", bright.parts - dark.parts, 100 / response, "%", result);
     } else
         result.notes.push_back("PRNU1288 is hidden by temporal noise.");
 

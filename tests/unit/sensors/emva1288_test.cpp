@@ -144,6 +144,39 @@ TEST_CASE("a stack separates pattern from noise") {
     CHECK_THAT(stack.mean(), WithinRel(500.0, 1e-3));
 }
 
+TEST_CASE("the variance of a pattern is split into that of columns, rows and pixels") {
+    constexpr std::size_t width = 300, height = 200;
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal;
+    std::vector<double> columns(width), rows(height), values(width * height);
+    for (double& c : columns)
+        c = 3 * normal(random);
+    for (double& r : rows)
+        r = 2 * normal(random);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = 100 + columns[i % width] + rows[i / width] + 5 * normal(random);
+    const auto variance = [](const std::vector<double>& v) {
+        double sum = 0, squares = 0;
+        for (const double a : v)
+            sum += a, squares += a * a;
+        const auto n = static_cast<double>(v.size());
+        return (squares - sum * sum / n) / (n - 1);
+    };
+    const SpatialVariances parts = split_variance(values, width);
+    // The pixels' part of a row's mean, 5 / sqrt(300), goes with 200 deviations of 2 by chance: 2 % of their
+    // variance.
+    CHECK_THAT(parts.column, WithinRel(variance(columns), 0.06));
+    CHECK_THAT(parts.row, WithinRel(variance(rows), 0.06));
+    CHECK_THAT(parts.pixel, WithinRel(25.0, 0.03));
+    // Pixels alone leave nothing to columns and rows.
+    for (double& v : values)
+        v = 5 * normal(random);
+    const SpatialVariances flat = split_variance(values, width);
+    CHECK(std::abs(flat.column) < 0.05);
+    CHECK(std::abs(flat.row) < 0.05);
+    CHECK_THAT(flat.pixel, WithinRel(25.0, 0.03));
+}
+
 TEST_CASE("slope of a line") {
     const std::vector<double> x{0, 1, 2, 5}, y{3, 5, 7, 13};
     CHECK_THAT(fit_line(x, y).slope, WithinRel(2.0, 1e-12));
