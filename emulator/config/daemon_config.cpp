@@ -170,7 +170,7 @@ void put_into_scene(DaemonConfig& config, const scene::Scene& scene, const Table
             .refuse("scene_time", "\"tai\" needs an epoch in the scene file");
     if (const config::Member* view = tables.root.find("view")) {
         mistakes.collect(
-            [&] { config.view = scene::read_view(view->value, tables.top.in("view"), config.scene.camera); });
+            [&] { config.view = scene::read_view(view->value, tables.top.in("view"), config.scene); });
         const config::Member* look_at = view->value.find("look_at");
         const std::string why =
             scene::explain_missing_target(config.scene.bodies, config.scene.camera.motion);

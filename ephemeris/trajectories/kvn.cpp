@@ -37,8 +37,12 @@ std::string capitals(std::string_view text) {
     return out;
 }
 
+/// Names of frames among them are the file's own.
 std::string words(std::span<const std::string_view> all) {
-    return fmt::format("{}", fmt::join(all, ", "));
+    std::string out;
+    for (const std::string_view word : all)
+        out += (out.empty() ? "" : ", ") + shown(word);
+    return out;
 }
 
 /// Reads a time of `scale`, without any other scale in it.

@@ -11,6 +11,22 @@
 #include <cmath>
 
 namespace obscura::scene {
+namespace {
+
+/// Reports a row that does not come after the one before.
+void check_order(const config::CsvRow& row, const std::vector<TimedPose>& before) {
+    if (!before.empty() && row.values[0] <= before.back().time_s)
+        row.fail(0, "time_s", fmt::format("{} does not come after {}", row.values[0], before.back().time_s));
+}
+
+/// The quaternion as a unit quaternion; `column` is that of qw.
+Quat checked(const config::CsvRow& row, std::size_t column, Quat q) {
+    if (!(std::abs(norm(q) - 1) <= 1e-3))
+        row.fail(column, "qw", fmt::format("|q| = {:.6g}, a unit quaternion is wanted", norm(q)));
+    return normalized(q);
+}
+
+} // namespace
 
 Trajectory read_trajectory(const std::filesystem::path& file) {
     const std::array<config::CsvColumn, 8> columns{{{.name = "time_s"},
@@ -25,19 +41,27 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
     std::vector<TimedPose>& samples = trajectory.samples;
     config::read_csv(file, columns, [&](const config::CsvRow& row) {
         const auto& v = row.values;
-        if (!samples.empty() && v[0] <= samples.back().time_s)
-            row.fail(0, "time_s", fmt::format("{} does not come after {}", v[0], samples.back().time_s));
+        check_order(row, samples);
         const auto given = std::count_if(v.begin() + 4, v.end(), [](double x) { return !std::isnan(x); });
         if (samples.empty()) trajectory.has_attitude = given > 0;
         if (given != (trajectory.has_attitude ? 4 : 0))
             row.fail(4, "qw", "qw, qx, qy and qz are wanted in every row, or in none for positions only");
         const Quat q = trajectory.has_attitude ? Quat{v[4], v[5], v[6], v[7]} : Quat{};
-        if (!(std::abs(norm(q) - 1) <= 1e-3))
-            row.fail(4, "qw", fmt::format("|q| = {:.6g}, a unit quaternion is wanted", norm(q)));
-        samples.push_back({v[0], {{v[1], v[2], v[3]}, normalized(q)}});
+        samples.push_back({v[0], {{v[1], v[2], v[3]}, checked(row, 4, q)}});
     });
     if (samples.empty()) throw ConfigError(fmt::format("{}: no rows after the header", file.string()));
     return trajectory;
+}
+
+std::vector<TimedPose> read_attitudes(const std::filesystem::path& file) {
+    std::vector<TimedPose> samples;
+    config::read_csv(file, attitude_columns, [&](const config::CsvRow& row) {
+        const auto& v = row.values;
+        check_order(row, samples);
+        samples.push_back({v[0], {{}, checked(row, 1, {v[1], v[2], v[3], v[4]})}});
+    });
+    if (samples.empty()) throw ConfigError(fmt::format("{}: no rows after the header", file.string()));
+    return samples;
 }
 
 std::vector<scene::Joint::Sample> read_joint_table(const std::filesystem::path& file, std::string_view value,

@@ -15,6 +15,9 @@ namespace obscura::scene {
 /// may lack the four columns of the quaternion: positions only.
 inline constexpr const char* trajectory_columns = "time_s,x_m,y_m,z_m,qw,qx,qy,qz";
 
+/// Columns of an attitude table: as in a trajectory, without positions.
+inline constexpr const char* attitude_columns = "time_s,qw,qx,qy,qz";
+
 /// Contents of a trajectory file.
 struct Trajectory {
     std::vector<TimedPose> samples;
@@ -24,6 +27,9 @@ struct Trajectory {
 /// Reads a trajectory: at least one row, strictly increasing times, |q| = 1 within 1e-3 (then normalised).
 /// Throws ConfigError `file:line:column: column: what`.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file);
+
+/// Reads an attitude table, under the same rules; the positions are 0.
+[[nodiscard]] std::vector<TimedPose> read_attitudes(const std::filesystem::path& file);
 
 /// Reads the table of a joint: time_s and the column `value`, whose entries are multiplied by `unit` (SI).
 /// Throws ConfigError.

@@ -250,9 +250,10 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
 
 /// Section of body `index`, with the keys of the kinds that `table` selects.
 config::Section body_section(Scene& scene, std::size_t index, const std::shared_ptr<ColourCurves>& curves,
-                             const config::Value& table) {
+                             const SharedEpoch& epoch, const config::Value& table) {
     Body& body = scene.bodies[index];
     const auto read = std::make_shared<BodyKeys>();
+    read->place.epoch = epoch;
     config::Section section{"body", "A body."};
     section.keys = common_keys(body, *read);
     const ShapeKind* shape = chosen<ShapeKind>(table, "shape", shape_kinds(), nullptr);
@@ -329,7 +330,7 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
 
 } // namespace
 
-config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves) {
+config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves, SharedEpoch epoch) {
     config::List list;
     list.name = "body";
     list.help = "A body, one table for each: shape, material, position, attitude and motion.";
@@ -337,10 +338,10 @@ config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves) {
         scene.bodies.clear();
         curves->clear();
     };
-    list.append = [&scene, curves](const config::Value& table) {
+    list.append = [&scene, curves, epoch = std::move(epoch)](const config::Value& table) {
         scene.bodies.emplace_back();
         curves->emplace_back();
-        return body_section(scene, scene.bodies.size() - 1, curves, table);
+        return body_section(scene, scene.bodies.size() - 1, curves, epoch, table);
     };
     list.size = [&scene] { return scene.bodies.size(); };
     // Scenes are not printed: list only the keys of every body.

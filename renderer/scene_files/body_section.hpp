@@ -4,6 +4,7 @@
 
 #include "config/section.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/scene_files/scene_epoch.hpp"
 
 #include <memory>
 #include <vector>
@@ -14,7 +15,7 @@ namespace obscura::scene {
 using ColourCurves = std::vector<std::vector<SpectralPoint>>;
 
 /// List of bodies that is read into `scene.bodies`, with one element of `curves` for each body. `scene` must
-/// outlive the list.
-[[nodiscard]] config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves);
+/// outlive the list. Files with dates need the scene's `epoch`.
+[[nodiscard]] config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves, SharedEpoch epoch);
 
 } // namespace obscura::scene

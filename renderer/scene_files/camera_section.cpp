@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 namespace obscura::scene {
 namespace {
@@ -19,8 +20,9 @@ struct CameraPlace {
 
 } // namespace
 
-config::Section camera_section(Camera& camera) {
+config::Section camera_section(Camera& camera, SharedEpoch epoch) {
     const auto read = std::make_shared<CameraPlace>();
+    read->place.epoch = std::move(epoch);
     config::Keys place_keys = camera_place_keys(read->place);
     const config::Keys joint_keys = keys_of(read->joint);
     place_keys.insert(place_keys.end(), joint_keys.begin(), joint_keys.end());

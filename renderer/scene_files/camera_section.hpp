@@ -4,11 +4,13 @@
 
 #include "config/section.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/scene_files/scene_epoch.hpp"
 
 namespace obscura::scene {
 
 /// Section that is read over `camera`: keys that are absent leave its values, and the whole place (position,
-/// attitude, motion, parent) stays if none of its keys is given. `camera` must outlive the section.
-[[nodiscard]] config::Section camera_section(Camera& camera);
+/// attitude, motion, parent) stays if none of its keys is given. `camera` must outlive the section. Files
+/// with dates need the scene's `epoch`.
+[[nodiscard]] config::Section camera_section(Camera& camera, SharedEpoch epoch = nullptr);
 
 } // namespace obscura::scene

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/scene_files/place_keys.hpp"
 
+#include "core/error.hpp"
+#include "ephemeris/trajectories/aem.hpp"
+#include "ephemeris/trajectories/oem.hpp"
+#include "renderer/scene/sampled_pose_path.hpp"
 #include "renderer/scene/scene_keys.hpp"
 #include "renderer/scene/trajectory.hpp"
 #include "renderer/scene_files/section_rules.hpp"
@@ -16,6 +20,19 @@ namespace obscura::scene {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
+
+config::Key file_attitude_key(PlaceKeys& s) {
+    return config::key("attitude", config::Path{&s.attitude})
+        .help("Attitudes over time instead of orientation: CSV table time_s,qw,qx,qy,qz or CCSDS AEM file");
+}
+
+config::Key extrapolation_key(PlaceKeys& s) {
+    return config::key("max_extrapolation_s", &s.max_extrapolation_s)
+        .unit("s")
+        .range(0, 1e6)
+        .help("Time for which trajectory and attitude go on beyond their ends and in gaps, with the rates "
+              "that they state or else those of the last two rows; after that they hold");
+}
 
 } // namespace
 
@@ -46,8 +63,10 @@ config::Keys camera_place_keys(PlaceKeys& s) {
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
                 "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; without the "
-                "last four columns it holds positions only, and look_at, look_at_m, boresight or "
-                "orientation gives the attitude"),
+                "last four columns, or as CCSDS OEM file, it holds positions only, and look_at, look_at_m, "
+                "boresight, orientation or attitude gives the attitude"),
+        file_attitude_key(s),
+        extrapolation_key(s),
     };
 }
 
@@ -63,7 +82,10 @@ config::Keys body_place_keys(PlaceKeys& s) {
         config::key("trajectory", config::Path{&s.trajectory})
             .help(
                 "CSV table time_s,x_m,y_m,z_m,qw,qx,qy,qz, instead of position and orientation; without the "
-                "last four columns it holds positions only, and orientation gives the attitude"),
+                "last four columns, or as CCSDS OEM file, it holds positions only, and orientation or "
+                "attitude gives the attitude"),
+        file_attitude_key(s),
+        extrapolation_key(s),
         config::key("spin_axis", &s.spin_axis)
             .range(anywhere)
             .help("Axis of the body's uniform spin, body frame"),
@@ -101,26 +123,88 @@ config::Keys keys_of(JointKeys& s) {
 namespace {
 
 /// Keys of the attitude, of which one may be given.
-constexpr std::array attitude_keys{"orientation", "boresight", "look_at_m", "look_at"};
+constexpr std::array attitude_keys{"orientation", "boresight", "look_at_m", "look_at", "attitude"};
 
-/// Reads the trajectory into `motion`. Returns whether it holds positions only, and reports keys of the
-/// attitude beside a trajectory that has attitudes of its own.
-bool read_positions(const PlaceKeys& place, const config::ReadTable& table, Motion& motion) {
-    const std::size_t before = table.mistakes().count();
-    Trajectory read;
-    table.mistakes().collect([&] { read = read_trajectory(place.trajectory); });
-    if (table.mistakes().count() != before) return false;
+/// Refuses a message whose reference frame has not the axes of the scene's inertial frame. A parent's frame
+/// may have any name.
+void check_frame(const ephemeris::PathFrames& frames, const std::filesystem::path& file,
+                 const config::ReadTable& table) {
+    if (!table.has("parent") && !ephemeris::is_inertial_frame(frames.frame))
+        throw ConfigError(
+            fmt::format("{}: reference frame {}, allowed without a parent are ICRF, GCRF, EME2000 "
+                        "and J2000",
+                        file.string(), config::printable(frames.frame, 40)));
+}
+
+using ReadMessage = ephemeris::PathFile (*)(const std::filesystem::path&, const ephemeris::LeapSeconds&);
+/// Path of a message, in the scene's time. Throws ConfigError.
+ephemeris::SampledPath message_path(ReadMessage read, const std::string& file, const PlaceKeys& place,
+                                    const config::ReadTable& table) {
+    ephemeris::PathFile path = read(file, ephemeris::system_leap_seconds());
+    check_frame(path.frames, file, table);
+    return {std::move(path), place.epoch ? place.epoch->required(file) : ephemeris::Epoch{},
+            place.max_extrapolation_s};
+}
+
+ephemeris::SampledPath table_path(const std::string& file, const std::vector<TimedPose>& samples,
+                                  const PlaceKeys& place) {
+    return {path_of_table(file, samples), {}, place.max_extrapolation_s};
+}
+
+/// Reads the trajectory into `motion`, or into `parts` where it must be more than a table of poses. Returns
+/// whether it holds positions only.
+bool read_trajectory_file(const PlaceKeys& place, const config::ReadTable& table, Motion& motion,
+                          PathParts& parts) {
+    switch (path_format(place.trajectory)) {
+    case PathFormat::oem:
+        parts.positions = message_path(ephemeris::read_oem, place.trajectory, place, table);
+        return true;
+    case PathFormat::aem:
+        throw ConfigError(fmt::format(
+            "{}: is an attitude message (AEM), which belongs to the key \"attitude\"", place.trajectory));
+    case PathFormat::csv:
+        break;
+    }
+    Trajectory read = read_trajectory(place.trajectory);
+    if (place.max_extrapolation_s > 0 || table.has("attitude")) {
+        parts.positions = table_path(place.trajectory, read.samples, place);
+        if (read.has_attitude) parts.attitudes = parts.positions;
+    }
     motion.samples = std::move(read.samples);
+    return !read.has_attitude;
+}
+
+/// Reads the trajectory. Returns whether it holds positions only, and reports keys of the attitude beside a
+/// trajectory that has attitudes of its own.
+bool read_positions(const PlaceKeys& place, const config::ReadTable& table, Motion& motion,
+                    PathParts& parts) {
+    const std::size_t before = table.mistakes().count();
+    bool positions_only = false;
+    table.mistakes().collect([&] { positions_only = read_trajectory_file(place, table, motion, parts); });
+    if (table.mistakes().count() != before) return false;
     const bool given = std::any_of(attitude_keys.begin(), attitude_keys.end(),
                                    [&](const char* key) { return table.has(key); });
-    if (!read.has_attitude && place.looks && !given)
-        table.refuse("trajectory", "has no columns qw,qx,qy,qz: \"look_at\", \"look_at_m\", \"boresight\" or "
-                                   "\"orientation\" is wanted beside it");
-    if (!read.has_attitude) return true;
+    if (positions_only && place.looks && !given)
+        table.refuse("trajectory", "has no columns qw,qx,qy,qz: \"look_at\", \"look_at_m\", \"boresight\", "
+                                   "\"orientation\" or \"attitude\" is wanted beside it");
+    if (positions_only) return true;
     for (const char* key : attitude_keys)
         if (table.has(key))
             table.refuse(key, "cannot stand beside a \"trajectory\" with columns qw,qx,qy,qz");
     return false;
+}
+
+ephemeris::SampledPath read_attitude_file(const PlaceKeys& place, const config::ReadTable& table) {
+    switch (path_format(place.attitude)) {
+    case PathFormat::aem:
+        return message_path(ephemeris::read_aem, place.attitude, place, table);
+    case PathFormat::oem:
+        throw ConfigError(fmt::format("{}: is no attitude message (AEM) and no table, allowed is {}",
+                                      place.attitude, attitude_columns));
+    case PathFormat::csv:
+        break;
+    }
+    return table_path(place.attitude, read_attitudes(place.attitude), place);
 }
 
 /// Sets the attitude of every sample of `motion`, or its aim, by the keys of `place`.
@@ -149,6 +233,8 @@ void set_attitude(const PlaceKeys& place, const config::ReadTable& table, Motion
 Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
     const std::size_t before = table.mistakes().count();
     exclude(table, "position_m", "trajectory");
+    if (table.has("max_extrapolation_s") && !table.has("trajectory") && !table.has("attitude"))
+        table.refuse("max_extrapolation_s", "belongs to \"trajectory\" or \"attitude\"");
     for (std::size_t i = 0; i < attitude_keys.size(); ++i)
         for (std::size_t j = i + 1; j < attitude_keys.size(); ++j)
             exclude(table, attitude_keys[i], attitude_keys[j]);
@@ -164,10 +250,19 @@ Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
     motion.spin_axis = place.spin_axis;
     motion.spin_rate_rad_s = place.spin_rate_rad_s;
     motion.samples = {{0, {place.position_m, {}}}};
-    if (table.has("trajectory") && !read_positions(place, table, motion)) return motion;
-    if (table.has("up") && !(table.has("boresight") || table.has("look_at_m") || table.has("look_at")))
+    PathParts parts;
+    const bool positions_only = !table.has("trajectory") || read_positions(place, table, motion, parts);
+    if (table.has("attitude"))
+        table.mistakes().collect([&] { parts.attitudes = read_attitude_file(place, table); });
+    if (table.mistakes().count() != before) return motion;
+    if (positions_only && table.has("up") &&
+        !(table.has("boresight") || table.has("look_at_m") || table.has("look_at")))
         table.refuse_table("\"up\" needs \"boresight\", \"look_at_m\" or \"look_at\"");
-    set_attitude(place, table, motion);
+    if (positions_only) set_attitude(place, table, motion);
+    if (!parts.positions && !parts.attitudes) return motion;
+    parts.constant = motion.samples.front().pose;
+    motion.path = make_path(std::move(parts));
+    motion.samples = samples_of(*motion.path);
     return motion;
 }
 

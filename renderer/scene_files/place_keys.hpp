@@ -4,6 +4,7 @@
 
 #include "config/section.hpp"
 #include "renderer/scene/scene.hpp"
+#include "renderer/scene_files/scene_epoch.hpp"
 
 #include <string>
 
@@ -14,9 +15,11 @@ struct PlaceKeys {
     Vec3 position_m;
     Quat orientation;
     Vec3 boresight{0, 0, 1}, up{0, -1, 0}, look_at_m;
-    std::string look_at; ///< name of a body
-    std::string trajectory;
-    bool looks = false; ///< of the camera or a lamp: a trajectory of positions needs an attitude beside it
+    std::string look_at;              ///< name of a body
+    std::string trajectory, attitude; ///< files
+    double max_extrapolation_s = 0;
+    SharedEpoch epoch{}; ///< of the scene; null: of no file that is read
+    bool looks = false;  ///< of the camera or a lamp: a trajectory of positions needs an attitude beside it
     Vec3 spin_axis{0, 0, 1};
     double spin_rate_rad_s = 0;
 };
@@ -34,7 +37,7 @@ struct JointKeys {
 };
 [[nodiscard]] config::Keys keys_of(JointKeys& joint);
 
-/// Motion from the values of `place`; reads the trajectory. Errors become mistakes of `table`.
+/// Motion from the values of `place`; reads the files. Errors become mistakes of `table`.
 [[nodiscard]] Motion motion_of(const PlaceKeys& place, const config::ReadTable& table);
 
 /// Joint from the values of `keys`; reads the joint table. Errors become mistakes of `table`.

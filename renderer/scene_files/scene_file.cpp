@@ -5,11 +5,13 @@
 #include "renderer/scene_files/scene_section.hpp"
 
 #include <algorithm>
+#include <memory>
 
 namespace obscura::scene {
 
-std::string read_view(const config::Value& table, const config::Where& where, Camera& camera) {
-    config::Section section = camera_section(camera);
+std::string read_view(const config::Value& table, const config::Where& where, Scene& scene) {
+    config::Section section =
+        camera_section(scene.camera, std::make_shared<SceneEpoch>(SceneEpoch{"", scene.epoch}));
     config::Mistakes mistakes;
     read_section(&table, table.at, where, section, mistakes);
     mistakes.throw_if_any();

@@ -20,6 +20,6 @@ namespace obscura::scene {
 
 /// Reads `table` over `camera`; the place stays if none of its keys is given. Returns the keys given, as
 /// TOML. Throws ConfigError.
-std::string read_view(const config::Value& table, const config::Where& where, Camera& camera);
+std::string read_view(const config::Value& table, const config::Where& where, Scene& scene);
 
 } // namespace obscura::scene

@@ -2,7 +2,6 @@
 #include "renderer/scene_files/scene_section.hpp"
 
 #include "config/shipped_files.hpp"
-#include "ephemeris/time/time_text.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
@@ -94,8 +93,9 @@ struct LampPlace {
     JointKeys joint;
 };
 
-config::Section lamp_section(Lamp& lamp, std::size_t index) {
+config::Section lamp_section(Lamp& lamp, std::size_t index, const SharedEpoch& epoch) {
     const auto read = std::make_shared<LampPlace>();
+    read->place.epoch = epoch;
     config::Section section{
         "lamp", "A lamp: a point source or a beam that illuminates bodies, but is not visible itself."};
     section.keys = keys_of(lamp);
@@ -111,21 +111,21 @@ config::Section lamp_section(Lamp& lamp, std::size_t index) {
     return section;
 }
 
-config::List lamp_list(std::vector<Lamp>& lamps) {
+config::List lamp_list(std::vector<Lamp>& lamps, const SharedEpoch& epoch) {
     config::List list;
     list.name = "lamp";
     list.help = "A lamp, one table for each: a point source or a beam that illuminates bodies, but is not "
                 "visible itself.";
     list.clear = [&lamps] { lamps.clear(); };
-    list.append = [&lamps](const config::Value& /*table*/) {
+    list.append = [&lamps, epoch](const config::Value& /*table*/) {
         lamps.emplace_back();
-        return lamp_section(lamps.back(), lamps.size() - 1);
+        return lamp_section(lamps.back(), lamps.size() - 1, epoch);
     };
     list.size = [&lamps] { return lamps.size(); };
-    list.at = [&lamps](std::size_t index) { return lamp_section(lamps.at(index), index); };
+    list.at = [&lamps, epoch](std::size_t index) { return lamp_section(lamps.at(index), index, epoch); };
     list.examples = [] {
         static Lamp fresh;
-        static config::Section section = lamp_section(fresh, 0);
+        static config::Section section = lamp_section(fresh, 0, nullptr);
         return std::vector{section};
     };
     return list;
@@ -206,17 +206,18 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
 
 config::Section scene_section(Scene& scene) {
     const auto curves = std::make_shared<ColourCurves>();
-    const auto epoch = std::make_shared<std::string>();
+    const auto epoch = std::make_shared<SceneEpoch>();
     config::Section section{"", "A scene: bodies, light sources, stars and the camera."};
     section.keys = keys_of(scene);
     section.keys.insert(section.keys.begin() + 1,
-                        config::key("epoch", epoch.get())
+                        config::key("epoch", &epoch->text)
                             .help("Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that "
                                   "`obscura time` reads, UTC without a scale; empty: the scene has no date"));
-    section.tables = {sun_section(scene.sun), stars_section(scene.stars), camera_section(scene.camera)};
+    section.tables = {sun_section(scene.sun), stars_section(scene.stars),
+                      camera_section(scene.camera, epoch)};
     section.lists = {
-        body_list(scene, curves),
-        lamp_list(scene.lamps),
+        body_list(scene, curves, epoch),
+        lamp_list(scene.lamps, epoch),
         config::list("band", "A spectral band of the image, one table for each; without any, one band.",
                      scene.bands, band_section),
         config::list("stray_light", "A stray light map: ghosts and reflections of the optics.",
@@ -224,10 +225,7 @@ config::Section scene_section(Scene& scene) {
     };
     section.printed = false;
     section.check = [&scene, curves, epoch](const config::ReadTable& root) {
-        if (!epoch->empty())
-            root.refuse_if_thrown("epoch", [&] {
-                scene.epoch = ephemeris::read_time(*epoch, ephemeris::system_leap_seconds());
-            });
+        root.refuse_if_thrown("epoch", [&] { scene.epoch = epoch->get(); });
         check_scene(scene, *curves, root);
     };
     return section;
