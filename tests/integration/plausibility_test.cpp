@@ -198,6 +198,10 @@ TEST_CASE("each oddity of a configuration has its warning and no other") {
          {{stars, ""}, {sound_scene.substr(sound_scene.find("[[body]]")), ""}},
          {},
          "no body and no star"},
+        {"pose_age",
+         {{"radii_m = [500, 500, 500]\n", "radii_m = [500, 500, 500]\nattitude = \"turn.csv\"\n"}},
+         {},
+         "at scene time 0 s they are 100 s away"},
         {"no_star",
          {{"focal_length_mm = 3", "focal_length_mm = 60"}, {"[500, 500, 500]", "[20, 20, 20]"}},
          {},
@@ -213,6 +217,7 @@ TEST_CASE("each oddity of a configuration has its warning and no other") {
         INFO(c.what);
         const TempFolder folder;
         folder.write("rock.obj", octahedron(0.3));
+        folder.write("turn.csv", "time_s,qw,qx,qy,qz\n100,1,0,0,0\n200,0,0,0,1\n");
         const std::string config =
             write_both(folder, with(sound_scene, c.scene), with(sound_configuration, c.configuration));
         const Answer answer = run(folder, {"check", "--json", config});

@@ -95,6 +95,7 @@ Plausibility::Plausibility(std::string camera, const renderer::Renderer& rendere
         resolved_ = resolved_ || (body.in_field && body.extent_px >= resolved_px);
     judge_lens(renderer.scene().camera);
     if (!posed_) return;
+    judge_ages(renderer.scene(), frames_s.front());
     judge_bodies(renderer.scene(), views);
     judge_field(renderer.scene(), views);
 }
@@ -118,6 +119,26 @@ void Plausibility::judge_lens(const scene::Camera& camera) {
                     field_text(view_), f_number, camera.focal_length_m * 1e3, camera.aperture_m * 1e3,
                     camera.pixel_pitch_m * 1e6, is_short ? "metres" : "micrometres",
                     camera.focal_length_m * (is_short ? 1e6 : 1)));
+}
+
+void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {
+    const auto judge = [&](const std::string& name, const scene::Motion& motion) {
+        const double age_s = motion.path ? motion.path->age_s(at_s) : 0;
+        if (!(age_s > 0)) return;
+        const std::vector<double> times = motion.path->times_s();
+        const std::string span =
+            times.empty() ? "" : fmt::format(" ({:.6g} s to {:.6g} s)", times.front(), times.back());
+        add("pose_age",
+            fmt::format("the poses of {} are known for other times{}: at scene time {:.6g} s they are "
+                        "{:.4g} s away, and it is held or extrapolated. Check the scene's epoch and "
+                        "daemon.scene_start_s",
+                        name, span, at_s, age_s));
+    };
+    judge("the camera", scene.camera.motion);
+    for (const scene::Body& body : scene.bodies)
+        judge(quoted(body.name), body.motion);
+    for (const scene::Lamp& lamp : scene.lamps)
+        judge(quoted(lamp.name), lamp.motion);
 }
 
 void Plausibility::judge_bodies(const scene::Scene& scene, std::span<const renderer::View> views) {
