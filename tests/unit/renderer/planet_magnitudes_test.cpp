@@ -129,11 +129,11 @@ std::vector<Body> bodies() {
     return {
         {"mercury", ball(2439.7), -0.613, mercury, 170, 0.02, 0.97},
         {"venus", ball(6051.8), -4.384, venus, 175, 0.04, 0.70},
-        {"earth", ball(6371.0), -3.99, earth, 135, 0.02, 0.47},
+        {"earth", ball(6371.0), -3.99, earth, 135, 0.01, 0.47},
         {"mars", ball(3389.5), -1.601, mars, 120, 0.02, 1.36},
-        // Oblate: a sphere's phase curve holds to a few hundredths.
-        {"jupiter", {71492e3, 71492e3, 66854e3}, -9.395, jupiter, 130, 0.05, 0.86},
-        {"saturn", {60268e3, 60268e3, 54364e3}, -8.95, saturn, 150, 0.05, 1.07},
+        // Oblate, seen from above the equator.
+        {"jupiter", {71492e3, 71492e3, 66854e3}, -9.395, jupiter, 130, 0.01, 0.86},
+        {"saturn", {60268e3, 60268e3, 54364e3}, -8.95, saturn, 150, 0.01, 1.07},
         {"io", ball(1821.6), 5.02 - 6.70, quadratic(0.046, -0.0010), 12, 0.01, 1.17},
         {"europa", ball(1560.8), 5.29 - 6.70, quadratic(0.0312, -0.00125), 12, 0.01, 0.87},
         {"ganymede", ball(2631.2), 4.61 - 6.70, quadratic(0.0323, -0.00066), 12, 0.01, 0.83},
