@@ -84,7 +84,13 @@ public:
         fits_movnam_hdu(fits_, BINARY_TBL, name.data(), 0, &status_);
         fits_get_num_rows(fits_, &rows_, &status_);
         fits_get_num_cols(fits_, &columns_, &status_);
+        long width = 0;
+        fits_read_key(fits_, TLONG, "NAXIS1", &width, nullptr, &status_);
         check();
+        const auto bytes = static_cast<long>(std::filesystem::file_size(file));
+        if (rows_ > 0 && (width < 1 || rows_ > bytes / width))
+            throw InputError(fmt::format("{}: TRUTH: {} rows of {} bytes in a file of {}", file.string(),
+                                         rows_, width, bytes));
         if (rows_ < 0 || rows_ > most_table_rows || columns_ < 1 || columns_ > most_columns)
             throw InputError(fmt::format("{}: TRUTH: {} rows, {} columns: allowed are {} and {}",
                                          file.string(), rows_, columns_, most_table_rows, most_columns));

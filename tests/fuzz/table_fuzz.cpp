@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // libFuzzer target: tables from files: stars, trajectories, joints, timing files, PSF and sensor maps, the
-// stimulator's calibration, PDS3 labels. Whatever a file holds, it is read or refused in one line.
+// stimulator's calibration, PDS3 labels, truth tables, headers of pictures. Whatever a file holds, it is read
+// or refused in one line.
 //
 // Input: a byte that chooses the reader, then the file.
 #include "core/error.hpp"
+#include "images/readers/header_cards.hpp"
 #include "images/readers/pds_label.hpp"
+#include "images/readers/truth_table_reader.hpp"
 #include "renderer/camera/psf_file.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene/trajectory.hpp"
@@ -19,6 +22,7 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <vector>
 
 using namespace obscura;
 using test::require;
@@ -45,6 +49,12 @@ void map(const std::filesystem::path& file) {
         require(v >= 0 && std::isfinite(v));
 }
 
+void truth(const std::filesystem::path& file) {
+    const images::TruthLines table = images::read_truth_table(file, "");
+    for (const std::vector<std::string>& line : table.lines)
+        require(line.size() == table.columns.size());
+}
+
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -53,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const test::MemoryFile memory(data + 1, size - 1);
     const std::filesystem::path file = memory.path();
     try {
-        switch (data[0] % 8) {
+        switch (data[0] % 11) {
         case 0:
             (void)scene::read_stars(file, 6);
             break;
@@ -75,6 +85,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             break;
         case 6:
             (void)transports::read_calibration(file);
+            break;
+        case 8: // FITS
+            truth(file);
+            break;
+        case 9: {
+            static const test::ScratchFolder folder;
+            truth(folder.write("fuzz.csv", {reinterpret_cast<const char*>(data) + 1, size - 1}));
+            break;
+        }
+        case 10:
+            (void)images::read_header_cards(file);
             break;
         default: {
             const images::PdsLabel label(file);
