@@ -2,6 +2,7 @@
 #include "core/frame.hpp"
 
 #include "core/clock.hpp"
+#include "core/scene_truth.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -54,21 +55,31 @@ std::int32_t Frame::wait_rows(std::int32_t rows, Heartbeat* heartbeat) const noe
     }
 }
 
-FramePool::FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, bool pixel_truth)
+/// Poses for which a frame's truth table has room; more need the heap once.
+constexpr std::size_t scene_poses_kept = 64;
+
+FramePool::FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, KeptTruth truth)
     : count_(frames),
       max_pixels_(max_pixels),
       max_rows_(max_rows),
       // Value-initialise, so that the pages are faulted in now and not by the first frame.
       pixel_store_(std::make_unique<std::uint16_t[]>(frames * max_pixels)),
       row_store_(std::make_unique<RowTime[]>(frames * max_rows)),
-      truth_store_(pixel_truth ? frames : 0),
+      truth_store_(truth.pixels ? frames : 0),
+      scene_truth_store_(truth.scene_entries > 0 ? std::make_shared<SceneTruth[]>(frames) : nullptr),
       frames_(std::make_unique<Frame[]>(frames)) {
     for (std::size_t i = 0; i < frames; ++i) {
         frames_[i].pixels_ = pixel_store_.get() + i * max_pixels;
         frames_[i].row_times_ = row_store_.get() + i * max_rows;
         frames_[i].max_pixels_ = max_pixels;
         frames_[i].max_rows_ = max_rows;
-        if (!pixel_truth) continue;
+        if (truth.scene_entries > 0) {
+            SceneTruth& scene = scene_truth_store_[i];
+            scene.entries.reserve(truth.scene_entries);
+            scene.poses.reserve(scene_poses_kept);
+            frames_[i].scene_truth_ = &scene;
+        }
+        if (!truth.pixels) continue;
         truth_store_[i].mean_e.resize(max_pixels);
         truth_store_[i].saturated.resize(max_pixels);
         truth_store_[i].hits.reserve(PixelTruth::hits_kept);
@@ -85,6 +96,7 @@ FrameRef FramePool::acquire() noexcept {
             frame.info = FrameInfo{};
             for (std::atomic<EventCount*>& place : frame.waiters_)
                 place.store(nullptr, std::memory_order_relaxed);
+            frame.scene_truth_final_.store(false, std::memory_order_relaxed);
             frame.flags.store(0, std::memory_order_relaxed);
             frame.saturated_windows.store(0, std::memory_order_relaxed);
             frame.progress_.store(0, std::memory_order_release);

@@ -22,6 +22,8 @@
 
 namespace obscura {
 
+struct SceneTruth;
+
 /// GenICam PFNC values. In a Frame the digital numbers are always 16-bit words, least significant bit
 /// aligned, as they came out of the ADC; a transport packs them into the requested format by pack_pixels().
 enum class PixelFormat : std::uint32_t {
@@ -217,6 +219,15 @@ public:
     [[nodiscard]] PixelTruth* pixel_truth() noexcept { return pixel_truth_; }
     [[nodiscard]] const PixelTruth* pixel_truth() const noexcept { return pixel_truth_; }
 
+    /// Producer: memory for the truth table; null unless the pool keeps it.
+    [[nodiscard]] SceneTruth* scene_truth() noexcept { return scene_truth_; }
+    /// Producer: declares the truth table final, before the last row.
+    void publish_scene_truth() noexcept { scene_truth_final_.store(true, std::memory_order_release); }
+    /// Consumer: the truth table; null without one, before it is final, and of frames not made to their end.
+    [[nodiscard]] const SceneTruth* final_scene_truth() const noexcept {
+        return scene_truth_final_.load(std::memory_order_acquire) ? scene_truth_ : nullptr;
+    }
+
     /// Producer: declares rows [0, rows) final; `rows` never decreases. Wakes the waiting transports.
     void publish_rows(std::int32_t rows) noexcept;
     /// Producer: declares that no further row will come. Waiters return with the rows that are final;
@@ -246,7 +257,9 @@ private:
     std::uint16_t* pixels_ = nullptr;
     RowTime* row_times_ = nullptr;
     PixelTruth* pixel_truth_ = nullptr;
+    SceneTruth* scene_truth_ = nullptr;
     std::size_t max_pixels_ = 0, max_rows_ = 0;
+    std::atomic<bool> scene_truth_final_{false};
     std::atomic<std::uint32_t> progress_{0};
     std::atomic<std::uint32_t> references_{0};
     mutable EventCount progressed_;
@@ -282,12 +295,17 @@ private:
     Frame* frame_ = nullptr;
 };
 
+/// Ground truth that the frames of a pool keep.
+struct KeptTruth {
+    bool pixels = false;           ///< PixelTruth
+    std::size_t scene_entries = 0; ///< SceneTruth with room for so many entries; 0: none
+};
+
 /// A fixed number of frames, allocated and paged in once.
 class FramePool {
 public:
-    /// Allocates `frames` frames of at most `max_pixels` pixels and `max_rows` rows; `pixel_truth`: with
-    /// ground truth per pixel. Throws std::bad_alloc.
-    FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, bool pixel_truth = false);
+    /// Allocates `frames` frames of at most `max_pixels` pixels and `max_rows` rows. Throws std::bad_alloc.
+    FramePool(std::size_t frames, std::size_t max_pixels, std::size_t max_rows, KeptTruth truth = {});
 
     /// A free frame with `info` reset and no rows ready; empty when all are in use. Thread-safe, real-time
     /// safe.
@@ -304,6 +322,7 @@ private:
     std::unique_ptr<std::uint16_t[]> pixel_store_;
     std::unique_ptr<RowTime[]> row_store_;
     std::vector<PixelTruth> truth_store_;
+    std::shared_ptr<SceneTruth[]> scene_truth_store_;
     std::unique_ptr<Frame[]> frames_;
     std::atomic<std::size_t> next_{0};
 };

@@ -10,7 +10,6 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -43,6 +42,26 @@ constexpr auto enum_names(TruthVisibility /*type*/) {
         EnumName{TruthVisibility::hidden, "hidden"}, EnumName{TruthVisibility::outside, "outside"}};
 }
 
+/// Name of fixed size, so that truth tables need no heap for each; longer names are cut.
+class TruthName {
+public:
+    static constexpr std::size_t size = 32;
+
+    void set(std::string_view text) {
+        text_.fill('\0');
+        std::copy_n(text.begin(), std::min(text.size(), size - 1), text_.begin());
+    }
+    [[nodiscard]] std::string_view view() const {
+        return {text_.data(),
+                static_cast<std::size_t>(std::find(text_.begin(), text_.end(), '\0') - text_.begin())};
+    }
+    /// Zero terminated, zeros after the text.
+    [[nodiscard]] const std::array<char, size>& bytes() const { return text_; }
+
+private:
+    std::array<char, size> text_{};
+};
+
 /// An object in one window of a frame. Quantities that are not known are NaN.
 struct TruthEntry {
     static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -53,9 +72,9 @@ struct TruthEntry {
     bool saturated = false;
     bool lit = true; ///< landmarks and limb points: the centre of the Sun is above the horizon
     std::uint16_t window = 0;
-    std::int32_t object = 0;     ///< index of the star or body in the scene; the Sun comes after the bodies
-    std::int32_t item = 0;       ///< landmark: its index; limb and terminator: number along the curve
-    std::array<char, 32> name{}; ///< zero terminated
+    std::int32_t object = 0; ///< index of the star or body in the scene; the Sun comes after the bodies
+    std::int32_t item = 0;   ///< landmark: its index; limb and terminator: number along the curve
+    TruthName name;          ///< stars have none
     /// Centroid of its light in the composed image, px: centre of pixel (0, 0) at (0, 0). All effects of the
     /// image are in it.
     double x_px = unknown, y_px = unknown;
@@ -69,20 +88,11 @@ struct TruthEntry {
     double signal_e = unknown;         ///< expected electrons in all its pixels
     double peak_e = unknown;           ///< expected electrons in its brightest pixel
     double snr = unknown;              ///< of a fit of its image, see docs/truth.md
-
-    void set_name(std::string_view text) {
-        name.fill('\0');
-        std::copy_n(text.begin(), std::min(text.size(), name.size() - 1), name.begin());
-    }
-    [[nodiscard]] std::string_view name_text() const {
-        return {name.data(),
-                static_cast<std::size_t>(std::find(name.begin(), name.end(), '\0') - name.begin())};
-    }
 };
 
 /// Pose of the camera or of a body as the camera sees it (light time), at mid-exposure of the frame.
 struct TruthPose {
-    std::string name;
+    TruthName name;
     Pose pose; ///< own axes to inertial
     Vec3 sun;  ///< unit, own axes: from its origin to the Sun
 };
@@ -93,7 +103,9 @@ struct SceneTruth {
     Time mid_exposure; ///< half way between the first reset and the last read
     Vec3 sun_position_m;
     std::vector<TruthPose> poses; ///< the camera, then all bodies
+    /// Bodies with the Sun, landmarks, stars, limbs with terminators.
     std::vector<TruthEntry> entries;
+    std::uint64_t entries_left_out = 0; ///< further ones, for which there was no room
 };
 
 } // namespace obscura

@@ -76,7 +76,7 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
 }
 
 Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
-                 bool pixel_truth) {
+                 KeptTruth truth) {
     const InitialCamera initial = initial_camera(config);
     camera.initial = initial.settings;
     camera.limits = initial.limits;
@@ -106,12 +106,13 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                                                             .seed = config.daemon.seed,
                                                             .thread = threads.detector,
                                                             .run = run_word(config),
-                                                            .same_run = config.daemon.run >= 0});
+                                                            .same_run = config.daemon.run >= 0,
+                                                            .scene_truth = truth.scene_entries > 0});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);
     pool = std::make_unique<FramePool>(
-        pool_frames, rows * static_cast<std::size_t>(config.sensor.readout.width), rows, pixel_truth);
+        pool_frames, rows * static_cast<std::size_t>(config.sensor.readout.width), rows, truth);
 }
 
 void Imaging::catch_up(std::uint64_t first) {

@@ -30,10 +30,10 @@ namespace obscura::emulator {
 ///
 /// gives byte for byte the first frame that obscurad sends with the same configuration and run word.
 struct Imaging {
-    /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `pixel_truth`: with
-    /// the truth about each pixel. Throws Error.
+    /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `truth`: what they
+    /// keep of it. Throws Error.
     Imaging(const DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
-            bool pixel_truth = false);
+            KeptTruth truth = {});
 
     /// Order of frame `frame_id` with the configured camera settings, at nominal trigger edges, which
     /// the scheduling clock counts from 0.

@@ -29,7 +29,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
                     needed);
         frames = needed;
     }
-    imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.wants_pixel_truth());
+    imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.kept_truth());
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();

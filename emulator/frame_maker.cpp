@@ -4,6 +4,8 @@
 #include "core/error.hpp"
 #include "core/image_pattern.hpp"
 #include "core/realtime.hpp"
+#include "core/scene_truth.hpp"
+#include "emulator/frame_truth.hpp"
 
 #include <fmt/format.h>
 
@@ -14,6 +16,9 @@
 namespace obscura::emulator {
 
 namespace {
+
+/// For the poses of some ten thousand row instants.
+constexpr std::size_t truth_workspace_bytes = std::size_t{16} << 20;
 
 sensors::WindowRequest request_of(const CameraWindow& w) {
     return {w.region, w.exposure_ns, w.sampling, w.reads};
@@ -37,7 +42,8 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
     : renderer_(&renderer),
       detector_(detector),
       clock_(clock),
-      readout_(sensor.readout),
+      sensor_(sensor),
+      readout_(sensor_.readout),
       adc_bits_(sensor.detector.adc_bits),
       offset_dn_(sensor.detector.offset_dn),
       settings_(settings),
@@ -62,6 +68,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
                    : detector_.needs_whole_columns()
                        ? readout_.height
                        : std::min(settings_.band_rows + 2 * detector_.halo_rows(), readout_.height);
+    if (settings_.scene_truth) truth_workspace_.resize(truth_workspace_bytes);
     block_times_.reserve(static_cast<std::size_t>(buffer_rows_));
     const std::size_t floats =
         band_count_ * static_cast<std::size_t>(buffer_rows_) * static_cast<std::size_t>(readout_.width);
@@ -205,6 +212,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
         if (block.first_row + block.rows == plan_.height) {
             frame.info.render_end = clock_.now();
             if (work != nullptr) work->render = current().work() - work_before;
+            list_scene_truth(frame);
         }
         posted_.store(number); // sequentially consistent, see Releaser::run()
         posted_.notify_one();
@@ -214,6 +222,14 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
         done_.wait(done, std::memory_order_acquire);
     lag_from_frame_ = complete ? frame.info.frame_id : 0;
     return complete;
+}
+
+void FrameMaker::list_scene_truth(Frame& frame) {
+    SceneTruth* const truth = frame.scene_truth();
+    if (truth == nullptr) return;
+    list_truth({current(), detector_, sensor_, plan_, shown_rows_}, frame, *truth,
+               {truth->entries.capacity(), truth_workspace_});
+    frame.publish_scene_truth();
 }
 
 void FrameMaker::list_row_blocks() {

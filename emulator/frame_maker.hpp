@@ -15,7 +15,9 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -54,6 +56,7 @@ struct FrameMakerSettings {
     ThreadSettings thread{};     ///< detector thread
     std::uint32_t run = 0;       ///< run word of the first acquisition
     bool same_run = true;        ///< every acquisition has this run word; false: each the next one
+    bool scene_truth = false;    ///< frames have truth tables
 };
 
 /// Row block pipeline: the calling thread renders block k+1 (over the renderer's own workers) while a thread
@@ -108,6 +111,8 @@ public:
     [[nodiscard]] std::uint32_t acquisitions() const noexcept { return acquisitions_; }
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
+    /// Its rows in the time of the scene that is rendered.
+    [[nodiscard]] std::span<const RowTime> shown_rows() const noexcept { return shown_rows_; }
     /// Histogram of the first window of the frame filled last, before any test pattern; for frames with
     /// ExposureAuto only.
     [[nodiscard]] const DnHistogram& histogram() const noexcept { return histogram_; }
@@ -130,6 +135,7 @@ private:
     };
 
     [[nodiscard]] std::string plan_frame(const FrameOrder& order);
+    void list_scene_truth(Frame& frame);
     void list_row_blocks();
     [[nodiscard]] bool render_row_block(const RowBlock& block, std::span<float> light,
                                         const std::atomic<bool>* cancel);
@@ -146,7 +152,8 @@ private:
     std::atomic<const renderer::Renderer*> renderer_, next_renderer_{nullptr};
     sensors::Detector& detector_;
     const Clock& clock_;
-    const ReadoutSettings readout_;
+    const SensorDescription sensor_;
+    const ReadoutSettings& readout_;
     const int adc_bits_;
     const double offset_dn_;
     const FrameMakerSettings settings_;
@@ -159,6 +166,7 @@ private:
     std::vector<RowTime> shown_rows_; ///< the plan's rows in the time of the scene that is rendered
     std::vector<RowBlock> row_blocks_;
     std::vector<RowTime> block_times_;
+    std::vector<std::byte> truth_workspace_;
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::atomic<std::uint32_t> run_;

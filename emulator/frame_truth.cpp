@@ -13,8 +13,7 @@ namespace {
 renderer::TruthDetector detector_of(const FrameSource& source, const FrameInfo& info) {
     const DetectorSettings& d = source.sensor.detector;
     renderer::TruthDetector out;
-    const std::span<const double> response = source.detector.electrons_per_s_per_w_m2();
-    out.electrons_per_s_per_w_m2.assign(response.begin(), response.end());
+    out.electrons_per_s_per_w_m2 = source.detector.electrons_per_s_per_w_m2();
     out.dark_e_per_s =
         d.dark_current_e_per_s * sensors::dark_current_ratio(d, d.temperature_c, d.dark_reference_c);
     const double dn_per_e = d.gain_dn_per_e * std::pow(10, info.gain_db / 20);
@@ -29,19 +28,17 @@ renderer::TruthDetector detector_of(const FrameSource& source, const FrameInfo& 
 
 } // namespace
 
-void list_truth(const FrameSource& source, const FrameInfo& info, SceneTruth& truth) {
-    const sensors::ReadoutPlan& plan = source.plan;
+void list_truth(const FrameSource& source, const Frame& frame, SceneTruth& truth, const TruthMemory& memory) {
     renderer::TruthRequest request;
-    request.windows = plan.windows;
-    request.rows = plan.rows;
+    request.windows = source.plan.windows;
+    request.rows = source.shown_rows;
+    request.row_times = frame.row_times();
     request.push_broom = source.sensor.readout.shutter == Shutter::push_broom;
-    request.frame_id = info.frame_id;
-    request.detector = detector_of(source, info);
+    request.frame_id = frame.info.frame_id;
+    request.detector = detector_of(source, frame.info);
+    request.most_entries = memory.most_entries;
+    request.workspace = memory.workspace;
     source.renderer.list_truth(request, truth);
-    const std::int64_t scene_to_clock_ns = info.truth.mid_exposure - truth.mid_exposure;
-    truth.mid_exposure += scene_to_clock_ns;
-    for (TruthEntry& entry : truth.entries)
-        entry.time += scene_to_clock_ns;
 }
 
 } // namespace obscura::emulator

@@ -7,6 +7,9 @@
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
 
+#include <cstddef>
+#include <span>
+
 namespace obscura::emulator {
 
 /// Where a frame comes from.
@@ -14,10 +17,18 @@ struct FrameSource {
     const renderer::Renderer& renderer;
     const sensors::Detector& detector;
     const SensorDescription& sensor;
-    const sensors::ReadoutPlan& plan; ///< of the frame, scene time
+    const sensors::ReadoutPlan& plan;    ///< of the frame
+    std::span<const RowTime> shown_rows; ///< its rows in the time of the scene that is rendered
 };
 
-/// Lists the truth of a frame; times are in the scheduling clock, as those of `info`. Allocates.
-void list_truth(const FrameSource& source, const FrameInfo& info, SceneTruth& truth);
+/// Bounds of the memory that a truth table takes; without any, it allocates.
+struct TruthMemory {
+    std::size_t most_entries = 0;     ///< see renderer::TruthRequest
+    std::span<std::byte> workspace{}; ///< see renderer::TruthRequest
+};
+
+/// Lists the truth of a frame by the clock of its row times.
+void list_truth(const FrameSource& source, const Frame& frame, SceneTruth& truth,
+                const TruthMemory& memory = {});
 
 } // namespace obscura::emulator

@@ -19,6 +19,7 @@
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/scene/position.hpp"
+#include "renderer/truth/landmarks.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "renderer/work_clock.hpp"
@@ -114,6 +115,7 @@ struct Renderer::Impl {
     GaussianPsf gaussian_psf;
     std::unique_ptr<const Psf> psf; ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
+    std::vector<Vec3> landmarks_m; ///< see landmark_points()
     PointSplatter splatter;
     std::vector<StrayMap> stray;
     std::vector<double> sun_w_m2; ///< per band, at 1 au
@@ -141,6 +143,7 @@ struct Renderer::Impl {
           psf(scene::at_position(scene.camera.position,
                                  [&] { return Psf::make(scene.camera, scene.bands); })),
           bodies(build_bodies(scene)),
+          landmarks_m(landmark_points(scene, bodies)),
           splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
           stray(read_stray_light(scene)),
           arena(static_cast<int>(threads)) {
@@ -668,7 +671,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
 }
 
 void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const {
-    std::vector<std::uint32_t> stars;
+    std::vector<std::uint32_t>& stars = impl_->block_scratch.local().stars;
     impl_->splatter.find_stars(request.rows, stars);
     const TruthScene scene{impl_->scene,
                            impl_->bodies,
@@ -676,6 +679,7 @@ void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const 
                            impl_->gaussian_psf,
                            impl_->psf.get(),
                            impl_->splatter.stars(),
+                           impl_->landmarks_m,
                            stars,
                            impl_->sun_w_m2,
                            impl_->settings.max_instants,

@@ -114,7 +114,7 @@ public:
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;
 
-    /// Lists where stars and bodies are in the pixels of a frame (renderer/truth/scene_truth.hpp). Allocates.
+    /// Lists where stars and bodies are in the pixels of a frame (renderer/truth/scene_truth.hpp).
     void list_truth(const TruthRequest& request, SceneTruth& truth) const;
 
     /// Rays traced so far (primary + shadow), for benchmarks.

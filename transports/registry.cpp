@@ -100,9 +100,15 @@ std::size_t ConfiguredTransports::frames_held() const {
     return frames;
 }
 
-bool ConfiguredTransports::wants_pixel_truth() const {
-    return std::any_of(settings_.begin(), settings_.end(),
-                       [](const auto& one) { return one->enabled() && one->wants_pixel_truth(); });
+KeptTruth ConfiguredTransports::kept_truth() const {
+    KeptTruth truth;
+    for (const auto& one : settings_) {
+        if (!one->enabled()) continue;
+        const KeptTruth wanted = one->wanted_truth();
+        truth.pixels = truth.pixels || wanted.pixels;
+        truth.scene_entries = std::max(truth.scene_entries, wanted.scene_entries);
+    }
+    return truth;
 }
 
 bool ConfiguredTransports::controls_acquisition() const {

@@ -55,7 +55,7 @@ public:
 
     /// Sums and unions over the enabled transports.
     [[nodiscard]] std::size_t frames_held() const;
-    [[nodiscard]] bool wants_pixel_truth() const;
+    [[nodiscard]] KeptTruth kept_truth() const;
     [[nodiscard]] bool controls_acquisition() const;
 
     /// Makes the enabled transports, in the order in which they start and receive frames. Throws

@@ -74,8 +74,8 @@ public:
     /// Frames of the pool that the transport may hold at once.
     [[nodiscard]] virtual std::size_t frames_held() const = 0;
     [[nodiscard]] virtual std::vector<Identity> identities() const = 0;
-    /// True if frames must carry PixelTruth.
-    [[nodiscard]] virtual bool wants_pixel_truth() const = 0;
+    /// Ground truth that frames must carry.
+    [[nodiscard]] virtual KeptTruth wanted_truth() const = 0;
     /// True if a client of the transport starts and stops the acquisition.
     [[nodiscard]] virtual bool controls_acquisition() const = 0;
     /// Makes the transport, not started. Throws HardwareError or OutputError with a one-line message.
@@ -90,7 +90,7 @@ public:
 /// and these if they exist:
 ///     void check_against(const X& settings, const CameraFacts& camera, const config::ReadTable& table);
 ///     std::vector<Identity> identities_of(const X& settings);
-///     bool pixel_truth_wanted_by(const X& settings);
+///     KeptTruth truth_wanted_by(const X& settings);
 ///     bool acquisition_controlled_by(const X& settings);
 template<typename Settings>
 class TransportSettingsOf final : public TransportSettings {
@@ -114,11 +114,11 @@ public:
         else
             return {};
     }
-    [[nodiscard]] bool wants_pixel_truth() const override {
-        if constexpr (requires { pixel_truth_wanted_by(settings); })
-            return pixel_truth_wanted_by(settings);
+    [[nodiscard]] KeptTruth wanted_truth() const override {
+        if constexpr (requires { truth_wanted_by(settings); })
+            return truth_wanted_by(settings);
         else
-            return false;
+            return {};
     }
     [[nodiscard]] bool controls_acquisition() const override {
         if constexpr (requires { acquisition_controlled_by(settings); })

@@ -23,7 +23,7 @@ constexpr std::array columns{
     TruthColumn{"kind", "", "10A",
                 [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return name_of(e.kind); }},
     TruthColumn{"name", "", "32A",
-                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.name_text(); }},
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.name.view(); }},
     TruthColumn{"object", "", "1J",
                 [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return std::int64_t{e.object}; }},
     TruthColumn{"item", "", "1J",
@@ -98,6 +98,19 @@ std::string quoted(std::string_view text) {
     return out + '"';
 }
 
+/// Rows of equal times, from `first_row` on.
+struct RowBlock {
+    std::int64_t first_row;
+    RowTime time;
+};
+
+std::vector<RowBlock> blocks_of(std::span<const RowTime> rows) {
+    std::vector<RowBlock> blocks;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (i == 0 || rows[i] != rows[i - 1]) blocks.push_back({static_cast<std::int64_t>(i), rows[i]});
+    return blocks;
+}
+
 } // namespace
 
 std::span<const TruthColumn> truth_columns() {
@@ -121,10 +134,7 @@ TruthTableFile::TruthTableFile(std::filesystem::path file) : file_(std::move(fil
 }
 
 void TruthTableFile::add(SceneTruth truth, std::span<const RowTime> rows) {
-    FrameTable& frame = frames_.emplace_back();
-    frame.truth = std::move(truth);
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        if (i == 0 || rows[i] != rows[i - 1]) frame.rows.push_back({static_cast<std::int64_t>(i), rows[i]});
+    frames_.push_back({std::move(truth), {rows.begin(), rows.end()}});
 }
 
 void TruthTableFile::write() const {
@@ -134,52 +144,60 @@ void TruthTableFile::write() const {
         write_fits();
 }
 
+std::string truth_csv_header() {
+    std::string text;
+    for (const TruthColumn& column : columns)
+        text.append(column.name).append(",");
+    for (std::size_t i = 0; i < pose_columns.size(); ++i)
+        text.append(pose_columns[i].name).append(i + 1 < pose_columns.size() ? "," : "\n");
+    return text;
+}
+
+std::string truth_csv_lines(const SceneTruth& truth, std::span<const RowTime> rows) {
+    std::string text;
+    // Cells of a line that is no entry; by column.
+    const auto begin_line = [&](std::string_view kind, std::string_view name, std::int64_t item, Time time,
+                                std::int64_t exposure_ns) {
+        for (const TruthColumn& column : columns) {
+            if (column.name == "frame") text += fmt::format("{}", truth.frame_id);
+            if (column.name == "kind") text += kind;
+            if (column.name == "name") text += quoted(name);
+            if (column.name == "item") text += fmt::format("{}", item);
+            if (column.name == "time_ns") text += fmt::format("{}", time.ns);
+            if (column.name == "exposure_ns") text += fmt::format("{}", exposure_ns);
+            text += ',';
+        }
+    };
+    const std::string no_pose = std::string(pose_columns.size() - 1, ',') + '\n';
+    std::int64_t number = 0;
+    for (const TruthPose& pose : truth.poses) {
+        begin_line("pose", pose.name.view(), number++, truth.mid_exposure, 0);
+        const PoseCells cells = cells_of(pose);
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            text += fmt::format("{}{}", cells[i], i + 1 < cells.size() ? "," : "\n");
+    }
+    for (const RowBlock& block : blocks_of(rows)) {
+        begin_line("rows", "", block.first_row, block.time.mid(), block.time.exposure_ns());
+        text += no_pose;
+    }
+    for (const TruthEntry& entry : truth.entries) {
+        for (const TruthColumn& column : columns) {
+            const TruthCell cell = column.cell(truth, entry);
+            const auto* words = std::get_if<std::string_view>(&cell);
+            text += words != nullptr ? quoted(*words) : truth_text(column, cell);
+            text += ',';
+        }
+        text += no_pose;
+    }
+    return text;
+}
+
 void TruthTableFile::write_csv() const {
     PendingFile pending(file_);
     std::ofstream out(pending.path());
-    for (const TruthColumn& column : columns)
-        out << column.name << ',';
-    for (std::size_t i = 0; i < pose_columns.size(); ++i)
-        out << pose_columns[i].name << (i + 1 < pose_columns.size() ? "," : "\n");
-    const std::string no_pose(pose_columns.size() - 1, ',');
-    for (const FrameTable& frame : frames_) {
-        const SceneTruth& truth = frame.truth;
-        // Cells of a line that is no entry; by column.
-        const auto line = [&](std::string_view kind, std::string_view name, std::int64_t item, Time time,
-                              std::int64_t exposure_ns) {
-            std::string text;
-            for (const TruthColumn& column : columns) {
-                if (column.name == "frame") text += fmt::format("{}", truth.frame_id);
-                if (column.name == "kind") text += kind;
-                if (column.name == "name") text += quoted(name);
-                if (column.name == "item") text += fmt::format("{}", item);
-                if (column.name == "time_ns") text += fmt::format("{}", time.ns);
-                if (column.name == "exposure_ns") text += fmt::format("{}", exposure_ns);
-                text += ',';
-            }
-            return text;
-        };
-        std::int64_t number = 0;
-        for (const TruthPose& pose : truth.poses) {
-            out << line("pose", pose.name, number++, truth.mid_exposure, 0);
-            const PoseCells cells = cells_of(pose);
-            for (std::size_t i = 0; i < cells.size(); ++i)
-                out << fmt::format("{}", cells[i]) << (i + 1 < cells.size() ? "," : "\n");
-        }
-        for (const RowBlock& rows : frame.rows)
-            out << line("rows", "", rows.first_row, rows.time.mid(), rows.time.exposure_ns()) << no_pose
-                << '\n';
-        for (const TruthEntry& entry : truth.entries) {
-            for (const TruthColumn& column : columns) {
-                const TruthCell cell = column.cell(truth, entry);
-                out << (std::holds_alternative<std::string_view>(cell)
-                            ? quoted(std::get<std::string_view>(cell))
-                            : truth_text(column, cell))
-                    << ',';
-            }
-            out << no_pose << '\n';
-        }
-    }
+    out << truth_csv_header();
+    for (const FrameTable& frame : frames_)
+        out << truth_csv_lines(frame.truth, frame.rows);
     out.close();
     if (!out) pending.fail("write error");
     pending.commit();
@@ -231,7 +249,7 @@ void TruthTableFile::write_fits() const {
     for (const FrameTable& frame : frames_)
         for (const TruthPose& pose : frame.truth.poses) {
             ids.push_back(static_cast<std::int64_t>(frame.truth.frame_id));
-            names.push_back(pose.name);
+            names.emplace_back(pose.name.view());
             times.push_back(frame.truth.mid_exposure.ns);
             const PoseCells of_pose = cells_of(pose);
             for (std::size_t i = 0; i < of_pose.size(); ++i)
@@ -252,11 +270,11 @@ void TruthTableFile::write_fits() const {
     ids.clear();
     std::vector<std::int64_t> first, reset, read;
     for (const FrameTable& frame : frames_)
-        for (const RowBlock& rows : frame.rows) {
+        for (const RowBlock& block : blocks_of(frame.rows)) {
             ids.push_back(static_cast<std::int64_t>(frame.truth.frame_id));
-            first.push_back(rows.first_row);
-            reset.push_back(rows.time.reset.ns);
-            read.push_back(rows.time.read.ns);
+            first.push_back(block.first_row);
+            reset.push_back(block.time.reset.ns);
+            read.push_back(block.time.read.ns);
         }
     writer.create_table(
         "ROWS", ids.size(),

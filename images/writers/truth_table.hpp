@@ -30,6 +30,11 @@ struct TruthColumn {
 /// A cell as text: positions to 1e-5 px, other reals to 10 digits; empty: not known.
 [[nodiscard]] std::string truth_text(const TruthColumn& column, const TruthCell& cell);
 
+/// First line of a CSV file, with its end.
+[[nodiscard]] std::string truth_csv_header();
+/// Lines of one frame. `rows`: of the composed image; rows of equal times share a line.
+[[nodiscard]] std::string truth_csv_lines(const SceneTruth& truth, std::span<const RowTime> rows);
+
 /// Collects the truth tables of frames and writes them to one file, which appears complete or not at all.
 class TruthTableFile {
 public:
@@ -43,13 +48,9 @@ public:
     void write() const;
 
 private:
-    struct RowBlock {
-        std::int64_t first_row;
-        RowTime time;
-    };
     struct FrameTable {
         SceneTruth truth;
-        std::vector<RowBlock> rows;
+        std::vector<RowTime> rows;
     };
     void write_csv() const;
     void write_fits() const;

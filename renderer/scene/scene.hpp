@@ -286,6 +286,17 @@ constexpr auto enum_names(PointSpread::Model /*type*/) {
                       EnumName{Model::table, "table"}};
 }
 
+/// Named point of a body, for the truth table.
+struct Landmark {
+    std::string name;
+    std::string body{};               ///< name of the body
+    std::optional<Vec3> position_m{}; ///< body frame; none: the surface at longitude and latitude
+    /// Of the direction from the body's origin: longitude from its x axis, east positive; latitude from its
+    /// xy plane.
+    double longitude_rad = 0, latitude_rad = 0;
+    std::string position{}; ///< see Body::position
+};
+
 /// Camera: sensor, optics and motion. Camera frame: right-handed, x right, y down, z boresight.
 struct Camera {
     std::int32_t width = 1024, height = 1024; ///< of the whole sensor, px
@@ -358,6 +369,7 @@ struct Scene {
     std::vector<Lamp> lamps{};
     std::vector<SpectralBand> bands{SpectralBand{}};
     std::vector<StrayLight> stray_light{};
+    std::vector<Landmark> landmarks{};
     /// Light-time correction: bodies are seen where they were when the light left them. Not between bodies:
     /// shadows and light of one on another use the positions that the camera sees.
     bool light_time = false;

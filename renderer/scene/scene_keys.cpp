@@ -196,6 +196,27 @@ config::Keys keys_of(Lamp& s) {
     };
 }
 
+config::Keys keys_of(Landmark& s) {
+    return {
+        config::key("name", &s.name)
+            .required()
+            .help("Name of the landmark in the truth table, at most 31 bytes"),
+        config::key("body", &s.body).required().help("Name of the body that it is on"),
+        config::key("longitude_deg", config::Scaled{&s.longitude_rad, degree})
+            .unit("deg")
+            .range(-360, 360)
+            .help("Longitude of the point about the body's z axis, from its x axis towards its y axis; the "
+                  "point "
+                  "is where that direction from the origin leaves the surface"),
+        config::key("latitude_deg", config::Scaled{&s.latitude_rad, degree})
+            .unit("deg")
+            .range(-90, 90)
+            .help(
+                "Latitude of the point: angle between its direction from the body's origin and the body's xy "
+                "plane (planetocentric)"),
+    };
+}
+
 config::Keys keys_of(StrayLight& s) {
     return {
         config::key("file", config::Path{&s.file})

@@ -18,6 +18,7 @@ constexpr config::Range anywhere{-1e15, 1e15};
 [[nodiscard]] config::Keys keys_of(Body& body);
 [[nodiscard]] config::Keys keys_of(Lamp& lamp);
 [[nodiscard]] config::Keys keys_of(SpectralBand& band);
+[[nodiscard]] config::Keys keys_of(Landmark& landmark);
 [[nodiscard]] config::Keys keys_of(StrayLight& stray);
 
 } // namespace obscura::scene

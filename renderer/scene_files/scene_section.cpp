@@ -147,6 +147,34 @@ config::Section stray_light_section(StrayLight& stray) {
     return section;
 }
 
+/// Values of the keys of a landmark that are no members of Landmark.
+struct LandmarkKeys {
+    Vec3 position_m;
+};
+
+config::Section landmark_section(Landmark& landmark) {
+    const auto read = std::make_shared<LandmarkKeys>();
+    config::Section section{"landmark", "A named point of a body, listed in the truth table of each frame."};
+    section.keys = keys_of(landmark);
+    section.keys.push_back(
+        config::key("position_m", &read->position_m)
+            .unit("m")
+            .range(anywhere)
+            .help("Point of the surface in the body's own frame, instead of longitude_deg and "
+                  "latitude_deg"));
+    section.check = [&landmark, read](const config::ReadTable& table) {
+        landmark.position = table.position_text();
+        exclude(table, "longitude_deg", "position_m");
+        exclude(table, "latitude_deg", "position_m");
+        if (table.has("position_m"))
+            landmark.position_m = read->position_m;
+        else if (table.table() != nullptr && !(table.has("longitude_deg") && table.has("latitude_deg")))
+            table.mistakes().add(table.where(), table.table()->at,
+                                 "longitude_deg and latitude_deg are wanted, or position_m");
+    };
+    return section;
+}
+
 /// Checks parents and joints of bodies, camera and lamps.
 void check_tree(const Scene& scene, const config::ReadTable& root) {
     const auto check_parent = [&](const std::string& position, const std::string& parent, const Joint& joint,
@@ -184,6 +212,11 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
     for (std::size_t i = 0; i < scene.lamps.size(); ++i)
         check_target(scene, scene.lamps[i].motion, root.table()->find("lamp")->value.items[i],
                      fmt::format("lamp[{}].look_at", i), root);
+    for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
+        if (const std::string& body = scene.landmarks[i].body; index_of(scene.bodies, body) < 0)
+            root.mistakes().add(root.where().in(fmt::format("landmark[{}].body", i)),
+                                root.table()->find("landmark")->value.items[i].at,
+                                fmt::format("\"{}\" is not the name of a body", body));
     if (const config::Member* bands = root.table()->find("band")) {
         const config::Where where = root.where().in("band");
         if (scene.bands.empty()) root.mistakes().add(where, bands->at, "at least one band is wanted");
@@ -220,6 +253,9 @@ config::Section scene_section(Scene& scene) {
         lamp_list(scene.lamps, epoch),
         config::list("band", "A spectral band of the image, one table for each; without any, one band.",
                      scene.bands, band_section),
+        config::list("landmark",
+                     "A named point of a body, one table for each, for the truth table of frames.",
+                     scene.landmarks, landmark_section),
         config::list("stray_light", "A stray light map: ghosts and reflections of the optics.",
                      scene.stray_light, stray_light_section),
     };

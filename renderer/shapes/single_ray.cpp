@@ -1,20 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/shapes/single_ray.hpp"
 
+#include <algorithm>
+#include <cstddef>
+
 namespace obscura::renderer {
 
-double distance_along(const Shape& shape, Vec3 origin, Vec3 direction) {
-    RayPacket rays;
-    HitPacket hits;
-    hits.clear();
-    for (int i = 0; i < packet_size; ++i) {
-        rays.origin.set(i, origin);
-        rays.direction.set(i, direction);
-        rays.t_max[i] = no_hit;
-        rays.active.on[i] = i == 0 ? -1 : 0;
+void distances_along(const Shape& shape, Vec3 origin, std::span<const Vec3> directions,
+                     std::span<double> distances) {
+    for (std::size_t first = 0; first < directions.size(); first += packet_size) {
+        const std::size_t count = std::min(directions.size() - first, std::size_t{packet_size});
+        RayPacket rays;
+        HitPacket hits;
+        hits.clear();
+        for (std::size_t i = 0; i < packet_size; ++i) {
+            const int lane = static_cast<int>(i);
+            rays.origin.set(lane, origin);
+            rays.direction.set(lane, directions[first + std::min(i, count - 1)]);
+            rays.t_max[lane] = no_hit;
+            rays.active.on[i] = i < count ? -1 : 0;
+        }
+        shape.intersect(rays, 0, hits);
+        std::copy_n(hits.t.v, count, distances.begin() + static_cast<std::ptrdiff_t>(first));
     }
-    shape.intersect(rays, 0, hits);
-    return hits.t[0];
+}
+
+double distance_along(const Shape& shape, Vec3 origin, Vec3 direction) {
+    double distance = no_hit;
+    distances_along(shape, origin, {&direction, 1}, {&distance, 1});
+    return distance;
 }
 
 } // namespace obscura::renderer

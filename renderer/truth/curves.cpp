@@ -5,15 +5,17 @@
 #include "renderer/truth/sight.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 namespace obscura::renderer {
 namespace {
 
-/// Steps inwards in which the outermost surface is looked for, then halvings of the step.
+/// Steps inwards in which the outermost surface is looked for, then divisions of the step where it is found,
+/// each by the rays of a packet: to 1e-12 of the radius.
 constexpr int steps_inwards = 256;
-constexpr int halvings = 40;
+constexpr int divisions = 8;
 
 Vec3 product(Vec3 a, Vec3 b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
@@ -32,33 +34,42 @@ std::optional<Vec3> outermost(const Shape& shape, Vec3 camera_m, double a) {
     orthonormal_basis(axis, u, v);
     const Vec3 side = std::cos(a) * u + std::sin(a) * v;
     const double rim = radius / std::sqrt(1 - radius / distance * (radius / distance));
-    const auto range = [&](double r) {
-        return distance_along(shape, camera_m, normalized(distance * axis + r * side));
-    };
+    const auto towards = [&](double r) { return normalized(distance * axis + r * side); };
     double outer = rim, inner = 0;
+    // Moves `outer` and `inner` to the first two of 16 equal steps inwards between which the surface begins;
+    // without any, `outer` to the last.
+    const auto narrow = [&](double step) {
+        std::array<Vec3, packet_size> rays{};
+        std::array<double, packet_size> ranges{};
+        const auto radius_of = [&](std::size_t i) { return outer - step * (static_cast<double>(i) + 1); };
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            rays[i] = towards(radius_of(i));
+        distances_along(shape, camera_m, rays, ranges);
+        const auto hit = std::find_if(ranges.begin(), ranges.end(), [](double r) { return r != no_hit; });
+        const auto index = static_cast<std::size_t>(hit - ranges.begin());
+        if (hit != ranges.end()) inner = radius_of(index);
+        if (index > 0) outer = radius_of(index - 1);
+        return hit != ranges.end();
+    };
     bool found = false;
-    for (int i = 0; i < steps_inwards && !found; ++i) {
-        inner = rim * (1 - (i + 1.0) / steps_inwards);
-        found = range(inner) != no_hit;
-        if (!found) outer = inner;
-    }
+    for (int i = 0; i < steps_inwards / packet_size && !found; ++i)
+        found = narrow(rim / steps_inwards);
     if (!found) return std::nullopt;
-    for (int i = 0; i < halvings; ++i) {
-        const double middle = (outer + inner) / 2;
-        (range(middle) != no_hit ? inner : outer) = middle;
-    }
-    return camera_m + range(inner) * normalized(distance * axis + inner * side);
+    for (int i = 0; i < divisions; ++i)
+        narrow((outer - inner) / (packet_size + 1));
+    return camera_m + distance_along(shape, camera_m, towards(inner)) * towards(inner);
 }
 
 } // namespace
 
 BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
-                     const TruthState& middle)
+                     const TruthState& middle, std::pmr::memory_resource& memory)
     : scene_(scene),
       body_(body),
       kind_(kind),
       points_(points),
-      radii_m_(scene.bodies[body].shape->ellipsoid_radii_m()) {
+      radii_m_(scene.bodies[body].shape->ellipsoid_radii_m()),
+      found_(&memory) {
     if (radii_m_.x > 0) return;
     found_.resize(points);
     if (kind != TruthKind::limb) return;
@@ -97,12 +108,7 @@ bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {
 }
 
 bool BodyCurve::lit(const TruthState& state, std::uint32_t i) const {
-    if (!(radii_m_.x > 0)) {
-        // Clear of the surface, towards the camera.
-        const Vec3 point = point_m(state, i);
-        const double clear_m = 1e-6 * scene_.bodies[body_].shape->bounding_radius_m();
-        return is_lit(scene_, state, body_, point + clear_m * normalized(viewer_m(state) - point));
-    }
+    if (!(radii_m_.x > 0)) return is_lit(scene_, state, body_, point_m(state, i));
     const Vec3 scale = inverse(radii_m_);
     const Vec3 sun = product(to_local(state.bodies[body_], scene_.scene.sun.position_m), scale);
     return dot(product(point_m(state, i), scale), sun) > 1;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <optional>
 #include <vector>
 
@@ -19,9 +20,9 @@ namespace obscura::renderer {
 /// terminator.
 class BodyCurve {
 public:
-    /// `middle`: the state at which the limb of other shapes than ellipsoids holds.
+    /// `middle`: the state at which the limb of other shapes than ellipsoids holds; `memory` outlives this.
     BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
-              const TruthState& middle);
+              const TruthState& middle, std::pmr::memory_resource& memory);
 
     /// Whether there is a point `i` of the curve: not from inside the body, nor without a Sun.
     [[nodiscard]] bool has(const TruthState& state, std::uint32_t i) const;
@@ -40,8 +41,8 @@ private:
     std::size_t body_;
     TruthKind kind_;
     std::uint32_t points_;
-    Vec3 radii_m_;                           ///< 0: not an ellipsoid
-    std::vector<std::optional<Vec3>> found_; ///< by rays
+    Vec3 radii_m_;                                ///< 0: not an ellipsoid
+    std::pmr::vector<std::optional<Vec3>> found_; ///< by rays
 };
 
 } // namespace obscura::renderer

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <type_traits>
 
 namespace obscura::renderer {
 namespace {
@@ -17,8 +19,16 @@ constexpr std::uint32_t most_instants = 16;
 } // namespace
 
 RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windows,
-                     std::span<const RowTime> rows, bool push_broom)
-    : scene_(scene), windows_(windows), rows_(rows), push_broom_(push_broom) {
+                     std::span<const RowTime> rows, std::span<const RowTime> row_times, bool push_broom,
+                     std::span<std::byte> workspace)
+    : scene_(scene),
+      memory_(workspace.data(), workspace.size()),
+      windows_(windows),
+      rows_(rows),
+      row_times_(row_times),
+      push_broom_(push_broom),
+      first_state_(&memory_),
+      states_(&memory_) {
     if (scene.max_instants > 1 && !rows.empty()) {
         double motion = 0;
         for (const RowTime& row : {rows.front(), rows[rows.size() / 2], rows.back()})
@@ -27,6 +37,7 @@ RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windo
     }
     instants_ = std::min(rendered_instants_, most_instants);
     std::size_t states = 0;
+    first_state_.reserve(rows.size());
     for (std::size_t row = 0; row < rows.size(); ++row) {
         if (row > 0 && rows[row] != rows[row - 1]) states += instants_;
         first_state_.push_back(states);
@@ -36,20 +47,25 @@ RowStates::RowStates(const TruthScene& scene, std::span<const FrameWindow> windo
 
 const TruthState& RowStates::at(std::int32_t row, std::uint32_t instant) {
     const auto r = static_cast<std::size_t>(row);
-    std::optional<TruthState>& state = states_[first_state_[r] + instant];
-    if (state) return *state;
-    return state.emplace(state_at(Exposure{rows_[r], instants_}.time_s(instant)));
+    const TruthState*& state = states_[first_state_[r] + instant];
+    if (state == nullptr) state = &state_at(Exposure{rows_[r], instants_}.time_s(instant));
+    return *state;
 }
 
-TruthState RowStates::state_at(double time_s) const {
-    TruthState s;
+const TruthState& RowStates::state_at(double time_s) {
+    // The memory is released without destructors.
+    static_assert(std::is_trivially_destructible_v<TruthState> && std::is_trivially_destructible_v<Pose>);
+    TruthState& s = *std::pmr::polymorphic_allocator<>(&memory_).new_object<TruthState>();
+    const std::size_t count = scene_.bodies.size();
+    const std::span<Pose> bodies(std::pmr::polymorphic_allocator<Pose>(&memory_).allocate(count), count);
     s.time_s = time_s;
     s.camera = camera_pose(scene_.scene, scene_.bodies, s.time_s);
     s.camera_from_inertial = transposed(to_matrix(s.camera.orientation));
     s.beta = camera_beta(scene_.scene, scene_.bodies, s.time_s);
-    s.bodies.reserve(scene_.bodies.size());
-    for (std::size_t b = 0; b < scene_.bodies.size(); ++b)
-        s.bodies.push_back(seen_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s));
+    for (std::size_t b = 0; b < count; ++b)
+        std::construct_at(&bodies[b],
+                          seen_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s));
+    s.bodies = bodies;
     return s;
 }
 
@@ -80,7 +96,7 @@ double RowStates::transmission(const TruthState& state, Vec3 direction) const {
 }
 
 std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uint32_t instant,
-                                                    const Direction& direction) {
+                                                    Direction direction) {
     const FrameWindow& w = windows_[window];
     const std::int32_t first = w.image_y, last = w.image_y + w.sensor.height - 1;
     if (last < first) return std::nullopt;
@@ -132,14 +148,14 @@ std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uin
     const double x = here->at.x + (moves ? part * (next->at.x - here->at.x) : 0);
     out.at = {x - w.sensor.x, row + part};
     out.shift = here->shift;
-    const RowTime& time = rows_[static_cast<std::size_t>(row)];
+    const RowTime& time = row_times_[static_cast<std::size_t>(row)];
     out.seconds = to_seconds(time.exposure_ns()) / std::abs(slope);
     out.inside = out.at.y >= first - 0.5 && out.at.y < last + 0.5 && out.at.x >= -0.5 &&
                  out.at.x < w.sensor.width - 0.5;
     return out;
 }
 
-std::optional<Landing> RowStates::land(std::size_t window, const Direction& direction, const Seen& seen) {
+std::optional<Landing> RowStates::land(std::size_t window, Direction direction, Seen seen) {
     struct Sum {
         ImagePoint at, shift;
         double weight = 0, row = 0;
@@ -189,8 +205,8 @@ std::optional<Landing> RowStates::land(std::size_t window, const Direction& dire
     const double position = std::clamp(out.row_position, static_cast<double>(w.image_y), last);
     const auto row =
         static_cast<std::size_t>(std::min(std::floor(position), std::max(last - 1.0, 0.0 + w.image_y)));
-    const RowTime& a = rows_[row];
-    const RowTime& b = rows_[std::min(row + 1, rows_.size() - 1)];
+    const RowTime& a = row_times_[row];
+    const RowTime& b = row_times_[std::min(row + 1, row_times_.size() - 1)];
     const double part = w.sensor.height > 1 ? position - static_cast<double>(row) : 0;
     const auto between = [&](Time from, Time to) {
         return from + std::llround(part * static_cast<double>(to - from));

@@ -8,17 +8,19 @@
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/truth/function_ref.hpp"
 #include "renderer/world/row_state.hpp"
 
+#include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <memory_resource>
 #include <optional>
 #include <span>
 #include <vector>
 
 namespace obscura::renderer {
 
-/// Renderer's own description of a scene, for the truth table. Does not own anything.
+/// Renderer's own description of a scene, for the truth table. Does not own anything; outlives what uses it.
 struct TruthScene {
     const scene::Scene& scene;
     const std::vector<BuiltBody>& bodies;
@@ -26,6 +28,7 @@ struct TruthScene {
     const GaussianPsf& gaussian_psf;
     const Psf* psf; ///< null: the Gaussian
     const StarField& stars;
+    std::span<const Vec3> landmarks_m;            ///< body frame, in the order of the scene
     std::span<const std::uint32_t> stars_in_view; ///< candidates
     std::span<const double> sun_w_m2;             ///< per band, at 1 au
     std::uint32_t max_instants;
@@ -38,7 +41,7 @@ struct TruthState {
     Pose camera;
     Mat3 camera_from_inertial;
     Vec3 beta; ///< camera velocity over the speed of light, camera axes
-    std::vector<Pose> bodies;
+    std::span<const Pose> bodies;
 };
 
 /// Where the light of an object lands in a window.
@@ -57,16 +60,19 @@ struct Landing {
 /// The exposure of each row is divided into a few instants, as the renderer divides it. At an instant the
 /// row times make a function of the row; the object lands where its image at the time of a row is on that
 /// row. Between rows all is linear. Under a rolling shutter that moves with an image the object lights more
-/// rows than one at rest. Thread-bound; allocates.
+/// rows than one at rest. Thread-bound; allocates only beyond its workspace.
 class RowStates {
 public:
     /// Towards an object, at rest, camera axes, any length; and whether it is seen in that direction.
-    using Direction = std::function<Vec3(const TruthState&)>;
-    using Seen = std::function<bool(const TruthState&, Vec3)>;
+    using Direction = FunctionRef<Vec3(const TruthState&)>;
+    using Seen = FunctionRef<bool(const TruthState&, Vec3)>;
 
-    /// `rows`: of the composed image; push-broom: every row of it is the first row of its window.
+    /// `rows`: of the composed image, scene time; `row_times`: the same by the clock of the landings.
+    /// Push-broom: every row is the first row of its window.
     RowStates(const TruthScene& scene, std::span<const FrameWindow> windows, std::span<const RowTime> rows,
-              bool push_broom);
+              std::span<const RowTime> row_times, bool push_broom, std::span<std::byte> workspace);
+    RowStates(const RowStates&) = delete;
+    RowStates& operator=(const RowStates&) = delete;
 
     [[nodiscard]] std::span<const FrameWindow> windows() const { return windows_; }
     [[nodiscard]] const TruthScene& scene() const { return scene_; }
@@ -77,7 +83,10 @@ public:
     [[nodiscard]] const TruthState& at(std::int32_t row, std::uint32_t instant);
     /// State of the middle row of a window.
     [[nodiscard]] const TruthState& middle_of(std::size_t window);
-    [[nodiscard]] TruthState state_at(double time_s) const;
+    /// Lasts as long as this object.
+    [[nodiscard]] const TruthState& state_at(double time_s);
+    /// Memory for what lasts as long as this object.
+    [[nodiscard]] std::pmr::memory_resource& memory() { return memory_; }
     /// Whether an image point of the sensor is on the pixels of a window.
     [[nodiscard]] bool on_window(std::size_t window, ImagePoint at) const;
     /// Image point on the sensor of a direction at rest (camera axes), with the centroid of the PSF, whose
@@ -89,8 +98,7 @@ public:
     /// Landing of an object in a window; empty: nowhere near it. The centroid is over the
     /// instants at which it is seen inside the window; if there are none, over those inside; if there are
     /// none either, over all.
-    [[nodiscard]] std::optional<Landing> land(std::size_t window, const Direction& direction,
-                                              const Seen& seen);
+    [[nodiscard]] std::optional<Landing> land(std::size_t window, Direction direction, Seen seen);
     /// Signal of the next objects in each spectral band, for the centroid of the PSF.
     void set_band_weights(std::span<const double> weights) { band_weights_ = weights; }
 
@@ -103,21 +111,22 @@ private:
         bool inside = false;
     };
     [[nodiscard]] std::optional<Crossing> cross(std::size_t window, std::uint32_t instant,
-                                                const Direction& direction);
+                                                Direction direction);
     /// Row of the sensor that a row of the composed image shows.
     [[nodiscard]] double sensor_row(std::size_t window, double row) const {
         const FrameWindow& w = windows_[window];
         return push_broom_ ? w.sensor.y : w.sensor.y + (row - w.image_y);
     }
 
-    TruthScene scene_;
+    const TruthScene& scene_;
+    std::pmr::monotonic_buffer_resource memory_;
     std::span<const FrameWindow> windows_;
-    std::span<const RowTime> rows_;
+    std::span<const RowTime> rows_, row_times_;
     bool push_broom_;
     std::uint32_t instants_ = 1, rendered_instants_ = 1;
     std::span<const double> band_weights_;
-    std::vector<std::size_t> first_state_; ///< of each row: the index of its first state
-    std::vector<std::optional<TruthState>> states_;
+    std::pmr::vector<std::size_t> first_state_;  ///< of each row: the index of its first state
+    std::pmr::vector<const TruthState*> states_; ///< null: not yet asked for
 };
 
 } // namespace obscura::renderer

@@ -2,6 +2,7 @@
 #include "renderer/truth/scene_truth.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "renderer/scene/scene_tree.hpp"
 #include "renderer/shapes/single_ray.hpp"
 #include "renderer/truth/curves.hpp"
 #include "renderer/truth/row_states.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory_resource>
 #include <numbers>
 
 namespace obscura::renderer {
@@ -34,7 +36,7 @@ TruthVisibility visibility_of(double seen, double inside) {
 
 /// Rate of electrons in each band, or the irradiance without a detector.
 void set_band_signal(const TruthDetector& detector, std::span<const double> irradiance_w_m2,
-                     std::vector<double>& signal) {
+                     std::pmr::vector<double>& signal) {
     signal.assign(irradiance_w_m2.begin(), irradiance_w_m2.end());
     for (std::size_t b = 0; b < std::min(signal.size(), detector.electrons_per_s_per_w_m2.size()); ++b)
         signal[b] *= detector.electrons_per_s_per_w_m2[b];
@@ -58,77 +60,136 @@ public:
     Lister(const TruthScene& scene, const TruthRequest& request, SceneTruth& truth)
         : scene_(scene),
           request_(request),
-          states_(scene, request.windows, request.rows, request.push_broom),
+          row_times_(request.row_times.empty() ? request.rows : request.row_times),
+          states_(scene, request.windows, request.rows, row_times_, request.push_broom, request.workspace),
+          signal_(&states_.memory()),
           truth_(truth) {}
 
     void add_poses() {
-        const Time mid = midpoint(request_.rows.front().reset, request_.rows.back().read);
-        truth_.mid_exposure = mid;
+        const auto middle_of = [](std::span<const RowTime> rows) {
+            return midpoint(rows.front().reset, rows.back().read);
+        };
+        truth_.mid_exposure = middle_of(row_times_);
         truth_.sun_position_m = scene_.scene.sun.position_m;
-        const TruthState state = states_.state_at(to_seconds(mid.ns));
-        const auto add = [&](const std::string& name, const Pose& pose) {
+        const TruthState& state = states_.state_at(to_seconds(middle_of(request_.rows).ns));
+        const auto add = [&](std::string_view name, const Pose& pose) {
             const Vec3 to_sun = scene_.scene.sun.position_m - pose.position_m;
-            truth_.poses.push_back({name, pose, rotate(conjugate(pose.orientation), normalized(to_sun))});
+            truth_.poses.push_back({{}, pose, rotate(conjugate(pose.orientation), normalized(to_sun))});
+            truth_.poses.back().name.set(name);
         };
         add("camera", state.camera);
         for (std::size_t b = 0; b < scene_.scene.bodies.size(); ++b)
             add(scene_.scene.bodies[b].name, state.bodies[b]);
     }
 
+    void add_bodies() {
+        use_sunlight();
+        for (std::size_t b = 0; b < scene_.bodies.size(); ++b)
+            add_body(b);
+    }
+
+    void add_landmarks() {
+        use_sunlight();
+        for (std::size_t i = 0; i < scene_.scene.landmarks.size(); ++i)
+            add_landmark(i);
+    }
+
     void add_stars() {
-        std::vector<double> irradiance(scene_.scene.bands.size()), signal;
+        std::pmr::vector<double> irradiance(scene_.scene.bands.size(), &states_.memory());
         for (const std::uint32_t star : scene_.stars_in_view) {
             for (std::size_t b = 0; b < irradiance.size(); ++b)
                 irradiance[b] = scene_.stars.irradiance(star, b);
-            set_band_signal(request_.detector, irradiance, signal);
-            states_.set_band_weights(signal);
-            const Vec3 direction = scene_.stars.direction(star);
-            const auto towards = [&](const TruthState& s) { return s.camera_from_inertial * direction; };
-            const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
-            for (std::size_t w = 0; w < request_.windows.size(); ++w) {
-                const std::optional<Landing> landing = states_.land(w, towards, seen);
-                if (!landing || landing->inside == 0) continue;
-                TruthEntry entry;
-                entry.kind = TruthKind::star;
-                entry.object = static_cast<std::int32_t>(star);
-                entry.magnitude_v = scene_.scene.stars[star].magnitude_v;
-                entry.range_m = no_hit;
-                set_place(entry, w, *landing);
-                entry.visible_share = landing->seen;
-                entry.visibility = visibility_of(landing->seen, landing->inside);
-                entry.irradiance_w_m2 = sum_of(irradiance);
-                add_point_signal(entry, *landing, signal);
-                truth_.entries.push_back(entry);
-            }
+            use_light(irradiance);
+            add_star(star, sum_of(irradiance));
         }
-        states_.set_band_weights({});
     }
 
-    void add_bodies() {
-        std::vector<double> sunlight(scene_.sun_w_m2.begin(), scene_.sun_w_m2.end()), signal;
-        set_band_signal(request_.detector, sunlight, signal);
-        states_.set_band_weights(signal);
-        for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
-            add_body(b, signal);
-            if (b < scene_.scene.bodies.size() && request_.curve_points > 0) {
-                add_curve(b, TruthKind::limb);
-                add_curve(b, TruthKind::terminator);
-            }
+    void add_curves() {
+        use_sunlight();
+        for (std::size_t b = 0; b < scene_.scene.bodies.size() && request_.curve_points > 0; ++b) {
+            add_curve(b, TruthKind::limb);
+            add_curve(b, TruthKind::terminator);
         }
-        states_.set_band_weights({});
     }
 
 private:
-    /// Fills what depends on the detector, of a point source; `signal`: its rate in each band.
-    void add_point_signal(TruthEntry& entry, const Landing& landing, std::span<const double> signal) {
-        if (request_.detector.electrons_per_s_per_w_m2.empty()) return;
-        const PointImage image = image_of_point(scene_, on_sensor(request_.windows[entry.window], landing),
-                                                landing.streak, signal);
-        set_signal(entry, request_.detector, sum_of(signal) * landing.seconds, image);
+    /// Light of the next entries, in each band.
+    void use_light(std::span<const double> irradiance_w_m2) {
+        set_band_signal(request_.detector, irradiance_w_m2, signal_);
+        states_.set_band_weights(signal_);
+    }
+    void use_sunlight() { use_light(scene_.sun_w_m2); }
+
+    void push(const TruthEntry& entry) {
+        if (request_.most_entries > 0 && truth_.entries.size() >= request_.most_entries)
+            ++truth_.entries_left_out;
+        else
+            truth_.entries.push_back(entry);
     }
 
-    [[nodiscard]] std::string name_of(std::size_t body) const {
-        return body < scene_.scene.bodies.size() ? scene_.scene.bodies[body].name : scene::sun_name;
+    [[nodiscard]] std::string_view name_of(std::size_t body) const {
+        return body < scene_.scene.bodies.size() ? std::string_view(scene_.scene.bodies[body].name)
+                                                 : scene::sun_name;
+    }
+
+    void add_star(std::uint32_t star, double irradiance_w_m2) {
+        const Vec3 direction = scene_.stars.direction(star);
+        const auto towards = [&](const TruthState& s) { return s.camera_from_inertial * direction; };
+        const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
+        for (std::size_t w = 0; w < request_.windows.size(); ++w) {
+            const std::optional<Landing> landing = states_.land(w, towards, seen);
+            if (!landing || landing->inside == 0) continue;
+            TruthEntry entry;
+            entry.kind = TruthKind::star;
+            entry.object = static_cast<std::int32_t>(star);
+            entry.magnitude_v = scene_.scene.stars[star].magnitude_v;
+            entry.range_m = no_hit;
+            set_place(entry, w, *landing);
+            entry.visible_share = landing->seen;
+            entry.visibility = visibility_of(landing->seen, landing->inside);
+            entry.irradiance_w_m2 = irradiance_w_m2;
+            if (!request_.detector.electrons_per_s_per_w_m2.empty())
+                set_signal(entry, request_.detector, sum_of(signal_) * landing->seconds,
+                           image_of_point(scene_, on_sensor(request_.windows[w], *landing), landing->streak,
+                                          signal_));
+            push(entry);
+        }
+    }
+
+    void add_landmark(std::size_t i) {
+        const scene::Landmark& landmark = scene_.scene.landmarks[i];
+        const auto body = static_cast<std::size_t>(scene::index_of(scene_.scene.bodies, landmark.body));
+        const Vec3 point_m = scene_.landmarks_m[i];
+        const auto towards = [&](const TruthState& s) { return towards_point(s, body, point_m); };
+        const auto seen = [&](const TruthState& s, Vec3 d) {
+            return faces_camera(scene_, s, body, point_m) && !is_hidden(scene_, s, d, length(d), body);
+        };
+        TruthEntry entry;
+        entry.kind = TruthKind::landmark;
+        entry.time = truth_.mid_exposure;
+        entry.object = static_cast<std::int32_t>(body);
+        entry.item = static_cast<std::int32_t>(i);
+        entry.name.set(landmark.name);
+        std::optional<TruthEntry> outside;
+        bool added = false;
+        for (std::size_t w = 0; w < request_.windows.size(); ++w) {
+            const std::optional<Landing> landing = states_.land(w, towards, seen);
+            const TruthState& state = landing ? *landing->state : states_.middle_of(w);
+            TruthEntry here = entry;
+            if (landing) set_place(here, w, *landing);
+            here.range_m = length(towards(state));
+            here.lit = is_lit(scene_, state, body, point_m);
+            here.visible_share = landing ? landing->seen : 0;
+            here.visibility =
+                landing ? visibility_of(landing->seen, landing->inside) : TruthVisibility::outside;
+            if (here.visibility == TruthVisibility::outside) {
+                if (!outside) outside = here;
+                continue;
+            }
+            push(here);
+            added = true;
+        }
+        if (!added && outside) push(*outside);
     }
 
     /// Share of a body's disc that is seen on the window's pixels, at one instant, and that without what
@@ -167,13 +228,14 @@ private:
         return {static_cast<double>(seen) / disc, static_cast<double>(inside) / disc};
     }
 
-    void add_body(std::size_t b, std::span<const double> signal) {
+    void add_body(std::size_t b) {
         const auto towards = [&](const TruthState& s) { return towards_point(s, b, {}); };
         const auto seen = [](const TruthState& /*s*/, Vec3 /*d*/) { return true; };
         TruthEntry entry;
         entry.kind = TruthKind::body;
+        entry.time = truth_.mid_exposure;
         entry.object = static_cast<std::int32_t>(b);
-        entry.set_name(name_of(b));
+        entry.name.set(name_of(b));
         entry.visibility = TruthVisibility::outside;
         entry.visible_share = 0;
         bool added = false;
@@ -192,20 +254,20 @@ private:
                 entry.irradiance_w_m2 = sum_of(scene_.sun_w_m2) * distances * distances;
                 if (!request_.detector.electrons_per_s_per_w_m2.empty())
                     entry.signal_e =
-                        sum_of(signal) * distances * distances * shares.seen * to_seconds(entry.exposure_ns);
+                        sum_of(signal_) * distances * distances * shares.seen * to_seconds(entry.exposure_ns);
             }
             if (entry.visibility == TruthVisibility::outside) {
                 if (!outside) outside = entry;
                 continue;
             }
-            truth_.entries.push_back(entry);
+            push(entry);
             added = true;
         }
-        if (!added && outside) truth_.entries.push_back(*outside);
+        if (!added && outside) push(*outside);
     }
 
     void add_curve(std::size_t b, TruthKind kind) {
-        const BodyCurve curve(scene_, b, kind, request_.curve_points, states_.middle_of(0));
+        const BodyCurve curve(scene_, b, kind, request_.curve_points, states_.middle_of(0), states_.memory());
         for (std::uint32_t i = 0; i < request_.curve_points; ++i) {
             const auto towards = [&](const TruthState& s) {
                 return towards_point(s, b, curve.point_m(s, i));
@@ -221,33 +283,39 @@ private:
                 entry.kind = kind;
                 entry.object = static_cast<std::int32_t>(b);
                 entry.item = static_cast<std::int32_t>(i);
-                entry.set_name(name_of(b));
+                entry.name.set(name_of(b));
                 set_place(entry, w, *landing);
                 entry.range_m = length(towards(*landing->state));
                 entry.visible_share = landing->seen;
                 entry.visibility = visibility_of(landing->seen, landing->inside);
                 entry.lit = kind == TruthKind::terminator || curve.lit(*landing->state, i);
-                truth_.entries.push_back(entry);
+                push(entry);
             }
         }
     }
 
     const TruthScene& scene_;
     const TruthRequest& request_;
+    std::span<const RowTime> row_times_;
     RowStates states_;
+    std::pmr::vector<double> signal_; ///< rate of the entries' light in each band, see set_band_signal()
     SceneTruth& truth_;
 };
 
 } // namespace
 
 void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth& truth) {
-    truth = {};
     truth.frame_id = request.frame_id;
+    truth.poses.clear();
+    truth.entries.clear();
+    truth.entries_left_out = 0;
     if (request.windows.empty() || request.rows.empty()) return;
     Lister lister(scene, request, truth);
     lister.add_poses();
-    lister.add_stars();
     lister.add_bodies();
+    lister.add_landmarks();
+    lister.add_stars();
+    lister.add_curves();
 }
 
 } // namespace obscura::renderer

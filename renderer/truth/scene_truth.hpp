@@ -5,6 +5,7 @@
 #include "core/frame.hpp"
 #include "core/scene_truth.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,7 +17,7 @@ struct TruthScene;
 /// Detector, for the expected signal.
 struct TruthDetector {
     /// Electrons per second and W/m2 at the entrance pupil, for each spectral band; empty: no detector.
-    std::vector<double> electrons_per_s_per_w_m2;
+    std::span<const double> electrons_per_s_per_w_m2;
     double dark_e_per_s = 0;
     double noise_e = 0;      ///< rms of a pixel without light and dark current
     double saturation_e = 0; ///< full well, or the end of the ADC's range if that comes first
@@ -26,15 +27,22 @@ struct TruthDetector {
 struct TruthRequest {
     std::span<const FrameWindow> windows; ///< of the composed image
     std::span<const RowTime> rows;        ///< of the composed image, scene time
-    bool push_broom = false;              ///< every row is the first row of its window
+    /// The same rows by the clock of the table, which exposures are measured by; empty: `rows`.
+    std::span<const RowTime> row_times{};
+    bool push_broom = false; ///< every row is the first row of its window
     std::uint64_t frame_id = 0;
     TruthDetector detector{};
     /// Points of each limb and terminator; 0: none.
     std::uint32_t curve_points = 72;
+    /// Further entries are only counted; 0: no limit.
+    std::size_t most_entries = 0;
+    /// Memory to work in, before the heap: for threads that must not use that.
+    std::span<std::byte> workspace{};
 };
 
-/// Replaces `truth`. Every body and landmark has an entry in each window where it is seen or hidden, and else
-/// one as `outside`; stars and curves have entries only for points on delivered pixels. Allocates.
+/// Replaces the contents of `truth`. Every body and landmark has an entry in each window where it is seen or
+/// hidden, and else one as `outside`; stars and curves have entries only for points on delivered pixels.
+/// Allocates where workspace or vectors of `truth` are too small.
 void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth& truth);
 
 } // namespace obscura::renderer

@@ -24,10 +24,19 @@ bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction,
     return false;
 }
 
+bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m) {
+    const Shape& shape = *scene.bodies[body].shape;
+    const Vec3 camera = to_local(state.bodies[body], state.camera.position_m);
+    const double range = length(point_m - camera);
+    return !(distance_along(shape, camera, (point_m - camera) / range) <
+             range - surface_slack * shape.bounding_radius_m());
+}
+
 bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m) {
     if (!(scene.scene.sun.irradiance_scale > 0)) return false;
-    const Vec3 point = to_parent(state.bodies[body], point_m);
-    const Vec3 to_sun = normalized(scene.scene.sun.position_m - point);
+    const Vec3 surface = to_parent(state.bodies[body], point_m);
+    const Vec3 to_sun = normalized(scene.scene.sun.position_m - surface);
+    const Vec3 point = surface + surface_slack * scene.bodies[body].shape->bounding_radius_m() * to_sun;
     for (std::size_t b = 0; b < scene.scene.bodies.size(); ++b) {
         const Shape& shape = *scene.bodies[b].shape;
         if (distance_along(shape, to_local(state.bodies[b], point),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // After start-up, threads with deadlines take nothing from the heap: trigger, pipeline, detector, release.
 #include "core/realtime.hpp"
+#include "core/scene_truth.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/releaser.hpp"
@@ -59,7 +60,8 @@ TEST_CASE("binning a frame on its way out allocates nothing") {
     format.max_width = 64;
     format.max_height = 48;
     format.max_image_bytes = 64 * 48 * 2;
-    format.chunks = 0x1FFFF;
+    format.chunks = 0x3FFFF;
+    format.truth_entries = 10;
     format.binning = {2, 4};
     transports::gige::Payload payload;
     payload.reserve(format);
@@ -89,9 +91,13 @@ TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
     DaemonOptions options;
     options.size = 256;
     const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
-    emulator::Imaging imaging(config, 12);
+    // With truth tables, which are listed on the rendering thread.
+    emulator::Imaging imaging(config, 12, {}, {.scene_entries = 1000});
     std::atomic<std::uint32_t> ended{0};
-    transports::LoopbackTransport loopback({8, 0, [&](const FrameRef&) {
+    std::atomic<std::uint64_t> listed{0};
+    transports::LoopbackTransport loopback({8, 0, [&](const FrameRef& frame) {
+                                                if (const SceneTruth* truth = frame->final_scene_truth())
+                                                    listed += truth->entries.size();
                                                 ++ended;
                                                 ended.notify_all();
                                             }});
@@ -120,6 +126,7 @@ TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
     camera.acquisition_stop(true);
     loopback.stop();
     CHECK(counts.realtime == 0);
+    CHECK(listed > 110);
     std::cout << "allocations during 100 frames: " << counts.realtime << " on real-time threads, "
               << counts.all << " in all\n";
 }

@@ -115,7 +115,7 @@ Point centroid(const FrameRef& frame, Point near) {
 
 TEST_CASE("a star field that turns at 1 deg/s is skewed as the times of the rows say") {
     const test::TempFolder folder;
-    emulator::Imaging imaging(emulator::load_config(write_bench(folder)), 1, {}, true);
+    emulator::Imaging imaging(emulator::load_config(write_bench(folder)), 1, {}, {.pixels = true});
     const FrameRef frame = imaging.pool->acquire();
     REQUIRE(imaging.maker->make(imaging.nominal_order(1), *frame).empty());
     const auto rows = frame->row_times();

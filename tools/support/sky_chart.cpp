@@ -68,6 +68,7 @@ public:
         drawing_.polygon(frame(), field);
         draw_grid();
         draw_bodies();
+        draw_landmarks();
         draw_stars();
         std::vector<DrawnPoint> edge = frame();
         edge.push_back(edge.front());
@@ -172,7 +173,7 @@ private:
                   [](const TruthEntry* a, const TruthEntry* b) { return a->range_m > b->range_m; });
         for (const TruthEntry* e : bodies) {
             const Curve& curve = curves[static_cast<std::size_t>(e->object)];
-            const Rgb colour = e->name_text() == scene::sun_name ? sun : body;
+            const Rgb colour = e->name.view() == scene::sun_name ? sun : body;
             std::vector<DrawnPoint> outline;
             for (const TruthEntry* p : curve.limb)
                 outline.push_back(at(p->x_px, p->y_px));
@@ -182,7 +183,17 @@ private:
             if (std::isnan(e->x_px) || !in_frame(e->x_px, e->y_px)) continue;
             const DrawnPoint centre = at(e->x_px, e->y_px);
             drawing_.disc(centre, outline.empty() ? 3.5 : 1.5, outline.empty() ? body_lit : label);
-            add_label(centre, 6, std::string(e->name_text()), title);
+            add_label(centre, 6, std::string(e->name.view()), title);
+        }
+    }
+
+    void draw_landmarks() {
+        for (const TruthEntry& e : chart_.truth.entries) {
+            if (e.kind != TruthKind::landmark || e.visibility != TruthVisibility::visible) continue;
+            const auto [x, y] = at(e.x_px, e.y_px);
+            drawing_.line({{x - 3, y}, {x + 3, y}}, 1, label);
+            drawing_.line({{x, y - 3}, {x, y + 3}}, 1, label);
+            add_label({x, y}, 5, std::string(e.name.view()), label);
         }
     }
 

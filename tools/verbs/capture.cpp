@@ -81,7 +81,7 @@ public:
         truth_table_.prepare();
 
         // With pixel truth in any case: it has the expected signal.
-        emulator::Imaging imaging(config, 1, {}, true);
+        emulator::Imaging imaging(config, 1, {}, {.pixels = true});
         Plausibility view = view_of_camera("", config, imaging);
         view.add_times(times_of_camera(config, imaging));
         view.warn("capture");
@@ -118,9 +118,9 @@ public:
                                         to_seconds(info.exposure_ns), info.truth});
                 if (truth_table_.given()) {
                     SceneTruth truth;
-                    emulator::list_truth(
-                        {*imaging.renderer, *imaging.detector, config.sensor, imaging.maker->plan()}, info,
-                        truth);
+                    emulator::list_truth({*imaging.renderer, *imaging.detector, config.sensor,
+                                          imaging.maker->plan(), imaging.maker->shown_rows()},
+                                         *frame, truth);
                     truth_table_.add(std::move(truth), frame->row_times());
                 }
                 if (truth_) images::write_truth(folder / images::truth_file_name(id), *frame, lens);

@@ -2,6 +2,8 @@
 // Verb `obscura sky`: stars and bodies in the field of a scene's camera, as a table and as a chart.
 #include "config/shipped_files.hpp"
 #include "core/scene_truth.hpp"
+#include "ephemeris/time/leap_seconds.hpp"
+#include "ephemeris/time/time_text.hpp"
 #include "images/writers/raw.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -14,10 +16,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace obscura::tools {
@@ -31,20 +35,18 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "lists what is in the camera's field: stars with names, bodies; draws a chart";
         line.description =
-            "Prints the stars and bodies that a scene's camera has in its field at an instant: name, number "
-            "in "
-            "the scene, V magnitude, right ascension and declination (J2000), pixel, and whether a body "
-            "hides "
-            "it. Pixels are true positions with distortion, light time and aberration; the centre of the "
-            "upper "
-            "left pixel is (0, 0). With --output also a chart with names and a coordinate grid, as SVG or "
-            "PNG by "
-            "the name's ending: the field as the camera sees it, bodies with limb and terminator. Nothing is "
-            "rendered. The same positions for frames with exposure and readout: --truth-table of obscura "
-            "render "
-            "and obscura capture (docs/truth.md).";
+            "Prints the stars, bodies and landmarks that a scene's camera has in its field at an instant: "
+            "name, number in the scene, V magnitude, right ascension and declination (J2000), pixel, and "
+            "whether a body hides it. Pixels are true positions with distortion, light time and "
+            "aberration; the centre of the upper left pixel is (0, 0). With --output also a chart with "
+            "names and a coordinate grid, as SVG or PNG by the name's ending: the field as the camera "
+            "sees it, bodies with limb and terminator. Nothing is rendered. The same positions for frames "
+            "with exposure and readout: --truth-table of obscura render and obscura capture "
+            "(docs/truth.md).";
         line.positional("SCENE", &scene_, "Scene file (TOML), or the name of a shipped scene");
-        line.number("--time", &time_s_, "S", "Scene time in seconds", -1e9, 1e9);
+        line.option("-t,--time", &time_, "T",
+                    "Scene time in seconds; or, of a scene with an epoch, an instant such as "
+                    "2026-03-01T12:00:00Z in any form that obscura time reads");
         line.number("--faintest", &faintest_, "V", "Leave out stars that are fainter than this V magnitude",
                     -30, 99);
         line.option("-o,--output", &output_, "FILE", "Chart to write: .svg or .png");
@@ -63,6 +65,7 @@ public:
             throw UsageError(
                 fmt::format("obscura sky: --output {}: the name must end in .svg or .png", output_));
         const scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
+        time_s_ = scene_time_of(scene);
         const renderer::Renderer renderer(scene, {});
         FrameWindow window;
         window.sensor = {0, 0, scene.camera.width, scene.camera.height};
@@ -91,39 +94,58 @@ public:
     }
 
 private:
+    [[nodiscard]] double scene_time_of(const scene::Scene& scene) const {
+        double seconds = 0;
+        const char* const end = time_.data() + time_.size();
+        const auto [at, error] = std::from_chars(time_.data(), end, seconds);
+        if (error == std::errc{} && at == end) {
+            if (!(std::abs(seconds) <= 1e9))
+                throw UsageError(fmt::format("obscura sky: --time {}: allowed -1e9 to 1e9 s", time_));
+            return seconds;
+        }
+        if (!scene.epoch)
+            throw UsageError(fmt::format("obscura sky: --time {}: allowed is a number of seconds; the scene "
+                                         "has no epoch, which instants need",
+                                         time_));
+        const ephemeris::Epoch instant = ephemeris::read_time(time_, ephemeris::system_leap_seconds());
+        return static_cast<double>(instant.tai_ns - scene.epoch->tai_ns) / 1e9;
+    }
+
+    /// Of scene time, in UTC; empty: the scene has no epoch.
+    [[nodiscard]] std::string instant_of(const scene::Scene& scene) const {
+        if (!scene.epoch) return {};
+        return ephemeris::write_time({scene.epoch->tai_ns + std::llround(time_s_ * 1e9)},
+                                     ephemeris::TimeScale::utc, ephemeris::TimeForm::iso,
+                                     ephemeris::system_leap_seconds(), 3);
+    }
+
     void print(const scene::Scene& scene, const SceneTruth& truth, const StarNames& names) const {
-        std::vector<const TruthEntry*> stars, bodies;
+        std::vector<const TruthEntry*> stars, bodies, landmarks;
         for (const TruthEntry& e : truth.entries) {
             if (e.kind == TruthKind::star && e.magnitude_v <= faintest_) stars.push_back(&e);
-            if (e.kind == TruthKind::body && e.visibility != TruthVisibility::outside) bodies.push_back(&e);
+            if (e.visibility == TruthVisibility::outside) continue;
+            if (e.kind == TruthKind::body) bodies.push_back(&e);
+            if (e.kind == TruthKind::landmark) landmarks.push_back(&e);
         }
         std::stable_sort(stars.begin(), stars.end(), [](const TruthEntry* a, const TruthEntry* b) {
             return a->magnitude_v < b->magnitude_v;
         });
         const auto [ra, dec] = boresight_of(truth.poses.front().pose);
+        const std::string instant = instant_of(scene);
         Json out{{"time_s", time_s_},
+                 {"instant", instant.empty() ? Json(nullptr) : Json(instant)},
                  {"boresight_ra_deg", ra / degree},
                  {"boresight_dec_deg", dec / degree},
                  {"bodies", Json::array()},
+                 {"landmarks", Json::array()},
                  {"stars", Json::array()}};
         if (!json_)
-            fmt::print("t = {:g} s, boresight RA {:.4f} deg, Dec {:+.4f} deg (J2000); {} bodies, {} stars\n",
-                       time_s_, ra / degree, dec / degree, bodies.size(), stars.size());
-        if (!json_ && !bodies.empty())
-            fmt::print("\n{:<22} {:>14} {:>11} {:>11}  {}\n", "body", "range m", "x px", "y px", "seen");
-        for (const TruthEntry* e : bodies) {
-            if (json_)
-                out["bodies"].push_back({{"name", e->name_text()},
-                                         {"object", e->object},
-                                         {"range_m", e->range_m},
-                                         {"x_px", number(e->x_px)},
-                                         {"y_px", number(e->y_px)},
-                                         {"visibility", name_of(e->visibility)},
-                                         {"visible_share", e->visible_share}});
-            else
-                fmt::print("{:<22} {:>14.6g} {:>11} {:>11}  {}\n", e->name_text(), e->range_m, pixel(e->x_px),
-                           pixel(e->y_px), name_of(e->visibility));
-        }
+            fmt::print(
+                "t = {:g} s{}, boresight RA {:.4f} deg, Dec {:+.4f} deg (J2000); {} bodies, {} stars\n",
+                time_s_, instant.empty() ? "" : fmt::format(" ({})", instant), ra / degree, dec / degree,
+                bodies.size(), stars.size());
+        print_places("body", "bodies", bodies, out);
+        print_places("landmark", "landmarks", landmarks, out);
         if (!json_ && !stars.empty())
             fmt::print("\n{:<16} {:<10} {:>7} {:>6} {:>10} {:>10} {:>11} {:>11}  {}\n", "star", "", "number",
                        "V", "RA deg", "Dec deg", "x px", "y px", "seen");
@@ -150,10 +172,32 @@ private:
         if (json_) fmt::print("{}\n", out.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
 
+    /// Bodies or landmarks.
+    void print_places(const char* title, const char* list, const std::vector<const TruthEntry*>& entries,
+                      Json& out) const {
+        if (!json_ && !entries.empty())
+            fmt::print("\n{:<22} {:>14} {:>11} {:>11}  {}\n", title, "range m", "x px", "y px", "seen");
+        for (const TruthEntry* e : entries) {
+            if (!json_) {
+                fmt::print("{:<22} {:>14.6g} {:>11} {:>11}  {}\n", e->name.view(), e->range_m, pixel(e->x_px),
+                           pixel(e->y_px), name_of(e->visibility));
+                continue;
+            }
+            Json entry{{"name", e->name.view()},  {"object", e->object},
+                       {"range_m", e->range_m},   {"x_px", number(e->x_px)},
+                       {"y_px", number(e->y_px)}, {"visibility", name_of(e->visibility)}};
+            if (e->kind == TruthKind::body)
+                entry["visible_share"] = e->visible_share;
+            else
+                entry["lit"] = e->lit;
+            out[list].push_back(std::move(entry));
+        }
+    }
+
     static std::string pixel(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4f}", value); }
     static Json number(double value) { return std::isnan(value) ? Json(nullptr) : Json(value); }
 
-    std::string scene_, output_;
+    std::string scene_, output_, time_ = "0";
     double time_s_ = 0, faintest_ = 99;
     std::int32_t side_ = 1000;
     bool json_ = false;

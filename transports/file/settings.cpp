@@ -10,6 +10,12 @@
 #include <system_error>
 
 namespace obscura::transports {
+namespace {
+
+/// Entries of a frame's truth table; further ones are left out.
+constexpr std::size_t truth_entries_kept = 8192;
+
+} // namespace
 
 config::Section section_of(FileSinkSettings& s) {
     using config::key;
@@ -28,6 +34,9 @@ config::Section section_of(FileSinkSettings& s) {
                 key("truth", &s.truth)
                     .help("Also write the ground truth of each frame as truth_NNNNNN.fits: electrons before "
                           "noise, saturated pixels, row times, particle hits"),
+                key("truth_table", &s.truth_table)
+                    .help("Also write where every star, body, landmark, limb and terminator is in the pixels "
+                          "of each frame into truth.csv beside the frames (docs/truth.md)"),
             },
         .check =
             [&s](const config::ReadTable& table) {
@@ -46,8 +55,8 @@ std::size_t frames_held_by(const FileSinkSettings& s) {
     return s.queue_frames;
 }
 
-bool pixel_truth_wanted_by(const FileSinkSettings& s) {
-    return s.truth;
+KeptTruth truth_wanted_by(const FileSinkSettings& s) {
+    return {.pixels = s.truth, .scene_entries = s.truth_table ? truth_entries_kept : 0};
 }
 
 std::unique_ptr<Transport> make_transport(const FileSinkSettings& s, const TransportContext& context) {

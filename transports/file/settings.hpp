@@ -23,6 +23,7 @@ struct FileSinkSettings {
     images::FrameFormat format = images::FrameFormat::png;
     std::size_t queue_frames = 4; ///< frames that may wait; further ones are dropped and counted
     bool truth = false;           ///< also write truth_<frame id>.fits for frames with pixel truth
+    bool truth_table = false;     ///< also write truth.csv for frames with truth tables
     /// Of the camera, added to the cards of every frame; null: none. No key: the daemon sets it.
     std::shared_ptr<const images::SharedCards> camera_cards{};
 };
@@ -33,8 +34,8 @@ struct FileSinkSettings {
 [[nodiscard]] std::vector<Identity> identities_of(const FileSinkSettings& settings);
 /// Capacity of the queue.
 [[nodiscard]] std::size_t frames_held_by(const FileSinkSettings& settings);
-/// True if truth files are written.
-[[nodiscard]] bool pixel_truth_wanted_by(const FileSinkSettings& settings);
+/// What the truth files need.
+[[nodiscard]] KeptTruth truth_wanted_by(const FileSinkSettings& settings);
 /// Creates the directory and a FileSink, not started. Throws OutputError.
 [[nodiscard]] std::unique_ptr<Transport> make_transport(const FileSinkSettings& settings,
                                                         const TransportContext& context);

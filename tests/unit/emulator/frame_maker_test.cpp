@@ -267,7 +267,7 @@ TEST_CASE("a trigger that lands in a readout waits for the row grid, offline as 
 TEST_CASE("pixel truth is kept where the pool has room for it") {
     SensorDescription sensor = leaky_sensor(Shutter::rolling);
     MakerBench bench(sensor, 7);
-    FramePool pool(1, 40 * 60, 60, true);
+    FramePool pool(1, 40 * 60, 60, {.pixels = true});
     FrameOrder order = order_for(bench, 5);
     set_windows(order.settings, {{{2, 3, 20, 10}, 20 * ns_per_ms},
                                  {{0, 15, 30, 12}, 5 * ns_per_ms, Sampling::non_destructive, 2}});

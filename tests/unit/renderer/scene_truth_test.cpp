@@ -3,6 +3,7 @@
 #include "core/scene_truth.hpp"
 #include "psf_planes.hpp"
 #include "renderer/materials/lambert.hpp"
+#include "renderer/scene_files/scene_file.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -137,7 +138,8 @@ void compare(const scene::Scene& scene, const std::vector<RowTime>& rows) {
     Worst worst;
     // A detector that counts the light in the pixels.
     renderer::TruthDetector detector;
-    detector.electrons_per_s_per_w_m2 = {1 / std::max(1e-9, to_seconds(rows[0].exposure_ns()))};
+    const std::vector<double> response{1 / std::max(1e-9, to_seconds(rows[0].exposure_ns()))};
+    detector.electrons_per_s_per_w_m2 = response;
     detector.saturation_e = 1;
     for (const TruthEntry& e : truth_of(r, rows, detector).entries) {
         if (e.kind != TruthKind::star) continue;
@@ -246,7 +248,8 @@ TEST_CASE("a streak has the light of a star at rest at any rate", "[renderer][tr
         if (pixels > 40) continue;
         const double rolled = render_rows(r, rolling_rows(exposure_ns, 20'000)).sum() / light;
         renderer::TruthDetector detector;
-        detector.electrons_per_s_per_w_m2 = {1};
+        const std::vector<double> response{1};
+        detector.electrons_per_s_per_w_m2 = response;
         const SceneTruth truth = truth_of(r, rolling_rows(exposure_ns, 20'000), detector);
         REQUIRE(truth.entries.size() == 1);
         CHECK_THAT(rolled,
@@ -307,4 +310,128 @@ TEST_CASE("a limb fitted to a rendered sphere is where the truth table says", "[
         CHECK_THAT(std::sqrt(2 * txx), Catch::Matchers::WithinAbs(half_x, 0.01));
         CHECK_THAT(std::sqrt(2 * tyy), Catch::Matchers::WithinAbs(half_y, 0.01));
     }
+}
+
+namespace {
+
+/// A scene of one body of `shape` ten kilometres in front of the camera, sunlit from the left, and landmarks.
+std::string landmark_scene(const std::string& shape, const std::string& landmarks) {
+    return "[sun]\ndirection = [0, 1, 0]\n"
+           "[camera]\nwidth = 200\nheight = 200\nfocal_length_mm = 100\npixel_pitch_um = 10\n"
+           "boresight = [1, 0, 0]\nup = [0, 0, 1]\n"
+           "[[body]]\nname = \"moon\"\n" +
+           shape + "albedo = 0.1\nposition_m = [10000, 0, 0]\n" + landmarks;
+}
+
+std::vector<TruthEntry> landmarks_of(const std::string& text) {
+    const scene::Scene s = scene::parse_scene(text, "scene.toml");
+    const renderer::Renderer r(s, {});
+    FrameWindow window;
+    window.sensor = {0, 0, 200, 200};
+    const std::vector<RowTime> rows(200);
+    renderer::TruthRequest request;
+    request.windows = {&window, 1};
+    request.rows = rows;
+    SceneTruth truth;
+    r.list_truth(request, truth);
+    std::vector<TruthEntry> found;
+    for (const TruthEntry& e : truth.entries)
+        if (e.kind == TruthKind::landmark) found.push_back(e);
+    return found;
+}
+
+std::string landmark(const std::string& name, const std::string& place) {
+    return "[[landmark]]\nname = \"" + name + "\"\nbody = \"moon\"\n" + place + "\n";
+}
+
+} // namespace
+
+TEST_CASE("landmarks are points of the surface, hidden on the far side and dark on the night side",
+          "[renderer][truth]") {
+    const std::string shape = GENERATE(std::string("shape = \"ellipsoid\"\nradii_m = [50, 40, 30]\n"),
+                                       std::string("shape = \"box\"\nsize_m = [100, 80, 60]\n"));
+    const std::vector<TruthEntry> found =
+        landmarks_of(landmark_scene(shape, landmark("near", "longitude_deg = 180\nlatitude_deg = 0") +
+                                               landmark("east", "longitude_deg = 135\nlatitude_deg = 0") +
+                                               landmark("night", "longitude_deg = -135\nlatitude_deg = 0") +
+                                               landmark("far", "longitude_deg = 0\nlatitude_deg = 0") +
+                                               landmark("point", "position_m = [-50, 0, 0]")));
+    REQUIRE(found.size() == 5);
+    CHECK(found[1].name.view() == "east");
+    CHECK(found[1].item == 1);
+    // The camera looks along +x: its x axis is -y of the scene, y is -z; focal length 10,000 px.
+    CHECK_THAT(found[0].x_px, Catch::Matchers::WithinAbs(99.5, 1e-9));
+    CHECK_THAT(found[0].range_m, Catch::Matchers::WithinAbs(9950, 1e-6));
+    const bool box = shape.find("box") != std::string::npos;
+    // Where the line at 45 degrees leaves the ellipsoid, or the side of the box.
+    const double r = box ? 40 : 1 / std::sqrt(1 / 2500.0 + 1 / 1600.0);
+    CHECK_THAT(found[1].x_px, Catch::Matchers::WithinAbs(99.5 - 1e4 * r / (1e4 - r), 1e-6));
+    CHECK_THAT(found[2].x_px, Catch::Matchers::WithinAbs(99.5 + 1e4 * r / (1e4 - r), 1e-6));
+    CHECK_THAT(found[1].y_px, Catch::Matchers::WithinAbs(99.5, 1e-9));
+    // The side of the box at 45 degrees faces away from the camera by perspective.
+    const TruthVisibility side = box ? TruthVisibility::hidden : TruthVisibility::visible;
+    CHECK(found[0].visibility == TruthVisibility::visible);
+    CHECK(found[1].visibility == side);
+    CHECK(found[2].visibility == side);
+    CHECK(found[3].visibility == TruthVisibility::hidden);
+    CHECK(found[1].lit);
+    CHECK_FALSE(found[2].lit);
+    CHECK_THAT(found[4].x_px, Catch::Matchers::WithinAbs(found[0].x_px, 1e-9));
+    CHECK(found[4].visibility == TruthVisibility::visible);
+}
+
+TEST_CASE("landmarks outside the frame are listed as such", "[renderer][truth]") {
+    const std::vector<TruthEntry> found = landmarks_of(landmark_scene(
+        "shape = \"ellipsoid\"\nradii_m = [50, 400, 30]\n", landmark("out", "position_m = [0, 399.999, 0]")));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].visibility == TruthVisibility::outside);
+    CHECK_THAT(found[0].range_m, Catch::Matchers::WithinAbs(std::hypot(1e4, 399.999), 1e-6));
+}
+
+TEST_CASE("mistakes of landmarks are reported at their place", "[renderer][truth]") {
+    const std::string ball = "shape = \"ellipsoid\"\nradii_m = [50, 50, 50]\n";
+    const auto refused = [&](const std::string& shape, const std::string& text, const std::string& message) {
+        CHECK_THROWS_WITH(landmarks_of(landmark_scene(shape, text)),
+                          Catch::Matchers::ContainsSubstring(message));
+    };
+    refused(ball, landmark("a", "longitude_deg = 1"),
+            "scene.toml:16:1: landmark[0]: longitude_deg and latitude_deg are wanted, or position_m");
+    refused(ball, landmark("a", "position_m = [0, 0, 1]\nlatitude_deg = 1"), "position_m");
+    refused(ball, "[[landmark]]\nname = \"a\"\nbody = \"mon\"\nposition_m = [0, 0, 1]\n",
+            "landmark[0].body: \"mon\" is not the name of a body");
+    // A disc has no surface beside its plane.
+    refused("shape = \"disc\"\nradius_m = 50\n", landmark("a", "longitude_deg = 0\nlatitude_deg = 0"),
+            "scene.toml:16:1: landmark 'a': body 'moon' has no surface at that longitude and latitude");
+}
+
+TEST_CASE("a truth table with room for few entries keeps bodies and counts the rest", "[renderer][truth]") {
+    scene::Scene s = star_scene();
+    scene::Body ball;
+    ball.name = "ball";
+    ball.shape = renderer::EllipsoidParameters{{500, 500, 400}};
+    ball.material = renderer::LambertParameters{0.1};
+    ball.motion.samples[0].pose.position_m = {1e5, 300, -200};
+    s.bodies.push_back(ball);
+    const renderer::Renderer r(s, {});
+    const FrameWindow window = whole();
+    const std::vector<RowTime> rows = global_rows(1'000'000);
+    renderer::TruthRequest request;
+    request.windows = {&window, 1};
+    request.rows = rows;
+    SceneTruth all, few;
+    r.list_truth(request, all);
+    request.most_entries = 10;
+    std::vector<std::byte> workspace(100'000);
+    request.workspace = workspace;
+    r.list_truth(request, few);
+    REQUIRE(few.entries.size() == 10);
+    CHECK(few.entries.size() + few.entries_left_out == all.entries.size());
+    CHECK(few.entries[0].name.view() == "ball");
+    for (std::size_t i = 0; i < few.entries.size(); ++i)
+        CHECK((few.entries[i].kind == all.entries[i].kind && few.entries[i].object == all.entries[i].object));
+    // Another list in the same memory starts anew.
+    request.most_entries = 0;
+    r.list_truth(request, few);
+    CHECK(few.entries.size() == all.entries.size());
+    CHECK(few.entries_left_out == 0);
 }
