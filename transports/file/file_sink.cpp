@@ -7,10 +7,16 @@
 #include "core/realtime.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/truth_file.hpp"
+#include "images/writers/truth_table.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 namespace obscura::transports {
@@ -33,7 +39,7 @@ void FileSink::start() {
     if (thread_.joinable()) return;
     images::require_writable(settings_.directory);
     stopping_ = false;
-    last_id_ = 0, run_ = 1;
+    last_id_ = 0, run_ = 1, truth_run_ = 0;
     thread_ = std::thread([this] { work(); });
 }
 
@@ -113,6 +119,8 @@ void FileSink::write(const Frame& frame) {
         images::write_picture(directory / file_name, settings_.format, picture, cards);
         if (settings_.truth && frame.pixel_truth() != nullptr && rows == info.height)
             images::write_truth(directory / (run + images::truth_file_name(info.frame_id)), frame, of_camera);
+        if (settings_.truth_table && rows == info.height)
+            append_truth(directory / (run + "truth.csv"), frame);
         info.note_transmit(transmit_slot(), MonotonicClock().now());
         delivered_.fetch_add(1, std::memory_order_relaxed);
         bytes_.fetch_add(picture.pixels.size_bytes(), std::memory_order_relaxed);
@@ -122,6 +130,18 @@ void FileSink::write(const Frame& frame) {
         if (!failing_) log_error("{}", error.what());
         failing_ = true;
     }
+}
+
+void FileSink::append_truth(const std::filesystem::path& file, const Frame& frame) {
+    const SceneTruth* const truth = frame.final_scene_truth();
+    if (truth == nullptr) return;
+    const bool first = std::exchange(truth_run_, run_) != run_;
+    std::ofstream out(file, first ? std::ios::trunc : std::ios::app);
+    if (first) out << images::truth_csv_header();
+    out << images::truth_csv_lines(*truth, frame.row_times());
+    out.close();
+    if (!out)
+        throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
 }
 
 TransportCounters FileSink::counters() const noexcept {

@@ -39,6 +39,8 @@ public:
 private:
     void work();
     void write(const Frame& frame);
+    /// Throws OutputError.
+    void append_truth(const std::filesystem::path& file, const Frame& frame);
 
     FileSinkSettings settings_;
     FrameQueue queue_; ///< filled by submit(), emptied by work()
@@ -50,6 +52,7 @@ private:
     std::atomic<std::uint64_t> submitted_{0}, delivered_{0}, dropped_{0}, bytes_{0};
     std::vector<std::uint16_t> partial_; ///< copy of a partial frame
     std::uint64_t last_id_ = 0, run_ = 1;
+    std::uint64_t truth_run_ = 0; ///< whose truth.csv has been begun
     bool failing_ = false;
 };
 
