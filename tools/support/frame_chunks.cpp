@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/frame_flags.hpp"
+#include "images/writers/truth_table.hpp"
 #include "transports/gige/wire/bytes.hpp"
 #include "transports/gige/wire/chunk.hpp"
 
@@ -24,7 +25,7 @@ using transports::gige::Chunk;
 constexpr std::array<const char*, transports::gige::chunk_count> names{
     "Timestamp",     "ExposureTime",       "Gain",      "FrameID",    "Width",   "Height",   "OffsetX",
     "OffsetY",       "PixelFormat",        "TriggerID", "FrameFlags", "Regions", "RowTimes", "GroundTruth",
-    "LineStatusAll", "SequencerSetActive", "RegionID"};
+    "LineStatusAll", "SequencerSetActive", "RegionID",  "TruthTable"};
 
 /// Decoder of consecutive big-endian numbers; checks every length.
 class Reader {
@@ -47,6 +48,11 @@ public:
         return out;
     }
     void text(std::span<char> out) { std::memcpy(out.data(), take(out.size()), out.size()); }
+    /// The last one for numbers that are none.
+    template<typename Enum>
+    Enum choice() {
+        return static_cast<Enum>(std::min<std::size_t>(u32(), enum_names(Enum{}).size() - 1));
+    }
     /// Number of entries of a list, not above `most`.
     std::uint32_t count(std::size_t most) {
         const std::uint32_t n = u32();
@@ -102,6 +108,35 @@ GroundTruth read_truth(Reader reader) {
     return out;
 }
 
+/// Frames of cameras without the chunk have no entries.
+SceneTruth read_truth_table(std::span<const std::uint8_t> bytes, std::uint64_t frame_id) {
+    SceneTruth out;
+    out.frame_id = frame_id;
+    if (bytes.empty()) return out;
+    Reader reader(bytes, "TruthTable");
+    out.entries.resize(reader.count(bytes.size() / transports::gige::truth_entry_bytes));
+    out.entries_left_out = reader.u32();
+    for (TruthEntry& e : out.entries) {
+        e.kind = reader.choice<TruthKind>();
+        e.visibility = reader.choice<TruthVisibility>();
+        const std::uint32_t flags = reader.u32();
+        e.lit = (flags & 1) != 0, e.saturated = (flags & 2) != 0;
+        e.window = static_cast<std::uint16_t>(reader.u32());
+        e.object = reader.i32(), e.item = reader.i32();
+        std::array<char, TruthName::size> name{};
+        reader.text(name);
+        e.name.set({name.data(),
+                    static_cast<std::size_t>(std::find(name.begin(), name.end(), '\0') - name.begin())});
+        e.x_px = reader.f64(), e.y_px = reader.f64();
+        e.time = Time{reader.i64()};
+        e.exposure_ns = reader.i64();
+        for (double* value : {&e.range_m, &e.visible_share, &e.magnitude_v, &e.irradiance_w_m2, &e.signal_e,
+                              &e.peak_e, &e.snr, &e.psf_x_px, &e.psf_y_px})
+            *value = reader.f64();
+    }
+    return out;
+}
+
 std::string name_of(const BodyTruth& body) {
     return {body.name.data(), static_cast<std::size_t>(std::find(body.name.begin(), body.name.end(), '\0') -
                                                        body.name.begin())};
@@ -111,6 +146,17 @@ using Json = nlohmann::ordered_json;
 
 Json vector_json(Vec3 v) {
     return Json::array({v.x, v.y, v.z});
+}
+
+/// An entry by the names of columns, see docs/truth.md; what is not known is null.
+Json entry_json(const SceneTruth& truth, const TruthEntry& entry) {
+    Json out = Json::object();
+    for (const images::TruthColumn& column : images::truth_columns()) {
+        const images::TruthCell cell = column.cell(truth, entry);
+        Json& value = out[std::string(column.name)];
+        std::visit([&](const auto& v) { value = v; }, cell);
+    }
+    return out;
 }
 
 Json pose_json(const Pose& pose) {
@@ -154,6 +200,7 @@ FrameChunks parse_chunks(const std::function<std::span<const std::uint8_t>(std::
     for (RowTime& row : out.rows)
         row.reset = Time{rows.i64()}, row.read = Time{rows.i64()};
     out.truth = read_truth(reader(Chunk::ground_truth));
+    out.truth_table = read_truth_table(chunk(transports::gige::chunk_id(Chunk::truth_table)), out.frame_id);
     return out;
 }
 
@@ -232,6 +279,10 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
     out["rows"] = Json::array();
     for (const RowTime& row : c.rows)
         out["rows"].push_back(Json::array({row.reset.ns, row.read.ns}));
+    out["truth_table"] = Json::array();
+    for (const TruthEntry& entry : c.truth_table.entries)
+        out["truth_table"].push_back(entry_json(c.truth_table, entry));
+    out["truth_entries_left_out"] = c.truth_table.entries_left_out;
     return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/scene_truth.hpp"
 #include "images/writers/card.hpp"
 
 #include <cstdint>
@@ -29,6 +30,7 @@ struct FrameChunks {
     std::vector<std::uint32_t> regions;
     std::vector<RowTime> rows;
     GroundTruth truth;
+    SceneTruth truth_table; ///< entries only
 };
 
 /// Reads the chunks; `chunk(id)` returns the bytes of a chunk, empty if the frame does not carry it. Throws

@@ -179,6 +179,11 @@ config::Section section_of(GigeSettings& s) {
                 key("history_frames", &s.history_frames)
                     .range(1, 64)
                     .help("Number of frames kept for packet resend"),
+                key("truth_entries", &s.truth_entries)
+                    .range(0, 4096)
+                    .help("Room of the chunk TruthTable in entries of 160 bytes: where bodies, landmarks, "
+                          "stars, limbs and terminators are in the pixels of each frame (docs/truth.md); "
+                          "0: none"),
                 key("keep_alive_ms", &s.keep_alive_ms)
                     .unit("ms")
                     .range(0, 10000)
@@ -241,6 +246,10 @@ std::vector<Identity> identities_of(const GigeSettings& s) {
 
 std::size_t frames_held_by(const GigeSettings& s) {
     return static_cast<std::size_t>(s.history_frames) + 2;
+}
+
+KeptTruth truth_wanted_by(const GigeSettings& s) {
+    return {.scene_entries = static_cast<std::size_t>(s.truth_entries)};
 }
 
 bool acquisition_controlled_by(const GigeSettings& /*settings*/) {

@@ -31,6 +31,8 @@ struct GigeSettings {
     std::int32_t heartbeat_timeout_ms = 3000;
     std::int32_t heartbeat_timeout_max_ms = 60'000;
     std::int32_t history_frames = 4; ///< frames of the pool kept for packet resend
+    /// Room of the chunk TruthTable; above 0 frames carry truth tables.
+    std::int32_t truth_entries = 0;
     /// Silence within a block after which its newest packet is sent again; 0: never. The default is half the
     /// packet timeout of Aravis: after that it asks for everything that is missing, after 100 ms it gives the
     /// block up.
@@ -65,6 +67,8 @@ void check_against(const GigeSettings& settings, const CameraFacts& camera, cons
 [[nodiscard]] std::vector<Identity> identities_of(const GigeSettings& settings);
 /// The history, the frame being sent and one waiting.
 [[nodiscard]] std::size_t frames_held_by(const GigeSettings& settings);
+/// A truth table of truth_entries, if above 0.
+[[nodiscard]] KeptTruth truth_wanted_by(const GigeSettings& settings);
 /// True: clients start and stop the acquisition.
 [[nodiscard]] bool acquisition_controlled_by(const GigeSettings& settings);
 /// A GigeCamera, not started.

@@ -91,6 +91,7 @@ packet_size = 1500
 heartbeat_timeout_ms = 3000
 heartbeat_timeout_max_ms = 60000
 history_frames = 4
+truth_entries = 0
 keep_alive_ms = 10.0
 drop_percent = 0.0
 throughput_limit_mbit_s = 1000.0
@@ -107,6 +108,7 @@ directory = "/bench/frames"
 format = "png"
 queue_frames = 4
 truth = false
+truth_table = false
 [v4l2]
 enabled = false
 device = "/dev/video10"
@@ -375,7 +377,8 @@ TEST_CASE("enabled transports are made in the order in which they start") {
     REQUIRE(reading.complaint().empty());
     // History and two; queue; queue; queue and one.
     CHECK(reading.transports.frames_held() == 6 + 4 + 4 + 3);
-    CHECK(reading.transports.wants_pixel_truth());
+    CHECK(reading.transports.kept_truth().pixels);
+    CHECK(reading.transports.kept_truth().scene_entries == 0);
     CHECK(reading.transports.controls_acquisition());
 
     CameraLimits limits;
@@ -392,6 +395,6 @@ TEST_CASE("enabled transports are made in the order in which they start") {
     Reading alone("[gige]\nenabled = false\n[file]\nenabled = true\ndirectory = \"/proc/none\"\n");
     CHECK(alone.transports.frames_held() == 4);
     CHECK_FALSE(alone.transports.controls_acquisition());
-    CHECK_FALSE(alone.transports.wants_pixel_truth());
+    CHECK_FALSE(alone.transports.kept_truth().pixels);
     CHECK_THROWS_AS(alone.transports.make(context), OutputError);
 }

@@ -2,8 +2,10 @@
 #include "transports/gige/channels/chunk_data.hpp"
 
 #include "core/frame_flags.hpp"
+#include "core/scene_truth.hpp"
 #include "transports/gige/wire/bytes.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstring>
@@ -16,7 +18,7 @@ constexpr std::size_t truth_head_bytes = 104;
 constexpr std::size_t truth_body_bytes = 88;
 constexpr std::size_t truth_intrinsics_bytes = 48;
 
-std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
+std::size_t data_bytes(Chunk c, std::int32_t rows, std::uint32_t truth_entries) noexcept {
     switch (c) {
     case Chunk::width:
     case Chunk::height:
@@ -35,6 +37,8 @@ std::size_t data_bytes(Chunk c, std::int32_t rows) noexcept {
         return 8 + static_cast<std::size_t>(rows) * 16;
     case Chunk::ground_truth:
         return truth_head_bytes + max_truth_bodies * truth_body_bytes + truth_intrinsics_bytes;
+    case Chunk::truth_table:
+        return 8 + truth_entries * truth_entry_bytes;
     default:
         return 8;
     }
@@ -80,20 +84,43 @@ private:
     std::uint8_t* at_;
 };
 
+template<typename DeviceTime>
+void write_truth_entry(BigEndianWriter& writer, const TruthEntry& e, const Binning& binning,
+                       const DeviceTime& device_time) {
+    // The centre of the first pixel is at 0, of sensor pixels and of binned ones.
+    const auto binned = [](double px, std::int32_t factor) { return (px + 0.5) / factor - 0.5; };
+    writer.u32(static_cast<std::uint32_t>(e.kind));
+    writer.u32(static_cast<std::uint32_t>(e.visibility));
+    writer.u32((e.lit ? 1U : 0U) | (e.saturated ? 2U : 0U));
+    writer.u32(e.window);
+    writer.i32(e.object);
+    writer.i32(e.item);
+    writer.bytes(e.name.bytes().data(), e.name.bytes().size());
+    writer.f64(binned(e.x_px, binning.horizontal));
+    writer.f64(binned(e.y_px, binning.vertical));
+    writer.u64(device_time(e.time));
+    writer.u64(static_cast<std::uint64_t>(e.exposure_ns));
+    for (const double value :
+         {e.range_m, e.visible_share, e.magnitude_v, e.irradiance_w_m2, e.signal_e, e.peak_e, e.snr,
+          e.psf_x_px / binning.horizontal, e.psf_y_px / binning.vertical})
+        writer.f64(value);
+}
+
 } // namespace
 
-std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept {
+std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows, std::uint32_t truth_entries) noexcept {
     if (selection == 0) return 0;
     std::size_t bytes = chunk_tag_bytes;
     for (unsigned i = 0; i < chunk_count; ++i)
-        if ((selection >> i & 1) != 0) bytes += data_bytes(static_cast<Chunk>(i), rows) + chunk_tag_bytes;
+        if ((selection >> i & 1) != 0)
+            bytes += data_bytes(static_cast<Chunk>(i), rows, truth_entries) + chunk_tag_bytes;
     return bytes;
 }
 
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
                          std::int64_t timestamp_origin_ns, const RegionNumbers& regions,
-                         const Binning& binning) noexcept {
+                         const Binning& binning, std::uint32_t truth_entries) noexcept {
     const FrameInfo& info = frame.info;
     const Region& first = info.windows[0].sensor;
     const Region image = binning.of({first.x, first.y, info.width, info.height});
@@ -204,9 +231,21 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                 writer.f64(1e6 * pitch_m);
             break;
         }
+        case Chunk::truth_table: {
+            const SceneTruth* const truth = frame.final_scene_truth();
+            const std::size_t listed = truth != nullptr ? truth->entries.size() : 0;
+            const std::size_t count = std::min<std::size_t>(listed, truth_entries);
+            const std::uint64_t more = listed - count + (truth != nullptr ? truth->entries_left_out : 0);
+            writer.u32(static_cast<std::uint32_t>(count));
+            writer.u32(static_cast<std::uint32_t>(more));
+            for (std::size_t e = 0; e < count; ++e)
+                write_truth_entry(writer, truth->entries[e], binning, device_time);
+            writer.zeros((truth_entries - count) * truth_entry_bytes);
+            break;
+        }
         }
         const auto bytes = static_cast<std::size_t>(writer.at() - begin);
-        assert(bytes == data_bytes(chunk, image.height));
+        assert(bytes == data_bytes(chunk, image.height, truth_entries));
         writer.u32(chunk_id(static_cast<Chunk>(i)));
         writer.u32(static_cast<std::uint32_t>(bytes));
     }

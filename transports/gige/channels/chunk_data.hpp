@@ -17,7 +17,9 @@ namespace obscura::transports::gige {
 using RegionNumbers = std::array<std::uint8_t, max_windows>;
 
 /// Bytes of the chunks in `selection` with their tags, the image's tag included; 0 for an empty selection.
-[[nodiscard]] std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows) noexcept;
+/// `truth_entries`: that a truth table has room for.
+[[nodiscard]] std::size_t chunk_bytes(std::uint32_t selection, std::int32_t rows,
+                                      std::uint32_t truth_entries = 0) noexcept;
 
 /// Writes the image's tag (when `tag_image`) and the selected chunks; `out` has room for chunk_bytes().
 /// Device time is TAI minus `timestamp_origin_ns`. The reset of a binned row is that of its first sensor row,
@@ -25,6 +27,6 @@ using RegionNumbers = std::array<std::uint8_t, max_windows>;
 std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, const Frame& frame,
                          std::uint64_t frame_id, std::size_t image_bytes, bool tag_image,
                          std::int64_t timestamp_origin_ns, const RegionNumbers& regions,
-                         const Binning& binning = {}) noexcept;
+                         const Binning& binning = {}, std::uint32_t truth_entries = 0) noexcept;
 
 } // namespace obscura::transports::gige

@@ -29,8 +29,9 @@ constexpr std::size_t byte_group = 8;
 
 } // namespace
 
-std::size_t chunk_payload_bytes(std::uint32_t chunks, std::int32_t rows, bool multipart) noexcept {
-    const std::size_t bytes = chunk_bytes(chunks, rows);
+std::size_t chunk_payload_bytes(std::uint32_t chunks, std::int32_t rows, bool multipart,
+                                std::uint32_t truth_entries) noexcept {
+    const std::size_t bytes = chunk_bytes(chunks, rows, truth_entries);
     return multipart && bytes > 0 ? bytes - chunk_tag_bytes
                                   : bytes; // that part has no image and no tag of one
 }
@@ -40,7 +41,7 @@ void Payload::reserve(const PayloadFormat& format) {
     if (format.packs_pixels || format.multipart || format.binning.active())
         packed_.resize(format.max_image_bytes + max_windows);
     carry_.resize(static_cast<std::size_t>(format.max_width) + byte_group);
-    chunk_store_.resize(chunk_bytes(format.chunks, format.max_height));
+    chunk_store_.resize(chunk_bytes(format.chunks, format.max_height, format.truth_entries));
     if (format.binning.active()) binner_.reserve(format.max_width);
 }
 
@@ -80,7 +81,8 @@ bool Payload::begin(const Frame& frame, std::uint64_t frame_id, std::size_t pack
         return false;
     data_ = direct_ ? reinterpret_cast<const std::uint8_t*>(frame.pixels().data()) : packed_.data();
 
-    const std::size_t chunks = chunk_payload_bytes(format_.chunks, image_.height, format_.multipart);
+    const std::size_t chunks =
+        chunk_payload_bytes(format_.chunks, image_.height, format_.multipart, format_.truth_entries);
     if (chunks > 0 && format_.multipart) {
         parts_[part_count_++] = {image_bytes_, chunks, 0, 0, max_windows};
     } else if (chunks > 0) {
@@ -159,7 +161,8 @@ void Payload::update(const Frame& frame) noexcept {
     if (ready == info.height || abandoned) {
         if (bytes_ > image_bytes_)
             write_chunks(chunk_store_, format_.chunks, frame, frame_id_, image_bytes_, !format_.multipart,
-                         format_.timestamp_origin_ns, format_.regions, format_.binning);
+                         format_.timestamp_origin_ns, format_.regions, format_.binning,
+                         format_.truth_entries);
         available_ = bytes_;
     }
 }

@@ -24,7 +24,8 @@ struct PayloadFormat {
     std::int32_t max_width = 0, max_height = 0;
     std::int64_t timestamp_origin_ns = 0;
     RegionNumbers regions{};
-    Binning binning; ///< inactive with multipart
+    Binning binning;                 ///< inactive with multipart
+    std::uint32_t truth_entries = 0; ///< room of the truth table's chunk
 };
 
 /// Pixels are not copied if the frame holds them in wire format; otherwise each row is packed once, when it
@@ -83,7 +84,7 @@ private:
 };
 
 /// Bytes of the chunks of a payload: after an image of `rows` rows, or as the last part of a multi-part one.
-[[nodiscard]] std::size_t chunk_payload_bytes(std::uint32_t chunks, std::int32_t rows,
-                                              bool multipart) noexcept;
+[[nodiscard]] std::size_t chunk_payload_bytes(std::uint32_t chunks, std::int32_t rows, bool multipart,
+                                              std::uint32_t truth_entries) noexcept;
 
 } // namespace obscura::transports::gige

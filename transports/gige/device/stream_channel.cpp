@@ -51,6 +51,7 @@ StreamConfig stream_config(const DeviceContext& d) {
     c.payload.timestamp_origin_ns = d.timestamp_origin_ns;
     c.payload.chunks = chunk_selection(d);
     c.payload.binning = d.binning;
+    c.payload.truth_entries = static_cast<std::uint32_t>(d.settings.truth_entries);
     for (std::uint32_t i = 0, request = 0; i < region_count(d); ++i)
         if (i == 0 || d.regions[i].enabled) c.payload.regions[request++] = static_cast<std::uint8_t>(i);
     c.faults = d.faults;

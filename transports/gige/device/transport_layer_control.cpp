@@ -23,7 +23,8 @@ std::uint64_t get_payload_size(const Feature&, DeviceContext& d, std::uint32_t) 
     } else {
         bytes = packed_bytes(format, image.area());
     }
-    return bytes + chunk_payload_bytes(chunk_selection(d), image.height, parts);
+    return bytes + chunk_payload_bytes(chunk_selection(d), image.height, parts,
+                                       static_cast<std::uint32_t>(d.settings.truth_entries));
 }
 
 constexpr std::array features{

@@ -36,8 +36,15 @@ enum class Chunk : std::uint8_t {
     sequencer_set_active, ///< u32
     /// u32 count, then 32 x u32: region number of each window in the image
     region_id,
+    /// u32 count, u32 further entries that found no room, then truth_entry_bytes for each of the entries that
+    /// the camera sends at most: u32 kind, visibility, flags (1 lit, 2 saturated), window; i32 object, item;
+    /// char name[32]; f64 x, y, px of the image; u64 time, u64 exposure in ns; f64 range in m, visible share,
+    /// V magnitude, irradiance in W/m2, signal and peak in electrons, SNR; f64 x, y, px, of the PSF in the
+    /// position. Kind: TruthKind, visibility: TruthVisibility (core/scene_truth.hpp); NaN: not known
+    truth_table,
 };
-constexpr std::size_t chunk_count = 17;
+constexpr std::size_t chunk_count = 18;
+constexpr std::size_t truth_entry_bytes = 160;
 constexpr std::uint32_t chunk_id_base = 0x4F420000;
 constexpr std::size_t chunk_tag_bytes = 8;
 
