@@ -6,6 +6,7 @@ the reader in docs/gige.md finds the bodies.
 Usage: chunks_test.py OBSCURA OBSCURAD SOURCE-DIRECTORY
 Exit status 1 if a check failed.
 """
+import csv
 import json
 import math
 import os
@@ -36,6 +37,14 @@ def run(arguments, folder):
     return done.stdout
 
 
+def same_cell(value, text):
+    """A value of JSON and a cell of CSV."""
+    if value is None:
+        return text in ("", "inf")
+    return value == text if isinstance(value, str) else math.isclose(value, float(text or "nan"), rel_tol=1e-9,
+                                                                     abs_tol=6e-6)
+
+
 with tempfile.TemporaryDirectory(prefix="obscura-chunks-") as name:
     folder = pathlib.Path(name)
     (folder / "scene.toml").write_text("""[sun]
@@ -48,15 +57,20 @@ psf_sigma_px = 0.5
 distortion = "radial"
 distortion_coefficients = [-0.1, 0.02]
 position_m = [-20000, 30, -20]
-boresight = [1, 0.01, 0.02]
+boresight = [1, -0.001, 0.0015]
 up = [0, 0, 1]
 [[body]]
 name = "rock"
 shape = "ellipsoid"
-radii_m = [300, 200, 100]
+radii_m = [120, 80, 40]
 albedo = 0.3
 spin_axis = [0, 0.2, 1]
 spin_rate_deg_per_s = 30
+[[landmark]]
+name = "pole, north"
+body = "rock"
+latitude_deg = 90
+longitude_deg = 0
 """)
     (folder / "obscurad.toml").write_text(f"""[scene]
 file = "scene.toml"
@@ -81,6 +95,12 @@ exposure_us = 1000
 [gige]
 interface = "{ADDRESS}"
 packet_size = 8000
+truth_entries = 60
+[file]
+enabled = true
+directory = "filed"
+format = "raw"
+truth_table = true
 [sensor.readout]
 width = 160
 height = 160
@@ -114,7 +134,7 @@ height = 160
         daemon.send_signal(signal.SIGTERM)
         daemon.wait(60)
     run([obscura, "capture", "obscurad.toml", "-n", str(FRAMES), "--format", "raw", "-o", "captured", "--intrinsics",
-         "captured/camera.json"], folder)
+         "captured/camera.json", "--truth-table", "captured/truth.csv"], folder)
 
     # The JSON file of received frames is that of captured ones, but for the clock.
     received, captured = (json.loads((folder / part / "camera.json").read_text()) for part in ("lens", "captured"))
@@ -163,6 +183,30 @@ height = 160
               frame["timestamp_ns"] <= rows[0][0] < frame["mid_exposure_ns"] < rows[-1][1])
         png = (folder / "frames" / f"preview_{number:06}.png").read_bytes()
         check("the preview of windows is in colour", png[25] == 2, png[25])
+    # The truth table: of the chunk, of the daemon's file and of captures.
+    tables = {place: list(csv.DictReader((folder / place / "truth.csv").open())) for place in ("captured", "filed")}
+    for frame in lines:
+        of_frame = {place: [line for line in table if line["frame"] == str(frame["frame_id"])]
+                    for place, table in tables.items()}
+        entries = [line for line in of_frame["captured"] if line["kind"] not in ("pose", "rows")]
+        check("the file of the daemon has the captured truth", len(of_frame["filed"]) == len(of_frame["captured"]) > 75 and
+              not [(a, b) for a, b in zip(of_frame["filed"], of_frame["captured"])
+                   if any(a[c] != b[c] for c in a if c != "time_ns")])
+        chunk = frame["truth_table"]
+        check("the chunk has as many entries as it has room for", len(chunk) == 60 and
+              frame["truth_entries_left_out"] == len(entries) - 60, (len(chunk), len(entries)))
+        wrong = [(key, told[key], line[key]) for told, line in zip(chunk, entries) for key in told
+                 if key not in ("frame", "time_ns") and not same_cell(told[key], line[key])]
+        check("the entries are those of the capture", not wrong, wrong[:3])
+        check("body, Sun and landmark come first", [e["name"] for e in chunk[:3]] == ["rock", "sun", "pole, north"] and
+              chunk[2]["kind"] == "landmark", chunk[:3])
+        check("times are by the camera's clock", chunk[0]["time_ns"] - frame["mid_exposure_ns"] ==
+              int(entries[0]["time_ns"]) - int(of_frame["captured"][0]["time_ns"]), chunk[0])
+    # Frames of the second grab, which follow in the same folder, find the table of their own run.
+    second = sorted((folder / "filed").glob("run2_frame_*.raw"))[0]
+    told = json.loads(run([obscura, "truth", second, "--json"], folder))
+    check("a later acquisition has a table of its own", (folder / "filed" / "run2_truth.csv").exists() and
+          len(told["entries"]) > 75 and {e["frame"] for e in told["entries"]} == {told["header"]["FRAMEID"]}, told["header"])
     check("the body turns", len({tuple(f["bodies"][0]["attitude"]) for f in lines}) == FRAMES)
 
     data = (folder / "fits" / "frame_000001.fits").read_bytes()

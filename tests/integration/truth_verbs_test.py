@@ -78,6 +78,14 @@ shape = "ellipsoid"
 radii_m = [3, 3, 3]
 albedo = 0.3
 position_m = {rock}
+[[landmark]]
+name = "near side"
+body = "rock & co"
+position_m = {scaled(rock, -3 / 1000)}
+[[landmark]]
+name = "far side"
+body = "rock & co"
+position_m = {scaled(rock, 3 / 1000)}
 """)
 (folder / "camera.toml").write_text("""[scene]
 file = "scene.toml"
@@ -109,15 +117,28 @@ body = sky["bodies"][0]
 x, y = project(rock)
 check("the rock", body["name"] == "rock & co" and math.isclose(body["range_m"], 1000, rel_tol=1e-9) and
       math.hypot(body["x_px"] - x, body["y_px"] - y) < 1e-4, (body, x, y))
+marks = {m["name"]: m for m in sky["landmarks"]}
+check("landmarks of both sides", (marks["near side"]["visibility"], marks["far side"]["visibility"]) ==
+      ("visible", "hidden") and math.hypot(marks["near side"]["x_px"] - x, marks["near side"]["y_px"] - y) < 1e-4, marks)
 text = run("sky", "scene.toml", "--faintest", "4")
 check("the table for people", "Sirius" in text and "rock & co" in text and "102.0000" not in text, text)
+
+# Instants of a scene with an epoch: 63 s of TAI from before the leap second.
+(folder / "dated.toml").write_text('epoch = "2016-12-31T23:59:00Z"\n' + (folder / "scene.toml").read_text())
+dated = json.loads(run("sky", "dated.toml", "--json", "--time", "2017-01-01T00:00:02Z"))
+check("an instant is scene time from the epoch on", (dated["time_s"], dated["instant"]) == (63, "2017-01-01T00:00:02.000Z"),
+      dated)
+check("a scene without an epoch has no instants", sky["instant"] is None)
+run("sky", "scene.toml", "--time", "2017-01-01T00:00:02Z", status=64, has="the scene has no epoch")
+run("sky", "dated.toml", "--time", "2017-13-01", status=78, has="2017-13-01")
 
 # obscura sky: the charts.
 run("sky", "scene.toml", "-o", "sky.svg", "--side", "800")
 chart = xml.parse(folder / "sky.svg").getroot()
 spaces = "{http://www.w3.org/2000/svg}"
 labels = [t.text for t in chart.iter(spaces + "text")]
-check("the SVG names star and body", "Sirius" in labels and "rock & co" in labels, labels)
+check("the SVG names star and body", "Sirius" in labels and "rock & co" in labels and "near side" in labels and
+      "far side" not in labels, labels)
 check("the SVG has a coordinate grid", any(t.endswith("°") for t in labels), labels)
 discs = [(float(c.get("cx")), float(c.get("cy")), float(c.get("r"))) for c in chart.iter(spaces + "circle")]
 edge = [p for p in chart.iter(spaces + "path")][0].get("d").replace("M", "").replace("L", "").replace("Z", "").split()

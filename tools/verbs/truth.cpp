@@ -84,7 +84,8 @@ public:
             "Sun. If there is a truth table for it (obscura capture --truth-table, obscura render "
             "--truth-table), also where every star, body, landmark, limb and terminator is in its pixels, "
             "with expected electrons and visibility: the lines of the frame's number. The table is that of "
-            "--table, or truth.csv or truth.fits in the frame's folder. FRAME may be a truth table itself. "
+            "--table, or truth.csv or truth.fits in the frame's folder (run2_truth.csv of "
+            "run2_frame_000001.png). FRAME may be a truth table itself. "
             "Columns, units and conventions: docs/truth.md.";
         line.positional("FRAME", &frame_file_,
                         "Frame (FITS, OpenEXR, PNG, raw with its .toml), or a truth table (.csv, .fits)");
@@ -141,8 +142,14 @@ public:
 private:
     [[nodiscard]] std::filesystem::path table_of(const std::filesystem::path& frame) const {
         if (!table_file_.empty()) return table_file_;
+        // Frames of a daemon's later acquisitions begin with run2_ and so on.
+        const std::string file = frame.filename().string();
+        const std::size_t digits = file.starts_with("run") ? file.find_first_not_of("0123456789", 3) : 0;
+        const std::string run = digits > 3 && digits < file.size() && file[digits] == '_'
+                                    ? file.substr(0, digits + 1)
+                                    : std::string();
         for (const char* name : {"truth.csv", "truth.fits"})
-            if (const auto beside = frame.parent_path() / name; std::filesystem::exists(beside))
+            if (const auto beside = frame.parent_path() / (run + name); std::filesystem::exists(beside))
                 return beside;
         return {};
     }
