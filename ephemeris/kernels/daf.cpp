@@ -30,9 +30,8 @@ constexpr std::string_view transfer_start = "DAFETF NAIF DAF ENCODED TRANSFER FI
 /// Bytes that a transfer in text mode would change, at byte 699 of the file record.
 constexpr std::size_t ftp_offset = 699;
 constexpr std::string_view ftp_string{"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xCE:ENDFTP", 28};
-/// Largest numbers of doubles and integers of a summary (DAF Required Reading).
+/// Largest number of doubles of a summary (DAF Required Reading).
 constexpr std::int32_t most_doubles = 124;
-constexpr std::int32_t most_integers = 250;
 
 static_assert(std::endian::native == std::endian::little, "byte orders are swapped for big-endian files");
 
@@ -53,6 +52,11 @@ std::string trimmed(std::string_view text) {
     for (char& c : clean)
         if (c < ' ' || c > '~') c = '?';
     return clean;
+}
+
+/// Integers of a summary, with the two addresses.
+std::int32_t integers_of(std::string_view kind) {
+    return kind == "PCK" ? 5 : 6;
 }
 
 std::string place_of(const std::string& file, std::size_t number, const std::string& name) {
@@ -221,10 +225,9 @@ void Daf::read_binary(std::shared_ptr<const std::byte[]> bytes, std::size_t size
 
     const std::int32_t nd = doubles_in(swapped);
     const std::int32_t ni = read_as<std::int32_t>(data + 12, swapped);
-    const std::int32_t wanted = kind_ == "PCK" ? 5 : 6;
-    if (nd != 2 || ni != wanted)
+    if (nd != 2 || ni != integers_of(kind_))
         throw InputError(fmt::format("{}: summaries of {} doubles and {} integers, a {} kernel has 2 and {}",
-                                     file_, nd, ni, kind_, wanted));
+                                     file_, nd, ni, kind_, integers_of(kind_)));
     const std::size_t summary_words = static_cast<std::size_t>(nd) + (static_cast<std::size_t>(ni) + 1) / 2;
 
     // Data in native byte order.
@@ -290,8 +293,9 @@ void Daf::read_transfer() {
     kind_ = kind_of(file_, lines.text());
     const std::int32_t nd = lines.integer();
     const std::int32_t ni = lines.integer();
-    if (nd < 1 || nd > most_doubles || ni < 2 || ni > most_integers)
-        lines.fail(fmt::format("summaries of {} doubles and {} integers", nd, ni));
+    if (nd != 2 || ni != integers_of(kind_))
+        lines.fail(fmt::format("summaries of {} doubles and {} integers, a {} kernel has 2 and {}", nd, ni,
+                               kind_, integers_of(kind_)));
     (void)lines.text(); // internal file name
 
     const auto data = std::make_shared<std::vector<std::vector<double>>>();

@@ -14,6 +14,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -49,6 +50,23 @@ Evaluation turn(const FrameModel& frame, TdbTime time, State& state) noexcept {
         rotate(now, state.velocity_m_s) + (rotate(after, p) - rotate(before, p)) / (2 * half_s);
     state.position_m = rotate(now, p);
     return Evaluation::ok;
+}
+
+/// Intervals between `edges` in the middle of which `known` is true; before and after all edges too.
+template<typename Known>
+std::vector<Interval> where_known(std::vector<double> edges, const Known& known) {
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    constexpr double beyond_s = 86400, infinite = std::numeric_limits<double>::infinity();
+    const auto known_at = [&](double time_s) { return known(TdbTime{} + time_s); };
+    if (edges.empty())
+        return known_at(0) ? std::vector{Interval{-infinite, infinite}} : std::vector<Interval>{};
+    std::vector<Interval> covered;
+    if (known_at(edges.front() - beyond_s)) covered.push_back({-infinite, edges.front()});
+    for (std::size_t i = 0; i + 1 < edges.size(); ++i)
+        if (known_at((edges[i] + edges[i + 1]) / 2)) covered.push_back({edges[i], edges[i + 1]});
+    if (known_at(edges.back() + beyond_s)) covered.push_back({edges.back(), infinite});
+    return merged(std::move(covered));
 }
 
 /// Bodies that have the variable BODY<code><what>, ascending.
@@ -349,6 +367,33 @@ std::vector<int> Ephemeris::bodies() const {
 std::vector<Interval> Ephemeris::coverage(int id) const {
     const Impl::Body* const body = impl_->find(id);
     return body == nullptr ? std::vector<Interval>{} : body->timeline.coverage();
+}
+
+std::vector<Interval> Ephemeris::coverage(int target, int observer) const {
+    std::vector<double> edges;
+    for (const Impl::Body& body : impl_->bodies) {
+        const std::vector<double> own = body.timeline.edges();
+        edges.insert(edges.end(), own.begin(), own.end());
+    }
+    for (const FrameCoverage& f : frame_coverage())
+        for (const Interval& i : f.covered)
+            edges.insert(edges.end(), {i.begin_s, i.end_s});
+    return where_known(std::move(edges), [&](TdbTime time) {
+        State ignored;
+        return state(target, observer, time, ignored) == Evaluation::ok;
+    });
+}
+
+std::vector<Interval> Ephemeris::orientation_coverage(std::string_view name) const {
+    const auto model = frame(name);
+    std::vector<double> edges;
+    for (const FrameCoverage& f : frame_coverage())
+        for (const Interval& i : f.covered)
+            edges.insert(edges.end(), {i.begin_s, i.end_s});
+    return where_known(std::move(edges), [&](TdbTime time) {
+        Quat ignored;
+        return model->orientation(time, ignored) == Evaluation::ok;
+    });
 }
 
 std::vector<Ephemeris::FrameCoverage> Ephemeris::frame_coverage() const {

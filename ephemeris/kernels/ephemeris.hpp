@@ -58,6 +58,11 @@ public:
     [[nodiscard]] std::vector<int> bodies() const;
     /// Intervals over which a body has states relative to some centre.
     [[nodiscard]] std::vector<Interval> coverage(int id) const;
+    /// Intervals over which state() of `target` relative to `observer` is known; of all times one infinite
+    /// one.
+    [[nodiscard]] std::vector<Interval> coverage(int target, int observer) const;
+    /// Intervals over which the orientation of a frame is known. Throws InputError as frame() does.
+    [[nodiscard]] std::vector<Interval> orientation_coverage(std::string_view frame) const;
     /// Frames with orientations in binary PCK and CK files, and the covered intervals.
     struct FrameCoverage {
         int id = 0;       ///< class id of the frame

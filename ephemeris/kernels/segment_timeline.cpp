@@ -35,6 +35,13 @@ std::int32_t SegmentTimeline::at(double time_s) const noexcept {
     return time_s <= piece.covered.end_s ? piece.segment : -1;
 }
 
+std::vector<double> SegmentTimeline::edges() const {
+    std::vector<double> times;
+    for (const Piece& p : pieces_)
+        times.insert(times.end(), {p.covered.begin_s, p.covered.end_s});
+    return times;
+}
+
 std::vector<Interval> SegmentTimeline::coverage() const {
     std::vector<Interval> intervals;
     for (const Piece& p : pieces_)

@@ -16,6 +16,8 @@ public:
     void add(Interval covered, std::int32_t segment);
     /// Segment at a time; -1: none. Real-time safe.
     [[nodiscard]] std::int32_t at(double time_s) const noexcept;
+    /// Ends of the intervals of all segments, ascending.
+    [[nodiscard]] std::vector<double> edges() const;
     /// Covered intervals in order; those that touch are one.
     [[nodiscard]] std::vector<Interval> coverage() const;
 

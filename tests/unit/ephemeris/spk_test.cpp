@@ -323,6 +323,10 @@ TEST_CASE("Damaged, truncated and foreign SPK files are refused with file and pl
     std::string vax = good;
     vax.replace(88, 8, "VAX-GFLT");
     CHECK_THAT(refusal(vax), ContainsSubstring("allowed LTL-IEEE, BIG-IEEE"));
+    const std::string transfer = "DAFETF NAIF DAF ENCODED TRANSFER FILE\n'DAF/SPK '\n";
+    CHECK_THAT(refusal(transfer + "'1'\n'6'\n'x'\n"), ContainsSubstring("a SPK kernel has 2 and 6"));
+    CHECK_THAT(refusal(transfer + "'2'\n'6'\n'x'\nBEGIN_ARRAY 1 2\n'A'\n'1^1'\n"),
+               ContainsSubstring("the file ends early"));
     std::string text_mode = good;
     text_mode.replace(706, 1, "\n");
     CHECK_THAT(refusal(text_mode), ContainsSubstring("binary mode"));
