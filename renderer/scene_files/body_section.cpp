@@ -3,8 +3,10 @@
 
 #include "renderer/materials/registry.hpp"
 #include "renderer/scene/scene_keys.hpp"
+#include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/registry.hpp"
 
 #include <fmt/format.h>
@@ -76,6 +78,7 @@ struct BodyKeys {
     double normal_albedo = 0;
     JointKeys joint;
     PlaceKeys place;
+    KernelPlaceKeys kernel;
     std::vector<ParameterTexture> textures;
 };
 
@@ -94,7 +97,8 @@ config::Keys common_keys(Body& body, BodyKeys& read) {
                        .range(0, 100)
                        .help("Factor on the body's reflectance over wavelength, pairs of nm and factor, "
                              "averaged over the sunlight in each spectral band; instead of colour"));
-    for (const config::Keys& more : {body_place_keys(read.place), keys_of(read.joint)})
+    for (const config::Keys& more :
+         {body_place_keys(read.place), keys_of(read.joint), keys_of(read.kernel, false)})
         keys.insert(keys.end(), more.begin(), more.end());
     return keys;
 }
@@ -177,13 +181,23 @@ std::vector<Stranger> strangers_in(const config::Value& table, const config::Key
     return strangers;
 }
 
+constexpr std::string_view ephemeris_name = "ephemeris";
+constexpr std::string_view radii_name = "radii_m";
+
+/// Whether a body of kind `shape` has the radii that the kernels have of it.
+bool has_kernel_radii(const config::Value& table, const ShapeKind& shape) {
+    return table.find(ephemeris_name) != nullptr && shape.name == renderer::EllipsoidParameters::kind &&
+           table.find(radii_name) == nullptr;
+}
+
 /// Adds the keys of the kinds of shape and material to `section`.
 void add_kinds(config::Section& section, Body& body, BodyKeys& read, const ShapeKind& shape,
                const MaterialKind& material, const config::Value& table) {
     body.shape = shape.make_default();
     body.material = material.make_default();
+    const bool kernel_radii = has_kernel_radii(table, shape);
     for (const Parameter& p : shape.parameters(body.shape))
-        section.keys.push_back(p.key);
+        section.keys.push_back(kernel_radii && p.key.name == radii_name ? optional(p.key) : p.key);
     const ParameterList parameters = material.parameters(body.material);
     read.textures = textures_of(parameters);
     for (const Parameter& p : parameters) {
@@ -224,7 +238,25 @@ void apply_normal_albedo(Body& body, double wanted, const config::ReadTable& tab
         table.refuse(normal_albedo_name, fmt::format("{}: allowed 0 to {:.4g} with this law", wanted, most));
 }
 
-void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::ReadTable& table) {
+/// Frame, radii and name of a body by the scene's kernels.
+void apply_kernels(Body& body, const BodyKeys& read, KernelKeys& kernels, const config::ReadTable& table) {
+    const bool follows = follow_kernels(body.motion, read.kernel, false, kernels, table);
+    if (!read.kernel.body.empty() && body.name.empty()) body.name = read.kernel.body;
+    const auto* ellipsoid = find_kind(shape_kinds(), renderer::EllipsoidParameters::kind);
+    if (!follows || body.shape.kind() != ellipsoid->name || table.has(radii_name)) return;
+    const ephemeris::Ephemeris& source = kernels.frame()->kernels();
+    try {
+        if (const auto radii = source.radii_m(source.body(read.kernel.body)))
+            body.shape.get<renderer::EllipsoidParameters>().radii_m = *radii;
+        else
+            table.refuse_table("the key \"radii_m\" is missing, and no kernel has radii of the body");
+    } catch (const Error& error) {
+        table.refuse(ephemeris_name, error.what());
+    }
+}
+
+void check_body(Scene& scene, std::size_t index, BodyKeys& read, KernelKeys& kernels,
+                const config::ReadTable& table) {
     Body& body = scene.bodies[index];
     check_textures(read.textures, body, table);
     exclude(table, "colour_curve", "colour");
@@ -241,6 +273,7 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
     body.motion = motion_of(read.place, table);
     body.parent = read.joint.parent;
     body.joint = joint_of(read.joint, table);
+    apply_kernels(body, read, kernels, table);
     if (body.name.empty()) body.name = fmt::format("body{}", index);
     const auto end = scene.bodies.begin() + static_cast<std::ptrdiff_t>(index);
     if (std::any_of(scene.bodies.begin(), end, [&](const Body& b) { return b.name == body.name; }))
@@ -250,13 +283,20 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, const config::R
 
 /// Section of body `index`, with the keys of the kinds that `table` selects.
 config::Section body_section(Scene& scene, std::size_t index, const std::shared_ptr<ColourCurves>& curves,
-                             const SharedEpoch& epoch, const config::Value& table) {
+                             const std::shared_ptr<KernelKeys>& kernels, const config::Value& table) {
     Body& body = scene.bodies[index];
     const auto read = std::make_shared<BodyKeys>();
-    read->place.epoch = epoch;
+    read->place.epoch = kernels->epoch;
     config::Section section{"body", "A body."};
     section.keys = common_keys(body, *read);
-    const ShapeKind* shape = chosen<ShapeKind>(table, "shape", shape_kinds(), nullptr);
+    // A body of the kernels is an ellipsoid unless it says otherwise.
+    const bool kernel_body = table.find(ephemeris_name) != nullptr;
+    const ShapeKind* const ellipsoid = find_kind(shape_kinds(), renderer::EllipsoidParameters::kind);
+    if (kernel_body)
+        for (config::Key& key : section.keys)
+            if (key.name == "shape") key = optional(key);
+    const ShapeKind* shape =
+        chosen<ShapeKind>(table, "shape", shape_kinds(), kernel_body ? ellipsoid : nullptr);
     // The default of a mesh file is its own materials, but an albedo alone selects Lambert.
     const bool own = shape != nullptr && !shape->own_material.empty() && table.find("albedo") == nullptr;
     const MaterialKind* material =
@@ -279,8 +319,8 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
         for (const Stranger& stranger : strangers)
             mistakes.add(where.in(stranger.member->key), stranger.member->value.at, stranger.what);
     };
-    section.check = [&scene, index, read, curves, material](const config::ReadTable& t) {
-        check_body(scene, index, *read, t);
+    section.check = [&scene, index, read, curves, kernels, material](const config::ReadTable& t) {
+        check_body(scene, index, *read, *kernels, t);
         const bool own_colour = t.has("colour") || t.has("colour_curve");
         (*curves)[index] = own_colour ? read->colour_curve : material->colour_curve;
     };
@@ -330,7 +370,8 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
 
 } // namespace
 
-config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves, SharedEpoch epoch) {
+config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves,
+                       std::shared_ptr<KernelKeys> kernels) {
     config::List list;
     list.name = "body";
     list.help = "A body, one table for each: shape, material, position, attitude and motion.";
@@ -338,10 +379,10 @@ config::List body_list(Scene& scene, std::shared_ptr<ColourCurves> curves, Share
         scene.bodies.clear();
         curves->clear();
     };
-    list.append = [&scene, curves, epoch = std::move(epoch)](const config::Value& table) {
+    list.append = [&scene, curves, kernels](const config::Value& table) {
         scene.bodies.emplace_back();
         curves->emplace_back();
-        return body_section(scene, scene.bodies.size() - 1, curves, epoch, table);
+        return body_section(scene, scene.bodies.size() - 1, curves, kernels, table);
     };
     list.size = [&scene] { return scene.bodies.size(); };
     // Scenes are not printed: list only the keys of every body.

@@ -3,6 +3,7 @@
 
 #include "core/pixel_pitch.hpp"
 #include "renderer/scene/scene_keys.hpp"
+#include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 
@@ -16,20 +17,26 @@ namespace {
 struct CameraPlace {
     PlaceKeys place;
     JointKeys joint;
+    KernelPlaceKeys kernel;
 };
 
 } // namespace
 
-config::Section camera_section(Camera& camera, SharedEpoch epoch) {
+config::Section camera_section(Camera& camera, SharedEpoch epoch,
+                               const std::shared_ptr<KernelKeys>& kernels) {
     const auto read = std::make_shared<CameraPlace>();
     read->place.epoch = std::move(epoch);
     config::Keys place_keys = camera_place_keys(read->place);
     const config::Keys joint_keys = keys_of(read->joint);
     place_keys.insert(place_keys.end(), joint_keys.begin(), joint_keys.end());
+    if (kernels) {
+        const config::Keys kernel_keys = keys_of(read->kernel, true);
+        place_keys.insert(place_keys.end(), kernel_keys.begin(), kernel_keys.end());
+    }
     config::Section section{"camera", "The camera: sensor, optics, position, attitude and motion."};
     section.keys = keys_of(camera);
     section.keys.insert(section.keys.end(), place_keys.begin(), place_keys.end());
-    section.check = [&camera, read, place_keys](const config::ReadTable& table) {
+    section.check = [&camera, read, place_keys, kernels](const config::ReadTable& table) {
         if (camera.psf.model == PointSpread::Model::table && camera.psf.file.empty())
             table.refuse_table("the key \"psf_file\" is missing");
         if (const std::string why = explain_invalid_row_pitch(camera.pixel_pitch_m, camera.pixel_pitch_y_m);
@@ -42,6 +49,7 @@ config::Section camera_section(Camera& camera, SharedEpoch epoch) {
         camera.parent = read->joint.parent;
         camera.joint = joint_of(read->joint, table);
         camera.motion = motion_of(read->place, table);
+        if (kernels) (void)follow_kernels(camera.motion, read->kernel, true, *kernels, table);
     };
     return section;
 }

@@ -9,6 +9,7 @@
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/body_section.hpp"
 #include "renderer/scene_files/camera_section.hpp"
+#include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 
@@ -91,41 +92,44 @@ config::Section stars_section(std::vector<Star>& stars) {
 struct LampPlace {
     PlaceKeys place;
     JointKeys joint;
+    KernelPlaceKeys kernel;
 };
 
-config::Section lamp_section(Lamp& lamp, std::size_t index, const SharedEpoch& epoch) {
+config::Section lamp_section(Lamp& lamp, std::size_t index, const std::shared_ptr<KernelKeys>& kernels) {
     const auto read = std::make_shared<LampPlace>();
-    read->place.epoch = epoch;
+    read->place.epoch = kernels->epoch;
     config::Section section{
         "lamp", "A lamp: a point source or a beam that illuminates bodies, but is not visible itself."};
     section.keys = keys_of(lamp);
-    for (const config::Keys& more : {camera_place_keys(read->place), keys_of(read->joint)})
+    for (const config::Keys& more :
+         {camera_place_keys(read->place), keys_of(read->joint), keys_of(read->kernel, true)})
         section.keys.insert(section.keys.end(), more.begin(), more.end());
-    section.check = [&lamp, index, read](const config::ReadTable& table) {
+    section.check = [&lamp, index, read, kernels](const config::ReadTable& table) {
         lamp.parent = read->joint.parent;
         lamp.joint = joint_of(read->joint, table);
         lamp.motion = motion_of(read->place, table);
+        (void)follow_kernels(lamp.motion, read->kernel, true, *kernels, table);
         lamp.position = table.position_text();
         if (lamp.name.empty()) lamp.name = fmt::format("lamp{}", index);
     };
     return section;
 }
 
-config::List lamp_list(std::vector<Lamp>& lamps, const SharedEpoch& epoch) {
+config::List lamp_list(std::vector<Lamp>& lamps, const std::shared_ptr<KernelKeys>& kernels) {
     config::List list;
     list.name = "lamp";
     list.help = "A lamp, one table for each: a point source or a beam that illuminates bodies, but is not "
                 "visible itself.";
     list.clear = [&lamps] { lamps.clear(); };
-    list.append = [&lamps, epoch](const config::Value& /*table*/) {
+    list.append = [&lamps, kernels](const config::Value& /*table*/) {
         lamps.emplace_back();
-        return lamp_section(lamps.back(), lamps.size() - 1, epoch);
+        return lamp_section(lamps.back(), lamps.size() - 1, kernels);
     };
     list.size = [&lamps] { return lamps.size(); };
-    list.at = [&lamps, epoch](std::size_t index) { return lamp_section(lamps.at(index), index, epoch); };
+    list.at = [&lamps, kernels](std::size_t index) { return lamp_section(lamps.at(index), index, kernels); };
     list.examples = [] {
         static Lamp fresh;
-        static config::Section section = lamp_section(fresh, 0, nullptr);
+        static config::Section section = lamp_section(fresh, 0, std::make_shared<KernelKeys>());
         return std::vector{section};
     };
     return list;
@@ -239,18 +243,16 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
 
 config::Section scene_section(Scene& scene) {
     const auto curves = std::make_shared<ColourCurves>();
-    const auto epoch = std::make_shared<SceneEpoch>();
+    const auto kernels = std::make_shared<KernelKeys>();
     config::Section section{"", "A scene: bodies, light sources, stars and the camera."};
     section.keys = keys_of(scene);
-    section.keys.insert(section.keys.begin() + 1,
-                        config::key("epoch", &epoch->text)
-                            .help("Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that "
-                                  "`obscura time` reads, UTC without a scale; empty: the scene has no date"));
+    const config::Keys kernel_keys = kernels->keys();
+    section.keys.insert(section.keys.begin() + 1, kernel_keys.begin(), kernel_keys.end());
     section.tables = {sun_section(scene.sun), stars_section(scene.stars),
-                      camera_section(scene.camera, epoch)};
+                      camera_section(scene.camera, kernels->epoch, kernels)};
     section.lists = {
-        body_list(scene, curves, epoch),
-        lamp_list(scene.lamps, epoch),
+        body_list(scene, curves, kernels),
+        lamp_list(scene.lamps, kernels),
         config::list("band", "A spectral band of the image, one table for each; without any, one band.",
                      scene.bands, band_section),
         config::list("landmark",
@@ -260,8 +262,8 @@ config::Section scene_section(Scene& scene) {
                      scene.stray_light, stray_light_section),
     };
     section.printed = false;
-    section.check = [&scene, curves, epoch](const config::ReadTable& root) {
-        root.refuse_if_thrown("epoch", [&] { scene.epoch = epoch->get(); });
+    section.check = [&scene, curves, kernels](const config::ReadTable& root) {
+        kernels->check(scene, root);
         check_scene(scene, *curves, root);
     };
     return section;

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/scene/kernel_frame.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace obscura::scene {
+namespace {
+
+using ephemeris::Evaluation;
+using ephemeris::Interval;
+using ephemeris::TdbTime;
+
+constexpr int barycentre = 0;
+/// Distance from the ends of covered intervals within which nothing is evaluated: rounding of times.
+constexpr double edge_s = 1e-6;
+
+/// TDB - TT by its largest term, s (IAU 1976; "The Astronomical Almanac"): its change over a scene is needed,
+/// not its value.
+double tdb_minus_tt(double tdb_s) noexcept {
+    const double m = 6.239996 + 1.99096871e-7 * tdb_s;
+    return 1.657e-3 * std::sin(m + 1.671e-2 * std::sin(m));
+}
+
+/// Times that are in an interval of both lists, which are sorted.
+std::vector<Interval> common(const std::vector<Interval>& a, const std::vector<Interval>& b) {
+    std::vector<Interval> both;
+    for (const Interval& x : a)
+        for (const Interval& y : b) {
+            const Interval part{std::max(x.begin_s, y.begin_s), std::min(x.end_s, y.end_s)};
+            if (part.begin_s < part.end_s) both.push_back(part);
+        }
+    return both;
+}
+
+class KernelPath final : public PosePath {
+public:
+    KernelPath(std::shared_ptr<const KernelFrame> scene, int body, const std::string& frame,
+               const Pose& local)
+        : scene_(std::move(scene)), model_(scene_->kernels().frame(frame)), body_(body), local_(local) {
+        first_.position_m = scene_->position(body, 0);
+        first_.orientation = scene_->kernels().orientation(frame, scene_->tdb(0));
+        std::vector<Interval> oriented;
+        for (const Interval& i : scene_->kernels().orientation_coverage(frame))
+            oriented.push_back({scene_->scene_s(i.begin_s), scene_->scene_s(i.end_s)});
+        for (const Interval& i : common(scene_->coverage(body), oriented))
+            if (i.end_s - i.begin_s > 4 * edge_s) covered_.push_back({i.begin_s + edge_s, i.end_s - edge_s});
+    }
+
+    [[nodiscard]] Pose at(double time_s) const noexcept override {
+        const double covered_s = nearest(time_s);
+        Pose pose;
+        if (scene_->position(body_, covered_s, pose.position_m) != Evaluation::ok ||
+            model_->orientation(scene_->tdb(covered_s), pose.orientation) != Evaluation::ok)
+            pose = first_; // a kernel holds values that are no numbers
+        return {to_parent(pose, local_.position_m), normalized(pose.orientation * local_.orientation)};
+    }
+    [[nodiscard]] double age_s(double time_s) const noexcept override {
+        return std::abs(time_s - nearest(time_s));
+    }
+    [[nodiscard]] std::vector<double> times_s() const override {
+        std::vector<double> times;
+        for (const Interval& i : covered_)
+            for (const double t : {i.begin_s, i.end_s})
+                if (std::isfinite(t)) times.push_back(t);
+        return times;
+    }
+
+private:
+    /// Covered time that is nearest to `time_s`.
+    [[nodiscard]] double nearest(double time_s) const noexcept {
+        const auto after = std::lower_bound(covered_.begin(), covered_.end(), time_s,
+                                            [](const Interval& i, double t) { return i.end_s < t; });
+        if (after != covered_.end() && after->begin_s <= time_s) return time_s;
+        const bool next = after != covered_.end(), last = after != covered_.begin();
+        if (!next && !last) return 0;
+        if (!next) return (after - 1)->end_s;
+        if (!last) return after->begin_s;
+        return after->begin_s - time_s < time_s - (after - 1)->end_s ? after->begin_s : (after - 1)->end_s;
+    }
+
+    std::shared_ptr<const KernelFrame> scene_;
+    std::shared_ptr<const ephemeris::FrameModel> model_;
+    int body_;
+    Pose local_;
+    Pose first_; ///< at scene time 0
+    std::vector<Interval> covered_;
+};
+
+} // namespace
+
+KernelFrame::KernelFrame(ephemeris::Ephemeris kernels, ephemeris::Epoch epoch, int centre)
+    : kernels_(std::move(kernels)),
+      epoch_(to_tdb(epoch)),
+      centre_(centre),
+      origin_m_(kernels_.state(centre, barycentre, epoch_).position_m) {}
+
+TdbTime KernelFrame::tdb(double scene_s) const noexcept {
+    const double start = epoch_.seconds();
+    return epoch_ + (scene_s + (tdb_minus_tt(start + scene_s) - tdb_minus_tt(start)));
+}
+
+double KernelFrame::scene_s(double tdb_s) const noexcept {
+    if (!std::isfinite(tdb_s)) return tdb_s;
+    const double start = epoch_.seconds();
+    return (tdb_s - epoch_.whole_s) - epoch_.part_s - (tdb_minus_tt(tdb_s) - tdb_minus_tt(start));
+}
+
+Evaluation KernelFrame::position(int body, double scene_s, Vec3& position_m) const noexcept {
+    // By the centre: the first difference is small near it, the second within the scene's time.
+    const TdbTime time = tdb(scene_s);
+    ephemeris::State centre, relative;
+    if (const Evaluation status = kernels_.state(centre_, barycentre, time, centre); status != Evaluation::ok)
+        return status;
+    const Evaluation status = kernels_.state(body, centre_, time, relative);
+    position_m = relative.position_m + (centre.position_m - origin_m_);
+    return status;
+}
+
+Vec3 KernelFrame::position(int body, double scene_s) const {
+    Vec3 position_m;
+    const Evaluation status = position(body, scene_s, position_m);
+    if (status != Evaluation::ok) throw InputError(kernels_.reason(body, barycentre, tdb(scene_s), status));
+    return position_m;
+}
+
+std::vector<Interval> KernelFrame::coverage(int body) const {
+    std::vector<Interval> covered =
+        common(kernels_.coverage(body, centre_), kernels_.coverage(centre_, barycentre));
+    for (Interval& i : covered)
+        i = {scene_s(i.begin_s), scene_s(i.end_s)};
+    return covered;
+}
+
+std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,
+                                            const std::string& frame, const Pose& local) {
+    return std::make_shared<KernelPath>(std::move(scene), body, frame, local);
+}
+
+} // namespace obscura::scene

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/scene_files/kernel_keys.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+namespace obscura::scene {
+namespace {
+
+constexpr int sun = 10;
+
+/// Whether the file says where the Sun is.
+bool sun_is_given(const config::Value& root) {
+    const config::Member* const table = root.find("sun");
+    if (table == nullptr) return false;
+    for (const char* key : {"position_m", "direction", "distance_au"})
+        if (table->value.find(key) != nullptr) return true;
+    return false;
+}
+
+} // namespace
+
+config::Keys KernelKeys::keys() {
+    return {
+        config::key("epoch", &epoch->text)
+            .help("Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that `obscura time` "
+                  "reads, UTC without a scale; empty: the scene has no date"),
+        config::key("kernels", config::Path{&file, true, true})
+            .help("SPICE kernel, or meta-kernel that names several, for \"ephemeris\" of bodies, camera and "
+                  "lamps; the Sun is where it has it at the epoch, unless [sun] says where; empty: none"),
+        config::key("centre", &centre)
+            .help("Body of the kernels at whose place at the epoch the origin of the inertial frame is; that "
+                  "frame has J2000 axes and is at rest relative to the solar system barycentre"),
+    };
+}
+
+std::shared_ptr<const KernelFrame> KernelKeys::frame() {
+    if (read_ || file.empty()) return frame_;
+    read_ = true;
+    key_at_fault_ = "epoch";
+    try {
+        const auto start = epoch->get();
+        if (!start) {
+            key_at_fault_ = "kernels";
+            fault_ = "need the key \"epoch\": the instant of scene time 0";
+            return nullptr;
+        }
+        key_at_fault_ = "kernels";
+        const ephemeris::Ephemeris kernels({file});
+        key_at_fault_ = "centre";
+        frame_ = std::make_shared<KernelFrame>(kernels, *start, kernels.body(centre));
+    } catch (const Error& error) {
+        fault_ = error.what();
+    }
+    return frame_;
+}
+
+void KernelKeys::check(Scene& scene, const config::ReadTable& root) {
+    root.refuse_if_thrown("epoch", [&] { scene.epoch = epoch->get(); });
+    if (file.empty()) {
+        if (root.has("centre")) root.refuse("centre", "belongs to \"kernels\"");
+        return;
+    }
+    const auto inertial = frame();
+    // A mistake of the epoch is reported above.
+    if (!fault_.empty() && key_at_fault_ != "epoch") root.refuse(key_at_fault_, fault_);
+    if (!inertial || sun_is_given(*root.table())) return;
+    if (inertial->position(sun, 0, scene.sun.position_m) != ephemeris::Evaluation::ok &&
+        scene.sun.irradiance_scale > 0)
+        root.refuse("kernels", "have no place of the Sun at the epoch: [sun] needs position_m or direction");
+}
+
+config::Keys keys_of(KernelPlaceKeys& keys, bool looks) {
+    return {
+        config::key("ephemeris", &keys.body)
+            .help(looks
+                      ? "Body or spacecraft of the scene's kernels (name or NAIF code) at which the frame of "
+                        "position_m, orientation and trajectory is; empty: none"
+                      : "Body or spacecraft of the scene's kernels (name or NAIF code) whose place and "
+                        "rotation this body has; an ellipsoid without radii_m has its radii; position_m, "
+                        "orientation and trajectory are then in its frame; empty: none"),
+        config::key("ephemeris_frame", &keys.frame)
+            .help(looks ? "Axes of that frame, a frame of the kernels (of a CK: \"NH_LORRI\"); empty: J2000"
+                        : "Axes of the body, a frame of the kernels (\"IAU_EUROPA\", \"MOON_ME_DE421\"); "
+                          "empty: the body's own in the kernels; \"J2000\": no rotation"),
+    };
+}
+
+bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, KernelKeys& kernels,
+                    const config::ReadTable& table) {
+    if (keys.body.empty()) {
+        if (!keys.frame.empty()) table.refuse("ephemeris_frame", "needs \"ephemeris\"");
+        return false;
+    }
+    for (const char* key : {"parent", "trajectory", "attitude", "spin_rate_deg_per_s"})
+        if (table.has(key)) table.refuse(key, "cannot stand beside \"ephemeris\"");
+    if (kernels.file.empty()) {
+        table.refuse("ephemeris", "the scene has no \"kernels\"");
+        return false;
+    }
+    const auto scene = kernels.frame();
+    if (!scene) return false; // reported with the kernels
+    try {
+        const int body = scene->kernels().body(keys.body);
+        std::string frame = keys.frame;
+        if (frame.empty()) frame = looks ? "J2000" : scene->kernels().body_frame_name(body);
+        motion.path = kernel_path(scene, body, frame, motion.samples.front().pose);
+        return true;
+    } catch (const Error& error) {
+        table.refuse("ephemeris", error.what());
+    }
+    return false;
+}
+
+} // namespace obscura::scene

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes with SPICE kernels: places, rotations and radii of bodies, cameras that follow bodies, mistakes.
+#include "core/error.hpp"
+#include "ephemeris/kernels/apparent_place.hpp"
+#include "ephemeris/time/time_text.hpp"
+#include "renderer/scene/kernel_frame.hpp"
+#include "renderer/scene_files/scene_file.hpp"
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/world/scene_poses.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/daf_writer.hpp"
+#include "tests/support/data.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+using namespace obscura;
+using Catch::Matchers::ContainsSubstring;
+
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+constexpr double mas = deg / 3.6e6;
+
+double angle(Vec3 a, Vec3 b) {
+    return std::atan2(length(cross(a, b)), dot(a, b));
+}
+
+double angle_between(Quat a, Quat b) {
+    const Quat d = conjugate(a) * b;
+    return 2 * std::atan2(std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z), std::abs(d.w));
+}
+
+/// SPK segment of uniform motion from `begin` to `end`, km and km/s at time 0.
+test::DafSegment uniform(std::int32_t target, std::int32_t center, double begin, double end, Vec3 position,
+                         Vec3 velocity) {
+    const double middle = (begin + end) / 2, half = (end - begin) / 2;
+    const Vec3 p = position + velocity * middle, v = velocity * half;
+    return {"UNIFORM",
+            {begin, end},
+            {target, center, 1, 2},
+            {middle, half, p.x, v.x, p.y, v.y, p.z, v.z, begin, end - begin, 8, 1}};
+}
+
+constexpr const char* rotations = R"(KPL/PCK
+\begindata
+BODY502_RADII = ( 1562.6 1560.3 1559.5 )
+BODY502_POLE_RA = ( 268.08 ) BODY502_POLE_DEC = ( 64.51 ) BODY502_PM = ( 36.022 101.3747235 )
+\begintext
+)";
+
+/// Folder with kernels of Sun, Jupiter, Europa and a spacecraft, and scenes that use them.
+class KernelScene {
+public:
+    KernelScene() {
+        folder_.write("rotations.tpc", rotations);
+        folder_.write("all.tm", "KPL/MK\n\\begindata\nKERNELS_TO_LOAD = ( 'rotations.tpc' 'moons.bsp' )\n");
+        folder_.write("moons.bsp",
+                      test::daf_bytes("SPK",
+                                      {uniform(10, 0, -1e5, 1e5, {-7e5, 5e5, 2e5}, {0.01, 0.005, 0}),
+                                       uniform(599, 0, -1e5, 1e5, {-3e8, -6.8e8, -2.8e8}, {11.9, -4, -2}),
+                                       uniform(502, 599, -1e5, 1e5, {6e5, 3e5, 1e5}, {-6, 12, 5}),
+                                       uniform(-900, 502, -100, 200, {0, 20000, 0}, {1, 0, 0}),
+                                       uniform(-900, 502, 400, 500, {0, 20000, 0}, {1, 0, 0})},
+                                      false));
+    }
+    [[nodiscard]] scene::Scene load(const std::string& tables) const {
+        return scene::load_scene(folder_.write("s.toml", head + tables));
+    }
+    [[nodiscard]] ephemeris::Ephemeris kernels() const {
+        return ephemeris::Ephemeris({folder_.path() / "all.tm"});
+    }
+    [[nodiscard]] std::string refusal(const std::string& text) const {
+        const auto file = folder_.write("s.toml", text);
+        try {
+            (void)scene::load_scene(file);
+        } catch (const Error& error) {
+            const std::string all = error.what();
+            return all.substr(all.find("s.toml"));
+        }
+        return "accepted";
+    }
+
+    const std::string head = "epoch = \"2000-01-01T12:00:00 TDB\"\n"
+                             "kernels = \"all.tm\"\ncentre = \"JUPITER\"\n";
+
+private:
+    test::TempFolder folder_;
+};
+
+} // namespace
+
+TEST_CASE("A body of the kernels has their place, rotation, radii and name") {
+    const KernelScene files;
+    const scene::Scene s = files.load("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n");
+    REQUIRE(s.bodies.size() == 1);
+    CHECK(s.bodies[0].name == "EUROPA");
+    REQUIRE(s.bodies[0].shape.kind() == "ellipsoid");
+    const Vec3 radii = s.bodies[0].shape.get<renderer::EllipsoidParameters>().radii_m;
+    CHECK(length(radii - Vec3{1562.6, 1560.3, 1559.5} * 1000.0) < 1e-6);
+    const ephemeris::Ephemeris kernels = files.kernels();
+    const renderer::ScenePoses poses(s);
+    for (const double t : {0.0, 1000.0, -30000.0}) {
+        const Pose pose = poses.body(0, t).pose;
+        // Jupiter's own motion is seen, as the frame is at rest relative to the barycentre.
+        const ephemeris::Epoch now{ephemeris::to_epoch({0, 0}).tai_ns + std::llround(t * 1e9)};
+        const ephemeris::TdbTime tdb = ephemeris::to_tdb(now);
+        const Vec3 expected = (Vec3{6e5, 3e5, 1e5} + Vec3{-6 + 11.9, 12 - 4, 5 - 2} * tdb.seconds()) * 1000.0;
+        // 5 mm are half a microsecond of time.
+        CHECK(length(pose.position_m - expected) < 5e-3);
+        const Quat turned = kernels.orientation("IAU_EUROPA", tdb);
+        CHECK(angle_between(pose.orientation, turned) < 1e-10);
+    }
+    // The Sun is where the kernels have it at the epoch.
+    CHECK(length(s.sun.position_m - Vec3{-7e5 + 3e8, 5e5 + 6.8e8, 2e5 + 2.8e8} * 1000.0) < 1e-3);
+}
+
+TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame of theirs") {
+    const KernelScene files;
+    const std::string europa =
+        "[[body]]\nalbedo = 0.6\nname = \"moon\"\nephemeris = \"EUROPA\"\nradii_m = [1e6, 1e6, 1e6]\n";
+    const auto camera_at = [&](const std::string& keys, double t) {
+        return renderer::ScenePoses(files.load("aberration = true\n[camera]\n" + keys + europa)).camera(t);
+    };
+    const Vec3 moon0 = Vec3{6e5, 3e5, 1e5} * 1000.0;
+    const Vec3 v = Vec3{-6 + 11.9, 12 - 4, 5 - 2} * 1000.0;
+    // The spacecraft of the kernels, aimed at the body.
+    const Pose craft = camera_at("ephemeris = \"-900\"\nlook_at = \"moon\"\n", 100);
+    CHECK(length(craft.position_m - (moon0 + v * 100 + Vec3{100e3, 20e6, 0})) < 1e-2);
+    CHECK(angle(rotate(craft.orientation, {0, 0, 1}), {-100e3, -20e6, 0}) < 1e-3);
+    // Beside a body, with axes that do not turn with it.
+    const Pose beside = camera_at("ephemeris = \"EUROPA\"\nposition_m = [0, 0, 5e6]\n"
+                                  "boresight = [0, 0, -1]\nup = [0, 1, 0]\n",
+                                  5000);
+    // TDB has run 2 us ahead.
+    CHECK(length(beside.position_m - (moon0 + v * 5000 + Vec3{0, 0, 5e6})) < 3e-2);
+    CHECK(length(rotate(beside.orientation, {0, 0, 1}) - Vec3{0, 0, -1}) < 1e-12);
+    // In the axes of a frame of the kernels it is where a child of the body is.
+    const std::string place = "position_m = [0, 0, 5e6]\nboresight = [0, 1, -1]\nup = [0, 1, 1]\n";
+    const Pose landed = camera_at("ephemeris = \"EUROPA\"\nephemeris_frame = \"IAU_EUROPA\"\n" + place, 5000);
+    const Pose child = camera_at("parent = \"moon\"\n" + place, 5000);
+    CHECK(length(landed.position_m - child.position_m) < 1e-2);
+    CHECK(angle_between(landed.orientation, child.orientation) < 1e-12);
+    CHECK(length(landed.position_m - beside.position_m) > 1e6);
+    // The velocity for aberration is that of the motion as a whole.
+    const renderer::ScenePoses poses(
+        files.load("aberration = true\n[camera]\nephemeris = \"-900\"\n" + europa));
+    CHECK(length(poses.camera_velocity_m_s(50) - (v + Vec3{1000, 0, 0})) < 0.05);
+}
+
+TEST_CASE("Where kernels have a gap the pose of the nearest covered time holds, and its age is told") {
+    const KernelScene files;
+    const scene::Scene s = files.load("[camera]\nephemeris = \"-900\"\n");
+    const auto& path = s.camera.motion.path;
+    REQUIRE(path);
+    CHECK(path->age_s(150) == 0);
+    CHECK(std::abs(path->age_s(250) - 50) < 1e-3);
+    CHECK(std::abs(path->age_s(390) - 10) < 1e-3);
+    CHECK(std::abs(path->age_s(-400) - 300) < 1e-3);
+    CHECK(std::abs(path->age_s(1500) - 1000) < 1e-3);
+    CHECK(length(path->at(250).position_m - path->at(199.99).position_m) < 500);
+    CHECK(length(path->at(390).position_m - path->at(400.01).position_m) < 500);
+    CHECK(path->times_s().size() == 4);
+}
+
+TEST_CASE("Mistakes in the keys of kernels are reported with their place") {
+    const KernelScene files;
+    const auto said = [&](const std::string& tables) { return files.refusal(files.head + tables); };
+    CHECK_THAT(files.refusal("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n"),
+               ContainsSubstring("s.toml:3:13: body[0].ephemeris: the scene has no \"kernels\""));
+    CHECK_THAT(files.refusal("kernels = \"moons.bsp\"\n[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n"),
+               ContainsSubstring("kernels: need the key \"epoch\""));
+    CHECK_THAT(files.refusal("kernels = \"none.bsp\"\n"), ContainsSubstring("none.bsp: no such file"));
+    CHECK_THAT(files.refusal("centre = \"SUN\"\n"), ContainsSubstring("centre: belongs to \"kernels\""));
+    CHECK_THAT(files.refusal("epoch = \"2100-01-01\"\nkernels = \"moons.bsp\"\ncentre = \"JUPITER\"\n"),
+               ContainsSubstring("centre: JUPITER (599) relative to") &&
+                   ContainsSubstring("is covered 1999-"));
+    CHECK_THAT(said("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPE\"\n"),
+               ContainsSubstring("body[0].ephemeris: body EUROPE: unknown, did you mean \"EUROPA\"?"));
+    CHECK_THAT(said("[[body]]\nalbedo = 0.6\nephemeris = \"JUPITER\"\n"),
+               ContainsSubstring("frame IAU_JUPITER: no rotation is loaded"));
+    CHECK_THAT(said("[[body]]\nalbedo = 0.6\nephemeris = \"JUPITER\"\nephemeris_frame = \"J2000\"\n"),
+               ContainsSubstring("the key \"radii_m\" is missing, and no kernel has radii"));
+    CHECK_THAT(said("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\nparent = \"x\"\n"),
+               ContainsSubstring("cannot stand beside \"ephemeris\""));
+    CHECK_THAT(said("[[body]]\nalbedo = 0.6\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nephemeris_frame = "
+                    "\"J2000\"\n"),
+               ContainsSubstring("ephemeris_frame: needs \"ephemeris\""));
+    CHECK_THAT(said("[camera]\nephemeris = \"-900\"\nephemeris_frame = \"MIST\"\n"),
+               ContainsSubstring("camera.ephemeris: frame MIST: unknown"));
+    CHECK(said("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n") == "accepted");
+}
+
+TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliarcsecond") {
+    const auto file = test::data_file("ephemeris/de405_2000-2050.bsp");
+    if (!file) return;
+    struct Case {
+        const char* name;
+        int observer;
+        ephemeris::TdbTime time;
+        Vec3 astrometric, aberrated;
+    };
+    // skyfield 1.45: observe() and add_aberration(), as in tests/unit/ephemeris/places_test.cpp.
+    constexpr std::array cases{
+        Case{"MOON",
+             399,
+             {765958887, 0.35999999999999999},
+             {0.82908151985550305, 0.50049912562952048, 0.249247785703654},
+             {0.82913509590348999, 0.50042579199057435, 0.249216812136976}},
+        Case{"VENUS BARYCENTER",
+             399,
+             {225936001, 0.25},
+             {0.98842153825638823, 0.1439788331670783, 0.047884844269576954},
+             {0.98843464040872042, 0.14390040946536148, 0.047850118033134138}},
+        Case{"EARTH",
+             4,
+             {900000123, 0.5},
+             {-0.14538924236693326, -0.90556503249601716, -0.39851466738936525},
+             {-0.1454637719594313, -0.90555595486146179, -0.39850809736099541}},
+    };
+    const test::TempFolder folder;
+    for (const Case& c : cases) {
+        CAPTURE(c.name);
+        // The scene begins a day before.
+        constexpr double later_s = 86400;
+        const ephemeris::Epoch epoch = ephemeris::to_epoch(c.time);
+        const std::string start =
+            ephemeris::write_time({epoch.tai_ns - 86'400'000'000'000}, ephemeris::TimeScale::tai,
+                                  ephemeris::TimeForm::iso, ephemeris::erfa_leap_seconds());
+        const auto scene_file = folder.write(
+            "s.toml", "epoch = \"" + start + "\"\nkernels = \"" + file->string() +
+                          "\"\nlight_time = true\n"
+                          "aberration = true\n[camera]\nephemeris = \"" +
+                          std::to_string(c.observer) +
+                          "\"\n"
+                          "look_at = \"target\"\nwidth = 101\nheight = 101\nfocal_length_mm = 1000\n"
+                          "[[body]]\nalbedo = 0.6\nname = \"target\"\nephemeris = \"" +
+                          std::string(c.name) +
+                          "\"\n"
+                          "ephemeris_frame = \"J2000\"\nradii_m = [1e6, 1e6, 1e6]\n");
+        const renderer::ScenePoses poses(scene::load_scene(scene_file));
+        const Pose camera = poses.camera(later_s);
+        const renderer::BodyView seen = poses.body(0, later_s);
+        CHECK(angle(seen.pose.position_m - camera.position_m, c.astrometric) < 0.1 * mas);
+        // The camera is aimed at the apparent place, in the middle of the picture.
+        CHECK(angle(rotate(camera.orientation, {0, 0, 1}), c.aberrated) < 0.1 * mas);
+        REQUIRE(seen.pixel);
+        CHECK(std::hypot(seen.pixel->x - 50, seen.pixel->y - 50) < 1e-6);
+    }
+}
