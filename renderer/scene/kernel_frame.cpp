@@ -38,11 +38,26 @@ std::vector<Interval> common(const std::vector<Interval>& a, const std::vector<I
     return both;
 }
 
+/// A pose that stays.
+class Still final : public PosePath {
+public:
+    explicit Still(const Pose& pose) : pose_(pose) {}
+    [[nodiscard]] Pose at(double /*time_s*/) const noexcept override { return pose_; }
+    [[nodiscard]] double age_s(double /*time_s*/) const noexcept override { return 0; }
+    [[nodiscard]] std::vector<double> times_s() const override { return {}; }
+
+private:
+    Pose pose_;
+};
+
 class KernelPath final : public PosePath {
 public:
     KernelPath(std::shared_ptr<const KernelFrame> scene, int body, const std::string& frame,
-               const Pose& local)
-        : scene_(std::move(scene)), model_(scene_->kernels().frame(frame)), body_(body), local_(local) {
+               std::shared_ptr<const PosePath> local)
+        : scene_(std::move(scene)),
+          model_(scene_->kernels().frame(frame)),
+          body_(body),
+          local_(std::move(local)) {
         first_.position_m = scene_->position(body, 0);
         first_.orientation = scene_->kernels().orientation(frame, scene_->tdb(0));
         std::vector<Interval> oriented;
@@ -58,13 +73,15 @@ public:
         if (scene_->position(body_, covered_s, pose.position_m) != Evaluation::ok ||
             model_->orientation(scene_->tdb(covered_s), pose.orientation) != Evaluation::ok)
             pose = first_; // a kernel holds values that are no numbers
-        return {to_parent(pose, local_.position_m), normalized(pose.orientation * local_.orientation)};
+        const Pose local = local_->at(time_s);
+        return {to_parent(pose, local.position_m), normalized(pose.orientation * local.orientation)};
     }
     [[nodiscard]] double age_s(double time_s) const noexcept override {
-        return std::abs(time_s - nearest(time_s));
+        return std::max(std::abs(time_s - nearest(time_s)), local_->age_s(time_s));
     }
     [[nodiscard]] std::vector<double> times_s() const override {
-        std::vector<double> times;
+        std::vector<double> times = local_->times_s();
+        if (!times.empty()) return times;
         for (const Interval& i : covered_)
             for (const double t : {i.begin_s, i.end_s})
                 if (std::isfinite(t)) times.push_back(t);
@@ -87,7 +104,7 @@ private:
     std::shared_ptr<const KernelFrame> scene_;
     std::shared_ptr<const ephemeris::FrameModel> model_;
     int body_;
-    Pose local_;
+    std::shared_ptr<const PosePath> local_;
     Pose first_; ///< at scene time 0
     std::vector<Interval> covered_;
 };
@@ -139,7 +156,12 @@ std::vector<Interval> KernelFrame::coverage(int body) const {
 
 std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,
                                             const std::string& frame, const Pose& local) {
-    return std::make_shared<KernelPath>(std::move(scene), body, frame, local);
+    return kernel_path(std::move(scene), body, frame, std::make_shared<Still>(local));
+}
+
+std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,
+                                            const std::string& frame, std::shared_ptr<const PosePath> local) {
+    return std::make_shared<KernelPath>(std::move(scene), body, frame, std::move(local));
 }
 
 } // namespace obscura::scene

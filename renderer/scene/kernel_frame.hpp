@@ -41,10 +41,13 @@ private:
     Vec3 origin_m_; ///< from the barycentre
 };
 
-/// Path of something at the constant pose `local` in the frame at body `body` with the axes of `frame`
-/// ("J2000", "IAU_EUROPA", that of a CK). Where the kernels cover neither, the pose of the nearest covered
-/// time holds. Throws InputError if the frame is unknown, or one of them is not covered at scene time 0.
+/// Path of something that moves as `local` in the frame at body `body` with the axes of `frame` ("J2000",
+/// "IAU_EUROPA", that of a CK). Where the kernels cover neither, that frame is where it is at the nearest
+/// covered time. Throws InputError if the frame is unknown, or one of them is not covered at scene time 0.
 [[nodiscard]] std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,
                                                           const std::string& frame, const Pose& local);
+[[nodiscard]] std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,
+                                                          const std::string& frame,
+                                                          std::shared_ptr<const PosePath> local);
 
 } // namespace obscura::scene

@@ -2,6 +2,8 @@
 #include "renderer/scene_files/kernel_keys.hpp"
 
 #include "core/error.hpp"
+#include "renderer/scene/sampled_pose_path.hpp"
+#include "renderer/scene_files/section_rules.hpp"
 
 #include <fmt/format.h>
 
@@ -17,6 +19,12 @@ bool sun_is_given(const config::Value& root) {
     for (const char* key : {"position_m", "direction", "distance_au"})
         if (table->value.find(key) != nullptr) return true;
     return false;
+}
+
+/// The poses of a trajectory, linear and slerp between them.
+std::shared_ptr<const PosePath> path_of_samples(const std::vector<TimedPose>& samples) {
+    const ephemeris::SampledPath path(path_of_table("trajectory", samples), {}, 0);
+    return make_path({.positions = path, .attitudes = path, .constant = {}});
 }
 
 } // namespace
@@ -93,8 +101,10 @@ bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, Ker
         if (!keys.frame.empty()) table.refuse("ephemeris_frame", "needs \"ephemeris\"");
         return false;
     }
-    for (const char* key : {"parent", "trajectory", "attitude", "spin_rate_deg_per_s"})
+    for (const char* key : {"parent", "spin_rate_deg_per_s"})
         if (table.has(key)) table.refuse(key, "cannot stand beside \"ephemeris\"");
+    // Its point would be in the inertial frame.
+    if (table.has("trajectory")) exclude(table, "look_at_m", "ephemeris");
     if (kernels.file.empty()) {
         table.refuse("ephemeris", "the scene has no \"kernels\"");
         return false;
@@ -105,7 +115,11 @@ bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, Ker
         const int body = scene->kernels().body(keys.body);
         std::string frame = keys.frame;
         if (frame.empty()) frame = looks ? "J2000" : scene->kernels().body_frame_name(body);
-        motion.path = kernel_path(scene, body, frame, motion.samples.front().pose);
+        if (motion.samples.size() > 1 && !motion.path) motion.path = path_of_samples(motion.samples);
+        motion.path = motion.path ? kernel_path(scene, body, frame, motion.path)
+                                  : kernel_path(scene, body, frame, motion.samples.front().pose);
+        for (TimedPose& sample : motion.samples)
+            sample.pose = motion.path->at(sample.time_s);
         return true;
     } catch (const Error& error) {
         table.refuse("ephemeris", error.what());

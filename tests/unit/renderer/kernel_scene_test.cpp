@@ -74,6 +74,7 @@ public:
     [[nodiscard]] ephemeris::Ephemeris kernels() const {
         return ephemeris::Ephemeris({folder_.path() / "all.tm"});
     }
+    void write(const std::string& name, const std::string& text) const { (void)folder_.write(name, text); }
     [[nodiscard]] std::string refusal(const std::string& text) const {
         const auto file = folder_.write("s.toml", text);
         try {
@@ -146,6 +147,12 @@ TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame o
     CHECK(length(landed.position_m - child.position_m) < 1e-2);
     CHECK(angle_between(landed.orientation, child.orientation) < 1e-12);
     CHECK(length(landed.position_m - beside.position_m) > 1e6);
+    // A trajectory about the body, with axes that do not turn with it.
+    files.write("orbit.csv", "time_s,x_m,y_m,z_m\n0,5e6,0,0\n100,5e6,1e6,0\n200,5e6,2e6,1e6\n");
+    const Pose orbit =
+        camera_at("ephemeris = \"EUROPA\"\ntrajectory = \"orbit.csv\"\nlook_at = \"moon\"\n", 150);
+    CHECK(length(orbit.position_m - (moon0 + v * 150 + Vec3{5e6, 1.5e6, 0.5e6})) < 1e-2);
+    CHECK(angle(rotate(orbit.orientation, {0, 0, 1}), {-5e6, -1.5e6, -0.5e6}) < 1e-3);
     // The velocity for aberration is that of the motion as a whole.
     const renderer::ScenePoses poses(
         files.load("aberration = true\n[camera]\nephemeris = \"-900\"\n" + europa));
