@@ -101,13 +101,17 @@ enum FrameFlag : std::uint32_t {
 struct BodyTruth {
     std::array<char, 32> name{}; ///< zero terminated
     Pose pose;
+    double pose_age_s = 0; ///< see GroundTruth::camera_pose_age_s
 };
 
 /// Ground truth of the scene: the reference that flight software is compared with.
 struct GroundTruth {
     /// Mid-exposure of the frame: half way between the first reset and the last read.
     Time mid_exposure;
-    Pose camera;         ///< at mid_exposure, inertial
+    Pose camera; ///< at mid_exposure, inertial
+    /// Time by which mid_exposure is later than the newest pose received, or outside the poses of a file: the
+    /// pose is extrapolated or held. 0: interpolated or constant.
+    double camera_pose_age_s = 0;
     Vec3 sun_position_m; ///< at mid_exposure, inertial
     std::uint32_t body_count = 0;
     std::array<BodyTruth, max_truth_bodies> bodies{};

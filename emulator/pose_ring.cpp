@@ -2,15 +2,30 @@
 #include "emulator/pose_ring.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace obscura::emulator {
+namespace {
 
-bool PoseRing::push(double time_s, const Pose& pose) noexcept {
+Pose moved_on(const Pose& pose, const PoseRates& rates, double span_s) noexcept {
+    const double rate_rad_s = length(rates.rate_rad_s);
+    return {pose.position_m + rates.velocity_m_s * span_s,
+            rate_rad_s > 0 ? normalized(pose.orientation * axis_angle(rates.rate_rad_s, rate_rad_s * span_s))
+                           : pose.orientation};
+}
+
+} // namespace
+
+bool PoseRing::push(double time_s, const Pose& pose, const std::optional<PoseRates>& rates) noexcept {
     const std::uint64_t count = count_.load(std::memory_order_relaxed);
     if (count > 0 && !(time_s > time_of(count - 1))) return false;
     const Vec3& p = pose.position_m;
     const Quat& q = pose.orientation;
-    const std::array<double, 8> values{time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    const auto [v, w] = rates.value_or(PoseRates{{none, none, none}, {none, none, none}});
+    const std::array<double, 14> values{time_s, p.x, p.y, p.z, q.w, q.x, q.y,
+                                        q.z,    v.x, v.y, v.z, w.x, w.y, w.z};
     // Order every access by itself (release here, acquire in at()), because ThreadSanitizer does not
     // understand fences.
     sequence_.fetch_add(1, std::memory_order_acq_rel);
@@ -35,6 +50,10 @@ bool PoseRing::at(double time_s, Pose& pose) const noexcept {
     }
 }
 
+double PoseRing::age_s(double time_s) const noexcept {
+    return count() == 0 ? 0 : std::max(0.0, time_s - newest_s());
+}
+
 double PoseRing::newest_s() const noexcept {
     const std::uint64_t n = count();
     return n == 0 ? 0 : time_of(n - 1);
@@ -50,9 +69,18 @@ Pose PoseRing::pose_of(std::uint64_t number) const noexcept {
     return {{get(1), get(2), get(3)}, {get(4), get(5), get(6), get(7)}};
 }
 
+bool PoseRing::rates_of(std::uint64_t number, PoseRates& rates) const noexcept {
+    const auto& v = cells_[number % capacity].values;
+    const auto get = [&v](std::size_t i) { return v[i].load(std::memory_order_acquire); };
+    rates = {{get(8), get(9), get(10)}, {get(11), get(12), get(13)}};
+    return !std::isnan(rates.velocity_m_s.x);
+}
+
 Pose PoseRing::evaluate(std::uint64_t count, double time_s) const noexcept {
     const std::uint64_t newest = count - 1;
     const std::uint64_t oldest = count > capacity ? count - capacity : 0;
+    if (PoseRates rates; time_s > time_of(newest) && rates_of(newest, rates))
+        return moved_on(pose_of(newest), rates, std::min(time_s - time_of(newest), max_extrapolation_s_));
     if (newest == oldest || time_s <= time_of(oldest)) return pose_of(oldest);
     std::uint64_t after = newest;
     if (const double last_s = time_of(newest); time_s > last_s) {

@@ -8,21 +8,32 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace obscura::emulator {
 
+/// Rates stated with a pose.
+struct PoseRates {
+    Vec3 velocity_m_s; ///< in the frame of the position
+    Vec3 rate_rad_s;   ///< rotation, in the moving frame's own axes
+
+    constexpr bool operator==(const PoseRates&) const = default;
+};
+
 /// Latest poses of the camera, a body or a lamp. Between two poses the position is interpolated linearly and
-/// the attitude by slerp, as in a trajectory. After the newest the last two are extrapolated for
-/// max_extrapolation_s and then held; before the oldest that one is held. One thread pushes, any thread
-/// reads; readers retry for a few stores at most (sequence lock).
+/// the attitude by slerp, as in a trajectory. After the newest the pose goes on for max_extrapolation_s, with
+/// the rates stated with the newest or else those between the last two, and is then held; before the oldest
+/// that one is held. One thread pushes, any thread reads; readers retry for a few stores at most (sequence
+/// lock).
 class PoseRing final : public scene::LivePose {
 public:
     explicit PoseRing(double max_extrapolation_s) : max_extrapolation_s_(max_extrapolation_s) {}
 
     /// Adds `pose`, whose quaternion has unit norm. Returns false, without effect, unless `time_s` is later
     /// than all before.
-    bool push(double time_s, const Pose& pose) noexcept;
+    bool push(double time_s, const Pose& pose, const std::optional<PoseRates>& rates = {}) noexcept;
     [[nodiscard]] bool at(double time_s, Pose& pose) const noexcept override;
+    [[nodiscard]] double age_s(double time_s) const noexcept override;
     /// Time stamp of the newest pose; 0 if there is none.
     [[nodiscard]] double newest_s() const noexcept;
     [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
@@ -31,10 +42,13 @@ public:
 
 private:
     struct Cell {
-        std::array<std::atomic<double>, 8> values{}; ///< time, position, scalar-first quaternion
+        /// Time, position, scalar-first quaternion, velocity, rotation rate; without rates NaN from there on.
+        std::array<std::atomic<double>, 14> values{};
     };
     [[nodiscard]] double time_of(std::uint64_t number) const noexcept;
     [[nodiscard]] Pose pose_of(std::uint64_t number) const noexcept;
+    /// Rates stated with a pose; false: none.
+    [[nodiscard]] bool rates_of(std::uint64_t number, PoseRates& rates) const noexcept;
     [[nodiscard]] Pose evaluate(std::uint64_t count, double time_s) const noexcept;
 
     const double max_extrapolation_s_;

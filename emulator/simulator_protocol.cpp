@@ -11,6 +11,8 @@ namespace obscura::emulator {
 namespace {
 
 constexpr double farthest_m = 1e15; // a tenth of a light year
+constexpr double fastest_m_s = 1e9; // above the speed of light, for poses in a moving frame
+constexpr double fastest_rad_s = 1e4;
 
 /// Removes the next word from the text; empty at the end. One or more blanks separate words.
 std::string_view next_word(std::string_view& rest) {
@@ -45,7 +47,21 @@ SimulatorLine parse_pose(std::string_view rest) {
     if (!(std::abs(norm(q) - 1) <= 1e-3))
         return BadLine{"pose: quaternion: a length of 1 within 1e-3 is wanted"};
     line.pose.orientation = normalized(q);
-    if (!next_word(rest).empty()) return BadLine{"pose: more words than NAME TIME X Y Z QW QX QY QZ"};
+    std::string_view word = next_word(rest);
+    if (word.empty()) return line;
+    std::array<double, 6> rates{};
+    for (double& rate : rates) {
+        if (!parse_number(word, rate))
+            return BadLine{"pose: VX VY VZ WX WY WZ: six numbers are wanted, or none"};
+        word = next_word(rest);
+    }
+    if (!word.empty()) return BadLine{"pose: more words than NAME TIME X Y Z QW QX QY QZ VX VY VZ WX WY WZ"};
+    const PoseRates stated{{rates[0], rates[1], rates[2]}, {rates[3], rates[4], rates[5]}};
+    if (!(length(stated.velocity_m_s) <= fastest_m_s))
+        return BadLine{"pose: velocity: allowed is up to 1e9 m/s"};
+    if (!(length(stated.rate_rad_s) <= fastest_rad_s))
+        return BadLine{"pose: rotation rate: allowed is up to 1e4 rad/s"};
+    line.rates = stated;
     return line;
 }
 

@@ -4,19 +4,22 @@
 
 #include "core/geometry.hpp"
 #include "core/time.hpp"
+#include "emulator/pose_ring.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 
 namespace obscura::emulator {
 
-/// `pose NAME TIME X Y Z QW QX QY QZ`
+/// `pose NAME TIME X Y Z QW QX QY QZ [VX VY VZ WX WY WZ]`
 struct PoseLine {
     std::string_view name; ///< points into the line
     Time time;             ///< scene time
     Pose pose;             ///< metres, inertial; the quaternion is normalised
+    std::optional<PoseRates> rates{};
 };
 /// `step TIME`
 struct StepLine {

@@ -241,7 +241,7 @@ void SimulatorServer::handle(Client& client, std::string_view text) {
 std::string SimulatorServer::take_pose(const PoseLine& line) {
     const auto ring = rings_.find(line.name);
     if (ring == rings_.end()) return unknown_name_;
-    if (!ring->second->push(to_seconds(line.time.ns), line.pose))
+    if (!ring->second->push(to_seconds(line.time.ns), line.pose, line.rates))
         return "pose: TIME: not later than the pose before";
     poses_.fetch_add(1);
     return {};

@@ -29,6 +29,7 @@
 #include "renderer/world/key_times.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/planetshine.hpp"
+#include "renderer/world/pose_age.hpp"
 #include "renderer/world/row_state.hpp"
 #include "renderer/world/view.hpp"
 
@@ -656,6 +657,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     const double time_s = to_seconds(t.ns);
     truth.mid_exposure = t;
     truth.camera = camera_pose(impl_->scene, impl_->bodies, time_s);
+    truth.camera_pose_age_s = camera_pose_age_s(impl_->scene, impl_->bodies, time_s);
     truth.sun_position_m = impl_->scene.sun.position_m;
     truth.seed = impl_->settings.seed;
     truth.intrinsics = impl_->scene.camera.intrinsics();
@@ -667,6 +669,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
         const std::string& name = bodies[i].name;
         std::copy_n(name.begin(), std::min(name.size(), body.name.size() - 1), body.name.begin());
         body.pose = seen_pose(impl_->scene, impl_->bodies, i, truth.camera.position_m, time_s);
+        body.pose_age_s = body_pose_age_s(impl_->bodies, i, time_s);
     }
 }
 

@@ -9,7 +9,7 @@
 namespace obscura::images {
 namespace {
 
-void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, std::string_view whose) {
+void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, double age_s, std::string_view whose) {
     const auto add = [&](std::string_view suffix, double value, std::string_view text) {
         cards.push_back({fmt::format("{}{}", prefix, suffix), value, fmt::format("{} {}", text, whose)});
     };
@@ -20,6 +20,7 @@ void add_pose(Cards& cards, std::string_view prefix, const Pose& pose, std::stri
     add("_QX", pose.orientation.x, "own axes to inertial,");
     add("_QY", pose.orientation.y, "own axes to inertial,");
     add("_QZ", pose.orientation.z, "own axes to inertial,");
+    add("_AGE", age_s, "[s] since the newest pose of");
 }
 
 } // namespace
@@ -69,13 +70,13 @@ Cards scene_cards(const GroundTruth& truth) {
         {"SUN_X", truth.sun_position_m.x, "[m] position of the Sun"},
         {"SUN_Y", truth.sun_position_m.y, "[m] position of the Sun"},
         {"SUN_Z", truth.sun_position_m.z, "[m] position of the Sun"}};
-    add_pose(cards, "CAM", truth.camera, "the camera");
+    add_pose(cards, "CAM", truth.camera, truth.camera_pose_age_s, "the camera");
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(truth.body_count, max_truth_bodies); ++i) {
         const BodyTruth& body = truth.bodies[i];
         const std::string name(body.name.data(),
                                std::find(body.name.begin(), body.name.end(), '\0') - body.name.begin());
         cards.push_back({fmt::format("BODY{}", i), name, "name of a body"});
-        add_pose(cards, fmt::format("B{}", i), body.pose, name);
+        add_pose(cards, fmt::format("B{}", i), body.pose, body.pose_age_s, name);
     }
     return cards;
 }

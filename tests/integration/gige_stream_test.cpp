@@ -456,6 +456,8 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(real("ChunkCameraPositionX") == 1.5 * static_cast<double>(id));
             CHECK(real("ChunkSunPositionZ") == -1e11);
             CHECK(real("ChunkBodyAttitudeW") == 1.0); // of body 0
+            CHECK(real("ChunkCameraPoseAge") == 0.25);
+            CHECK(real("ChunkBodyPoseAge") == 0.0); // of body 0
             CHECK(real("ChunkFocalLengthX") == 2000);
             CHECK(real("ChunkFocalLengthY") == 1250);
             CHECK(real("ChunkPrincipalPointX") == 31.5);
@@ -466,7 +468,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             std::size_t bytes = 0;
             const auto* truth =
                 static_cast<const std::uint8_t*>(arv_buffer_get_chunk_data(buffer.get(), 0x4F42000E, &bytes));
-            REQUIRE(bytes == 104 + 16 * 88 + 48);
+            REQUIRE(bytes == 104 + 16 * 88 + 48 + 8 + 16 * 8);
             const auto big_endian = [&](std::size_t at) {
                 std::uint64_t bits = 0;
                 for (int i = 0; i < 8; ++i)
@@ -479,6 +481,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(big_endian(32 + 8) == 25143.0);
             CHECK(big_endian(32 + 24) == 0.6);
             CHECK(big_endian(32 + 48) == 0.8);
+            CHECK(big_endian(15 * 88 + 48 + 8 + 8) == 0.5); // age of its pose
             client.give_back(std::move(buffer));
         }
         client.execute("AcquisitionStop");

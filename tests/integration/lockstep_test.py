@@ -117,6 +117,15 @@ height = {SIZE}
             time.sleep(0.005)
         raise TimeoutError(file)
 
+    def cards(self, number):
+        """Numbers of the file beside the frame."""
+        file = self.folder / "frames" / f"frame_{number:06}.toml"
+        end = time.monotonic() + PATIENCE_S
+        while not (file.exists() and "B0_AGE" in file.read_text()) and time.monotonic() < end:
+            time.sleep(0.005)
+        lines = [line.split("#")[0].partition(" = ") for line in file.read_text().splitlines()]
+        return {key: float(value) for key, _, value in lines if value.strip().lstrip("-")[:1].isdigit()}
+
     def stop(self):
         self.process.send_signal(signal.SIGTERM)
         return self.process.wait(PATIENCE_S)
@@ -194,6 +203,18 @@ with Daemon() as daemon:
             if centre(pixels) is None:
                 break
         check("a pose by UDP takes the rock out of sight", centre(pixels) is None, centre(pixels))
+
+        # Past a pose with rates the thing goes on with them, and the frame tells the age of the pose.
+        simulator.pose("rock", 5.5, (0, 7, 0), (1, 0, 0, 0), (0, 100, 0), (0, 0, 0))
+        frame = simulator.step(5.55)
+        daemon.frame(frame.number)
+        cards = daemon.cards(frame.number)
+        check("a pose is as old as mid-exposure is later", 0.05 < cards["B0_AGE"] < 0.1, cards["B0_AGE"])
+        check("and has gone on with its velocity", abs(cards["B0_Y"] - 7 - 100 * cards["B0_AGE"]) < 1e-6, cards["B0_Y"])
+        check("what has no pose from outside has no age", cards["CAM_AGE"] == 0, cards["CAM_AGE"])
+        text = refusal(lambda: (simulator.pose("rock", 5.6, (0, 7, 0), (1, 0, 0, 0), (0, 100, 0)), simulator.state()))
+        check("half of the rates are refused", "six numbers" in text, text)
+        simulator.answer()
 
         # Several lines at once and half a line: as if they had come one by one.
         simulator.send(b"step 10\nstep 11\nst")

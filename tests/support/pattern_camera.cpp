@@ -210,12 +210,14 @@ bool PatternCamera::make_frame(const CameraSettings& settings, const std::vector
     frame->info.height = height;
     GroundTruth& truth = frame->info.truth;
     truth.camera.position_m = {1.5 * static_cast<double>(id), 0, 0};
+    truth.camera_pose_age_s = 0.25;
     truth.sun_position_m = {0, 0, -1e11};
     truth.intrinsics = {{2000, 1250}, {31.5, 23.5}, {10e-6, 16e-6}};
     truth.body_count = 2;
     truth.bodies[0].name = {"body"};
     truth.bodies[1].name = {"moon"};
     truth.bodies[1].pose = {{0, 25143.0, 0}, {0.6, 0, 0, 0.8}};
+    truth.bodies[1].pose_age_s = 0.5;
     if (transport_ == nullptr || !transport_->submit(frame)) {
         frame->abandon();
         return false;

@@ -25,8 +25,8 @@ class Simulator:
         self.greeting = self.lines.readline().strip()
 
     @staticmethod
-    def pose_line(name, time_s, position_m, quaternion):
-        numbers = " ".join(repr(float(v)) for v in (*position_m, *quaternion))
+    def pose_line(name, time_s, position_m, quaternion, velocity_m_s=(), rate_rad_s=()):
+        numbers = " ".join(repr(float(v)) for v in (*position_m, *quaternion, *velocity_m_s, *rate_rad_s))
         return f"pose {name} {time_s:.9f} {numbers}\n".encode()
 
     def send(self, data):
@@ -41,9 +41,9 @@ class Simulator:
             raise Refused(line[6:])
         return line
 
-    def pose(self, name, time_s, position_m, quaternion):
-        """No answer when it is good; a complaint comes with the next answer that is read."""
-        self.send(self.pose_line(name, time_s, position_m, quaternion))
+    def pose(self, name, time_s, position_m, quaternion, velocity_m_s=(), rate_rad_s=()):
+        """No answer when it is good; a complaint comes with the next answer that is read. Rates: both or none."""
+        self.send(self.pose_line(name, time_s, position_m, quaternion, velocity_m_s, rate_rad_s))
 
     def pose_by_udp(self, name, time_s, position_m, quaternion):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:

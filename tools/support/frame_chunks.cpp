@@ -105,6 +105,9 @@ GroundTruth read_truth(Reader reader) {
         px = reader.f64();
     for (double& pitch_m : out.intrinsics.pixel_pitch_m)
         pitch_m = reader.f64() * 1e-6;
+    out.camera_pose_age_s = reader.f64();
+    for (BodyTruth& body : out.bodies)
+        body.pose_age_s = reader.f64();
     return out;
 }
 
@@ -159,10 +162,11 @@ Json entry_json(const SceneTruth& truth, const TruthEntry& entry) {
     return out;
 }
 
-Json pose_json(const Pose& pose) {
+Json pose_json(const Pose& pose, double age_s) {
     const Quat& q = pose.orientation;
     return Json{{"position_m", vector_json(pose.position_m)},
-                {"attitude", Json::array({q.w, q.x, q.y, q.z})}};
+                {"attitude", Json::array({q.w, q.x, q.y, q.z})},
+                {"pose_age_s", age_s}};
 }
 
 } // namespace
@@ -250,12 +254,12 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
              {"sequencer_set", c.sequencer_set},
              {"seed", c.truth.seed},
              {"run", c.truth.run},
-             {"camera", pose_json(c.truth.camera)},
+             {"camera", pose_json(c.truth.camera, c.truth.camera_pose_age_s)},
              {"sun_position_m", vector_json(c.truth.sun_position_m)}};
     out["bodies"] = Json::array();
     for (std::uint32_t i = 0; i < c.truth.body_count; ++i) {
         Json body{{"name", name_of(c.truth.bodies[i])}};
-        body.update(pose_json(c.truth.bodies[i].pose));
+        body.update(pose_json(c.truth.bodies[i].pose, c.truth.bodies[i].pose_age_s));
         out["bodies"].push_back(std::move(body));
     }
     const Intrinsics& lens = c.truth.intrinsics;

@@ -46,7 +46,15 @@ TEST_CASE("lines of the simulator") {
     CHECK_THAT(why("pose a 1 0 0 inf 1 0 0 0"), ContainsSubstring("seven"));
     CHECK_THAT(why("pose a 1 0 0 1e300 1 0 0 0"), ContainsSubstring("position"));
     CHECK_THAT(why("pose a 1 0 0 0 1 1 0 0"), ContainsSubstring("quaternion"));
-    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 9"), ContainsSubstring("more words"));
+    CHECK_FALSE(p.rates.has_value());
+    const SimulatorLine moving = parse_simulator_line("pose lander 1 0 0 0 1 0 0 0 7 -8 9 0.1 0.2 -0.3");
+    CHECK(std::get<PoseLine>(moving).rates == PoseRates{{7, -8, 9}, {0.1, 0.2, -0.3}});
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 9"), ContainsSubstring("six numbers are wanted, or none"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 1 2 3 4 5 nan"), ContainsSubstring("six numbers"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 1 2 3 4 5 6 7"), ContainsSubstring("more words"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 2e9 0 0 0 0 0"),
+               ContainsSubstring("velocity: allowed is up to 1e9"));
+    CHECK_THAT(why("pose a 1 0 0 0 1 0 0 0 0 0 0 0 0 2e4"), ContainsSubstring("rate: allowed is up to 1e4"));
     for (const char* time : {"", "-1", "1e3", "0x1", "1000000000", "1.0000000001", "."})
         CHECK_THAT(why(std::string("step ") + time), ContainsSubstring("TIME"));
     CHECK_THAT(why("step 1 2"), ContainsSubstring("TIME"));
@@ -101,6 +109,40 @@ TEST_CASE("between poses there is interpolation, past the last one a limited ext
     check(4.25, 31.25, 0.425); // 5 m/s and 0.1 rad/s go on
     check(4.5, 32.5, 0.45);
     check(100, 32.5, 0.45); // and hold
+}
+
+TEST_CASE("past a pose with rates these go on, and its age is told") {
+    PoseRing ring(0.5);
+    Pose pose;
+    CHECK(ring.age_s(7) == 0);
+    const auto check = [&](double time_s, double x_m, double angle_rad, double age_s) {
+        REQUIRE(ring.at(time_s, pose));
+        CHECK_THAT(pose.position_m.x, WithinAbs(x_m, 1e-12));
+        CHECK_THAT(2 * std::atan2(pose.orientation.z, pose.orientation.w), WithinAbs(angle_rad, 1e-12));
+        CHECK_THAT(ring.age_s(time_s), WithinAbs(age_s, 1e-12));
+    };
+    REQUIRE(ring.push(1, turned(10, 0.3), PoseRates{{4, 0, 0}, {0, 0, -0.2}}));
+    check(0.5, 10, 0.3, 0);
+    check(1.25, 11, 0.25, 0.25);
+    check(9, 12, 0.2, 8); // held after 0.5 s
+    REQUIRE(ring.push(2, turned(20, 0.2), PoseRates{{-1, 0, 0}, {0, 0, 0}}));
+    check(1.5, 15, 0.25, 0); // between poses: linear
+    check(2.25, 19.75, 0.2, 0.25);
+    REQUIRE(ring.push(3, turned(30, 0.4))); // none stated: those between the last two
+    check(3.25, 32.5, 0.45, 0.25);
+}
+
+TEST_CASE("the rotation rate is about the thing's own axes") {
+    PoseRing ring(10);
+    const Quat start = axis_angle({1, 0, 0}, 1.5707963267948966);
+    REQUIRE(ring.push(0, {{}, start}, PoseRates{{}, {0, 0, 0.1}}));
+    Pose pose;
+    REQUIRE(ring.at(2, pose));
+    // Its z axis, -y of the inertial frame, stays where it is.
+    const Vec3 z = rotate(pose.orientation, {0, 0, 1}), x = rotate(pose.orientation, {1, 0, 0});
+    CHECK_THAT(z.y, WithinAbs(-1, 1e-12));
+    CHECK_THAT(x.x, WithinAbs(std::cos(0.2), 1e-12));
+    CHECK_THAT(x.z, WithinAbs(std::sin(0.2), 1e-12));
 }
 
 TEST_CASE("the ring keeps the last 64 poses, and readers never see a mixture") {

@@ -17,6 +17,7 @@ constexpr std::size_t region_bytes = 48;
 constexpr std::size_t truth_head_bytes = 104;
 constexpr std::size_t truth_body_bytes = 88;
 constexpr std::size_t truth_intrinsics_bytes = 48;
+constexpr std::size_t truth_ages_bytes = 8 + 8 * max_truth_bodies;
 
 std::size_t data_bytes(Chunk c, std::int32_t rows, std::uint32_t truth_entries) noexcept {
     switch (c) {
@@ -36,7 +37,8 @@ std::size_t data_bytes(Chunk c, std::int32_t rows, std::uint32_t truth_entries) 
     case Chunk::row_times:
         return 8 + static_cast<std::size_t>(rows) * 16;
     case Chunk::ground_truth:
-        return truth_head_bytes + max_truth_bodies * truth_body_bytes + truth_intrinsics_bytes;
+        return truth_head_bytes + max_truth_bodies * truth_body_bytes + truth_intrinsics_bytes +
+               truth_ages_bytes;
     case Chunk::truth_table:
         return 8 + truth_entries * truth_entry_bytes;
     default:
@@ -229,6 +231,9 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
                 writer.f64(px);
             for (const double pitch_m : truth.intrinsics.pixel_pitch_m)
                 writer.f64(1e6 * pitch_m);
+            writer.f64(truth.camera_pose_age_s);
+            for (std::uint32_t b = 0; b < max_truth_bodies; ++b)
+                writer.f64(b < truth.body_count ? truth.bodies[b].pose_age_s : 0);
             break;
         }
         case Chunk::truth_table: {
