@@ -29,7 +29,7 @@ public:
 
 private:
     struct Entry {
-        double declination_deg, right_ascension_deg;
+        double declination_deg = 0, right_ascension_deg = 0;
         StarName name;
     };
     std::vector<Entry> entries_; ///< by declination
