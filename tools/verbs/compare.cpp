@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verb `obscura compare`: sub-pixel registration, pointing fit, correlation, I/F and residual of two images.
+// Verb `obscura compare`: sub-pixel registration, pointing fit, correlation, I/F and residual of two images;
+// matched stars of two lists.
 #include "core/error.hpp"
 #include "core/solar_spectrum.hpp"
 #include "images/image.hpp"
 #include "images/writers/fits.hpp"
+#include "images/writers/raw.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "tools/support/figure.hpp"
@@ -12,6 +14,7 @@
 #include "tools/support/preview.hpp"
 #include "tools/support/registration.hpp"
 #include "tools/support/report.hpp"
+#include "tools/support/star_lists.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <fmt/format.h>
@@ -26,6 +29,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace obscura::tools {
 namespace {
@@ -33,7 +37,7 @@ namespace {
 class Compare final : public Verb {
 public:
     void declare(CommandLine& line) override {
-        line.summary = "compares two images: shift, scale, correlation, residual";
+        line.summary = "compares two images (shift, scale, correlation, residual) or two star lists";
         line.description =
             "Registers two images of the same size: finds the sub-pixel shift of the highest correlation "
             "and fits IMAGE = scale * REFERENCE + offset at that shift by least squares; prints shift, "
@@ -46,7 +50,11 @@ public:
             "then undetermined. With --scene, the scene file that IMAGE was rendered from, the report also "
             "gives the scale in I/F (pi times the radiance over the Sun's irradiance at the scene's first "
             "body), which is dimensionless where REFERENCE is in I/F; and --pointing fits three angles of "
-            "the camera instead of a shift: right, down and roll.";
+            "the camera instead of a shift: right, down and roll. If both files are star lists, CSV tables "
+            "with the columns x_px and y_px (or x and y), or ra_deg and dec_deg, and magnitudes (mag, v_mag, "
+            "magnitude_v, V) or fluxes (flux, signal_e, ...): matches the stars, the nearest pairs first, "
+            "and prints number, mean shift and rms distance of the pairs, and the zero point: mean and "
+            "scatter of the magnitude of the star in IMAGE less that in REFERENCE.";
         line.positional("REFERENCE", &reference_, "Reference image");
         line.positional("IMAGE", &image_, "Image to compare with the reference");
         line.option(
@@ -54,6 +62,24 @@ public:
             "Plane number (from 0) or OpenEXR channel name to read from REFERENCE (default: the first)");
         line.option("--image-plane", &image_plane_, "N|NAME",
                     "Plane number (from 0) or OpenEXR channel name to read from IMAGE (default: the first)");
+        line.option("--reference-column", &reference_list_.brightness, "COLUMN",
+                    "Star lists: column of REFERENCE with magnitudes (its name begins with mag or ends with "
+                    "mag, or is V) or fluxes (default: the first that is known)");
+        line.option("--image-column", &image_list_.brightness, "COLUMN", "Star lists: that column of IMAGE");
+        line.option("--rows", &rows_, "COLUMN=VALUE",
+                    "Star lists: only rows with this value, of the lists that have the column; several: all "
+                    "must hold");
+        line.number("--match-radius", &match_radius_, "PX",
+                    "Star lists: largest distance of a pair, in pixels or arc seconds", 1e-6, 1e6);
+        line.number("--max-rms", &max_rms_, "PX",
+                    "Star lists: exit with status 1 when the rms distance is larger (0: no limit)", 0, 1e6);
+        line.number("--max-mag-rms", &max_mag_rms_, "MAG",
+                    "Star lists: exit with status 1 when the scatter about the zero point is larger (0: no "
+                    "limit)",
+                    0, 100);
+        line.number("--min-pairs", &min_pairs_, "N",
+                    "Star lists: exit with status 1 when fewer stars are matched", 0, 10'000'000);
+        line.option("--pairs", &pairs_, "FILE.csv", "Star lists: write the pairs and their differences");
         line.number("--max-shift", &settings_.max_shift_px, "PX",
                     "Largest shift to search for in each direction, in pixels; 0: compare unshifted", 0,
                     1024);
@@ -89,10 +115,12 @@ public:
             "obscura compare flight.fit render.fits --min-correlation 0.8",
             "obscura compare flight.fit render.fits --scene scene.toml --pointing",
             "obscura compare a.exr b.exr --reference-plane irradiance.400-900nm --picture ab.png",
+            "obscura compare measured.csv truth.csv --rows kind=star --rows frame=3 --max-rms 0.3",
         };
     }
 
     int run() override {
+        if (is_star_list(reference_) && is_star_list(image_)) return compare_lists();
         const Stretch stretch = stretch_options_.parsed("compare");
         const Image reference = images::read_image(reference_, reference_plane_);
         Image image = images::read_image(image_, image_plane_);
@@ -140,6 +168,59 @@ public:
 
 private:
     static constexpr double degree = std::numbers::pi / 180;
+
+    int compare_lists() {
+        for (const std::string& row : rows_)
+            if (row.find('=') == std::string::npos)
+                throw UsageError(fmt::format("obscura compare: --rows {}: allowed is COLUMN=VALUE", row));
+        reference_list_.rows = image_list_.rows = rows_;
+        const StarList reference = read_star_list(reference_, reference_list_);
+        const StarList list = read_star_list(image_, image_list_);
+        const StarAgreement a = compare_star_lists(reference, list, match_radius_);
+        const bool matched = !a.pairs.empty();
+        const char* const unit = reference.on_sky ? "arcsec" : "px";
+        const auto if_any = [](bool any, double value) { return any ? std::optional(value) : std::nullopt; };
+        Report report;
+        report.add("reference_stars", "stars of the reference",
+                   static_cast<std::int64_t>(reference.stars.size()));
+        report.add("stars", "stars", static_cast<std::int64_t>(list.stars.size()));
+        report.add("pairs", "matched", static_cast<std::int64_t>(a.pairs.size()));
+        report.add("unit", "unit of distances", std::string_view(unit));
+        report.add("shift_right", reference.on_sky ? "mean shift, east" : "mean shift, right",
+                   if_any(matched, a.shift_right), unit, 4);
+        report.add("shift_down", reference.on_sky ? "mean shift, north" : "mean shift, down",
+                   if_any(matched, a.shift_down), unit, 4);
+        report.add("rms", "distance, rms", if_any(matched, a.rms), unit, 4);
+        report.add("rms_shifted", "distance after the mean shift, rms", if_any(matched, a.rms_shifted), unit,
+                   4);
+        report.add("largest", "distance, largest", if_any(matched, a.largest), unit, 4);
+        report.add("reference_column", "brightness of the reference", std::string_view(reference.brightness));
+        report.add("column", "brightness", std::string_view(list.brightness));
+        report.add("with_magnitude", "pairs with brightness", static_cast<std::int64_t>(a.with_mag));
+        report.add("zero_point", "zero point", if_any(a.with_mag > 0, a.zero_point), "mag", 4);
+        report.add("zero_point_rms", "scatter about the zero point, rms",
+                   if_any(a.with_mag > 0, a.zero_point_rms), "mag", 4);
+        report.print(json_);
+        if (!pairs_.empty()) write_pairs(reference, list, a);
+        const bool near = max_rms_ <= 0 || (matched && a.rms <= max_rms_);
+        const bool alike = max_mag_rms_ <= 0 || (a.with_mag > 0 && a.zero_point_rms <= max_mag_rms_);
+        return near && alike && a.pairs.size() >= static_cast<std::size_t>(min_pairs_) ? exit_ok
+                                                                                       : exit_failure;
+    }
+
+    void write_pairs(const StarList& reference, const StarList& list, const StarAgreement& a) const {
+        const auto place = [&](double value) { return reference.on_sky ? value / degree : value; };
+        std::string text = reference.on_sky
+                               ? "reference_line,line,ra_deg,dec_deg,east_arcsec,north_arcsec,mag_offset\n"
+                               : "reference_line,line,x_px,y_px,right_px,down_px,mag_offset\n";
+        for (const StarPair& pair : a.pairs) {
+            const ListedStar& from = reference.stars[pair.reference];
+            text += fmt::format("{},{},{:.6f},{:.6f},{:.6f},{:.6f},{}\n", from.line,
+                                list.stars[pair.star].line, place(from.x), place(from.y), pair.right,
+                                pair.down, pair.mag_offset ? fmt::format("{:.5f}", *pair.mag_offset) : "");
+        }
+        images::write_text(pairs_, text);
+    }
 
     /// The scene that IMAGE was rendered from.
     struct RenderedScene {
@@ -281,6 +362,11 @@ private:
     double max_roll_deg_ = 1;
     std::int32_t block_ = 0;
     double min_correlation_ = -1, max_offset_ = 0;
+    StarListChoice reference_list_, image_list_;
+    std::vector<std::string> rows_;
+    std::string pairs_;
+    double match_radius_ = 3, max_rms_ = 0, max_mag_rms_ = 0;
+    std::int32_t min_pairs_ = 0;
     bool no_offset_ = false, pointing_ = false, json_ = false;
 };
 
