@@ -87,7 +87,7 @@ struct SharedPoints {
 struct RowBlock {
     std::uint64_t request = 0; ///< its number, from 1
     SharedPoints points;
-    std::vector<std::uint32_t> stars;       ///< candidates: may be visible in some row
+    StarsInView stars;
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
     std::optional<WingMaps> wings; ///< empty: the PSF has none
@@ -101,9 +101,15 @@ constexpr double least_variance = std::numeric_limits<double>::min();
 /// edge crosses during the exposure see only one side of it (measured by noise_estimate_test.cpp).
 constexpr std::uint32_t least_moving_samples = 8;
 
-/// Whether any body is larger than pixels.
-bool resolves_any(const RowState& row) {
-    return std::any_of(row.bodies.begin(), row.bodies.end(), [](const BodyState& b) { return !b.targeted; });
+/// Whether any body in the field, all of which is within `field_rad` of the boresight, is larger than pixels.
+bool resolves_any(const RowState& row, double field_rad) {
+    const double reach_rad = field_rad + 2 * length(row.beta) + row.reach_rad + 1e-6;
+    return std::any_of(row.bodies.begin(), row.bodies.end(), [&](const BodyState& b) {
+        if (b.targeted) return false;
+        const Vec3 d = b.direction;
+        return b.cos_cone < 0 ||
+               std::atan2(std::hypot(d.x, d.y), d.z) <= reach_rad + std::asin(std::min(1.0, b.cone_sine));
+    });
 }
 
 } // namespace
@@ -119,6 +125,7 @@ struct Renderer::Impl {
     std::vector<Vec3> landmarks_m; ///< see landmark_points()
     PointSplatter splatter;
     std::vector<StrayMap> stray;
+    double field_rad;             ///< largest angle of a pixel's centre to the boresight
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
     bool plain = true; ///< direct sunlight on grey surfaces: one channel is enough
@@ -147,6 +154,7 @@ struct Renderer::Impl {
           landmarks_m(landmark_points(scene, bodies)),
           splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
           stray(read_stray_light(scene)),
+          field_rad(lens->field_angle_rad(1)),
           arena(static_cast<int>(threads)) {
         if (settings.enter_worker) observer.emplace(arena, settings.enter_worker);
         if (threads > std::thread::hardware_concurrency())
@@ -332,7 +340,7 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
     const double time_s = to_seconds(request.common_mid->ns);
     return for_rows(RenderPart::grid, grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
         const RowState& row = begin_row(time_s, s);
-        if (!resolves_any(row)) return;
+        if (!resolves_any(row, field_rad)) return;
         with_tracer(row, s, [&](Tracer& tracer) {
             const Sampling how = sampling(request);
             BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
@@ -472,7 +480,9 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
 
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                                   const Instants& instants, Tracer& tracer, Scratch& s) const {
-    if (std::none_of(instants.states().begin(), instants.states().end(), resolves_any)) return;
+    if (std::none_of(instants.states().begin(), instants.states().end(),
+                     [&](const RowState& row) { return resolves_any(row, field_rad); }))
+        return;
     const auto width = static_cast<std::size_t>(request.window.width);
     const Sampling how = sampling(request);
     s.sunlight_only = tracer.sunlight_only();
@@ -570,10 +580,13 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     for (std::uint32_t i = 0; i < when.instants; ++i) {
         set_lens(states[i].beta, s);
         with_tracer(states[i], s, [&](Tracer& tracer) {
-            const SplatTarget target{request.window, y,       when.instants, states[i],
-                                     *s.lens,        s.light, s.starlight,   s.candidates};
+            const StarObserver seen_from = star_observer(scene, states[i].camera.position_m, when.time_s(i));
+            const SplatTarget target{request.window, y,       when.instants, states[i],   seen_from,
+                                     when.time_s(i), *s.lens, s.light,       s.starlight, s.candidates};
             splat_bodies(request, rows, target, i, tracer, s);
-            splatter.splat_stars(target, rows.stars, tracer);
+            splatter.splat_stars(target, rows.stars.stars, rows.stars.in_row(static_cast<std::size_t>(r)),
+                                 tracer);
+            splatter.splat_sky(target, tracer);
             s.work.lap(RenderPart::points);
         });
     }
@@ -622,7 +635,8 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     RowBlock& rows = impl_->block_scratch.local();
     rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
-    impl_->splatter.find_stars(request.row_times, rows.stars);
+    impl_->splatter.star_rows().assign(request.row_times, request.window,
+                                       request.window.y + request.first_row, rows.stars);
     return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_points(request, cancel, rows) &&
            impl_->fill_wings(request, cancel, rows) &&
            impl_->for_rows(RenderPart::rest, request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
@@ -648,9 +662,9 @@ View Renderer::view(Time t) const {
     Scratch s;
     const RowState& row = impl_->begin_row(to_seconds(t.ns), s);
     const RowTime time{t, t};
-    std::vector<std::uint32_t> stars;
-    impl_->splatter.find_stars({&time, 1}, stars);
-    return view_of(impl_->scene, row, *s.lens, stars);
+    StarsInView stars;
+    impl_->splatter.star_rows().find({&time, 1}, stars);
+    return view_of(impl_->scene, row, *s.lens, stars.stars, stars.observer);
 }
 
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
@@ -674,16 +688,16 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
 }
 
 void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const {
-    std::vector<std::uint32_t>& stars = impl_->block_scratch.local().stars;
-    impl_->splatter.find_stars(request.rows, stars);
+    StarsInView& in_view = impl_->block_scratch.local().stars;
+    impl_->splatter.star_rows().find(request.rows, in_view);
     const TruthScene scene{impl_->scene,
                            impl_->bodies,
                            *impl_->lens,
                            impl_->gaussian_psf,
                            impl_->psf.get(),
-                           impl_->splatter.stars(),
                            impl_->landmarks_m,
-                           stars,
+                           in_view.stars,
+                           impl_->splatter.sky(),
                            impl_->sun_w_m2,
                            impl_->settings.max_instants,
                            impl_->splatter.reach_px()};

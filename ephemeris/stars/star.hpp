@@ -58,6 +58,9 @@ struct CatalogueStar {
 /// Unit vector of a right ascension and declination.
 [[nodiscard]] Vec3 direction_of(double right_ascension_rad, double declination_rad);
 
+/// Proper motion of a star as a vector across its direction, radians per Julian year, ICRF axes.
+[[nodiscard]] Vec3 proper_motion(const CatalogueStar& star) noexcept;
+
 /// Unit direction of a star `years` (Julian) after J2000.0 for an observer at `observer_au` from the solar
 /// system's barycentre, ICRF axes: uniform space motion without radial velocity, The Hipparcos and Tycho
 /// Catalogues, ESA SP-1200 (1997), vol. 1, eqs. 1.2.16 and 1.5.62. Without aberration. Real-time safe.

@@ -177,18 +177,16 @@ CatalogueStar StarFile::star(std::uint32_t number) const noexcept {
     return star;
 }
 
+double StarFile::least_cosine(const SkyCells::Cone& cone) noexcept {
+    return cone.half_angle_rad >= std::numbers::pi ? -2 : std::cos(cone.half_angle_rad) - 1e-12;
+}
+
 std::size_t StarFile::find(const SkyCells::Cone& cone, double limiting_v,
                            std::span<std::uint32_t> found) const noexcept {
-    const double limit = cone.half_angle_rad >= std::numbers::pi ? -2 : std::cos(cone.half_angle_rad) - 1e-12;
     std::size_t count = 0;
-    cells_->for_each_near(cone, [&](std::uint32_t cell) {
-        const std::uint32_t end = first_of(cell + 1);
-        for (std::uint32_t i = first_of(cell); i < end; ++i) {
-            if (magnitude_v(i) > limiting_v) break; // those of a cell are sorted
-            if (dot(cone.axis, direction(i)) < limit) continue;
-            if (count < found.size()) found[count] = i;
-            ++count;
-        }
+    for_each(cone, limiting_v, [&](std::uint32_t i) {
+        if (count < found.size()) found[count] = i;
+        ++count;
     });
     return count;
 }

@@ -85,11 +85,22 @@ public:
     [[nodiscard]] Vec3 direction(std::uint32_t number) const noexcept;
     [[nodiscard]] double magnitude_v(std::uint32_t number) const noexcept;
 
-    /// Finds the stars not fainter than `limiting_v` whose direction at J2000.0 is within the cone, in the
-    /// order of their numbers within a cell. Fills `found` with the first of them and returns how many there
-    /// are. Real-time safe.
+    /// Finds the stars not fainter than `limiting_v` whose direction at J2000.0 is within the cone, by
+    /// ascending number. Fills `found` with the first of them and returns how many there are. Real-time safe.
     std::size_t find(const SkyCells::Cone& cone, double limiting_v,
                      std::span<std::uint32_t> found) const noexcept;
+    /// Calls `use(number)` for each of these stars, with ascending numbers. Real-time safe if `use` is.
+    template<typename Use>
+    void for_each(const SkyCells::Cone& cone, double limiting_v, const Use& use) const {
+        const double limit = least_cosine(cone);
+        cells_->for_each_near(cone, [&](std::uint32_t cell) {
+            const std::uint32_t end = first_of(cell + 1);
+            for (std::uint32_t i = first_of(cell); i < end; ++i) {
+                if (magnitude_v(i) > limiting_v) break; // those of a cell are sorted
+                if (dot(cone.axis, direction(i)) >= limit) use(i);
+            }
+        });
+    }
     /// Angle by which find() has to look farther than the field `years` after J2000.0 for an observer at
     /// `observer_au` from the barycentre: largest motion and parallax of the stars.
     [[nodiscard]] double largest_shift_rad(double years, Vec3 observer_au) const noexcept;
@@ -98,6 +109,8 @@ private:
     void read(const std::string& name);
     [[nodiscard]] const std::byte* record(std::uint32_t number) const noexcept;
     [[nodiscard]] std::uint32_t first_of(std::uint32_t cell) const noexcept;
+    /// Cosine of a cone's half angle, less what its rounding may be.
+    [[nodiscard]] static double least_cosine(const SkyCells::Cone& cone) noexcept;
 
     std::shared_ptr<const void> memory_; ///< keeps bytes_ mapped
     std::span<const std::byte> bytes_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/camera/gaussian_psf.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -45,6 +47,36 @@ double response_quantile(double p, double sigma, double low) {
     return x;
 }
 
+/// normal_cdf() from a table: cubic between values and slopes, error below 5e-11.
+class NormalCdf {
+public:
+    NormalCdf() {
+        for (std::size_t i = 0; i < values_.size(); ++i) {
+            const double z = static_cast<double>(i) / per_unit - limit;
+            values_[i] = {normal_cdf(z), std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi) / per_unit};
+        }
+    }
+    [[nodiscard]] double operator()(double z) const {
+        const double at = std::clamp((z + limit) * per_unit, 0.0, 2.0 * limit * per_unit - 1e-9);
+        const auto cell = static_cast<std::size_t>(at);
+        const double t = at - static_cast<double>(cell);
+        const Node& a = values_[cell];
+        const Node& b = values_[cell + 1];
+        // Hermite's cubic.
+        const double rise = b.value - a.value;
+        return a.value +
+               t * (a.slope + t * (3 * rise - 2 * a.slope - b.slope + t * (a.slope + b.slope - 2 * rise)));
+    }
+
+private:
+    static constexpr double limit = 8; ///< beyond it the CDF is 0 or 1 within 1e-15
+    static constexpr double per_unit = 128;
+    struct Node {
+        double value, slope;
+    };
+    std::array<Node, static_cast<std::size_t>(2 * limit * per_unit) + 1> values_;
+};
+
 OBSCURA_VECTOR_CLONES
 void interpolate_table(const float* table, const Doubles& u, Doubles& offset) {
     for (int i = 0; i < packet_size; ++i) {
@@ -79,6 +111,23 @@ double GaussianAxis::weight(double x, std::int32_t i) const {
     const double d = i - x;
     if (sigma_px_ == 0) return d > -0.5 && d <= 0.5 ? 1 : 0;
     return normal_cdf((d + 0.5) / sigma_px_) - normal_cdf((d - 0.5) / sigma_px_);
+}
+
+void GaussianAxis::weights(double x, std::int32_t first, std::span<double> weights) const {
+    if (sigma_px_ == 0) {
+        for (std::size_t i = 0; i < weights.size(); ++i)
+            weights[i] = weight(x, first + static_cast<std::int32_t>(i));
+        return;
+    }
+    static const NormalCdf cdf;
+    const double per_sigma = 1 / sigma_px_;
+    const double from = first - 0.5 - x;
+    double before = cdf(from * per_sigma);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        const double after = cdf((from + static_cast<double>(i + 1)) * per_sigma);
+        weights[i] = after - before;
+        before = after;
+    }
 }
 
 } // namespace obscura::renderer

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace obscura::renderer {
@@ -25,6 +26,9 @@ public:
 
     /// Fraction of the light of a point at `x` (pixel centres at integers) that falls into pixel `i`.
     [[nodiscard]] double weight(double x, std::int32_t i) const;
+    /// Fills `weights` with those of the pixels from `first` on; within 1e-10 of weight(), their sum is
+    /// exact.
+    void weights(double x, std::int32_t first, std::span<double> weights) const;
     /// Beyond this distance from a pixel's centre weight() is below 1e-10.
     [[nodiscard]] double splat_reach_px() const { return 0.5 + 6.5 * sigma_px_; }
 

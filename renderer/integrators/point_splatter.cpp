@@ -6,6 +6,7 @@
 #include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -128,32 +129,9 @@ PointSplatter::PointSplatter(const scene::Scene& scene, const std::vector<BuiltB
       psf_(psf),
       across_(gaussian_psf.x),
       down_(gaussian_psf.y),
-      stars_(scene.stars, scene.bands),
+      stars_(scene),
+      sky_(scene),
       seed_(seed) {}
-
-void PointSplatter::find_stars(std::span<const RowTime> rows, std::vector<std::uint32_t>& found) const {
-    found.clear();
-    if (stars_.size() == 0 || rows.empty()) return;
-    // Take the field at the middle row, grown by the largest turn of the camera within the rows.
-    const auto attitude = [&](Time t) { return camera_pose(scene_, bodies_, to_seconds(t.ns)).orientation; };
-    const Quat middle = attitude(rows[rows.size() / 2].mid());
-    double turn_rad = 0;
-    double aberration_rad = 0;
-    const RowTime* before = nullptr;
-    for (const RowTime& t : rows) {
-        if (before != nullptr && *before == t) continue; // a global shutter has one time for all rows
-        before = &t;
-        for (const Time edge : {t.reset, t.mid(), t.read}) {
-            const double cosine = std::min(1.0, std::abs(dot(middle, attitude(edge))));
-            turn_rad = std::max(turn_rad, 2 * std::acos(cosine));
-        }
-        if (scene_.aberration)
-            aberration_rad =
-                std::max(aberration_rad, 2 * length(camera_beta(scene_, bodies_, to_seconds(t.mid().ns))));
-    }
-    stars_.inside(rotate(middle, {0, 0, 1}),
-                  lens_.field_angle_rad(reach_px() + 1) + turn_rad + aberration_rad + 1e-9, found);
-}
 
 void PointSplatter::splat_point(const SplatTarget& target, ImagePoint at, std::span<const double> amount,
                                 SplatParts parts, std::vector<double>& light) const {
@@ -170,11 +148,24 @@ void PointSplatter::splat_point(const SplatTarget& target, ImagePoint at, std::s
     const double dy = target.y - at.y;
     if (psf_ == nullptr) {
         if (parts == SplatParts::wings) return;
-        const double row_share = gaussian_psf_.y.weight(at.y, target.y);
-        if (row_share == 0) return;
-        over(gaussian_psf_.x.splat_reach_px(), [&](std::int32_t column, std::size_t) {
-            return row_share * gaussian_psf_.x.weight(at.x, column);
-        });
+        double row_share = 0;
+        gaussian_psf_.y.weights(at.y, target.y, {&row_share, 1});
+        if (!(row_share > 0)) return;
+        // The standard deviation is 20 px at most, in pitches of the columns, and reaches 6.5 times as far.
+        std::array<double, 272> shares{};
+        const double half = gaussian_psf_.x.splat_reach_px();
+        const auto from = std::max(target.window.x, static_cast<std::int32_t>(std::floor(at.x - half)));
+        const auto end = std::min(target.window.x + target.window.width,
+                                  static_cast<std::int32_t>(std::ceil(at.x + half)) + 1);
+        if (end <= from) return;
+        const auto count = std::min(static_cast<std::size_t>(end - from), shares.size());
+        gaussian_psf_.x.weights(at.x, from, {shares.data(), count});
+        for (std::size_t c = 0; c < amount.size(); ++c) {
+            double* const row = light.data() + c * width + static_cast<std::size_t>(from - target.window.x);
+            const double share = amount[c] * row_share;
+            for (std::size_t i = 0; i < count; ++i)
+                row[i] += share * shares[i];
+        }
         return;
     }
     if (parts != SplatParts::wings && std::abs(dy) < psf_->reach_px())
@@ -350,35 +341,52 @@ void PointSplatter::splat_body(const SplatTarget& target, const BodyPoints& ligh
                 row[c * area + static_cast<std::size_t>(x - light.tile_x)];
 }
 
-void PointSplatter::splat_stars(const SplatTarget& target, std::span<const std::uint32_t> in_view,
-                                Tracer& tracer) const {
+void PointSplatter::splat_source(const SplatTarget& target, Vec3 direction, double distance_m,
+                                 std::span<const double> irradiance_w_m2, Tracer& tracer) const {
     const double reach = reach_px();
-    for (const std::uint32_t star : in_view) {
-        const Vec3 direction = target.row.camera_from_inertial * stars_.direction(star);
-        const auto at = target.lens.project(direction);
-        if (!at || std::abs(at->y - target.y) > reach || at->x < target.window.x - reach ||
-            at->x > target.window.x + target.window.width - 1 + reach)
-            continue;
-        // Test occlusion by bodies whose bounding cone holds the star.
-        target.candidates.clear();
-        for (std::size_t b = 0; b < target.row.bodies.size(); ++b)
-            if (dot(direction, target.row.bodies[b].direction) >= target.row.bodies[b].cos_cone - 1e-12)
-                target.candidates.push_back(static_cast<std::int32_t>(b));
-        if (!target.candidates.empty()) {
-            Vec3s directions;
-            Lanes active{};
-            for (int i = 0; i < packet_size; ++i)
-                directions.set(i, direction);
-            active.on[0] = -1;
-            HitPacket hits;
-            tracer.intersect(directions, active, target.candidates, hits);
-            if (hits.body[0] >= 0) continue;
-        }
-        const double through = target.lens.transmission(direction) / target.instants;
-        double amount[max_channels];
-        for (std::size_t b = 0; b < scene_.bands.size(); ++b)
-            amount[b] = through * stars_.irradiance(star, b);
-        splat_point(target, *at, {amount, scene_.bands.size()}, SplatParts::all, target.starlight);
+    const auto at = target.lens.project(direction);
+    if (!at || std::abs(at->y - target.y) > reach || at->x < target.window.x - reach ||
+        at->x > target.window.x + target.window.width - 1 + reach)
+        return;
+    // Test occlusion by bodies whose bounding cone holds the source.
+    target.candidates.clear();
+    for (std::size_t b = 0; b < target.row.bodies.size(); ++b)
+        if (dot(direction, target.row.bodies[b].direction) >= target.row.bodies[b].cos_cone - 1e-12)
+            target.candidates.push_back(static_cast<std::int32_t>(b));
+    if (!target.candidates.empty()) {
+        Vec3s directions;
+        Lanes active{};
+        for (int i = 0; i < packet_size; ++i)
+            directions.set(i, direction);
+        active.on[0] = -1;
+        HitPacket hits;
+        tracer.intersect(directions, active, target.candidates, hits);
+        if (hits.body[0] >= 0 && hits.t[0] < distance_m) return;
+    }
+    const double through = target.lens.transmission(direction) / target.instants;
+    double amount[max_channels];
+    for (std::size_t b = 0; b < irradiance_w_m2.size(); ++b)
+        amount[b] = through * irradiance_w_m2[b];
+    splat_point(target, *at, {amount, irradiance_w_m2.size()}, SplatParts::all, target.starlight);
+}
+
+void PointSplatter::splat_stars(const SplatTarget& target, const FieldStars& stars,
+                                std::span<const std::uint32_t> in_row, Tracer& tracer) const {
+    const std::size_t bands = scene_.bands.size();
+    for (const std::uint32_t star : in_row)
+        splat_source(target, target.row.camera_from_inertial * stars.places[star].from(target.observer),
+                     no_hit, std::span(stars.irradiance_w_m2).subspan(star * bands, bands), tracer);
+}
+
+void PointSplatter::splat_sky(const SplatTarget& target, Tracer& tracer) const {
+    double irradiance_w_m2[max_channels];
+    for (std::size_t i = 0; i < sky_.size(); ++i) {
+        const auto source = sky_.at(i, bodies_, target.row.camera.position_m, target.time_s);
+        if (!source) continue;
+        const std::span bands(irradiance_w_m2, scene_.bands.size());
+        sky_.irradiance(i, *source, bands);
+        splat_source(target, target.row.camera_from_inertial * source->direction, source->distance_m, bands,
+                     tracer);
     }
 }
 

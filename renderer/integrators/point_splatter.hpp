@@ -7,12 +7,14 @@
 #include "renderer/camera/gaussian_psf.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/camera/psf.hpp"
+#include "renderer/integrators/star_rows.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/lights/star_field.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/lit_disc.hpp"
 #include "renderer/shapes/lit_facets.hpp"
 #include "renderer/world/row_state.hpp"
+#include "renderer/world/sky_sources.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -27,6 +29,8 @@ struct SplatTarget {
     std::int32_t y = 0;
     std::uint32_t instants = 1; ///< number of the instants of the exposure
     const RowState& row;
+    const StarObserver& observer;
+    double time_s;
     const Projection& lens;                ///< of the row: with aberration
     std::vector<double>& light;            ///< channels x window.width, in the tracer's units, sr
     std::vector<double>& starlight;        ///< bands x window.width, W/m2
@@ -103,9 +107,9 @@ public:
         return psf_ != nullptr ? std::max(psf_->reach_px(), psf_->wings_reach_px())
                                : gaussian_psf_.splat_reach_px();
     }
-    [[nodiscard]] const StarField& stars() const { return stars_; }
-    /// Fills `found` with the stars that may be visible in some of the rows.
-    void find_stars(std::span<const RowTime> rows, std::vector<std::uint32_t>& found) const;
+    [[nodiscard]] const SkySources& sky() const { return sky_; }
+    /// Finds the stars that rows may show.
+    [[nodiscard]] StarRows star_rows() const { return {scene_, bodies_, lens_, stars_, reach_px()}; }
     /// Lists the samples of the bodies that may light the view's rows at an instant, after those in `jobs`.
     void plan_points(const PointView& view, std::uint32_t instant, std::uint32_t instants,
                      const Tracer& tracer, std::vector<PointJob>& jobs) const;
@@ -113,8 +117,11 @@ public:
     void trace_points(const PointView& view, const PointJob& job, Tracer& tracer, BodyPoints& light) const;
     /// Adds the light of a body's samples.
     void splat_body(const SplatTarget& target, const BodyPoints& light) const;
-    /// Adds the stars `in_view`.
-    void splat_stars(const SplatTarget& target, std::span<const std::uint32_t> in_view, Tracer& tracer) const;
+    /// Adds the stars `in_row`, indices into `stars`.
+    void splat_stars(const SplatTarget& target, const FieldStars& stars,
+                     std::span<const std::uint32_t> in_row, Tracer& tracer) const;
+    /// Adds the sky objects that move or vary.
+    void splat_sky(const SplatTarget& target, Tracer& tracer) const;
 
 private:
     enum class SplatParts : std::uint8_t { all, core, wings };
@@ -122,6 +129,9 @@ private:
     [[nodiscard]] double core_reach_px() const {
         return psf_ != nullptr ? psf_->reach_px() : gaussian_psf_.splat_reach_px();
     }
+    /// Adds a point source towards `direction` (unit, camera frame) if no body before it hides it.
+    void splat_source(const SplatTarget& target, Vec3 direction, double distance_m,
+                      std::span<const double> irradiance_w_m2, Tracer& tracer) const;
     /// Makes the tile of the points if that pays.
     void fill_tile(BodyPoints& light) const;
     /// Adds the light of a point to row `target.y`; `amount`: by channel.
@@ -135,6 +145,7 @@ private:
     const Psf* psf_;
     SplatTable across_, down_; ///< of the Gaussian
     StarField stars_;
+    SkySources sky_;
     std::uint64_t seed_;
 };
 

@@ -79,20 +79,16 @@ public:
                          [order](const auto* a, const auto* b) { return order(*a) < order(*b); });
     }
 
-    /// Spectrum at `x`, linear between neighbours, which keeps its mean through V; ends hold.
-    [[nodiscard]] StarBins at(double x) const {
+    /// Mix at `x`, linear between neighbours, which keeps the mean through V; ends hold.
+    [[nodiscard]] StarMix at(double x) const {
         const auto above =
             std::upper_bound(templates_.begin(), templates_.end(), x,
                              [this](double at, const StarTemplate* t) { return at < order_(*t); });
-        if (above == templates_.begin()) return templates_.front()->flux;
-        const StarTemplate& a = **(above - 1);
-        if (above == templates_.end()) return a.flux;
-        const StarTemplate& b = **above;
-        const double share = (x - order_(a)) / (order_(b) - order_(a));
-        StarBins flux{};
-        for (std::size_t i = 0; i < star_bins; ++i)
-            flux[i] = a.flux[i] + share * (b.flux[i] - a.flux[i]);
-        return flux;
+        if (above == templates_.begin()) return {index(templates_.front()), index(templates_.front()), 0};
+        const StarTemplate* const a = *(above - 1);
+        if (above == templates_.end()) return {index(a), index(a), 0};
+        const StarTemplate* const b = *above;
+        return {index(a), index(b), (x - order_(*a)) / (order_(*b) - order_(*a))};
     }
 
     /// Colour of the neighbour at or before `x`.
@@ -104,6 +100,10 @@ public:
     }
 
 private:
+    [[nodiscard]] static std::size_t index(const StarTemplate* t) {
+        return static_cast<std::size_t>(t - star_templates().data());
+    }
+
     Order order_;
     std::vector<const StarTemplate*> templates_;
 };
@@ -169,16 +169,28 @@ double colour_temperature_k(double colour_b_v) {
     return 4600 * (1 / (c + 1.7) + 1 / (c + 0.62));
 }
 
-StarBins star_spectrum(const scene::Star& star) {
-    if (star.spectrum == scene::StarSpectrum::black_body) {
-        const double from_type =
-            star.type ? by_number(star.type->luminosity).colour_at(star.type->number) : sun_b_v;
-        return black_body_bins(colour_temperature_k(star.colour_b_v.value_or(from_type)));
-    }
+double star_colour(const scene::Star& star) {
+    if (star.colour_b_v) return *star.colour_b_v;
+    return star.type ? by_number(star.type->luminosity).colour_at(star.type->number) : sun_b_v;
+}
+
+StarMix star_mix(const scene::Star& star) {
     if (!star.type) return by_colour(Luminosity::unknown).at(star.colour_b_v.value_or(sun_b_v));
     if (!star.colour_b_v || star.type->number >= first_m_type)
         return by_number(star.type->luminosity).at(star.type->number);
     return by_colour(star.type->luminosity).at(*star.colour_b_v);
+}
+
+StarBins star_spectrum(const scene::Star& star) {
+    if (star.spectrum == scene::StarSpectrum::black_body)
+        return black_body_bins(colour_temperature_k(star_colour(star)));
+    const StarMix mix = star_mix(star);
+    const StarBins& a = star_templates()[mix.first].flux;
+    const StarBins& b = star_templates()[mix.second].flux;
+    StarBins flux{};
+    for (std::size_t i = 0; i < star_bins; ++i)
+        flux[i] = a[i] + mix.share * (b[i] - a[i]);
+    return flux;
 }
 
 StarBins star_band_weights_um(const SpectralBand& band) {

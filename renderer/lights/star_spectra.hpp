@@ -43,6 +43,17 @@ extern const double star_v_zero_w_m2_um;
 /// 34008 (2012), eq. 14; B-V is clamped to -0.4 .. 2.5.
 [[nodiscard]] double colour_temperature_k(double colour_b_v);
 
+/// B-V of a star: its own, or that of its type, or the Sun's.
+[[nodiscard]] double star_colour(const scene::Star& star);
+
+/// Two of star_templates() that make the spectrum of a star: `first` (1 - share) + `second` share.
+struct StarMix {
+    std::size_t first = 0, second = 0;
+    double share = 0;
+};
+/// The mix that star_spectrum() takes for a star of StarSpectrum::measured.
+[[nodiscard]] StarMix star_mix(const scene::Star& star);
+
 /// Spectrum of a star, scaled as StarTemplate::flux. By templates: B-V selects between two neighbours on the
 /// sequence of the luminosity class; M stars, whose B-V says little, and stars without B-V go by the type's
 /// number. An unknown luminosity class is a dwarf up to B-V 0.85 and a giant beyond, which in catalogues of

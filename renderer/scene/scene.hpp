@@ -18,6 +18,10 @@
 #include <string>
 #include <vector>
 
+namespace obscura::ephemeris {
+class StarFile;
+}
+
 namespace obscura::scene {
 
 /// Pose at an instant of scene time: seconds from the start of the scene, onto which the emulator maps the
@@ -221,6 +225,15 @@ struct Star {
     StarSpectrum spectrum = StarSpectrum::measured;
 };
 
+/// Stars of a catalogue file (ephemeris/stars/star_file.hpp).
+struct StarCatalogue {
+    std::shared_ptr<const ephemeris::StarFile> file{}; ///< null: none
+    double limiting_v = 20;                            ///< fainter stars are left out
+    StarSpectrum spectrum = StarSpectrum::measured;
+};
+
+struct SkyObject; // renderer/scene/sky_object.hpp
+
 /// Projection: image distance from the centre over the focal length, for a direction at the angle t to the
 /// boresight.
 enum class Projection : std::uint8_t {
@@ -366,6 +379,8 @@ struct Scene {
     Sun sun;
     std::vector<Body> bodies;
     std::vector<Star> stars;
+    StarCatalogue catalogue{};                                   ///< more stars
+    std::shared_ptr<const std::vector<SkyObject>> sky_objects{}; ///< null: none
     std::vector<Lamp> lamps{};
     std::vector<SpectralBand> bands{SpectralBand{}};
     std::vector<StrayLight> stray_light{};

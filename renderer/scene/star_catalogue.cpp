@@ -2,9 +2,11 @@
 #include "renderer/scene/star_catalogue.hpp"
 
 #include "config/csv.hpp"
+#include "ephemeris/stars/star_file.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -27,6 +29,21 @@ SpectralType::Luminosity luminosity_of(std::string_view text) {
     text.remove_prefix(at);
     if (text.starts_with("IV") || text.starts_with("V")) return dwarf;
     return text.starts_with("II") ? giant : supergiant;
+}
+
+SpectralType::Luminosity luminosity_of(ephemeris::Luminosity luminosity) {
+    using enum SpectralType::Luminosity;
+    switch (luminosity) {
+    case ephemeris::Luminosity::dwarf:
+        return dwarf;
+    case ephemeris::Luminosity::giant:
+        return giant;
+    case ephemeris::Luminosity::supergiant:
+        return supergiant;
+    case ephemeris::Luminosity::unknown:
+        break;
+    }
+    return unknown;
 }
 
 } // namespace
@@ -67,6 +84,42 @@ std::vector<scene::Star> read_stars(const std::filesystem::path& file, double li
         stars.push_back(star);
     });
     return stars;
+}
+
+Star photometric_star(const ephemeris::CatalogueStar& from, StarSpectrum spectrum) {
+    Star star;
+    star.magnitude_v = from.magnitude_v;
+    if (!std::isnan(from.colour_b_v)) star.colour_b_v = from.colour_b_v;
+    if (!std::isnan(from.type_number))
+        star.type = SpectralType{from.type_number, luminosity_of(from.luminosity)};
+    star.spectrum = spectrum;
+    return star;
+}
+
+Star star_of(const Scene& scene, std::uint32_t number) {
+    if (number < scene.stars.size()) return scene.stars[number];
+    const ephemeris::CatalogueStar from =
+        scene.catalogue.file->star(number - static_cast<std::uint32_t>(scene.stars.size()));
+    Star star = photometric_star(from, scene.catalogue.spectrum);
+    const Vec3 d = from.direction;
+    const double longitude = std::atan2(d.y, d.x);
+    star.right_ascension_rad = longitude < 0 ? longitude + 2 * std::numbers::pi : longitude;
+    star.declination_rad = std::atan2(d.z, std::hypot(d.x, d.y));
+    return star;
+}
+
+StarTotals star_totals(const Scene& scene) {
+    StarTotals totals;
+    const auto add = [&](double magnitude_v) {
+        totals.faintest_v = totals.count == 0 ? magnitude_v : std::max(totals.faintest_v, magnitude_v);
+        ++totals.count;
+    };
+    for (const Star& star : scene.stars)
+        add(star.magnitude_v);
+    if (const ephemeris::StarFile* const file = scene.catalogue.file.get())
+        file->for_each({{1, 0, 0}, std::numbers::pi}, scene.catalogue.limiting_v,
+                       [&](std::uint32_t i) { add(file->magnitude_v(i)); });
+    return totals;
 }
 
 } // namespace obscura::scene

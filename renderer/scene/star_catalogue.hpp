@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Star catalogues as CSV tables.
+// Stars of a scene: catalogues as CSV tables, and totals.
 #pragma once
 
+#include "ephemeris/stars/star.hpp"
 #include "renderer/scene/scene.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -19,5 +22,19 @@ namespace obscura::scene {
 /// then, if the catalogue has them, b_v and spectral_type. Throws ConfigError.
 [[nodiscard]] std::vector<scene::Star> read_stars(const std::filesystem::path& file,
                                                   double limiting_magnitude);
+
+/// What the photometry of a star of a catalogue file depends on; its place is not set.
+[[nodiscard]] Star photometric_star(const ephemeris::CatalogueStar& from, StarSpectrum spectrum);
+
+/// Star of a scene by its number: those that it lists come first, those of its catalogue file follow, with
+/// their places at J2000.0. `number`: less than the count of both.
+[[nodiscard]] Star star_of(const Scene& scene, std::uint32_t number);
+
+/// Number of the stars of a scene, listed ones and those of its catalogue file, and the faintest of them.
+struct StarTotals {
+    std::size_t count = 0;
+    double faintest_v = 0; ///< 0 without stars
+};
+[[nodiscard]] StarTotals star_totals(const Scene& scene);
 
 } // namespace obscura::scene

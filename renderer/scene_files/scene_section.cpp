@@ -2,6 +2,8 @@
 #include "renderer/scene_files/scene_section.hpp"
 
 #include "config/shipped_files.hpp"
+#include "core/error.hpp"
+#include "ephemeris/stars/star_file.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/scene/scene_keys.hpp"
@@ -12,6 +14,7 @@
 #include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/place_keys.hpp"
 #include "renderer/scene_files/section_rules.hpp"
+#include "renderer/scene_files/sky_object_section.hpp"
 
 #include <fmt/format.h>
 
@@ -58,14 +61,15 @@ struct StarKeys {
     StarSpectrum spectrum = StarSpectrum::measured;
 };
 
-config::Section stars_section(std::vector<Star>& stars) {
+config::Section stars_section(Scene& scene) {
     const auto read = std::make_shared<StarKeys>();
     config::Section section{"stars", "Stars from a catalogue; without the table there are none."};
     section.keys = {
         config::key("catalogue", config::Path{&read->catalogue, false})
             .required()
-            .help("Star catalogue, CSV table ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name "
-                  "of a shipped one (\"bright\")"),
+            .help("Star catalogue: file made by `obscura import stars`, CSV table "
+                  "ra_deg,dec_deg,v_mag[,b_v][,spectral_type] (J2000), or the name of a shipped one "
+                  "(\"bright\")"),
         config::key("limiting_magnitude", &read->limiting_magnitude)
             .unit("mag")
             .range(-30, 40)
@@ -74,15 +78,24 @@ config::Section stars_section(std::vector<Star>& stars) {
             .help("Spectra of the stars: that of the class by B-V and spectral type, or a black body by B-V"),
     };
     section.optional = true;
-    section.check = [&stars, read](const config::ReadTable& table) {
+    section.check = [&scene, read](const config::ReadTable& table) {
         if (table.table() == nullptr || read->catalogue.empty()) return;
         const config::Value& value = table.table()->find("catalogue")->value;
         table.mistakes().collect([&] {
-            stars = read_stars(config::file_of_key(value, table.where().in("catalogue"), read->catalogue,
-                                                   config::shipped_stars),
-                               read->limiting_magnitude);
+            const std::filesystem::path file = config::file_of_key(value, table.where().in("catalogue"),
+                                                                   read->catalogue, config::shipped_stars);
+            if (!ephemeris::StarFile::is_one(file)) {
+                scene.stars = read_stars(file, read->limiting_magnitude);
+                return;
+            }
+            try {
+                scene.catalogue = {std::make_shared<const ephemeris::StarFile>(file),
+                                   read->limiting_magnitude, read->spectrum};
+            } catch (const InputError& error) {
+                table.refuse("catalogue", error.what());
+            }
         });
-        for (Star& star : stars)
+        for (Star& star : scene.stars)
             star.spectrum = read->spectrum;
     };
     return section;
@@ -190,6 +203,21 @@ void check_tree(const Scene& scene, const config::ReadTable& root) {
     check_parent(scene.camera.position, scene.camera.parent, scene.camera.joint, "camera");
     for (const Lamp& lamp : scene.lamps)
         check_parent(lamp.position, lamp.parent, lamp.joint, fmt::format("lamp '{}'", lamp.name));
+    if (scene.sky_objects)
+        for (const SkyObject& object : *scene.sky_objects)
+            check_parent(object.position, object.parent, {}, fmt::format("sky object '{}'", object.name));
+}
+
+/// Gives the scene its sky objects, those that are as stars of a catalogue among its stars.
+void take_sky_objects(const std::vector<SkyObject>& read, Scene& scene) {
+    std::vector<SkyObject> objects;
+    for (const SkyObject& object : read)
+        if (object.kind == SkyObject::Kind::star && object.still())
+            scene.stars.push_back(object.star);
+        else
+            objects.push_back(object);
+    if (!objects.empty())
+        scene.sky_objects = std::make_shared<const std::vector<SkyObject>>(std::move(objects));
 }
 
 /// Reports the key look_at of `table` if the scene has no body of that name.
@@ -244,15 +272,17 @@ void check_scene(Scene& scene, const ColourCurves& curves, const config::ReadTab
 config::Section scene_section(Scene& scene) {
     const auto curves = std::make_shared<ColourCurves>();
     const auto kernels = std::make_shared<KernelKeys>();
+    const auto sky_objects = std::make_shared<std::vector<SkyObject>>();
     config::Section section{"", "A scene: bodies, light sources, stars and the camera."};
     section.keys = keys_of(scene);
     const config::Keys kernel_keys = kernels->keys();
     section.keys.insert(section.keys.begin() + 1, kernel_keys.begin(), kernel_keys.end());
-    section.tables = {sun_section(scene.sun), stars_section(scene.stars),
+    section.tables = {sun_section(scene.sun), stars_section(scene),
                       camera_section(scene.camera, kernels->epoch, kernels)};
     section.lists = {
         body_list(scene, curves, kernels),
         lamp_list(scene.lamps, kernels),
+        sky_object_list(sky_objects, kernels->epoch),
         config::list("band", "A spectral band of the image, one table for each; without any, one band.",
                      scene.bands, band_section),
         config::list("landmark",
@@ -262,7 +292,8 @@ config::Section scene_section(Scene& scene) {
                      scene.stray_light, stray_light_section),
     };
     section.printed = false;
-    section.check = [&scene, curves, kernels](const config::ReadTable& root) {
+    section.check = [&scene, curves, kernels, sky_objects](const config::ReadTable& root) {
+        take_sky_objects(*sky_objects, scene);
         kernels->check(scene, root);
         check_scene(scene, *curves, root);
     };

@@ -10,6 +10,7 @@
 #include "renderer/lights/star_field.hpp"
 #include "renderer/truth/function_ref.hpp"
 #include "renderer/world/row_state.hpp"
+#include "renderer/world/sky_sources.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -26,11 +27,11 @@ struct TruthScene {
     const std::vector<BuiltBody>& bodies;
     const Projection& lens; ///< of the camera at rest
     const GaussianPsf& gaussian_psf;
-    const Psf* psf; ///< null: the Gaussian
-    const StarField& stars;
-    std::span<const Vec3> landmarks_m;            ///< body frame, in the order of the scene
-    std::span<const std::uint32_t> stars_in_view; ///< candidates
-    std::span<const double> sun_w_m2;             ///< per band, at 1 au
+    const Psf* psf;                    ///< null: the Gaussian
+    std::span<const Vec3> landmarks_m; ///< body frame, in the order of the scene
+    const FieldStars& stars;           ///< that may be in the field
+    const SkySources& sky;
+    std::span<const double> sun_w_m2; ///< per band, at 1 au
     std::uint32_t max_instants;
     double reach_px; ///< of the PSF
 };

@@ -2,12 +2,15 @@
 #include "renderer/truth/scene_truth.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "renderer/integrators/star_rows.hpp"
 #include "renderer/scene/scene_tree.hpp"
+#include "renderer/scene/star_catalogue.hpp"
 #include "renderer/shapes/single_ray.hpp"
 #include "renderer/truth/curves.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/sight.hpp"
 #include "renderer/truth/signal.hpp"
+#include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -95,12 +98,50 @@ public:
     }
 
     void add_stars() {
-        std::pmr::vector<double> irradiance(scene_.scene.bands.size(), &states_.memory());
-        for (const std::uint32_t star : scene_.stars_in_view) {
-            for (std::size_t b = 0; b < irradiance.size(); ++b)
-                irradiance[b] = scene_.stars.irradiance(star, b);
+        const std::size_t bands = scene_.scene.bands.size();
+        for (std::size_t i = 0; i < scene_.stars.numbers.size(); ++i) {
+            if (scene_.stars.numbers[i] == no_star) break; // the last ones
+            const std::span irradiance = std::span(scene_.stars.irradiance_w_m2).subspan(i * bands, bands);
             use_light(irradiance);
-            add_star(star, sum_of(irradiance));
+            const StarPlace& place = scene_.stars.places[i];
+            const auto towards = [&](const TruthState& s) {
+                return s.camera_from_inertial *
+                       place.from(star_observer(scene_.scene, s.camera.position_m, s.time_s));
+            };
+            const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
+            TruthEntry entry;
+            entry.object = static_cast<std::int32_t>(scene_.stars.numbers[i]);
+            entry.magnitude_v = scene::star_of(scene_.scene, scene_.stars.numbers[i]).magnitude_v;
+            entry.range_m = no_hit;
+            add_point_source(entry, towards, seen, sum_of(irradiance));
+        }
+    }
+
+    /// The sky objects that move or vary: as stars, with their names and the object number -1.
+    void add_sky() {
+        std::pmr::vector<double> irradiance(scene_.scene.bands.size(), &states_.memory());
+        for (std::size_t i = 0; i < scene_.sky.size(); ++i) {
+            const auto source = [&](const TruthState& s) {
+                return scene_.sky.at(i, scene_.bodies, s.camera.position_m, s.time_s);
+            };
+            const double middle_s = to_seconds(truth_.mid_exposure.ns);
+            const auto middle = scene_.sky.at(
+                i, scene_.bodies, camera_pose(scene_.scene, scene_.bodies, middle_s).position_m, middle_s);
+            if (!middle) continue;
+            scene_.sky.irradiance(i, *middle, irradiance);
+            use_light(irradiance);
+            const auto towards = [&](const TruthState& s) {
+                return s.camera_from_inertial * source(s).value_or(*middle).direction;
+            };
+            const auto seen = [&](const TruthState& s, Vec3 d) {
+                return !is_hidden(scene_, s, d, middle->distance_m);
+            };
+            TruthEntry entry;
+            entry.object = -1;
+            entry.name.set(scene_.sky.object(i).name);
+            entry.magnitude_v = middle->magnitude_v;
+            entry.range_m = middle->distance_m;
+            add_point_source(entry, towards, seen, sum_of(irradiance));
         }
     }
 
@@ -132,27 +173,23 @@ private:
                                                  : scene::sun_name;
     }
 
-    void add_star(std::uint32_t star, double irradiance_w_m2) {
-        const Vec3 direction = scene_.stars.direction(star);
-        const auto towards = [&](const TruthState& s) { return s.camera_from_inertial * direction; };
-        const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
+    /// Adds `entry` for each window in which a point source of the light in use lands.
+    void add_point_source(TruthEntry entry, const RowStates::Direction& towards, const RowStates::Seen& seen,
+                          double irradiance_w_m2) {
+        entry.kind = TruthKind::star;
+        entry.irradiance_w_m2 = irradiance_w_m2;
         for (std::size_t w = 0; w < request_.windows.size(); ++w) {
             const std::optional<Landing> landing = states_.land(w, towards, seen);
             if (!landing || landing->inside == 0) continue;
-            TruthEntry entry;
-            entry.kind = TruthKind::star;
-            entry.object = static_cast<std::int32_t>(star);
-            entry.magnitude_v = scene_.scene.stars[star].magnitude_v;
-            entry.range_m = no_hit;
-            set_place(entry, w, *landing);
-            entry.visible_share = landing->seen;
-            entry.visibility = visibility_of(landing->seen, landing->inside);
-            entry.irradiance_w_m2 = irradiance_w_m2;
+            TruthEntry landed = entry;
+            set_place(landed, w, *landing);
+            landed.visible_share = landing->seen;
+            landed.visibility = visibility_of(landing->seen, landing->inside);
             if (!request_.detector.electrons_per_s_per_w_m2.empty())
-                set_signal(entry, request_.detector, sum_of(signal_) * landing->seconds,
+                set_signal(landed, request_.detector, sum_of(signal_) * landing->seconds,
                            image_of_point(scene_, on_sensor(request_.windows[w], *landing), landing->streak,
                                           signal_));
-            push(entry);
+            push(landed);
         }
     }
 
@@ -315,6 +352,7 @@ void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth
     lister.add_bodies();
     lister.add_landmarks();
     lister.add_stars();
+    lister.add_sky();
     lister.add_curves();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/world/exposure.hpp"
 
+#include "renderer/scene/sky_object.hpp"
 #include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
@@ -30,6 +31,30 @@ double body_angle(const Pose& camera_from, const Pose& camera_to, const Pose& fr
     const double nearest = std::max(std::min(length(a), length(b)) - radius_m, 0.01 * radius_m);
     if (!(nearest > 0)) return std::numeric_limits<double>::infinity();
     return (length(b - a) + radius_m * angle_between(from.orientation, to.orientation)) / nearest;
+}
+
+/// Largest apparent motion of a sky object, without the rotation of the camera.
+double sky_motion_rad(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                      const std::array<double, 3>& times, const std::array<Pose, 3>& camera) {
+    double most_rad = 0;
+    for (const scene::SkyObject& object : *scene.sky_objects) {
+        if (object.still() || object.kind == scene::SkyObject::Kind::galaxy) continue;
+        if (object.kind == scene::SkyObject::Kind::star) {
+            most_rad = std::max(most_rad, std::hypot(object.rate_rad_s[0], object.rate_rad_s[1]) *
+                                              (times[2] - times[0]));
+            continue;
+        }
+        double moved_rad = 0;
+        std::array<Vec3, 3> to_object;
+        for (std::size_t i = 0; i < 3; ++i) {
+            to_object[i] = point_position(scene, bodies, object, times[i]) - camera[i].position_m;
+            if (i > 0)
+                moved_rad += std::atan2(length(cross(to_object[i - 1], to_object[i])),
+                                        dot(to_object[i - 1], to_object[i]));
+        }
+        most_rad = std::max(most_rad, moved_rad);
+    }
+    return most_rad;
 }
 
 } // namespace
@@ -64,6 +89,7 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
         }
         if (near) most_rad = std::max(most_rad, moved_rad);
     }
+    if (scene.sky_objects) most_rad = std::max(most_rad, sky_motion_rad(scene, bodies, times, camera));
     return (turn_rad + most_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 

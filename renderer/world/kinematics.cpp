@@ -3,6 +3,7 @@
 
 #include "renderer/camera/aberration.hpp"
 #include "renderer/scene/scene_tree.hpp"
+#include "renderer/scene/sky_object.hpp"
 #include "renderer/world/motion.hpp"
 
 #include <algorithm>
@@ -145,6 +146,11 @@ Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, con
     const Vec3 target = target_of(scene, bodies, *aim, frame, pose.position_m, false, time_s);
     pose.orientation = aimed(*aim, frame, target - pose.position_m, pose.orientation);
     return pose;
+}
+
+Vec3 point_position(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                    const scene::SkyObject& object, double time_s) {
+    return pose_on_parent(scene, bodies, object.parent, object.motion, {}, time_s).position_m;
 }
 
 } // namespace obscura::renderer

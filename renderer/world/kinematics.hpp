@@ -18,6 +18,10 @@ namespace obscura::renderer {
 [[nodiscard]] Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                              const scene::Lamp& lamp, double time_s);
 
+/// Inertial position of a sky object that is a point in space.
+[[nodiscard]] Vec3 point_position(const scene::Scene& scene, std::span<const BuiltBody> bodies,
+                                  const scene::SkyObject& object, double time_s);
+
 /// Velocity of the camera in the inertial frame for aberration: its own key, or that of its motion.
 [[nodiscard]] Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies,
                                        double time_s);

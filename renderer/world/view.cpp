@@ -3,6 +3,7 @@
 
 #include "renderer/camera/projection.hpp"
 #include "renderer/lights/star_field.hpp"
+#include "renderer/scene/star_catalogue.hpp"
 #include "renderer/shapes/single_ray.hpp"
 #include "renderer/world/row_state.hpp"
 
@@ -99,8 +100,8 @@ SeenBody view_of_body(const BodyState& s, const Projection& lens, const scene::C
 
 } // namespace
 
-View view_of(const scene::Scene& scene, const RowState& row, const Projection& lens,
-             std::span<const std::uint32_t> stars) {
+View view_of(const scene::Scene& scene, const RowState& row, const Projection& lens, const FieldStars& stars,
+             const StarObserver& observer) {
     const scene::Camera& camera = scene.camera;
     const double middle_x = (camera.width - 1) / 2.0, middle_y = (camera.height - 1) / 2.0;
     const Vec3 middle = direction_at(lens, middle_x, middle_y);
@@ -127,13 +128,13 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
         if (scene.sun.irradiance_scale > 0) body.phase_rad = angle_between(s.sun_m, s.camera_m);
         out.bodies.push_back(std::move(body));
     }
-    for (const std::uint32_t i : stars) {
-        const scene::Star& star = scene.stars[i];
-        const Vec3 towards =
-            row.camera_from_inertial * star_direction(star.right_ascension_rad, star.declination_rad);
+    for (std::size_t i = 0; i < stars.numbers.size(); ++i) {
+        if (stars.numbers[i] == no_star) break; // the last ones
+        const Vec3 towards = row.camera_from_inertial * stars.places[i].from(observer);
         if (!on_sensor(camera, lens.project(towards))) continue;
         ++out.stars;
-        out.faintest_v = std::max(star.magnitude_v, out.faintest_v.value_or(star.magnitude_v));
+        const double magnitude_v = scene::star_of(scene, stars.numbers[i]).magnitude_v;
+        out.faintest_v = std::max(magnitude_v, out.faintest_v.value_or(magnitude_v));
     }
     return out;
 }

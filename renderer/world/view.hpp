@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +17,8 @@ namespace obscura::renderer {
 
 class Projection;
 struct RowState;
+struct FieldStars;
+struct StarObserver;
 
 /// A body seen by the camera.
 struct SeenBody {
@@ -43,8 +44,8 @@ struct View {
     std::optional<double> faintest_v{}; ///< Johnson V of the faintest of them
 };
 
-/// The view of `row` through `lens`. `stars`: indices of the scene's stars that may be in the field.
+/// The view of `row` through `lens`. `stars`: those that may be in the field.
 [[nodiscard]] View view_of(const scene::Scene& scene, const RowState& row, const Projection& lens,
-                           std::span<const std::uint32_t> stars);
+                           const FieldStars& stars, const StarObserver& observer);
 
 } // namespace obscura::renderer

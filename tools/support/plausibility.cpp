@@ -85,7 +85,7 @@ std::vector<double> instants_of(const scene::Scene& scene, double first_s) {
 
 Plausibility::Plausibility(std::string camera, const renderer::Renderer& renderer,
                            std::span<const double> frames_s, bool posed)
-    : camera_(std::move(camera)), posed_(posed), catalogue_(renderer.scene().stars.size()) {
+    : camera_(std::move(camera)), posed_(posed), catalogue_(scene::star_totals(renderer.scene())) {
     std::vector<renderer::View> views;
     const std::size_t stride = std::max<std::size_t>(1, frames_s.size() / most_instants);
     for (std::size_t i = 0; i < frames_s.size(); i += stride)
@@ -196,20 +196,17 @@ void Plausibility::judge_field(const scene::Scene& scene, std::span<const render
         return;
     }
     if (star_in_field || covered) return;
-    if (!body_in_field && !sun_in_field && scene.stray_light.empty() && scene.stars.empty()) {
+    if (!body_in_field && !sun_in_field && scene.stray_light.empty() && catalogue_.count == 0) {
         add("nothing_in_field",
             "nothing is in the field: the scene has no body and no star. Add [[body]] or [stars]");
-    } else if (!scene.stars.empty()) {
-        double faintest = scene.stars.front().magnitude_v;
-        for (const scene::Star& star : scene.stars)
-            faintest = std::max(faintest, star.magnitude_v);
+    } else if (catalogue_.count > 0) {
         add(body_in_field || sun_in_field ? "no_star" : "nothing_in_field",
             fmt::format("{} in the field of {}: the {} stars of the catalogue, to magnitude {:.3g}, have "
                         "{:.2g} in a field "
                         "of that size on average. Try a larger limiting_magnitude or a deeper catalogue",
                         body_in_field || sun_in_field ? "no star is" : "no body and no star are",
-                        field_text(view_), scene.stars.size(), faintest,
-                        static_cast<double>(scene.stars.size()) * view_.field_x_rad * view_.field_y_rad /
+                        field_text(view_), catalogue_.count, catalogue_.faintest_v,
+                        static_cast<double>(catalogue_.count) * view_.field_x_rad * view_.field_y_rad /
                             (4 * std::numbers::pi)));
     }
 }
@@ -318,7 +315,7 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
     }
     if (view_.bodies.size() > most_bodies)
         line("bodies", fmt::format("{} more", view_.bodies.size() - most_bodies));
-    if (catalogue_ > 0)
+    if (catalogue_.count > 0)
         line("stars", fmt::format("{} in the field{}", view_.stars,
                                   view_.faintest_v
                                       ? fmt::format(", the faintest of magnitude {:.3g}", *view_.faintest_v)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/renderer.hpp"
+#include "renderer/scene/star_catalogue.hpp"
 #include "renderer/world/view.hpp"
 
 #include <cstddef>
@@ -90,7 +91,7 @@ private:
     renderer::View view_;
     bool posed_ = true;
     bool resolved_ = false; ///< a body of several pixels is in the field
-    std::size_t catalogue_ = 0;
+    scene::StarTotals catalogue_;
     std::optional<SignalFigures> signal_;
     std::optional<double> light_;
     std::string light_unit_;

@@ -3,6 +3,7 @@
 
 #include "renderer/camera/aberration.hpp"
 #include "renderer/camera/projection.hpp"
+#include "renderer/scene/star_catalogue.hpp"
 #include "renderer/world/scene_poses.hpp"
 
 #include <fmt/format.h>
@@ -213,7 +214,7 @@ private:
     void draw_stars() {
         std::vector<const TruthEntry*> stars;
         for (const TruthEntry& e : chart_.truth.entries)
-            if (e.kind == TruthKind::star && e.visibility != TruthVisibility::hidden &&
+            if (e.kind == TruthKind::star && e.object >= 0 && e.visibility != TruthVisibility::hidden &&
                 e.magnitude_v <= chart_.faintest_v)
                 stars.push_back(&e);
         if (stars.empty()) return;
@@ -221,13 +222,13 @@ private:
                   [](const TruthEntry* a, const TruthEntry* b) { return a->magnitude_v > b->magnitude_v; });
         faintest_ = stars.front()->magnitude_v;
         for (const TruthEntry* e : stars) {
-            const scene::Star& star = chart_.scene.stars[static_cast<std::size_t>(e->object)];
+            const scene::Star star = scene::star_of(chart_.scene, static_cast<std::uint32_t>(e->object));
             drawing_.disc(at(e->x_px, e->y_px), radius_of(e->magnitude_v),
                           star_colour(star.colour_b_v.value_or(0.6)));
         }
         std::size_t labels = 0;
         for (auto e = stars.rbegin(); e != stars.rend() && labels < most_labels; ++e) {
-            const scene::Star& star = chart_.scene.stars[static_cast<std::size_t>((*e)->object)];
+            const scene::Star star = scene::star_of(chart_.scene, static_cast<std::uint32_t>((*e)->object));
             const StarName name = chart_.names.at(star.right_ascension_rad, star.declination_rad);
             if (name.shortest().empty()) continue;
             if (add_label(at((*e)->x_px, (*e)->y_px), radius_of((*e)->magnitude_v) + 2, name.shortest(),

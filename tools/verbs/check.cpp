@@ -4,6 +4,7 @@
 #include "config/shipped_files.hpp"
 #include "emulator/assemble.hpp"
 #include "emulator/config/daemon_config.hpp"
+#include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "sensors/sensor_file.hpp"
@@ -152,10 +153,10 @@ private:
     }
 
     static std::string describe(const scene::Scene& scene) {
+        const std::size_t stars = scene::star_totals(scene).count;
         return fmt::format("\"{}\" with {} {}, {} {}, {} {}", scene.name, scene.bodies.size(),
-                           scene.bodies.size() == 1 ? "body" : "bodies", scene.stars.size(),
-                           scene.stars.size() == 1 ? "star" : "stars", scene.bands.size(),
-                           scene.bands.size() == 1 ? "band" : "bands");
+                           scene.bodies.size() == 1 ? "body" : "bodies", stars, stars == 1 ? "star" : "stars",
+                           scene.bands.size(), scene.bands.size() == 1 ? "band" : "bands");
     }
 
     /// Prints the results and returns the exit status.

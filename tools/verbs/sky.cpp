@@ -6,6 +6,7 @@
 #include "ephemeris/time/time_text.hpp"
 #include "images/writers/raw.hpp"
 #include "renderer/renderer.hpp"
+#include "renderer/scene/star_catalogue.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "tools/support/sky_chart.hpp"
@@ -122,7 +123,7 @@ private:
     void print(const scene::Scene& scene, const SceneTruth& truth, const StarNames& names) const {
         std::vector<const TruthEntry*> stars, bodies, landmarks;
         for (const TruthEntry& e : truth.entries) {
-            if (e.kind == TruthKind::star && e.magnitude_v <= faintest_) stars.push_back(&e);
+            if (e.kind == TruthKind::star && e.object >= 0 && e.magnitude_v <= faintest_) stars.push_back(&e);
             if (e.visibility == TruthVisibility::outside) continue;
             if (e.kind == TruthKind::body) bodies.push_back(&e);
             if (e.kind == TruthKind::landmark) landmarks.push_back(&e);
@@ -150,7 +151,7 @@ private:
             fmt::print("\n{:<16} {:<10} {:>7} {:>6} {:>10} {:>10} {:>11} {:>11}  {}\n", "star", "", "number",
                        "V", "RA deg", "Dec deg", "x px", "y px", "seen");
         for (const TruthEntry* e : stars) {
-            const scene::Star& star = scene.stars[static_cast<std::size_t>(e->object)];
+            const scene::Star star = scene::star_of(scene, static_cast<std::uint32_t>(e->object));
             const StarName name = names.at(star.right_ascension_rad, star.declination_rad);
             const double star_ra = star.right_ascension_rad / degree,
                          star_dec = star.declination_rad / degree;
