@@ -129,6 +129,7 @@ private:
     std::span<const double> samples_, times_, starts_;
 };
 
+/// CK segment and the frame that its attitudes are relative to.
 struct BasedCkSegment {
     const CkSegment* segment;
     std::shared_ptr<const FrameModel> base;

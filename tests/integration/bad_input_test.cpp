@@ -140,8 +140,8 @@ TEST_CASE("impossible bodies: NaN poses, zero size, circles of parents, textures
 
 TEST_CASE("broken scenes: exit 78") {
     check_scene("[[body]]\nshape = \"sphere\"\nalbedo = 0.5\n",
-                "s.toml:2:9: body[0].shape: \"sphere\" is not known, allowed ellipsoid, mesh, procedural, "
-                "polygons, box, disc, cone");
+                "s.toml:2:9: body[0].shape: \"sphere\" is not known, allowed ellipsoid, mesh, planet, "
+                "procedural, polygons, box, disc, cone");
     check_scene("[[body]]\nshape = \"mesh\"\nfile = \"n.obj\"\nalbedo = 0.5\n",
                 "s.toml:3:8: body[0].file: n.obj: no such file");
     check_scene("[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, -1, 1]\nalbedo = 0.5\n",
@@ -162,10 +162,10 @@ TEST_CASE("broken configurations: exit 78") {
     check_config("[scene]\nfile = \"s.toml\"\n[gige]\nport = \"3956\"\n",
                  "c.toml:4:8: gige.port: is a string, allowed an integer, 1 to 65535");
     check_config("[scene]\nfile = \"t.toml\"\n", "c.toml:2:8: scene.file: t.toml: no such file");
-    check_config(
-        "[scene]\nfile = \"c.toml\"\n",
-        "c.toml:1:2: scene: unknown key, allowed sun, stars, "
-        "camera, body, lamp, band, stray_light, name, max_bounces, light_time, aberration, quantity");
+    check_config("[scene]\nfile = \"c.toml\"\n",
+                 "c.toml:1:2: scene: unknown key, allowed sun, stars, "
+                 "camera, body, lamp, sky_object, band, landmark, stray_light, name, epoch, kernels, centre, "
+                 "max_bounces, light_time, aberration, quantity");
     check_config("[scene]\nfile = 's.toml'\nfile = 's.toml'\n",
                  "c.toml:3:8: not valid TOML: Error while parsing key-value pair: cannot redefine existing "
                  "string 'file'");

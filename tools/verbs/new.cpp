@@ -97,8 +97,13 @@ NewFile scene_file(const std::string& name) {
         {"[[band]]", "from_nm", "400"},
         {"[[band]]", "to_nm", "900"},
         {"[[stray_light]]", "file", "\"stray_light.fits\""},
+        {"[[sky_object]]", "ra_deg", "84.05"},
+        {"[[sky_object]]", "dec_deg", "-1.2"},
+        {"[[sky_object]]", "v_mag", "6"},
+        {"[[landmark]]", "name", "\"crater\""},
+        {"[[landmark]]", "body", "\"asteroid\""},
     };
-    file.absent = {"[[lamp]]", "[[stray_light]]"};
+    file.absent = {"[[lamp]]", "[[stray_light]]", "[[sky_object]]", "[[landmark]]"};
     file.variants = {"shape = \"ellipsoid\"", "material = \"lambert\""};
     return file;
 }

@@ -861,7 +861,7 @@ shape = "mesh"
     {"[camera]\nlook_at = \"sun\"\ntrajectory = \"good.csv\"\n",
      R"(s.toml:2:11: camera.look_at: cannot stand beside a "trajectory" with columns qw,qx,qy,qz)"},
     {"[camera]\ntrajectory = \"positions.csv\"\n",
-     R"(s.toml:2:14: camera.trajectory: has no columns qw,qx,qy,qz: "look_at", "look_at_m", "boresight" or "orientation" is wanted beside it)"},
+     R"(s.toml:2:14: camera.trajectory: has no columns qw,qx,qy,qz: "look_at", "look_at_m", "boresight", "orientation" or "attitude" is wanted beside it)"},
     {R"([camera]
 parent = "rock"
 joint = "hinge"
