@@ -89,9 +89,10 @@ public:
 private:
     bool measure_imaging(const emulator::DaemonConfig& config) {
         emulator::Imaging imaging(config, 1);
-        const FrameRef frame = imaging.pool->acquire();
+        FrameRef frame;
         const auto make = [&](std::uint64_t id) {
-            frame->info = FrameInfo{};
+            frame = {}; // the pool has one, which it empties
+            frame = imaging.pool->acquire();
             const std::string refusal = imaging.maker->make(imaging.nominal_order(id), *frame);
             if (!refusal.empty()) throw ConfigError(fmt::format("{}: {}", config_, refusal));
         };

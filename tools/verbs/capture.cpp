@@ -87,7 +87,7 @@ public:
         view.warn("capture");
         if (strict_ && !view.oddities().empty()) return exit_failure;
         imaging.catch_up(first_);
-        const FrameRef frame = imaging.pool->acquire();
+        FrameRef frame = imaging.pool->acquire();
         const std::filesystem::path folder(output_);
         const images::Cards lens = renderer::lens_cards(config.scene.camera);
         std::vector<CameraFileFrame> captured;
@@ -97,9 +97,8 @@ public:
             Progress progress("capture", frames_);
             for (std::uint64_t id = first_; id < first_ + frames_ && !interrupted(); ++id) {
                 const auto start = std::chrono::steady_clock::now();
-                frame->info = FrameInfo{};
-                frame->flags = 0;
-                frame->saturated_windows = 0;
+                frame = {}; // the pool has one, which it empties
+                frame = imaging.pool->acquire();
                 const emulator::FrameOrder order = imaging.nominal_order(id);
                 if (const std::string refusal = imaging.maker->make(order, *frame); !refusal.empty())
                     throw ConfigError(fmt::format("{}: {}", config_, refusal));
