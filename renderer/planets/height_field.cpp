@@ -79,22 +79,22 @@ HeightField::HeightField(std::uint32_t cells_per_edge, const std::function<doubl
     if (!std::has_single_bit(cells_) || cells_ < 2 || cells_ > most_cells_per_edge)
         throw ConfigError(fmt::format("cells_per_edge {}: allowed is a power of two from 2 to {}", cells_,
                                       most_cells_per_edge));
-    heights_.resize(cube_face_count * stride_ * stride_);
+    heights_.resize(terrain::cube_face_count * stride_ * stride_);
     const double width = 2.0 / cells_;
-    tbb::parallel_for(std::size_t{0}, cube_face_count * stride_, [&](std::size_t row) {
-        const CubeFace& face = cube_faces[row / stride_];
+    tbb::parallel_for(std::size_t{0}, terrain::cube_face_count * stride_, [&](std::size_t row) {
+        const terrain::CubeFace& face = terrain::cube_faces[row / stride_];
         float* const line = heights_.data() + row * stride_;
         const double v = -1 + (static_cast<double>(row % stride_) - 1) * width;
         for (std::size_t i = 0; i < stride_; ++i)
             line[i] = static_cast<float>(
-                height(normalized(cube_point(face, -1 + (static_cast<double>(i) - 1) * width, v))));
+                height(normalized(terrain::cube_point(face, -1 + (static_cast<double>(i) - 1) * width, v))));
     });
     make_maxima();
 }
 
 std::uint64_t HeightField::bytes(std::uint32_t cells_per_edge) {
     const std::uint64_t edge = cells_per_edge + 3ull;
-    return cube_face_count * (edge * edge + edge * edge / 3) * sizeof(float);
+    return terrain::cube_face_count * (edge * edge + edge * edge / 3) * sizeof(float);
 }
 
 void HeightField::make_maxima() {
@@ -103,8 +103,8 @@ void HeightField::make_maxima() {
         level_offset_[static_cast<std::size_t>(level)] = maxima_per_face_;
         maxima_per_face_ += std::size_t{cells_ >> level} * (cells_ >> level);
     }
-    maxima_.resize(cube_face_count * maxima_per_face_);
-    tbb::parallel_for(std::size_t{0}, cube_face_count, [&](std::size_t face) {
+    maxima_.resize(terrain::cube_face_count * maxima_per_face_);
+    tbb::parallel_for(std::size_t{0}, terrain::cube_face_count, [&](std::size_t face) {
         float* const out = maxima_.data() + face * maxima_per_face_;
         const std::uint32_t pairs = cells_ / 2;
         for (std::uint32_t j = 0; j < pairs; ++j)
@@ -127,7 +127,7 @@ void HeightField::make_maxima() {
         }
     });
     float least = heights_[0], largest = least;
-    for (std::size_t face = 0; face < cube_face_count; ++face)
+    for (std::size_t face = 0; face < terrain::cube_face_count; ++face)
         for (std::uint32_t j = 0; j <= cells_; ++j) {
             const float* const line = vertex(face, 0, j);
             const auto [low, high] = std::minmax_element(line, line + cells_ + 1);
@@ -196,7 +196,7 @@ bool HeightField::cross_shell(const Ray& ray, double from, double to, bool insid
     }
     cuts[count] = to;
     for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t face = cube_face_of(ray.at((cuts[k] + cuts[k + 1]) / 2));
+        const std::size_t face = terrain::cube_face_of(ray.at((cuts[k] + cuts[k + 1]) / 2));
         if (cross_face(ray, face, cuts[k], cuts[k + 1], inside, found)) return true;
     }
     return false;
@@ -212,12 +212,14 @@ public:
         double height, slope;
     };
 
-    Clearance(const Ray& ray, const Patch& patch, const CubeFace& face, double half_cells, double i, double j)
+    Clearance(const Ray& ray, const Patch& patch, const terrain::CubeFace& face, double half_cells, double i,
+              double j)
         : ray_(ray),
           patch_(patch),
-          w_{face.sign * component(ray.closest, face.axis), face.sign * component(ray.direction, face.axis)},
-          u_{component(ray.closest, face.u_axis), component(ray.direction, face.u_axis)},
-          v_{component(ray.closest, face.v_axis), component(ray.direction, face.v_axis)},
+          w_{face.sign * terrain::component(ray.closest, face.axis),
+             face.sign * terrain::component(ray.direction, face.axis)},
+          u_{terrain::component(ray.closest, face.u_axis), terrain::component(ray.direction, face.u_axis)},
+          v_{terrain::component(ray.closest, face.v_axis), terrain::component(ray.direction, face.v_axis)},
           half_cells_(half_cells),
           i_(half_cells - i),
           j_(half_cells - j) {}
@@ -287,11 +289,13 @@ private:
 
 bool HeightField::cross_face(const Ray& ray, std::size_t face_number, double from, double to, bool inside,
                              Crossing& found) const {
-    const CubeFace& face = cube_faces[face_number];
-    const Line w{face.sign * component(ray.closest, face.axis),
-                 face.sign * component(ray.direction, face.axis)};
-    const Line u{component(ray.closest, face.u_axis), component(ray.direction, face.u_axis)};
-    const Line v{component(ray.closest, face.v_axis), component(ray.direction, face.v_axis)};
+    const terrain::CubeFace& face = terrain::cube_faces[face_number];
+    const Line w{face.sign * terrain::component(ray.closest, face.axis),
+                 face.sign * terrain::component(ray.direction, face.axis)};
+    const Line u{terrain::component(ray.closest, face.u_axis),
+                 terrain::component(ray.direction, face.u_axis)};
+    const Line v{terrain::component(ray.closest, face.v_axis),
+                 terrain::component(ray.direction, face.v_axis)};
     const double side = inside ? -1 : 1;
 
     std::array<Node, deepest_stack> stack;
@@ -343,11 +347,11 @@ bool HeightField::cross_face(const Ray& ray, std::size_t face_number, double fro
 }
 
 double HeightField::height(Vec3 p) const {
-    const std::size_t number = cube_face_of(p);
-    const CubeFace& face = cube_faces[number];
-    const double w = face.sign * component(p, face.axis);
-    const double x = (component(p, face.u_axis) / w + 1) * (cells_ / 2.0);
-    const double y = (component(p, face.v_axis) / w + 1) * (cells_ / 2.0);
+    const std::size_t number = terrain::cube_face_of(p);
+    const terrain::CubeFace& face = terrain::cube_faces[number];
+    const double w = face.sign * terrain::component(p, face.axis);
+    const double x = (terrain::component(p, face.u_axis) / w + 1) * (cells_ / 2.0);
+    const double y = (terrain::component(p, face.v_axis) / w + 1) * (cells_ / 2.0);
     const double i = std::clamp(std::floor(x), 0.0, cells_ - 1.0),
                  j = std::clamp(std::floor(y), 0.0, cells_ - 1.0);
     return patch(number, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)).at(x - i, y - j);
@@ -356,7 +360,7 @@ double HeightField::height(Vec3 p) const {
 HeightField::Gradients HeightField::gradients(std::uint32_t cell, double s, double r) const {
     const std::uint32_t i = cell % cells_, j = cell / cells_ % cells_;
     const std::size_t number = cell / cells_ / cells_;
-    const CubeFace& face = cube_faces[number];
+    const terrain::CubeFace& face = terrain::cube_faces[number];
     const double half_cells = cells_ / 2.0;
     const Patch here = patch(number, i, j);
     const float* const v = vertex(number, i, j);
@@ -369,14 +373,14 @@ HeightField::Gradients HeightField::gradients(std::uint32_t cell, double s, doub
     };
     // p on the face's plane at w = 1; gradients of u and v there, for the point at distance 1 from the
     // centre.
-    const Vec3 q = cube_point(face, (i + s) / half_cells - 1, (j + r) / half_cells - 1);
+    const Vec3 q = terrain::cube_point(face, (i + s) / half_cells - 1, (j + r) / half_cells - 1);
     const double q_length = length(q);
     const double radius = 1 + here.at(s, r);
     const auto axis = [](int k) { return Vec3{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; };
     const Vec3 outwards = face.sign * axis(face.axis);
     const double w = radius / q_length;
-    const Vec3 u_gradient = (axis(face.u_axis) - component(q, face.u_axis) * outwards) / w;
-    const Vec3 v_gradient = (axis(face.v_axis) - component(q, face.v_axis) * outwards) / w;
+    const Vec3 u_gradient = (axis(face.u_axis) - terrain::component(q, face.u_axis) * outwards) / w;
+    const Vec3 v_gradient = (axis(face.v_axis) - terrain::component(q, face.v_axis) * outwards) / w;
     const Vec3 up = q / q_length;
     return {up - half_cells * ((here.hs + r * here.hsr) * u_gradient + (here.hr + s * here.hsr) * v_gradient),
             up - half_cells / 2 * (between(along_u) * u_gradient + between(along_v) * v_gradient)};

@@ -5,7 +5,7 @@
 
 #include "core/geometry.hpp"
 #include "renderer/packets/packet.hpp"
-#include "renderer/planets/cube_sphere.hpp"
+#include "terrain/cube_sphere.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #include "renderer/shapes/registry.hpp"
 
 #include "core/error.hpp"
-#include "renderer/planets/planet.hpp"
+#include "renderer/planets/planet_parameters.hpp"
 #include "renderer/shapes/box.hpp"
 #include "renderer/shapes/cone.hpp"
 #include "renderer/shapes/disc.hpp"

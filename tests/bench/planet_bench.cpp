@@ -3,6 +3,7 @@
 // Embree, as JSON on standard output. Option: --cells N, cells per face (512). --map FILE: heights of a
 // PDS3 label of distances from the Moon's centre, left edge at longitude 0; without it, waves.
 #include "renderer/planets/planet.hpp"
+#include "renderer/planets/planet_parameters.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
 
 #include <fmt/format.h>
@@ -42,11 +43,12 @@ double waves(Vec3 p) {
 std::shared_ptr<const Shape> mesh_of(const HeightField& field) {
     const std::uint32_t cells = field.cells_per_edge();
     TriangleMesh mesh;
-    for (const CubeFace& face : cube_faces) {
+    for (const terrain::CubeFace& face : terrain::cube_faces) {
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
         for (std::uint32_t j = 0; j <= cells; ++j)
             for (std::uint32_t i = 0; i <= cells; ++i) {
-                const Vec3 q = normalized(cube_point(face, 2.0 * i / cells - 1, 2.0 * j / cells - 1));
+                const Vec3 q =
+                    normalized(terrain::cube_point(face, 2.0 * i / cells - 1, 2.0 * j / cells - 1));
                 const Vec3 p = radius_m * (1 + field.height(q)) * q;
                 mesh.vertices.push_back(
                     {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "images/writers/fits.hpp"
 #include "renderer/planets/planet.hpp"
+#include "renderer/planets/planet_parameters.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
 #include "support.hpp"
@@ -175,9 +176,10 @@ TEST_CASE("Nothing slips through the borders of cells, levels and faces") {
     int escaped = 0;
     for (int k = 0; k < 200000; ++k) {
         // Towards vertices and along border planes, from outside, from the centre and from beside it.
-        const CubeFace& face = cube_faces[static_cast<std::size_t>(k) % cube_face_count];
-        const Vec3 aim =
-            normalized(cube_point(face, on_lattice(), k % 8 < 4 ? on_lattice() : 2 * any.number() - 1));
+        const terrain::CubeFace& face =
+            terrain::cube_faces[static_cast<std::size_t>(k) % terrain::cube_face_count];
+        const Vec3 aim = normalized(
+            terrain::cube_point(face, on_lattice(), k % 8 < 4 ? on_lattice() : 2 * any.number() - 1));
         const Vec3 outside = 3 * any();
         escaped += field.first_crossing(outside, 0.9 * aim - outside, no_hit).t == no_hit ? 1 : 0;
         escaped += field.first_crossing(2 * aim, -aim, no_hit).t == no_hit ? 1 : 0;
@@ -199,14 +201,14 @@ TEST_CASE("A height field is the mesh of its points as Embree meets it") {
     constexpr std::uint32_t cells = 16, pieces = 12, edge = cells * pieces;
     const HeightField field(cells, waves);
     TriangleMesh mesh;
-    for (const CubeFace& face : cube_faces) {
+    for (const terrain::CubeFace& face : terrain::cube_faces) {
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        const bool turned = dot(cross(cube_point(face, 1, 0) - cube_point(face, 0, 0),
-                                      cube_point(face, 0, 1) - cube_point(face, 0, 0)),
-                                cube_point(face, 0, 0)) < 0;
+        const bool turned = dot(cross(terrain::cube_point(face, 1, 0) - terrain::cube_point(face, 0, 0),
+                                      terrain::cube_point(face, 0, 1) - terrain::cube_point(face, 0, 0)),
+                                terrain::cube_point(face, 0, 0)) < 0;
         for (std::uint32_t j = 0; j <= edge; ++j)
             for (std::uint32_t i = 0; i <= edge; ++i) {
-                const Vec3 q = normalized(cube_point(face, 2.0 * i / edge - 1, 2.0 * j / edge - 1));
+                const Vec3 q = normalized(terrain::cube_point(face, 2.0 * i / edge - 1, 2.0 * j / edge - 1));
                 const Vec3 p = 1000 * (1 + field.height(q)) * q;
                 mesh.vertices.push_back(
                     {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
@@ -253,14 +255,15 @@ TEST_CASE("Normals are gradients of the patches, and continuous when smooth") {
                           (above(p + Vec3{0, 0, e}) - above(p - Vec3{0, 0, e})) / (2 * e)};
         REQUIRE(length(field.gradients(c.cell, c.s, c.r).facet - wanted) < 1e-7);
         // The smooth normal just over the cell's border, and over a face's.
-        const CubeFace& face = cube_faces[cube_face_of(p)];
+        const terrain::CubeFace& face = terrain::cube_faces[terrain::cube_face_of(p)];
         const Vec3 border =
-            cube_point(face, std::round(16 * component(p, face.u_axis)) / 16, component(p, face.v_axis));
+            terrain::cube_point(face, std::round(16 * terrain::component(p, face.u_axis)) / 16,
+                                terrain::component(p, face.v_axis));
         const auto smooth = [&](Vec3 q) {
             const HeightField::Crossing at = field.first_crossing(2 * normalized(q), -normalized(q), no_hit);
             return normalized(field.gradients(at.cell, at.s, at.r).smooth);
         };
-        const Vec3 aside = cube_point(face, 1, 0) - cube_point(face, 0, 0);
+        const Vec3 aside = terrain::cube_point(face, 1, 0) - terrain::cube_point(face, 0, 0);
         worst = std::max(worst, length(smooth(border + 1e-9 * aside) - smooth(border - 1e-9 * aside)));
     }
     CHECK(worst < 1e-2); // at edges of faces; 1e-8 elsewhere

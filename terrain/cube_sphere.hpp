@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace obscura::renderer {
+namespace obscura::terrain {
 
 /// Face of the cube: its direction is sign * e(axis), u and v run along +e(u_axis) and +e(v_axis), -1 to 1.
 /// A point p of the face has u = p[u_axis] / w and v = p[v_axis] / w with w = sign * p[axis] > 0. Faces that
@@ -39,4 +39,4 @@ inline constexpr std::array<CubeFace, cube_face_count> cube_faces{
     return {at(0), at(1), at(2)};
 }
 
-} // namespace obscura::renderer
+} // namespace obscura::terrain

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// One layer of a terrain's heights: a map, a patch over it, or procedural detail.
+#pragma once
+
+#include "core/geometry.hpp"
+#include "terrain/surface_domain.hpp"
+
+#include <limits>
+#include <span>
+
+namespace obscura::terrain {
+
+/// Smallest and largest height, m.
+struct HeightRange {
+    double least = 0, largest = 0;
+};
+
+/// Part of the reference surface: all within `radius_m` of `centre_m` (chord).
+struct Cap {
+    Vec3 centre_m;
+    double radius_m = 0;
+};
+
+/// Vertices at which heights are asked for. A height depends on the vertex's position and on the spacing
+/// alone, never on what else is asked for with it: neighbouring tiles agree at shared vertices, bit for bit,
+/// and tiles may be made in any order, by any thread.
+struct VertexGrid {
+    TileKey tile;
+    /// tile_vertices points of the reference surface, rows of j from -1 to tile_cells + 1. Vertices of the
+    /// margin beyond the edge of a face are on the face's continued plane.
+    std::span<const Vec3> positions_m;
+    /// Distance of neighbouring vertices (SurfaceDomain::spacing_m of the tile's level): what is shorter than
+    /// about twice this is left out or replaced by its mean.
+    double spacing_m = 0;
+    /// Contains all positions.
+    Cap cap;
+};
+
+/// Layers are applied from the coarsest map upwards. Immutable; thread-safe. Called by loader threads and, in
+/// offline rendering, by render threads; may allocate and read files.
+class HeightLayer {
+public:
+    virtual ~HeightLayer() = default;
+
+    /// `heights_m`: what the layers below made at the vertices, first 0; on return, with this layer.
+    virtual void apply(const VertexGrid& grid, std::span<double> heights_m) const = 0;
+    /// Bounds of what apply() makes at any position of the cap, at any spacing up to `spacing_m`, if the
+    /// heights of the layers below are within `below` there.
+    [[nodiscard]] virtual HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const = 0;
+    /// Spacing of the layer's own finest samples at a position, m: infinite where it has none, 0 if there is
+    /// detail at every scale. A layer above may fill in what is between the samples.
+    [[nodiscard]] virtual double sample_spacing_m(Vec3 /*position_m*/) const {
+        return std::numeric_limits<double>::infinity();
+    }
+};
+
+} // namespace obscura::terrain

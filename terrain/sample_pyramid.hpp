@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Raster of any size with reduced levels, read block by block.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace obscura::terrain {
+
+/// One plane of samples and its reduced levels: level 0 is the finest, each further one has half the width
+/// and height, rounded up. Whole in memory, or in a file that is read as needed. Thread-safe.
+class SamplePyramid {
+public:
+    virtual ~SamplePyramid() = default;
+
+    [[nodiscard]] virtual int levels() const = 0;
+    [[nodiscard]] virtual std::int64_t width(int level) const = 0;
+    [[nodiscard]] virtual std::int64_t height(int level) const = 0;
+    /// Smallest and largest sample of the finest level (of the whole raster), in the unit of the samples.
+    [[nodiscard]] virtual float least() const = 0;
+    [[nodiscard]] virtual float largest() const = 0;
+
+    /// Reads the samples of columns x to x + columns - 1 and rows y to y + rows - 1, all inside the level,
+    /// into `out` (rows * columns, row-major). Samples without data are NaN. Throws InputError if the file
+    /// cannot be read or is damaged.
+    virtual void read(int level, std::int64_t x, std::int64_t y, int columns, int rows,
+                      std::span<float> out) const = 0;
+};
+
+} // namespace obscura::terrain

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/surface_domain.hpp"
+
+#include "terrain/cube_sphere.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace obscura::terrain {
+
+SurfaceDomain SurfaceDomain::ellipsoid(Vec3 radii_m) {
+    SurfaceDomain domain;
+    domain.radii_m_ = radii_m;
+    return domain;
+}
+
+SurfaceDomain SurfaceDomain::plane(double half_edge_m) {
+    SurfaceDomain domain;
+    domain.half_edge_m_ = half_edge_m;
+    return domain;
+}
+
+Vec3 SurfaceDomain::point(std::uint8_t face, double u, double v) const {
+    if (is_plane()) return {u * half_edge_m_, v * half_edge_m_, 0};
+    const Vec3 p = cube_point(cube_faces[face], u, v);
+    // The sum of squares in one order, whatever the face.
+    const double scale = 1 / std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+    return {p.x * scale * radii_m_.x, p.y * scale * radii_m_.y, p.z * scale * radii_m_.z};
+}
+
+double SurfaceDomain::coordinate(int level, std::uint32_t index, int vertex) {
+    const double number = static_cast<double>(index) * tile_cells + vertex;
+    return std::ldexp(number * (2.0 / tile_cells), -level) - 1;
+}
+
+double SurfaceDomain::spacing_m(int level) const {
+    const double largest = is_plane() ? half_edge_m_ : std::max({radii_m_.x, radii_m_.y, radii_m_.z});
+    return std::ldexp(2 * largest / tile_cells, -level);
+}
+
+} // namespace obscura::terrain
