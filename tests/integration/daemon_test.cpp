@@ -418,12 +418,13 @@ TEST_CASE("obscura timing names what frames of fast motion cost, for each acquis
     CHECK(text.wait(30s) == 0);
     CHECK_THAT(text.out(), ContainsSubstring("Acquisition 1\n") && ContainsSubstring("Acquisition 2\n") &&
                                ContainsSubstring("rendering: scene at motion instants") &&
-                               ContainsSubstring("ms: render.max_instants = 1 would give about ") &&
+                               // Where other programs took the cores, those are the larger cause.
+                               ContainsSubstring(" would give about ") &&
                                ContainsSubstring("involuntary context switches a frame"));
     ChildProcess table(folder.path(), "table", {program, "timing", stamps, "--format", "csv"});
     CHECK(table.wait(30s) == 0);
     CHECK_THAT(table.out(), ContainsSubstring("\n1,rendering,") && ContainsSubstring("\n2,rendering,") &&
-                                ContainsSubstring("\n2,\"motion instants"));
+                                ContainsSubstring("\n2,\"rendering: scene at motion instants\","));
 }
 
 TEST_CASE("no thread of a serving daemon has a capability left") {
