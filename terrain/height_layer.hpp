@@ -43,7 +43,12 @@ public:
     virtual ~HeightLayer() = default;
 
     /// `heights_m`: what the layers below made at the vertices, first 0; on return, with this layer.
-    virtual void apply(const VertexGrid& grid, std::span<double> heights_m) const = 0;
+    /// `sample_spacings_m`: distance of the samples that the heights were made from, first infinite; a layer
+    /// of samples writes its own, blended where the heights are: with share w of its heights,
+    /// 1 / spacing = (1 - w) / below + w / own. Procedural detail leaves them: it fills in what is between
+    /// the samples.
+    virtual void apply(const VertexGrid& grid, std::span<double> heights_m,
+                       std::span<double> sample_spacings_m) const = 0;
     /// Bounds of what apply() makes at any position of the cap, at any spacing up to `spacing_m`, if the
     /// heights of the layers below are within `below` there.
     [[nodiscard]] virtual HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const = 0;
