@@ -10,9 +10,10 @@
 
 namespace obscura::terrain {
 
-/// Smallest and largest height, m.
+/// Smallest and largest height, m, and the largest distance of the samples that they were made from.
 struct HeightRange {
     double least = 0, largest = 0;
+    double sample_spacing_m = std::numeric_limits<double>::infinity();
 };
 
 /// Part of the reference surface: all within `radius_m` of `centre_m` (chord).
