@@ -7,6 +7,11 @@
 
 namespace obscura::terrain {
 
+/// Smallest and largest sample.
+struct SampleRange {
+    float least = 0, largest = 0;
+};
+
 /// One plane of samples and its reduced levels: level 0 is the finest, each further one has half the width
 /// and height, rounded up. Whole in memory, or in a file that is read as needed. Thread-safe.
 class SamplePyramid {
@@ -19,6 +24,12 @@ public:
     /// Smallest and largest sample of the finest level (of the whole raster), in the unit of the samples.
     [[nodiscard]] virtual float least() const = 0;
     [[nodiscard]] virtual float largest() const = 0;
+    /// Bounds of the finest level's samples in a block of it, which may exceed the raster; no smaller than
+    /// what is there, possibly larger.
+    [[nodiscard]] virtual SampleRange range(std::int64_t /*x*/, std::int64_t /*y*/, std::int64_t /*columns*/,
+                                            std::int64_t /*rows*/) const {
+        return {least(), largest()};
+    }
 
     /// Reads the samples of columns x to x + columns - 1 and rows y to y + rows - 1, all inside the level,
     /// into `out` (rows * columns, row-major). Samples without data are NaN. Throws InputError if the file

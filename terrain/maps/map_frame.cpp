@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/maps/map_frame.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace obscura::terrain {
+namespace {
+
+/// Columns by which a map may miss a full turn, and rows by which it may miss a pole, and still be whole:
+/// transforms of labels are rounded.
+constexpr double whole_samples = 1e-3;
+
+/// Distance of samples from the origin of the transform, in pixels.
+double offset_of(Registration registration) {
+    return registration == Registration::pixel ? 0.5 : 0;
+}
+
+} // namespace
+
+MapFrame::MapFrame(const Projection& projection, const PixelTransform& transform, Registration registration,
+                   std::int64_t width, std::int64_t height)
+    : projection_(projection),
+      transform_(transform),
+      registration_(registration),
+      width_(width),
+      height_(height),
+      determinant_(transform[1] * transform[5] - transform[2] * transform[4]) {
+    const Projection& p = projection;
+    const bool finite = std::all_of(transform.begin(), transform.end(),
+                                    [](double v) { return std::isfinite(v) && std::abs(v) < 1e15; });
+    if (!finite || !std::isnormal(determinant_) || width < 1 || height < 1)
+        throw std::invalid_argument("the transform of its pixels to the map cannot be inverted");
+    if (!(p.equatorial_radius_m > 0 && p.equatorial_radius_m < 1e12 && p.polar_radius_m > 0 &&
+          p.polar_radius_m <= p.equatorial_radius_m && std::isfinite(p.centre_longitude_rad) &&
+          std::abs(p.true_scale_latitude_rad) <= std::numbers::pi / 2 + 1e-9))
+        throw std::invalid_argument("a map on a spheroid whose radii or parallels are out of range");
+    first_pole_y_ = last_pole_y_ = std::numeric_limits<double>::quiet_NaN();
+    if (p.kind != ProjectionKind::simple_cylindrical) return;
+    if (transform[2] != 0 || transform[4] != 0)
+        throw std::invalid_argument("a simple cylindrical map whose rows do not follow parallels");
+    if (!(std::cos(p.true_scale_latitude_rad) > 1e-6))
+        throw std::invalid_argument("a simple cylindrical map with true scale at a pole");
+    const double offset = offset_of(registration);
+    const double turn = std::abs(p.turn_m() / transform[1]);
+    const auto columns = static_cast<double>(width), rows = static_cast<double>(height);
+    // A grid of nodes often has its first column again as its last.
+    if (columns > turn - whole_samples) period_ = turn;
+    if (columns > turn + 1 + whole_samples)
+        throw std::invalid_argument(
+            fmt::format("a map of {} columns of which {:.6g} are a full turn", width, turn));
+    middle_x_m_ = transform[0] + transform[1] * (columns / 2 - 0.5 + offset);
+    for (const double pole : {std::numbers::pi / 2, -std::numbers::pi / 2}) {
+        const double y = (p.equatorial_radius_m * pole - transform[3]) / transform[5] - offset;
+        const double first = -0.5, last = rows - 0.5; // outer edges of the pixels
+        const double node_first = 0, node_last = rows - 1;
+        const bool node = registration == Registration::node;
+        if (y > 0.5 && y < rows - 1.5)
+            throw std::invalid_argument(
+                fmt::format("a map of {} rows that crosses a pole at row {:.6g}", height, y));
+        if (std::abs(y - (node ? node_first : first)) < whole_samples) first_pole_y_ = y;
+        if (std::abs(y - (node ? node_last : last)) < whole_samples) last_pole_y_ = y;
+    }
+    // Exactly, so that a row and its continuation beyond the pole meet.
+    const auto snap = [](double y) { return std::round(2 * y) / 2; };
+    if (!std::isnan(first_pole_y_)) first_pole_y_ = snap(first_pole_y_);
+    if (!std::isnan(last_pole_y_)) last_pole_y_ = snap(last_pole_y_);
+}
+
+MapFrame MapFrame::by_edges(Projection projection, Registration registration, std::int64_t width,
+                            std::int64_t height, double left_rad, double right_rad, double top_rad,
+                            double bottom_rad) {
+    const auto intervals = [&](std::int64_t samples) {
+        return static_cast<double>(
+            registration == Registration::pixel ? samples : std::max<std::int64_t>(samples - 1, 1));
+    };
+    projection.kind = ProjectionKind::simple_cylindrical;
+    projection.true_scale_latitude_rad = 0;
+    projection.centre_longitude_rad = 0.5 * (left_rad + right_rad);
+    const double r = projection.equatorial_radius_m;
+    const double half = 0.5 * (right_rad - left_rad);
+    return {projection,
+            {-r * half, 2 * r * half / intervals(width), 0, r * top_rad, 0,
+             r * (bottom_rad - top_rad) / intervals(height)},
+            registration,
+            width,
+            height};
+}
+
+SamplePlace MapFrame::place(Vec3 p) const {
+    const MapPoint at = projection_.forward(p);
+    double dx = at.x_m - transform_[0];
+    if (projection_.kind == ProjectionKind::simple_cylindrical)
+        dx = middle_x_m_ + std::remainder(at.x_m - middle_x_m_, projection_.turn_m()) - transform_[0];
+    const double dy = at.y_m - transform_[3];
+    const double offset = offset_of(registration_);
+    return {(dx * transform_[5] - dy * transform_[2]) / determinant_ - offset,
+            (dy * transform_[1] - dx * transform_[4]) / determinant_ - offset};
+}
+
+Vec3 MapFrame::position(SamplePlace place) const {
+    const double offset = offset_of(registration_);
+    const double column = place.x + offset, row = place.y + offset;
+    return projection_.inverse({transform_[0] + transform_[1] * column + transform_[2] * row,
+                                transform_[3] + transform_[4] * column + transform_[5] * row});
+}
+
+SamplePlace MapFrame::samples_per_radian(Vec3 p) const {
+    const MapPoint scale = projection_.metres_per_radian(p);
+    if (projection_.kind == ProjectionKind::simple_cylindrical)
+        return {scale.x_m / std::abs(transform_[1]), scale.y_m / std::abs(transform_[5])};
+    // Length of a step of a column and of a row on the map.
+    return {scale.x_m / std::hypot(transform_[1], transform_[4]),
+            scale.y_m / std::hypot(transform_[2], transform_[5])};
+}
+
+} // namespace obscura::terrain
