@@ -24,6 +24,8 @@ public:
     /// Smallest and largest sample of the finest level (of the whole raster), in the unit of the samples.
     [[nodiscard]] virtual float least() const = 0;
     [[nodiscard]] virtual float largest() const = 0;
+    /// Whether samples of the finest level are without data.
+    [[nodiscard]] virtual bool has_holes() const = 0;
     /// Bounds of the finest level's samples in a block of it, which may exceed the raster; no smaller than
     /// what is there, possibly larger.
     [[nodiscard]] virtual SampleRange range(std::int64_t /*x*/, std::int64_t /*y*/, std::int64_t /*columns*/,
