@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Logarithms, powers and tangents from IEEE operations alone: the same bits on every machine.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+// The C library's functions are good to about one unit of the last place, and pick other code on CPUs that
+// have fused multiply-add; terrain made from them would differ between machines.
+namespace obscura::terrain {
+
+/// x > 0 and finite. Good to 1e-15.
+[[nodiscard]] inline double exact_log2(double x) {
+    int exponent = 0;
+    double mantissa = std::frexp(x, &exponent);
+    if (mantissa < 0.70710678118654752) {
+        mantissa *= 2;
+        --exponent;
+    }
+    // ln m = 2 artanh t with |t| < 0.172.
+    const double t = (mantissa - 1) / (mantissa + 1), square = t * t;
+    double sum = 0;
+    for (int n = 23; n >= 1; n -= 2)
+        sum = sum * square + 1.0 / n;
+    return exponent + 2 * t * sum * std::numbers::log2e;
+}
+
+/// 2 to the power x, |x| < 1000. Good to 1e-15 of the result.
+[[nodiscard]] inline double exact_exp2(double x) {
+    const double whole = std::floor(x + 0.5);
+    const double y = (x - whole) * std::numbers::ln2;
+    double sum = 1;
+    for (int n = 17; n >= 1; --n)
+        sum = 1 + sum * y / n;
+    return std::ldexp(sum, static_cast<int>(whole));
+}
+
+/// x to the power y, x > 0.
+[[nodiscard]] inline double exact_pow(double x, double y) {
+    return exact_exp2(y * exact_log2(x));
+}
+
+[[nodiscard]] inline double exact_exp(double x) {
+    return exact_exp2(x * std::numbers::log2e);
+}
+
+/// |x| <= pi / 2 - 1e-3.
+[[nodiscard]] inline double exact_tan(double x) {
+    double sine = 0, cosine = 0;
+    for (int n = 24; n >= 0; n -= 2) {
+        cosine = 1 - cosine * x * x / ((n + 1) * (n + 2));
+        sine = 1 - sine * x * x / ((n + 2) * (n + 3));
+    }
+    return x * sine / cosine;
+}
+
+/// 0 below 0, 1 above 1, with continuous slope between.
+[[nodiscard]] constexpr double smooth_step(double x) {
+    if (x <= 0) return 0;
+    if (x >= 1) return 1;
+    return x * x * (3 - 2 * x);
+}
+
+} // namespace obscura::terrain
