@@ -2,6 +2,7 @@
 #include "config/keys.hpp"
 
 #include "core/error.hpp"
+#include "core/overloaded.hpp"
 #include "core/suggestion.hpp"
 
 #include <fmt/format.h>
@@ -12,13 +13,6 @@
 
 namespace obscura::config {
 namespace {
-
-template<typename... F>
-struct Overloaded : F... {
-    using F::operator()...;
-};
-template<typename... F>
-Overloaded(F...) -> Overloaded<F...>;
 
 std::string number_text(double value) {
     // Shortest text that reads back to the same double, and never mistaken for an integer.
@@ -56,6 +50,7 @@ std::string type_name(const Target& target) {
                           [](Scaled) { return Text("a number"); },
                           [](std::string*) { return Text("a string"); },
                           [](const Path&) { return Text("a file name"); },
+                          [](Files) { return Text("a file name, or an array of file names"); },
                           [](const Word&) { return Text("a string"); },
                           [](Vec3*) { return Text("an array of 3 numbers [x, y, z]"); },
                           [](Quat*) { return Text("an array of 4 numbers [w, x, y, z]"); },
@@ -106,6 +101,23 @@ public:
         *target = text;
     }
     void operator()(const Word& target) const { target.set(word()); }
+    void operator()(Files target) const {
+        const bool one = value_.kind == Value::Kind::string;
+        if (!one && value_.kind != Value::Kind::array) wrong_type();
+        std::vector<std::string> files;
+        const auto add = [&](const Value& value) {
+            std::string file;
+            Reader(key_, value, where_)(Path{&file, true, one});
+            if (!file.empty()) files.push_back(std::move(file));
+        };
+        if (one) {
+            add(value_);
+        } else {
+            for (const Value& item : value_.items)
+                add(item);
+        }
+        *target.files = std::move(files);
+    }
     void operator()(const Path& target) const {
         const std::string& text = word();
         if (text.empty() && target.optional) {
@@ -375,6 +387,12 @@ std::string value_text(const Key& key) {
             },
             [](std::string* v) { return toml_string(*v); },
             [](const Path& v) { return toml_string(*v.value); },
+            [](Files v) {
+                std::string text;
+                for (const std::string& file : *v.files)
+                    text += (text.empty() ? "" : ", ") + toml_string(file);
+                return "[" + text + "]";
+            },
             [](const Word& v) { return toml_string(v.get()); },
             [](Vec3* v) {
                 return fmt::format("[{}, {}, {}]", number_text(v->x), number_text(v->y), number_text(v->z));

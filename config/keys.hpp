@@ -34,6 +34,11 @@ struct Path {
     bool must_exist = true; ///< as a regular file
     bool optional = false;  ///< may be empty: no file
 };
+/// Files that exist: an array of names, or a single one (empty: none). Relative ones start from the folder of
+/// the configuration file.
+struct Files {
+    std::vector<std::string>* files = nullptr;
+};
 /// One of the key's choices, kept as another type, such as an enumeration.
 struct Word {
     std::function<void(std::string_view)> set;
@@ -58,7 +63,7 @@ struct Faces {
 /// Destination of a key's value. Its content before reading is the default.
 using Target =
     std::variant<bool*, std::int32_t*, std::uint32_t*, std::int64_t*, std::uint64_t*, double*, std::string*,
-                 Vec3*, Quat*, Scaled, Path, Word, Curve, Numbers, std::vector<double>*, Faces>;
+                 Vec3*, Quat*, Scaled, Path, Files, Word, Curve, Numbers, std::vector<double>*, Faces>;
 
 /// Smallest and largest value of a key, inclusive, in the unit of the file; by default unlimited.
 struct Range {

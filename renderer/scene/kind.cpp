@@ -67,7 +67,8 @@ std::vector<double> numbers_of(const config::Target& target) {
                         values.insert(values.end(), {p.x, p.y, p.z});
                 return values;
             } else if constexpr (std::is_same_v<T, bool*> || std::is_same_v<T, std::string*> ||
-                                 std::is_same_v<T, config::Path> || std::is_same_v<T, config::Word>)
+                                 std::is_same_v<T, config::Path> || std::is_same_v<T, config::Files> ||
+                                 std::is_same_v<T, config::Word>)
                 return {};
             else
                 return {static_cast<double>(*t)};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/drawing.hpp"
 
+#include "core/overloaded.hpp"
 #include "tools/support/figure.hpp"
 #include "tools/support/font.hpp"
 #include "tools/support/plot.hpp"
@@ -14,13 +15,6 @@
 
 namespace obscura::tools {
 namespace {
-
-template<typename... F>
-struct Overloaded : F... {
-    using F::operator()...;
-};
-template<typename... F>
-Overloaded(F...) -> Overloaded<F...>;
 
 constexpr double dash = 5, gap = 4;
 
