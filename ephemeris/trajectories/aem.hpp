@@ -10,8 +10,10 @@
 
 namespace obscura::ephemeris {
 
-/// Reads an AEM of version 1 or 2 in keyword = value notation with quaternions (ATTITUDE_TYPE QUATERNION,
-/// QUATERNION/RATE, QUATERNION/ANGVEL). The scalar stands where QUATERNION_TYPE says (version 2: last).
+/// Reads an AEM of version 1 or 2 in keyword = value notation: ATTITUDE_TYPE QUATERNION and EULER_ANGLE, both
+/// also with /DERIVATIVE, /RATE or /ANGVEL, and SPIN. The scalar of quaternions stands where QUATERNION_TYPE
+/// says (version 2: last); Euler angles are in the order of EULER_ROT_SEQ, each about an axis that those
+/// before it have turned; the rates of EULER_ANGLE/RATE are not used. Types with nutation are refused.
 ///
 /// The message's quaternion turns frame A into frame B (ATTITUDE_DIR = A2B, always so in version 2) or B into
 /// A (B2A): components transform by its frame rotation. The result is the orientation of the object's frame

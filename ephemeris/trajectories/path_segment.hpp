@@ -38,6 +38,9 @@ struct PathSegment {
     // rate of the object in its own axes, empty: not stated.
     std::vector<Quat> orientation{};
     std::vector<Vec3> rate_rad_s{};
+    /// Of a spinning object, whose orientations above are those without the spin: angle of the spin about its
+    /// own z axis since the first sample, linear between samples; empty: none.
+    std::vector<double> spin_rad{};
 };
 
 /// What a segment's values are of and relative to, as the file names them.

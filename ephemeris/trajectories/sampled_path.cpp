@@ -104,9 +104,15 @@ Vec3 interpolated_position(const PathSegment& segment, Epoch at, double fraction
 Quat interpolated_orientation(const PathSegment& segment, Epoch at, double fraction_s) noexcept {
     const Window window = window_at(segment, at, fraction_s, samples_of(segment.interpolation));
     const Quat* const q = &segment.orientation[window.first];
-    if (window.count < 2) return q[0];
-    if (segment.interpolation.method == Method::linear)
-        return normalized(slerp(q[0], q[1], std::clamp(weight_of_later(window), 0.0, 1.0)));
+    if (window.count < 2)
+        return segment.spin_rad.empty() ? q[0] : q[0] * axis_angle({0, 0, 1}, segment.spin_rad[0]);
+    if (segment.interpolation.method == Method::linear) {
+        const double later = std::clamp(weight_of_later(window), 0.0, 1.0);
+        const Quat axes = normalized(slerp(q[0], q[1], later));
+        if (segment.spin_rad.empty()) return axes;
+        const double* const spin = &segment.spin_rad[window.first];
+        return axes * axis_angle({0, 0, 1}, spin[0] + later * (spin[1] - spin[0]));
+    }
     Quat result;
     std::array<double, most_samples> values{};
     for (const auto part : {&Quat::w, &Quat::x, &Quat::y, &Quat::z}) {

@@ -269,6 +269,104 @@ TEST_CASE("an attitude turns on with its rates, stated in any way", "[ephemeris]
     CHECK(difference_rad(path.orientation(75), turned(75)) < 1e-9);
 }
 
+TEST_CASE("Euler angles of an AEM are rotations of the frame in their order", "[ephemeris]") {
+    // Components after the frame turns about x, y or z: the matrices of CCSDS 504.0-B, annex on conventions.
+    const auto turned = [](char axis, double angle_deg, Vec3 v) {
+        const double c = std::cos(angle_deg * std::numbers::pi / 180);
+        const double s = std::sin(angle_deg * std::numbers::pi / 180);
+        if (axis == '1' || axis == 'X') return Vec3{v.x, c * v.y + s * v.z, c * v.z - s * v.y};
+        if (axis == '2' || axis == 'Y') return Vec3{c * v.x - s * v.z, v.y, s * v.x + c * v.z};
+        return Vec3{c * v.x + s * v.y, c * v.y - s * v.x, v.z};
+    };
+    constexpr std::array angles_deg{40.0, -25.0, 110.0};
+    const Vec3 v{0.3, -0.5, 0.8};
+    for (const std::string sequence : {"321", "ZYX", "312", "123", "313", "ZXZ", "YXY"})
+        for (const std::string direction : {"A2B", "B2A"}) {
+            CAPTURE(sequence, direction);
+            const SampledPath path =
+                aem_path(aem("ATTITUDE_TYPE = EULER_ANGLE\nEULER_ROT_SEQ = " + sequence +
+                                 "\nATTITUDE_DIR = " + direction + "\n",
+                             "2007-02-28T00:00:00 40 -25 110\n2007-02-28T00:01:00 40 -25 110\n"));
+            Vec3 components = v;
+            for (std::size_t i = 0; i < angles_deg.size(); ++i)
+                components = turned(sequence[i], angles_deg[i], components);
+            // A is inertial: A2B gives components in the object's frame, B2A in the inertial one.
+            const Quat q = path.orientation(30);
+            check_near(direction == "A2B" ? rotate(conjugate(q), v) : rotate(q, v), components, 1e-14);
+        }
+}
+
+TEST_CASE("derivatives of Euler angles and angular velocities go on by the same rotation", "[ephemeris]") {
+    // Yaw, pitch, roll: p = f' - y' sin t, q = t' cos f + y' cos t sin f, r = y' cos t cos f - t' sin f
+    // (Diebel, Representing attitude, 2006, eq. 74 ff.).
+    constexpr double deg = std::numbers::pi / 180;
+    const double pitch = -25 * deg, roll = 110 * deg;
+    const double yaw_rate = 0.4 * deg, pitch_rate = -0.3 * deg, roll_rate = 0.7 * deg;
+    const Vec3 body_rate{roll_rate - yaw_rate * std::sin(pitch),
+                         pitch_rate * std::cos(roll) + yaw_rate * std::cos(pitch) * std::sin(roll),
+                         yaw_rate * std::cos(pitch) * std::cos(roll) - pitch_rate * std::sin(roll)};
+    const std::string sequence = "EULER_ROT_SEQ = 321\n";
+    const auto ends = [](const std::string& numbers) {
+        return "2007-02-28T00:00:00 " + numbers + "\n2007-02-28T00:01:00 " + numbers + "\n";
+    };
+    const auto expect = [&](const SampledPath& path) {
+        const Quat here = path.orientation(60);
+        const Quat expected = here * axis_angle(body_rate, length(body_rate) * 5);
+        for (const Vec3 v : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+            check_near(rotate(path.orientation(65), v), rotate(expected, v), 1e-12);
+    };
+    expect(aem_path(
+        aem("ATTITUDE_TYPE = EULER_ANGLE/DERIVATIVE\n" + sequence, ends("40 -25 110 0.4 -0.3 0.7"), "2.0"),
+        10));
+    expect(aem_path(aem("ATTITUDE_TYPE = EULER_ANGLE/ANGVEL\nANGVEL_FRAME = REF_FRAME_B\n" + sequence,
+                        ends(fmt::format("40 -25 110 {:.17g} {:.17g} {:.17g}", body_rate.x / deg,
+                                         body_rate.y / deg, body_rate.z / deg)),
+                        "2.0"),
+                    10));
+    // Of the inertial frame A in B: the object is the frame that the angles lead away from.
+    const SampledPath reverse =
+        aem_path(aem("ATTITUDE_TYPE = EULER_ANGLE/DERIVATIVE\n" + sequence, ends("40 -25 110 0.4 -0.3 0.7"),
+                     "2.0", "REF_FRAME_A = SC_BODY_1\nREF_FRAME_B = EME2000\n"),
+                 10);
+    const SampledPath forward = aem_path(
+        aem("ATTITUDE_TYPE = EULER_ANGLE/DERIVATIVE\n" + sequence, ends("40 -25 110 0.4 -0.3 0.7"), "2.0"),
+        10);
+    for (const Vec3 v : {Vec3{1, 0, 0}, Vec3{0, 0, 1}})
+        check_near(rotate(reverse.orientation(65), v), rotate(conjugate(forward.orientation(65)), v), 1e-12);
+    // Rates whose order the standard leaves open are not used: the attitude goes on as between the samples.
+    const SampledPath rates =
+        aem_path(aem("ATTITUDE_TYPE = EULER_ANGLE/RATE\n" + sequence, ends("40 -25 110 9 9 9")), 10);
+    check_near(rotate(rates.orientation(65), {1, 0, 0}), rotate(rates.orientation(60), {1, 0, 0}), 1e-12);
+}
+
+TEST_CASE("a spin of an AEM turns evenly over many turns between samples", "[ephemeris]") {
+    constexpr double deg = std::numbers::pi / 180;
+    // 731.5 deg/s: 121.9 turns between the samples.
+    const SampledPath path = aem_path(aem("ATTITUDE_TYPE = SPIN\n", "2007-02-28T00:00:00 40 30 20 731.5\n"
+                                                                    "2007-02-28T00:01:00 40 30 350 731.5\n"),
+                                      10);
+    const Vec3 axis{std::cos(30 * deg) * std::cos(40 * deg), std::cos(30 * deg) * std::sin(40 * deg), 0.5};
+    const Vec3 node{-std::sin(40 * deg), std::cos(40 * deg), 0};
+    for (const double t : {0.0, 0.3, 17.123, 59.9, 60.0, 64.0}) {
+        CAPTURE(t);
+        const double angle = (20 + 731.5 * t) * deg;
+        const Quat q = path.orientation(t);
+        check_near(rotate(q, {0, 0, 1}), axis, 1e-12);
+        check_near(rotate(q, {1, 0, 0}), std::cos(angle) * node + std::sin(angle) * cross(axis, node), 1e-9);
+    }
+    // Retrograde, with an axis that moves, from one sample on.
+    const SampledPath slow = aem_path(aem("ATTITUDE_TYPE = SPIN\n", "2007-02-28T00:00:00 40 30 20 -6\n"
+                                                                    "2007-02-28T00:01:00 40 31 20 -6\n"));
+    check_near(rotate(slow.orientation(30), {0, 0, 1}),
+               {std::cos(30.5 * deg) * std::cos(40 * deg), std::cos(30.5 * deg) * std::sin(40 * deg),
+                std::sin(30.5 * deg)},
+               1e-12);
+    check_near(rotate(slow.orientation(15), {1, 0, 0}),
+               std::cos(-70 * deg) * node +
+                   std::sin(-70 * deg) * cross(rotate(slow.orientation(15), {0, 0, 1}), node),
+               1e-12);
+}
+
 TEST_CASE("bad messages are refused with file and line", "[ephemeris]") {
     struct Case {
         std::string text;
@@ -338,8 +436,23 @@ TEST_CASE("bad messages are refused with file and line", "[ephemeris]") {
                       "2007-02-28T00:00:00 0 0 0 1 0 0 2e6\n"),
                   "f.aem:16: the attitude turns by more than 1e6 deg/s"},
              Case{aem(quaternion, ""), "f.aem:4: the segment has no samples"},
-             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\n", line),
-                  "f.aem:9: ATTITUDE_TYPE: \"EULER_ANGLE\", allowed QUATERNION"},
+             Case{aem("ATTITUDE_TYPE = SPIN/NUTATION\n", line),
+                  "f.aem:9: ATTITUDE_TYPE: \"SPIN/NUTATION\", allowed QUATERNION"},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\n", line), "f.aem:13: EULER_ROT_SEQ: is missing"},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\nEULER_ROT_SEQ = 311\n", line),
+                  "f.aem:10: EULER_ROT_SEQ: \"311\", allowed are three axes such as 321 or ZYX"},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\nEULER_ROT_SEQ = 3214\n", line),
+                  "f.aem:10: EULER_ROT_SEQ: \"3214\""},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\nEULER_ROT_SEQ = 321\n", line),
+                  "f.aem:16: 4 numbers after the time, allowed for this ATTITUDE_TYPE are 3"},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE/DERIVATIVE\nEULER_ROT_SEQ = 321\n", line),
+                  "f.aem:16: 4 numbers after the time, allowed for this ATTITUDE_TYPE are 6"},
+             Case{aem("ATTITUDE_TYPE = EULER_ANGLE\nEULER_ROT_SEQ = 321\n", "2007-02-28T00:00:00 0 0 2e6\n"),
+                  "f.aem:16: an angle is beyond 1e6 deg"},
+             Case{aem("ATTITUDE_TYPE = SPIN\n", "2007-02-28T00:00:00 0 0 0 2e6\n"),
+                  "f.aem:15: the attitude turns by more than 1e6 deg/s"},
+             Case{aem("ATTITUDE_TYPE = SPIN\nINTERPOLATION_METHOD = LAGRANGE\n", line),
+                  "f.aem:10: INTERPOLATION_METHOD: LAGRANGE, allowed with ATTITUDE_TYPE = SPIN is LINEAR"},
              Case{aem(quaternion + "QUATERNION_TYPE = MIDDLE\n", line),
                   "f.aem:10: QUATERNION_TYPE: \"MIDDLE\""},
              Case{aem(quaternion + "INTERPOLATION_METHOD = HERMITE\n", line),
