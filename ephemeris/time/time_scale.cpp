@@ -68,6 +68,13 @@ Epoch epoch_of(const DayTime& reading, TimeScale scale, const LeapSeconds& leap_
                     static_cast<double>(seconds.ns) * 1e-9);
 }
 
+bool is_past_expiry(Epoch epoch, const LeapSeconds& leap_seconds) {
+    const auto& expires_s = leap_seconds.expires_utc_s;
+    constexpr std::int64_t day_s = 86'400;
+    return expires_s && epoch >= epoch_of({*expires_s / day_s, *expires_s % day_s * ns_per_s}, TimeScale::utc,
+                                          leap_seconds);
+}
+
 std::int64_t day_length_ns(std::int64_t day, TimeScale scale, const LeapSeconds& leap_seconds) {
     return scale == TimeScale::utc ? utc_day(day, leap_seconds).length_ns : ns_per_day;
 }

@@ -38,6 +38,8 @@ struct DayTime {
 /// Inverse of reading(). The day must be within first_day .. last_day, and `ns` within the day. Throws
 /// ConfigError for UTC before 1960.
 [[nodiscard]] Epoch epoch_of(const DayTime& reading, TimeScale scale, const LeapSeconds& leap_seconds);
+/// Whether leap seconds at an instant may be missing from the list: it is past the list's expiry.
+[[nodiscard]] bool is_past_expiry(Epoch epoch, const LeapSeconds& leap_seconds);
 /// Length of a day of `scale`: 86400 s but for UTC.
 [[nodiscard]] std::int64_t day_length_ns(std::int64_t day, TimeScale scale, const LeapSeconds& leap_seconds);
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/plausibility.hpp"
 
+#include "ephemeris/time/calendar.hpp"
+#include "ephemeris/time/time_scale.hpp"
 #include "renderer/mesh_files/mesh_file.hpp"
 #include "tools/support/report.hpp"
 
@@ -94,6 +96,7 @@ Plausibility::Plausibility(std::string camera, const renderer::Renderer& rendere
     for (const renderer::SeenBody& body : view_.bodies)
         resolved_ = resolved_ || (body.in_field && body.extent_px >= resolved_px);
     judge_lens(renderer.scene().camera);
+    judge_date(renderer.scene());
     if (!posed_) return;
     judge_ages(renderer.scene(), frames_s.front());
     judge_bodies(renderer.scene(), views);
@@ -119,6 +122,16 @@ void Plausibility::judge_lens(const scene::Camera& camera) {
                     field_text(view_), f_number, camera.focal_length_m * 1e3, camera.aperture_m * 1e3,
                     camera.pixel_pitch_m * 1e6, is_short ? "metres" : "micrometres",
                     camera.focal_length_m * (is_short ? 1e6 : 1)));
+}
+
+void Plausibility::judge_date(const scene::Scene& scene) {
+    const ephemeris::LeapSeconds leap_seconds = ephemeris::system_leap_seconds();
+    if (scene.epoch && is_past_expiry(*scene.epoch, leap_seconds))
+        add("leap_seconds",
+            fmt::format("the epoch lies after {}, when the leap seconds of {} expire: if one has been "
+                        "announced since, dates in UTC are wrong by 1 s. Update the package tzdata, or give "
+                        "the epoch in TAI, TT or TDB",
+                        ephemeris::date_text(*leap_seconds.expires_utc_s / 86'400), leap_seconds.source));
 }
 
 void Plausibility::judge_ages(const scene::Scene& scene, double at_s) {

@@ -132,13 +132,7 @@ private:
             fmt::print("{}\n", one);
     }
 
-    [[nodiscard]] bool expired() const {
-        if (!leap_seconds_.expires_utc_s) return false;
-        const auto expires = epoch_of(
-            {*leap_seconds_.expires_utc_s / 86'400, *leap_seconds_.expires_utc_s % 86'400 * ns_per_s},
-            TimeScale::utc, leap_seconds_);
-        return epoch_ >= expires;
-    }
+    [[nodiscard]] bool expired() const { return is_past_expiry(epoch_, leap_seconds_); }
     [[nodiscard]] std::string expiry() const {
         return leap_seconds_.expires_utc_s ? date_text(*leap_seconds_.expires_utc_s / 86'400) : "";
     }
