@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "ephemeris/kernels/daf.hpp"
 #include "ephemeris/kernels/daf_writer.hpp"
+#include "ephemeris/kernels/default_ephemeris.hpp"
 #include "ephemeris/kernels/ephemeris.hpp"
 #include "images/writers/raw.hpp"
 #include "tools/import/ephemeris/casacore_ephemeris.hpp"
@@ -21,15 +22,18 @@ public:
         line.summary = "makes a kernel of planets, Moon and Sun from Debian's DE405";
         line.description =
             "Writes an SPK kernel in the form that is used without loading it (binary, little-endian) for "
-            "the "
-            "key kernels of a scene and for obscura ephemeris. FILE is the folder of casacore's table of "
+            "the key kernels of a scene and for obscura ephemeris. Without --output it becomes the default "
+            "ephemeris, which scenes use that name no kernels: $XDG_DATA_HOME/obscura/de405.bsp "
+            "(~/.local/share), of root /usr/local/share/obscura/de405.bsp. FILE is the folder of casacore's "
+            "table of "
             "JPL's DE405, which Debian's package casacore-data-jpl-de405 installs (planets, Moon and Sun, "
             "1959 to 2060), or an SPK, CK or binary PCK kernel: big-endian ones and transfer files (.xsp, "
             ".xc, .xpc) are converted. Binary kernels of either byte order and transfer files can also be "
             "used as they are.";
         line.positional("FILE", &file_, "Folder of the table, or kernel").required = false;
-        line.option("-o,--output", &output_, "FILE", "Kernel to write").required = true;
+        line.option("-o,--output", &output_, "FILE", "Kernel to write; none: the default ephemeris");
         line.examples = {
+            "obscura import ephemeris",
             "obscura import ephemeris -o de405.bsp",
             "obscura import ephemeris new_horizons.xsp -o new_horizons.bsp",
             "obscura ephemeris de405.bsp",
@@ -38,6 +42,9 @@ public:
 
     int run() override {
         const std::filesystem::path file(file_);
+        const bool is_default = output_.empty();
+        if (is_default && !std::filesystem::is_directory(file) && std::filesystem::exists(file))
+            throw UsageError("obscura import ephemeris: --output is wanted where a kernel is converted");
         std::string bytes;
         std::string source = file_;
         if (std::filesystem::is_directory(file)) {
@@ -53,11 +60,18 @@ public:
                                 file_, casacore_de405));
             bytes = converted(file);
         }
+        if (is_default) {
+            const std::filesystem::path place = ephemeris::place_of_new_default_ephemeris();
+            std::error_code ignored; // the message is that of the file
+            std::filesystem::create_directories(place.parent_path(), ignored);
+            output_ = place.string();
+        }
         images::write_text(output_, bytes);
         // What was written must be readable: bodies, types and coverage are checked.
         const ephemeris::Ephemeris written({output_});
-        fmt::print("{}: written from {}, bodies: {}; next: obscura ephemeris {}\n", output_, source,
-                   written.bodies().size(), output_);
+        fmt::print("{}: written from {}, bodies: {}; next: {}\n", output_, source, written.bodies().size(),
+                   is_default ? "epoch and ephemeris in a scene, without kernels"
+                              : "obscura ephemeris " + output_);
         return exit_ok;
     }
 
