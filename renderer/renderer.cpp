@@ -179,9 +179,9 @@ struct Renderer::Impl {
     template<typename DoRow>
     bool for_rows(RenderPart part, std::int32_t rows, const std::atomic<bool>* cancel,
                   const DoRow& do_row) const;
-    /// Irradiance of the Sun at a position over that at 1 au.
-    [[nodiscard]] double sun_at_camera(Vec3 place_m) const {
-        const double distance = length(scene.sun.position_m - place_m) / astronomical_unit_m;
+    /// Irradiance of the Sun at the camera over that at 1 au.
+    [[nodiscard]] double sun_at_camera(const RowState& row) const {
+        const double distance = length(row.sun_m - row.camera.position_m) / astronomical_unit_m;
         return scene.sun.irradiance_scale / (distance * distance);
     }
     /// Instants at which a row is rendered.
@@ -210,7 +210,7 @@ struct Renderer::Impl {
         set_lens(row.beta, s);
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
                       std::max(settings.samples_per_pixel, least_samples), time_s, row);
-        if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(scene.sun, row);
+        if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(row);
         s.work.lap(RenderPart::setup);
         return row;
     }
@@ -602,8 +602,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
         }
     if (!request.variance.empty()) estimate_variance(request, s, row_of(request.variance));
     for (const StrayMap& map : stray)
-        map.add(request.window.x, y, sun_at_camera(states.back().camera.position_m), scene.bands.size(),
-                s.starlight);
+        map.add(request.window.x, y, sun_at_camera(states.back()), scene.bands.size(), s.starlight);
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {
         float* out = irradiance.data() +
                      (b * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
@@ -672,7 +671,7 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.mid_exposure = t;
     truth.camera = camera_pose(impl_->scene, impl_->bodies, time_s);
     truth.camera_pose_age_s = camera_pose_age_s(impl_->scene, impl_->bodies, time_s);
-    truth.sun_position_m = impl_->scene.sun.position_m;
+    truth.sun_position_m = impl_->scene.sun.position_at(time_s);
     truth.seed = impl_->settings.seed;
     truth.intrinsics = impl_->scene.camera.intrinsics();
     const auto& bodies = impl_->scene.bodies;

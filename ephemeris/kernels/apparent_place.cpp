@@ -15,6 +15,19 @@ namespace {
 constexpr double light_speed_m_s = 299'792'458.0;
 constexpr int barycenter = 0, sun = 10;
 
+/// The unit vector `direction` of light, bent by the Sun at the distance `sun_m`; the other vectors are unit
+/// ones too.
+Vec3 bent(Vec3 direction, Vec3 sun_to_source, Vec3 sun_to_observer, double sun_m) noexcept {
+    const auto numbers = [](Vec3 v) { return std::array{v.x, v.y, v.z}; };
+    std::array<double, 3> p = numbers(direction), q = numbers(sun_to_source), e = numbers(sun_to_observer);
+    std::array<double, 3> out{};
+    // As in eraLdsun: beyond 1 au the limit, inside the solar disc, falls with the square of the distance.
+    const double sun_au = sun_m / ERFA_DAU;
+    const double limit = 1e-6 / std::max(1.0, sun_au * sun_au);
+    eraLd(1, p.data(), q.data(), e.data(), sun_au, limit, out.data());
+    return normalized(Vec3{out[0], out[1], out[2]});
+}
+
 } // namespace
 
 Vec3 deflected_by_sun(Vec3 source_m, Vec3 sun_m) noexcept {
@@ -22,16 +35,14 @@ Vec3 deflected_by_sun(Vec3 source_m, Vec3 sun_m) noexcept {
     const double distance = length(source_m), sun_distance = length(sun_m);
     const double source_distance = length(from_sun);
     if (!(distance > 0 && sun_distance > 0 && source_distance > 0)) return source_m;
-    const auto unit = [](Vec3 v, double size) { return std::array{v.x / size, v.y / size, v.z / size}; };
-    std::array<double, 3> direction = unit(source_m, distance);
-    std::array<double, 3> sun_to_source = unit(from_sun, source_distance);
-    std::array<double, 3> sun_to_observer = unit(-1.0 * sun_m, sun_distance);
-    std::array<double, 3> bent{};
-    // As in eraLdsun: beyond 1 au the limit, inside the solar disc, falls with the square of the distance.
-    const double sun_au = sun_distance / ERFA_DAU;
-    const double limit = 1e-6 / std::max(1.0, sun_au * sun_au);
-    eraLd(1, direction.data(), sun_to_source.data(), sun_to_observer.data(), sun_au, limit, bent.data());
-    return normalized(Vec3{bent[0], bent[1], bent[2]}) * distance;
+    return bent(source_m / distance, from_sun / source_distance, sun_m / -sun_distance, sun_distance) *
+           distance;
+}
+
+Vec3 starlight_deflected_by_sun(Vec3 direction, Vec3 sun_m) noexcept {
+    const double sun_distance = length(sun_m);
+    if (!(sun_distance > 0)) return direction;
+    return bent(direction, direction, sun_m / -sun_distance, sun_distance);
 }
 
 Place apparent_place(const Ephemeris& kernels, int target, int observer, TdbTime time,

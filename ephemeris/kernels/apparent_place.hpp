@@ -39,6 +39,8 @@ struct Place {
 /// Direction of light from `source_m` to an observer, bent by the Sun; positions from the observer, m. The
 /// first-order formula of general relativity for sources at any distance, as ERFA's `eraLd`.
 [[nodiscard]] Vec3 deflected_by_sun(Vec3 source_m, Vec3 sun_m) noexcept;
+/// As deflected_by_sun(), of a source at infinite distance in the unit vector `direction`; unit.
+[[nodiscard]] Vec3 starlight_deflected_by_sun(Vec3 direction, Vec3 sun_m) noexcept;
 
 /// A point of a body's surface, planetocentric.
 struct SurfacePoint {

@@ -2,6 +2,7 @@
 #include "renderer/integrators/star_rows.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "renderer/scene/kernel_frame.hpp"
 #include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
@@ -16,8 +17,9 @@ namespace {
 constexpr std::size_t least_rows = 16;
 /// Reserve of the cone for which stars are looked up, so that the next blocks and frames find them there.
 constexpr double spare_rad = 0.01;
-/// Reserve for motions and parallaxes until the observer has moved by so much.
-constexpr double spare_shift_rad = 2e-5, spare_years = 0.1, spare_au = 1;
+/// Reserve for motions and parallaxes until the observer has moved by so much, and for the deflection of
+/// light by the Sun.
+constexpr double spare_shift_rad = 3e-5, spare_years = 0.1, spare_au = 1;
 
 double angle_between(const Quat& a, const Quat& b) {
     // From the difference of the quaternions: accurate for the smallest angles.
@@ -33,11 +35,17 @@ double angle_between(Vec3 a, Vec3 b) {
 } // namespace
 
 StarObserver star_observer(const scene::Scene& scene, Vec3 camera_m, double time_s) {
-    if (!scene.epoch) return {};
+    StarObserver observer;
+    const Vec3 sun_m = scene.sun.position_at(time_s);
+    if (scene.light_deflection) observer.sun_m = sun_m - camera_m;
+    if (!scene.epoch) return observer;
     // J2000.0 is 12 h TT, and TT - TAI is 32.184 s. TDB differs from TT by 2 ms at most.
     constexpr double j2000_tai_s = 946'728'000 - 32.184, year_s = 365.25 * 86400;
     const double since_s = static_cast<double>(scene.epoch->tai_ns) * 1e-9 - j2000_tai_s + time_s;
-    return {since_s / year_s, (camera_m - scene.sun.position_m) / astronomical_unit_m};
+    observer.years = since_s / year_s;
+    observer.position_au =
+        (camera_m - (scene.kernels ? scene.kernels->barycentre_m() : sun_m)) / astronomical_unit_m;
+    return observer;
 }
 
 /// What split() needs of the whole block.

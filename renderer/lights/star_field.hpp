@@ -2,6 +2,7 @@
 // Star field: places and band irradiances of the stars of a scene.
 #pragma once
 
+#include "ephemeris/kernels/apparent_place.hpp"
 #include "ephemeris/stars/star_file.hpp"
 #include "renderer/lights/star_spectra.hpp"
 #include "renderer/scene/scene.hpp"
@@ -20,6 +21,8 @@ namespace obscura::renderer {
 struct StarObserver {
     double years = 0; ///< Julian years after J2000.0
     Vec3 position_au; ///< from the solar system's barycentre, ICRF axes
+    /// The Sun from the observer, ICRF axes, for the deflection of light; 0: none.
+    Vec3 sun_m{};
 };
 
 /// Place of a star at J2000.0 and what moves it.
@@ -31,7 +34,10 @@ struct StarPlace {
     /// Unit direction for an observer.
     [[nodiscard]] Vec3 from(const StarObserver& observer) const {
         const Vec3 shift = motion * observer.years - observer.position_au * parallax_rad;
-        return shift == Vec3{0, 0, 0} ? direction : normalized(direction + shift);
+        const Vec3 straight = shift == Vec3{0, 0, 0} ? direction : normalized(direction + shift);
+        return observer.sun_m == Vec3{0, 0, 0}
+                   ? straight
+                   : ephemeris::starlight_deflected_by_sun(straight, observer.sun_m);
     }
 };
 

@@ -22,6 +22,8 @@ public:
     KernelFrame(ephemeris::Ephemeris kernels, ephemeris::Epoch epoch, int centre);
 
     [[nodiscard]] const ephemeris::Ephemeris& kernels() const { return kernels_; }
+    /// The solar system barycentre, which is at rest in the frame.
+    [[nodiscard]] Vec3 barycentre_m() const noexcept { return -1.0 * origin_m_; }
     /// Time of the kernels at a scene time, which counts SI seconds of TAI: right to a microsecond within
     /// days of the epoch. Real-time safe.
     [[nodiscard]] ephemeris::TdbTime tdb(double scene_s) const noexcept;

@@ -82,6 +82,8 @@ struct Motion {
     std::shared_ptr<const PosePath> path{};
     /// Overrides all of the above once it has a pose; null: none.
     std::shared_ptr<const LivePose> live{};
+    /// The frame of the poses is at the origin of the parent, but has inertial axes.
+    bool inertial_axes = false;
 };
 
 /// Family of shapes: renderer/shapes/registry.hpp lists the kinds, each with a struct of its parameters.
@@ -191,6 +193,13 @@ struct Sun {
     /// Limb darkening u of the linear law I(mu) = I(1) (1 - u (1 - mu)); 0: a uniform disc. The irradiance
     /// does not depend on it.
     double limb_darkening = 0;
+    /// Instead of `position_m`, which is its place at scene time 0; null: the Sun stays.
+    std::shared_ptr<const PosePath> path{};
+
+    /// Centre at a scene time, inertial frame.
+    [[nodiscard]] Vec3 position_at(double time_s) const {
+        return path ? path->at(time_s).position_m : position_m;
+    }
 };
 
 /// Spectral type of a star.
@@ -370,6 +379,8 @@ constexpr auto enum_names(Quantity /*type*/) {
 /// Largest number of spectral bands of a scene.
 constexpr std::size_t most_bands = 16;
 
+class KernelFrame;
+
 /// Scene: bodies, light sources, stars and the camera. Inertial frame: right-handed, metres, J2000 axes.
 struct Scene {
     std::string name;
@@ -388,9 +399,15 @@ struct Scene {
     /// Light-time correction: bodies are seen where they were when the light left them. Not between bodies:
     /// shadows and light of one on another use the positions that the camera sees.
     bool light_time = false;
-    bool aberration = false;       ///< stellar aberration by the camera's velocity
+    bool aberration = false; ///< stellar aberration by the camera's velocity
+    /// Light from stars and bodies is bent by the Sun's gravity. Bodies are shifted as a whole, as the light
+    /// of their centres is.
+    bool light_deflection = false;
     std::uint32_t max_bounces = 0; ///< largest number of reflections after the first
     Quantity quantity = Quantity::irradiance;
+    /// Place of the inertial frame among the bodies of SPICE kernels (renderer/scene/kernel_frame.hpp); null:
+    /// the scene has no kernels.
+    std::shared_ptr<const KernelFrame> kernels{};
 };
 
 } // namespace obscura::scene

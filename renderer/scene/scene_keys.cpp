@@ -31,6 +31,8 @@ config::Keys keys_of(Scene& s) {
             .help("Correct for light time: show bodies where they were when the light left them"),
         config::key("aberration", &s.aberration)
             .help("Apply stellar aberration: directions are those seen from the moving camera"),
+        config::key("light_deflection", &s.light_deflection)
+            .help("Bend the light of stars and bodies by the Sun's gravity; bodies shift as a whole"),
         config::key("quantity", &s.quantity)
             .help("What pixels hold: irradiance at the entrance pupil, W/m2, or radiance, W m-2 sr-1"),
     };

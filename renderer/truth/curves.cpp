@@ -78,8 +78,7 @@ BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, 
 }
 
 Vec3 BodyCurve::viewer_m(const TruthState& state) const {
-    return to_local(state.bodies[body_],
-                    kind_ == TruthKind::limb ? state.camera.position_m : scene_.scene.sun.position_m);
+    return to_local(state.bodies[body_], kind_ == TruthKind::limb ? state.camera.position_m : state.sun_m);
 }
 
 bool BodyCurve::has(const TruthState& state, std::uint32_t i) const {
@@ -110,7 +109,7 @@ bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {
 bool BodyCurve::lit(const TruthState& state, std::uint32_t i) const {
     if (!(radii_m_.x > 0)) return is_lit(scene_, state, body_, point_m(state, i));
     const Vec3 scale = inverse(radii_m_);
-    const Vec3 sun = product(to_local(state.bodies[body_], scene_.scene.sun.position_m), scale);
+    const Vec3 sun = product(to_local(state.bodies[body_], state.sun_m), scale);
     return dot(product(point_m(state, i), scale), sun) > 1;
 }
 

@@ -62,9 +62,10 @@ const TruthState& RowStates::state_at(double time_s) {
     s.camera = camera_pose(scene_.scene, scene_.bodies, s.time_s);
     s.camera_from_inertial = transposed(to_matrix(s.camera.orientation));
     s.beta = camera_beta(scene_.scene, scene_.bodies, s.time_s);
+    s.sun_m = scene_.scene.sun.position_at(time_s);
     for (std::size_t b = 0; b < count; ++b)
         std::construct_at(&bodies[b],
-                          seen_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s));
+                          apparent_pose(scene_.scene, scene_.bodies, b, s.camera.position_m, s.time_s));
     s.bodies = bodies;
     return s;
 }

@@ -41,7 +41,8 @@ struct TruthState {
     double time_s = 0;
     Pose camera;
     Mat3 camera_from_inertial;
-    Vec3 beta; ///< camera velocity over the speed of light, camera axes
+    Vec3 beta;  ///< camera velocity over the speed of light, camera axes
+    Vec3 sun_m; ///< centre of the Sun, inertial
     std::span<const Pose> bodies;
 };
 

@@ -73,16 +73,18 @@ public:
             return midpoint(rows.front().reset, rows.back().read);
         };
         truth_.mid_exposure = middle_of(row_times_);
-        truth_.sun_position_m = scene_.scene.sun.position_m;
-        const TruthState& state = states_.state_at(to_seconds(middle_of(request_.rows).ns));
+        const double middle_s = to_seconds(middle_of(request_.rows).ns);
+        const TruthState& state = states_.state_at(middle_s);
+        truth_.sun_position_m = state.sun_m;
         const auto add = [&](std::string_view name, const Pose& pose) {
-            const Vec3 to_sun = scene_.scene.sun.position_m - pose.position_m;
+            const Vec3 to_sun = state.sun_m - pose.position_m;
             truth_.poses.push_back({{}, pose, rotate(conjugate(pose.orientation), normalized(to_sun))});
             truth_.poses.back().name.set(name);
         };
         add("camera", state.camera);
         for (std::size_t b = 0; b < scene_.scene.bodies.size(); ++b)
-            add(scene_.scene.bodies[b].name, state.bodies[b]);
+            add(scene_.scene.bodies[b].name,
+                seen_pose(scene_.scene, scene_.bodies, b, state.camera.position_m, middle_s));
     }
 
     void add_bodies() {

@@ -35,7 +35,7 @@ bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t 
 bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m) {
     if (!(scene.scene.sun.irradiance_scale > 0)) return false;
     const Vec3 surface = to_parent(state.bodies[body], point_m);
-    const Vec3 to_sun = normalized(scene.scene.sun.position_m - surface);
+    const Vec3 to_sun = normalized(state.sun_m - surface);
     const Vec3 point = surface + surface_slack * scene.bodies[body].shape->bounding_radius_m() * to_sun;
     for (std::size_t b = 0; b < scene.scene.bodies.size(); ++b) {
         const Shape& shape = *scene.bodies[b].shape;

@@ -299,6 +299,7 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
     if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;
     sun_motion.samples[0].pose.position_m = scene.sun.position_m;
+    sun_motion.path = scene.sun.path;
     const double r = scene.sun.radius_m;
     built.push_back({std::make_shared<Ellipsoid>(EllipsoidParameters{{r, r, r}}),
                      nullptr,

@@ -74,7 +74,7 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
         const double radius_m = bodies[b].shape->bounding_radius_m();
         std::array<Pose, 3> body;
         for (std::size_t i = 0; i < 3; ++i)
-            body[i] = seen_pose(scene, bodies, b, camera[i].position_m, times[i]);
+            body[i] = apparent_pose(scene, bodies, b, camera[i].position_m, times[i]);
         double moved_rad = 0;
         for (std::size_t i = 0; i < 2; ++i)
             moved_rad += body_angle(camera[i], camera[i + 1], body[i], body[i + 1], radius_m);

@@ -46,12 +46,19 @@ Pose pose_in_parent(const scene::Motion& motion, const scene::Joint& joint, doub
     return pose;
 }
 
-/// Transforms `pose` from the frame of body `parent` to the inertial frame.
-Pose inertial_pose(std::span<const BuiltBody> bodies, std::int32_t parent, Pose pose, double time_s) {
+/// Transforms `pose` from the frame of `motion`, whose parent is body `parent`, to the inertial frame.
+Pose inertial_pose(std::span<const BuiltBody> bodies, const scene::Motion& motion, std::int32_t parent,
+                   Pose pose, double time_s) {
+    const scene::Motion* inner = &motion;
     for (std::int32_t up = parent; up >= 0; up = bodies[static_cast<std::size_t>(up)].parent) {
+        if (inner->inertial_axes) {
+            const Pose place = body_pose(bodies, static_cast<std::size_t>(up), time_s);
+            return {place.position_m + pose.position_m, pose.orientation};
+        }
         const BuiltBody& body = bodies[static_cast<std::size_t>(up)];
         const Pose outer = pose_in_parent(body.motion, body.joint, time_s);
         pose = {to_parent(outer, pose.position_m), outer.orientation * pose.orientation};
+        inner = &body.motion;
     }
     return pose;
 }
@@ -61,14 +68,16 @@ Pose pose_on_parent(const scene::Scene& scene, std::span<const BuiltBody> bodies
                     const scene::Motion& motion, const scene::Joint& joint, double time_s) {
     const Pose pose = pose_in_parent(motion, joint, time_s);
     if (parent.empty()) return pose;
-    return inertial_pose(bodies, scene::index_of(scene.bodies, parent), pose, time_s);
+    return inertial_pose(bodies, motion, scene::index_of(scene.bodies, parent), pose, time_s);
 }
 
-/// Inertial pose of the frame of `parent`, the inertial frame itself if that is empty.
+/// Inertial pose of the frame that the poses of `motion` on `parent` refer to.
 Pose frame_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, const std::string& parent,
-              double time_s) {
+              const scene::Motion& motion, double time_s) {
     if (parent.empty()) return {};
-    return body_pose(bodies, static_cast<std::size_t>(scene::index_of(scene.bodies, parent)), time_s);
+    Pose frame = body_pose(bodies, static_cast<std::size_t>(scene::index_of(scene.bodies, parent)), time_s);
+    if (motion.inertial_axes) frame.orientation = {};
+    return frame;
 }
 
 /// The aim of a motion at `time_s`; null: it has none, or a pose received at run time overrides it.
@@ -84,9 +93,9 @@ Vec3 target_of(const scene::Scene& scene, std::span<const BuiltBody> bodies, con
                const Pose& frame, Vec3 from_m, bool seen, double time_s) {
     if (aim.body.empty()) return to_parent(frame, aim.point_m);
     const std::int32_t index = scene::index_of(scene.bodies, aim.body);
-    if (index < 0) return scene.sun.position_m;
+    if (index < 0) return scene.sun.position_at(time_s);
     const auto body = static_cast<std::size_t>(index);
-    return seen ? seen_pose(scene, bodies, body, from_m, time_s).position_m
+    return seen ? apparent_pose(scene, bodies, body, from_m, time_s).position_m
                 : body_pose(bodies, body, time_s).position_m;
 }
 
@@ -109,7 +118,8 @@ Quat aimed(const scene::Aim& aim, const Pose& frame, Vec3 direction, Quat otherw
 
 Pose body_pose(std::span<const BuiltBody> bodies, std::size_t index, double time_s) {
     const BuiltBody& body = bodies[index];
-    return inertial_pose(bodies, body.parent, pose_in_parent(body.motion, body.joint, time_s), time_s);
+    return inertial_pose(bodies, body.motion, body.parent, pose_in_parent(body.motion, body.joint, time_s),
+                         time_s);
 }
 
 Vec3 camera_velocity_m_s(const scene::Scene& scene, std::span<const BuiltBody> bodies, double time_s) {
@@ -128,7 +138,7 @@ Pose camera_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, d
     Pose pose = pose_on_parent(scene, bodies, camera.parent, camera.motion, camera.joint, time_s);
     const scene::Aim* aim = aim_of(camera.motion, time_s);
     if (aim == nullptr) return pose;
-    const Pose frame = frame_of(scene, bodies, camera.parent, time_s);
+    const Pose frame = frame_of(scene, bodies, camera.parent, camera.motion, time_s);
     Vec3 direction = target_of(scene, bodies, *aim, frame, pose.position_m, true, time_s) - pose.position_m;
     if (scene.aberration && length(direction) > 0)
         direction =
@@ -142,7 +152,7 @@ Pose lamp_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, con
     Pose pose = pose_on_parent(scene, bodies, lamp.parent, lamp.motion, lamp.joint, time_s);
     const scene::Aim* aim = aim_of(lamp.motion, time_s);
     if (aim == nullptr) return pose;
-    const Pose frame = frame_of(scene, bodies, lamp.parent, time_s);
+    const Pose frame = frame_of(scene, bodies, lamp.parent, lamp.motion, time_s);
     const Vec3 target = target_of(scene, bodies, *aim, frame, pose.position_m, false, time_s);
     pose.orientation = aimed(*aim, frame, target - pose.position_m, pose.orientation);
     return pose;

@@ -26,14 +26,14 @@ double brightness(const BodyState& body) {
 
 } // namespace
 
-void find_planetshine(const scene::Sun& sun, RowState& row) {
+void find_planetshine(RowState& row) {
     for (BodyState& body : row.bodies)
         body.planetshine.fill({});
     for (std::size_t b = 0; b < row.bodies.size(); ++b) {
         const BodyState& source = row.bodies[b];
         if (source.material == nullptr || source.material->mirror_reflectance() >= 0) continue;
         const double radius = source.shape->bounding_radius_m();
-        const Vec3 to_sun = sun.position_m - source.position_m;
+        const Vec3 to_sun = row.sun_m - source.position_m;
         double bright = -1; // evaluated where it is used
         for (std::size_t a = 0; a < row.bodies.size(); ++a) {
             BodyState& body = row.bodies[a];
@@ -44,7 +44,7 @@ void find_planetshine(const scene::Sun& sun, RowState& row) {
             // The irradiance of a sphere at 1 au is as uncertain as its law; this is for the choice only.
             if (bright < 0) bright = brightness(source);
             const double cos_phase = dot(to_sun, to_body) / (length(to_sun) * length(to_body));
-            const double suns = length_squared(sun.position_m - body.position_m) / length_squared(to_sun);
+            const double suns = length_squared(row.sun_m - body.position_m) / length_squared(to_sun);
             const double ratio = bright * radius * radius / (near * near) * (1.01 + cos_phase) / 2 * suns;
             auto& sources = body.planetshine;
             const auto place = std::find_if(sources.begin(), sources.end(),

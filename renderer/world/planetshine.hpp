@@ -9,6 +9,6 @@ namespace obscura::renderer {
 /// Sets BodyState::planetshine: for each body those others with the largest estimated irradiance. Bodies
 /// whose bounding spheres meet, as parts of a spacecraft do, are left out, as are those that fill so much of
 /// the sky that random directions find them. Does not allocate.
-void find_planetshine(const scene::Sun& sun, RowState& row);
+void find_planetshine(RowState& row);
 
 } // namespace obscura::renderer

@@ -2,6 +2,7 @@
 #include "renderer/world/row_state.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "ephemeris/kernels/apparent_place.hpp"
 #include "renderer/camera/aberration.hpp"
 #include "renderer/world/kinematics.hpp"
 
@@ -89,6 +90,19 @@ Pose seen_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std
     return pose;
 }
 
+Pose deflected(const scene::Scene& scene, Pose seen, Vec3 camera_m, double time_s) {
+    if (!scene.light_deflection) return seen;
+    const Vec3 sun_m = scene.sun.position_at(time_s);
+    if (length(seen.position_m - sun_m) < scene.sun.radius_m) return seen; // the Sun itself
+    seen.position_m = camera_m + ephemeris::deflected_by_sun(seen.position_m - camera_m, sun_m - camera_m);
+    return seen;
+}
+
+Pose apparent_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i, Vec3 camera_m,
+                   double time_s) {
+    return deflected(scene, seen_pose(scene, bodies, i, camera_m, time_s), camera_m, time_s);
+}
+
 Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies, double time_s) {
     if (!scene.aberration) return {0, 0, 0};
     return transposed(to_matrix(camera_pose(scene, bodies, time_s).orientation)) *
@@ -102,6 +116,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     const Mat3 inertial_from_camera = to_matrix(row.camera.orientation);
     row.inertial_from_camera = inertial_from_camera;
     row.camera_from_inertial = transposed(inertial_from_camera);
+    row.sun_m = scene.sun.position_at(time_s);
     row.bodies.resize(bodies.size());
     // Largest distance of a displaced sample from its pixel's centre.
     const double margin_rad = (sample_reach_px + 1e-6) * std::numbers::sqrt2 * projection.pixel_angle_rad();
@@ -110,7 +125,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const BuiltBody& built = bodies[i];
         BodyState& s = row.bodies[i];
-        const Pose pose = seen_pose(scene, bodies, i, row.camera.position_m, time_s);
+        const Pose pose = apparent_pose(scene, bodies, i, row.camera.position_m, time_s);
         s.shape = built.shape.get();
         s.material = built.material.get();
         s.built = &built;
@@ -123,7 +138,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
             i > 0 && same_pose(s, row.bodies[i - 1]) ? row.bodies[i - 1].frame : static_cast<std::int32_t>(i);
         s.from_camera = product(from_inertial, inertial_from_camera);
         s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
-        s.sun_m = from_inertial * (scene.sun.position_m - pose.position_m);
+        s.sun_m = from_inertial * (row.sun_m - pose.position_m);
         s.occluders.clear();
         s.reference_radiance = reference_radiance(s);
 
@@ -182,7 +197,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         if (row.bodies[a].material == nullptr) continue;
         for (std::size_t b = 0; b < bodies.size(); ++b)
             if (b != a && row.bodies[b].material != nullptr &&
-                may_shade(row.bodies[a], row.bodies[b], scene.sun.position_m, scene.sun.radius_m))
+                may_shade(row.bodies[a], row.bodies[b], row.sun_m, scene.sun.radius_m))
                 row.bodies[a].occluders.push_back(static_cast<std::int32_t>(b));
     }
 }

@@ -94,6 +94,7 @@ struct RowState {
     Mat3 camera_from_inertial;
     Mat3 inertial_from_camera;
     Vec3 beta{0, 0, 0}; ///< camera velocity over the speed of light, camera axes; 0 without aberration
+    Vec3 sun_m;         ///< centre of the Sun, inertial
     std::vector<BodyState> bodies;
     std::vector<Pose> lamps;
     /// Largest angle between a displaced camera sample and its pixel's centre.
@@ -123,10 +124,16 @@ constexpr double crescent_area_px = 256;
 /// Samples of a thin crescent per pixel of its area, between samples_per_target and four times as many.
 constexpr double samples_per_crescent_px = 64;
 
-/// Apparent pose of body `i` for a camera at `camera_m` at `time_s`: with Scene::light_time that of the
-/// instant at which the light left it, t' = t - |r(t') - camera| / c.
+/// Pose of body `i` that a camera at `camera_m` sees at `time_s`: with Scene::light_time that of the instant
+/// at which the light left it, t' = t - |r(t') - camera| / c.
 [[nodiscard]] Pose seen_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i,
                              Vec3 camera_m, double time_s);
+/// As seen_pose(), where a straight line of sight meets it: with Scene::light_deflection the body is shifted
+/// as the light of its centre is.
+[[nodiscard]] Pose apparent_pose(const scene::Scene& scene, std::span<const BuiltBody> bodies, std::size_t i,
+                                 Vec3 camera_m, double time_s);
+/// As apparent_pose(), of the body at a pose that seen_pose() gave.
+[[nodiscard]] Pose deflected(const scene::Scene& scene, Pose seen, Vec3 camera_m, double time_s);
 /// Camera velocity over the speed of light, camera axes; 0 without Scene::aberration.
 [[nodiscard]] Vec3 camera_beta(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                                double time_s);

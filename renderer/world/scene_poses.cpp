@@ -39,9 +39,11 @@ struct ScenePoses::Impl {
     /// How a camera sees the point `pose.position_m` at `time_s`.
     [[nodiscard]] BodyView view(const Pose& pose, double time_s) const {
         const Pose camera = camera_pose(scene, bodies, time_s);
-        const Vec3 direction = rotate(conjugate(camera.orientation), pose.position_m - camera.position_m);
+        const Vec3 place_m = deflected(scene, pose, camera.position_m, time_s).position_m;
+        const Vec3 direction = rotate(conjugate(camera.orientation), place_m - camera.position_m);
         BodyView view{.pose = pose, .range_m = length(direction)};
-        view.phase_rad = angle(scene.sun.position_m - pose.position_m, camera.position_m - pose.position_m);
+        view.phase_rad =
+            angle(scene.sun.position_at(time_s) - pose.position_m, camera.position_m - pose.position_m);
         if (!(view.range_m > 0)) return view;
         const Vec3 beta = camera_beta(scene, bodies, time_s);
         const Vec3 seen = scene.aberration ? aberrate(direction / view.range_m, beta) : direction;
@@ -79,7 +81,7 @@ BodyView ScenePoses::body(std::size_t index, double time_s) const {
 }
 
 BodyView ScenePoses::sun(double time_s) const {
-    BodyView view = impl_->view({impl_->scene.sun.position_m, {}}, time_s);
+    BodyView view = impl_->view({impl_->scene.sun.position_at(time_s), {}}, time_s);
     view.phase_rad = 0;
     return view;
 }

@@ -2,6 +2,7 @@
 #include "renderer/world/sky_sources.hpp"
 
 #include "core/solar_spectrum.hpp"
+#include "ephemeris/kernels/apparent_place.hpp"
 #include "renderer/camera/aberration.hpp"
 #include "renderer/lights/galaxy.hpp"
 #include "renderer/lights/star_spectra.hpp"
@@ -42,6 +43,9 @@ std::optional<SkySource> SkySources::at(std::size_t i, const std::vector<BuiltBo
         source.direction = normalized(
             tangents.centre +
             (tangents.east * object.rate_rad_s[0] + tangents.north * object.rate_rad_s[1]) * time_s);
+        if (scene_.light_deflection)
+            source.direction = ephemeris::starlight_deflected_by_sun(
+                source.direction, scene_.sun.position_at(time_s) - camera_m);
         source.magnitude_v = star.magnitude_v + variation;
         return source;
     }
@@ -49,11 +53,14 @@ std::optional<SkySource> SkySources::at(std::size_t i, const std::vector<BuiltBo
     // With light time: where it was when the light left it, as of bodies.
     for (int k = 0; scene_.light_time && k < 3; ++k)
         place = point_position(scene_, bodies, object, time_s - length(place - camera_m) / light_speed_m_s);
-    const Vec3 to_object = place - camera_m, to_sun = scene_.sun.position_m - place;
+    const Vec3 sun = scene_.sun.position_at(time_s);
+    const Vec3 to_object = place - camera_m, to_sun = sun - place;
     source.distance_m = length(to_object);
     const double sun_m = length(to_sun);
     if (!(source.distance_m > 0) || !(sun_m > 0)) return std::nullopt;
-    source.direction = to_object / source.distance_m;
+    source.direction =
+        (scene_.light_deflection ? ephemeris::deflected_by_sun(to_object, sun - camera_m) : to_object) /
+        source.distance_m;
     const double phase_rad = std::atan2(length(cross(to_object, to_sun)), -dot(to_object, to_sun));
     source.magnitude_v = scene::phase_magnitude_v(object, phase_rad) + variation +
                          5 * std::log10(source.distance_m / astronomical_unit_m) +

@@ -220,7 +220,7 @@ private:
         const std::int32_t index = scene::index_of(poses.scene().bodies, look_at_);
         if (index < 0 && look_at_ == scene::sun_name && !std::isnan(phase_deg_))
             throw UsageError("obscura pose: --phase: the Sun has no phase angle");
-        const Vec3 sun = poses.scene().sun.position_m;
+        const Vec3 sun = poses.scene().sun.position_at(time_s);
         const Vec3 centre =
             index < 0 ? sun : poses.body(static_cast<std::size_t>(index), time_s).pose.position_m;
         if (std::isnan(phase_deg_)) {
@@ -261,7 +261,7 @@ private:
     static CameraFileFrame frame_of(const ScenePoses& poses, const Instant& instant, std::uint64_t number) {
         CameraFileFrame frame{.number = number, .time_s = instant.time_s};
         frame.truth.camera = instant.camera;
-        frame.truth.sun_position_m = poses.scene().sun.position_m;
+        frame.truth.sun_position_m = poses.scene().sun.position_at(instant.time_s);
         for (const NamedView& body : instant.views) {
             if (body.is_sun || frame.truth.body_count == max_truth_bodies) continue;
             BodyTruth& truth = frame.truth.bodies[frame.truth.body_count++];

@@ -53,6 +53,33 @@ private:
 
 } // namespace
 
+TEST_CASE("What counts from a body with inertial axes goes with it and does not turn with it") {
+    scene::Scene s;
+    s.bodies = {box("planet", {1, 1, 1}), box("moon", {1, 1, 1}, "planet"), box("crater", {1, 1, 1}, "moon")};
+    s.bodies[0].motion.samples = {{0, {{0, 0, 0}, {}}}, {10, {{100, 0, 0}, {}}}};
+    s.bodies[0].motion.spin_rate_rad_s = 0.3;
+    s.bodies[1].motion.inertial_axes = true;
+    s.bodies[1].motion.samples = {{0, {{0, 50, 0}, {}}}, {10, {{0, 50, 20}, {}}}};
+    s.bodies[1].motion.spin_rate_rad_s = 0.2;
+    s.bodies[2].motion.samples[0].pose.position_m = {2, 0, 0};
+    s.camera.parent = "moon";
+    s.camera.motion.inertial_axes = true;
+    s.camera.motion.samples[0].pose.position_m = {0, 0, 7};
+    s.camera.motion.aim = scene::Aim{.body = "", .point_m = {0, 1, 7}, .up = {0, 0, 1}};
+    const std::vector<BuiltBody> built = build_bodies(s);
+    for (const double t : {0.0, 3.0, 10.0}) {
+        const Vec3 moon = Vec3{10 * t, 50, 2 * t};
+        check_near(body_pose(built, 1, t).position_m, moon);
+        check_near(rotate(body_pose(built, 1, t).orientation, {1, 0, 0}),
+                   {std::cos(0.2 * t), std::sin(0.2 * t), 0});
+        check_near(body_pose(built, 2, t).position_m,
+                   moon + Vec3{2 * std::cos(0.2 * t), 2 * std::sin(0.2 * t), 0});
+        const Pose camera = camera_pose(s, built, t);
+        check_near(camera.position_m, moon + Vec3{0, 0, 7});
+        check_near(rotate(camera.orientation, {0, 0, 1}), {0, 1, 0});
+    }
+}
+
 TEST_CASE("An arm of three links stands where plane trigonometry puts it") {
     // Upper arm on a turning base, forearm 2 m along it on a hinge, a slide at the forearm's end.
     scene::Scene s;
