@@ -271,7 +271,7 @@ void check_body(Scene& scene, std::size_t index, BodyKeys& read, KernelKeys& ker
             table.refuse(c.key, c.what);
     body.position = table.position_text();
     body.motion = motion_of(read.place, table);
-    body.parent = read.joint.parent;
+    set_parent(read.joint, table, body.parent, body.motion);
     body.joint = joint_of(read.joint, table);
     apply_kernels(body, read, kernels, table);
     if (body.name.empty()) body.name = fmt::format("body{}", index);

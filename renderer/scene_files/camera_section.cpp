@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <utility>
 
 namespace obscura::scene {
 namespace {
@@ -22,17 +21,12 @@ struct CameraPlace {
 
 } // namespace
 
-config::Section camera_section(Camera& camera, SharedEpoch epoch,
-                               const std::shared_ptr<KernelKeys>& kernels) {
+config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>& kernels) {
     const auto read = std::make_shared<CameraPlace>();
-    read->place.epoch = std::move(epoch);
+    read->place.epoch = kernels->epoch;
     config::Keys place_keys = camera_place_keys(read->place);
-    const config::Keys joint_keys = keys_of(read->joint);
-    place_keys.insert(place_keys.end(), joint_keys.begin(), joint_keys.end());
-    if (kernels) {
-        const config::Keys kernel_keys = keys_of(read->kernel, true);
-        place_keys.insert(place_keys.end(), kernel_keys.begin(), kernel_keys.end());
-    }
+    for (const config::Keys& more : {keys_of(read->joint), keys_of(read->kernel, true)})
+        place_keys.insert(place_keys.end(), more.begin(), more.end());
     config::Section section{"camera", "The camera: sensor, optics, position, attitude and motion."};
     section.keys = keys_of(camera);
     section.keys.insert(section.keys.end(), place_keys.begin(), place_keys.end());
@@ -46,10 +40,10 @@ config::Section camera_section(Camera& camera, SharedEpoch epoch,
         const bool placed = std::any_of(place_keys.begin(), place_keys.end(),
                                         [&](const config::Key& key) { return table.has(key.name); });
         if (!placed) return;
-        camera.parent = read->joint.parent;
         camera.joint = joint_of(read->joint, table);
         camera.motion = motion_of(read->place, table);
-        if (kernels) (void)follow_kernels(camera.motion, read->kernel, true, *kernels, table);
+        set_parent(read->joint, table, camera.parent, camera.motion);
+        (void)follow_kernels(camera.motion, read->kernel, true, *kernels, table);
     };
     return section;
 }

@@ -4,7 +4,6 @@
 
 #include "config/section.hpp"
 #include "renderer/scene/scene.hpp"
-#include "renderer/scene_files/scene_epoch.hpp"
 
 #include <memory>
 
@@ -13,9 +12,8 @@ namespace obscura::scene {
 class KernelKeys;
 
 /// Section that is read over `camera`: keys that are absent leave its values, and the whole place (position,
-/// attitude, motion, parent) stays if none of its keys is given. `camera` must outlive the section. Files
-/// with dates need the scene's `epoch`. Without `kernels` it has no keys that need them.
-[[nodiscard]] config::Section camera_section(Camera& camera, SharedEpoch epoch = nullptr,
-                                             const std::shared_ptr<KernelKeys>& kernels = nullptr);
+/// attitude, motion, parent) stays if none of its keys is given. `camera` must outlive the section.
+/// `kernels`: of the scene, with its epoch.
+[[nodiscard]] config::Section camera_section(Camera& camera, const std::shared_ptr<KernelKeys>& kernels);
 
 } // namespace obscura::scene

@@ -2,6 +2,7 @@
 #include "renderer/scene_files/kernel_keys.hpp"
 
 #include "core/error.hpp"
+#include "ephemeris/kernels/default_ephemeris.hpp"
 #include "renderer/scene/sampled_pose_path.hpp"
 #include "renderer/scene_files/section_rules.hpp"
 
@@ -34,28 +35,47 @@ config::Keys KernelKeys::keys() {
         config::key("epoch", &epoch->text)
             .help("Instant of scene time 0, \"2007-02-28T12:00:00Z\" or another text that `obscura time` "
                   "reads, UTC without a scale; empty: the scene has no date"),
-        config::key("kernels", config::Path{&file, true, true})
-            .help("SPICE kernel, or meta-kernel that names several, for \"ephemeris\" of bodies, camera and "
-                  "lamps; the Sun is where it has it at the epoch, unless [sun] says where; empty: none"),
+        config::key("kernels", config::Files{&files})
+            .help("SPICE kernels in order of rising priority (SPK, PCK, CK, text and meta-kernels), for "
+                  "\"ephemeris\" of bodies, camera and lamps; the Sun is where they have it, unless [sun] "
+                  "says where; without the key the file that `obscura import ephemeris` made"),
         config::key("centre", &centre)
             .help("Body of the kernels at whose place at the epoch the origin of the inertial frame is; that "
                   "frame has J2000 axes and is at rest relative to the solar system barycentre"),
     };
 }
 
+KernelKeys::KernelKeys(const Scene& scene)
+    : epoch(std::make_shared<SceneEpoch>(SceneEpoch{"", scene.epoch})),
+      read_(scene.kernels != nullptr),
+      of_scene_(true),
+      frame_(scene.kernels) {}
+
 std::shared_ptr<const KernelFrame> KernelKeys::frame() {
-    if (read_ || file.empty()) return frame_;
+    if (read_) return frame_;
+    std::vector<std::filesystem::path> kernel_files(files.begin(), files.end());
+    if (files.empty()) {
+        if (of_scene_) throw ConfigError("the scene has no \"kernels\"");
+        const auto found = ephemeris::find_default_ephemeris();
+        if (!found)
+            throw ConfigError(fmt::format(
+                "the scene has no \"kernels\", and there is no default ephemeris {}: `obscura import "
+                "ephemeris` makes it from Debian's casacore-data-jpl-de405",
+                ephemeris::place_of_new_default_ephemeris().string()));
+        kernel_files.push_back(*found);
+    }
     read_ = true;
     key_at_fault_ = "epoch";
     try {
         const auto start = epoch->get();
         if (!start) {
             key_at_fault_ = "kernels";
-            fault_ = "need the key \"epoch\": the instant of scene time 0";
+            fault_ = files.empty() ? "\"ephemeris\" needs the key \"epoch\": the instant of scene time 0"
+                                   : "need the key \"epoch\": the instant of scene time 0";
             return nullptr;
         }
         key_at_fault_ = "kernels";
-        const ephemeris::Ephemeris kernels({file});
+        const ephemeris::Ephemeris kernels(kernel_files);
         key_at_fault_ = "centre";
         frame_ = std::make_shared<KernelFrame>(kernels, *start, kernels.body(centre));
     } catch (const Error& error) {
@@ -66,17 +86,23 @@ std::shared_ptr<const KernelFrame> KernelKeys::frame() {
 
 void KernelKeys::check(Scene& scene, const config::ReadTable& root) {
     root.refuse_if_thrown("epoch", [&] { scene.epoch = epoch->get(); });
-    if (file.empty()) {
-        if (root.has("centre")) root.refuse("centre", "belongs to \"kernels\"");
+    if (files.empty() && !read_) {
+        if (root.has("centre"))
+            root.refuse("centre", "belongs to \"kernels\" or \"ephemeris\", the scene has neither");
         return;
     }
-    const auto inertial = frame();
+    scene.kernels = frame();
     // A mistake of the epoch is reported above.
     if (!fault_.empty() && key_at_fault_ != "epoch") root.refuse(key_at_fault_, fault_);
-    if (!inertial || sun_is_given(*root.table())) return;
-    if (inertial->position(sun, 0, scene.sun.position_m) != ephemeris::Evaluation::ok &&
-        scene.sun.irradiance_scale > 0)
-        root.refuse("kernels", "have no place of the Sun at the epoch: [sun] needs position_m or direction");
+    if (!scene.kernels || sun_is_given(*root.table())) return;
+    try {
+        scene.sun.path = kernel_path(scene.kernels, sun, "J2000", Pose{});
+        scene.sun.position_m = scene.sun.position_at(0);
+    } catch (const Error&) {
+        if (scene.sun.irradiance_scale > 0)
+            root.refuse("kernels",
+                        "have no place of the Sun at the epoch: [sun] needs position_m or direction");
+    }
 }
 
 config::Keys keys_of(KernelPlaceKeys& keys, bool looks) {
@@ -101,17 +127,13 @@ bool follow_kernels(Motion& motion, const KernelPlaceKeys& keys, bool looks, Ker
         if (!keys.frame.empty()) table.refuse("ephemeris_frame", "needs \"ephemeris\"");
         return false;
     }
-    for (const char* key : {"parent", "spin_rate_deg_per_s"})
+    for (const char* key : {"parent", "relative_to", "spin_rate_deg_per_s"})
         if (table.has(key)) table.refuse(key, "cannot stand beside \"ephemeris\"");
     // Its point would be in the inertial frame.
     if (table.has("trajectory")) exclude(table, "look_at_m", "ephemeris");
-    if (kernels.file.empty()) {
-        table.refuse("ephemeris", "the scene has no \"kernels\"");
-        return false;
-    }
-    const auto scene = kernels.frame();
-    if (!scene) return false; // reported with the kernels
     try {
+        const auto scene = kernels.frame();
+        if (!scene) return false; // reported with the kernels
         const int body = scene->kernels().body(keys.body);
         std::string frame = keys.frame;
         if (frame.empty()) frame = looks ? "J2000" : scene->kernels().body_frame_name(body);

@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace obscura::scene {
 
@@ -16,18 +17,25 @@ namespace obscura::scene {
 class KernelKeys {
 public:
     const std::shared_ptr<SceneEpoch> epoch = std::make_shared<SceneEpoch>();
-    std::string file, centre = "SOLAR SYSTEM BARYCENTER";
+    std::vector<std::string> files;
+    std::string centre = "SOLAR SYSTEM BARYCENTER";
+
+    KernelKeys() = default;
+    /// Epoch and kernels of a scene that was read before.
+    explicit KernelKeys(const Scene& scene);
 
     /// The keys, bound to this.
     [[nodiscard]] config::Keys keys();
-    /// Reads the kernels, at the first call. Null: none are given, or they cannot be used; see check().
+    /// Reads the kernels at the first call, without `files` the default ephemeris. Throws ConfigError if
+    /// there are none. Null: they cannot be used; see check().
     [[nodiscard]] std::shared_ptr<const KernelFrame> frame();
-    /// Reports why the kernels cannot be used, and sets the epoch and the place of the Sun of the scene.
+    /// Reports why the kernels cannot be used, and sets epoch, kernels and the path of the Sun of the scene.
     /// `root` is its table.
     void check(Scene& scene, const config::ReadTable& root);
 
 private:
     bool read_ = false;
+    bool of_scene_ = false; ///< of a scene that was read before
     std::string key_at_fault_, fault_;
     std::shared_ptr<const KernelFrame> frame_;
 };

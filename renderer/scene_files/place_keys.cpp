@@ -96,10 +96,18 @@ config::Keys body_place_keys(PlaceKeys& s) {
     };
 }
 
+config::Key relative_to_key(std::string& name) {
+    return config::key("relative_to", &name)
+        .help(
+            "Body from whose origin positions count, with inertial axes: as parent, but without the turning "
+            "of the body; empty: none");
+}
+
 config::Keys keys_of(JointKeys& s) {
     return {
         config::key("parent", &s.parent)
             .help("Body in whose frame position, orientation or trajectory are; empty: the inertial frame"),
+        relative_to_key(s.relative_to),
         config::key("joint", &s.kind)
             .help("Joint to the parent: fixed, hinge (turns about joint_axis) or slide (moves along "
                   "joint_axis)"),
@@ -266,13 +274,19 @@ Motion motion_of(const PlaceKeys& place, const config::ReadTable& table) {
     return motion;
 }
 
+void set_parent(const JointKeys& keys, const config::ReadTable& table, std::string& parent, Motion& motion) {
+    exclude(table, "relative_to", "parent");
+    motion.inertial_axes = !keys.relative_to.empty();
+    parent = motion.inertial_axes ? keys.relative_to : keys.parent;
+}
+
 Joint joint_of(const JointKeys& keys, const config::ReadTable& table) {
     using Kind = Joint::Kind;
     const std::size_t before = table.mistakes().count();
     const auto only_with = [&](const char* key, bool fits, const char* kinds) {
         if (table.has(key) && !fits) table.refuse(key, fmt::format("belongs to joint = {}", kinds));
     };
-    only_with("joint", !keys.parent.empty() || keys.kind == Kind::fixed,
+    only_with("joint", !keys.parent.empty() || !keys.relative_to.empty() || keys.kind == Kind::fixed,
               "\"fixed\" where there is no parent");
     only_with("joint_axis", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");
     only_with("joint_table", keys.kind != Kind::fixed, "\"hinge\" or \"slide\"");

@@ -30,15 +30,21 @@ struct PlaceKeys {
 /// Joint of a body, a lamp or the camera to its parent, as keys give it.
 struct JointKeys {
     std::string parent;
+    std::string relative_to; ///< parent of which only the place counts, not the axes
     Joint::Kind kind = Joint::Kind::fixed;
     Vec3 axis{0, 0, 1};
     double angle_rad = 0, offset_m = 0;
     std::string table;
 };
 [[nodiscard]] config::Keys keys_of(JointKeys& joint);
+/// The key of JointKeys::relative_to, bound to `name`.
+[[nodiscard]] config::Key relative_to_key(std::string& name);
 
 /// Motion from the values of `place`; reads the files. Errors become mistakes of `table`.
 [[nodiscard]] Motion motion_of(const PlaceKeys& place, const config::ReadTable& table);
+
+/// Sets the parent, and whether its axes count. Errors become mistakes of `table`.
+void set_parent(const JointKeys& keys, const config::ReadTable& table, std::string& parent, Motion& motion);
 
 /// Joint from the values of `keys`; reads the joint table. Errors become mistakes of `table`.
 [[nodiscard]] Joint joint_of(const JointKeys& keys, const config::ReadTable& table);

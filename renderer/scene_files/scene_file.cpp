@@ -2,6 +2,7 @@
 #include "renderer/scene_files/scene_file.hpp"
 
 #include "renderer/scene_files/camera_section.hpp"
+#include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 
 #include <algorithm>
@@ -10,8 +11,7 @@
 namespace obscura::scene {
 
 std::string read_view(const config::Value& table, const config::Where& where, Scene& scene) {
-    config::Section section =
-        camera_section(scene.camera, std::make_shared<SceneEpoch>(SceneEpoch{"", scene.epoch}));
+    config::Section section = camera_section(scene.camera, std::make_shared<KernelKeys>(scene));
     config::Mistakes mistakes;
     read_section(&table, table.at, where, section, mistakes);
     mistakes.throw_if_any();

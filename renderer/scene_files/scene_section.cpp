@@ -118,9 +118,9 @@ config::Section lamp_section(Lamp& lamp, std::size_t index, const std::shared_pt
          {camera_place_keys(read->place), keys_of(read->joint), keys_of(read->kernel, true)})
         section.keys.insert(section.keys.end(), more.begin(), more.end());
     section.check = [&lamp, index, read, kernels](const config::ReadTable& table) {
-        lamp.parent = read->joint.parent;
         lamp.joint = joint_of(read->joint, table);
         lamp.motion = motion_of(read->place, table);
+        set_parent(read->joint, table, lamp.parent, lamp.motion);
         (void)follow_kernels(lamp.motion, read->kernel, true, *kernels, table);
         lamp.position = table.position_text();
         if (lamp.name.empty()) lamp.name = fmt::format("lamp{}", index);
@@ -277,12 +277,11 @@ config::Section scene_section(Scene& scene) {
     section.keys = keys_of(scene);
     const config::Keys kernel_keys = kernels->keys();
     section.keys.insert(section.keys.begin() + 1, kernel_keys.begin(), kernel_keys.end());
-    section.tables = {sun_section(scene.sun), stars_section(scene),
-                      camera_section(scene.camera, kernels->epoch, kernels)};
+    section.tables = {sun_section(scene.sun), stars_section(scene), camera_section(scene.camera, kernels)};
     section.lists = {
         body_list(scene, curves, kernels),
         lamp_list(scene.lamps, kernels),
-        sky_object_list(sky_objects, kernels->epoch),
+        sky_object_list(sky_objects, kernels),
         config::list("band", "A spectral band of the image, one table for each; without any, one band.",
                      scene.bands, band_section),
         config::list("landmark",

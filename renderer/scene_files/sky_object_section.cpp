@@ -21,6 +21,8 @@ struct SkyObjectKeys {
     double b_v = 0.65;
     std::string spectral_type;
     PlaceKeys place;
+    JointKeys joint;
+    KernelPlaceKeys kernel;
 };
 
 config::Keys keys_of(SkyObject& s, SkyObjectKeys& read) {
@@ -72,7 +74,9 @@ config::Keys keys_of(SkyObject& s, SkyObjectKeys& read) {
             .help("Position of a point, inertial or in the parent's frame"),
         config::key("trajectory", config::Path{&read.place.trajectory})
             .help("CSV table time_s,x_m,y_m,z_m of a point, instead of position_m"),
-        config::key("parent", &s.parent).help("Name of the body in whose frame a point's position is"),
+        config::key("parent", &read.joint.parent)
+            .help("Name of the body in whose frame a point's position is"),
+        relative_to_key(read.joint.relative_to),
         config::key("planet", &s.planet)
             .help("Planet whose published V and phase law a point has, instead of v_mag and phase_law_mag"),
         config::key("phase_law_mag", &s.phase_law_mag)
@@ -109,7 +113,8 @@ void check_kind(const SkyObject& s, const config::ReadTable& table) {
         only(star, key, "\"star\"");
     for (const char* key : {"amplitude_mag", "period_s", "phase"})
         only(!galaxy, key, "\"star\" or \"point\"");
-    for (const char* key : {"position_m", "trajectory", "parent", "planet", "phase_law_mag"})
+    for (const char* key : {"position_m", "trajectory", "parent", "relative_to", "ephemeris",
+                            "ephemeris_frame", "planet", "phase_law_mag"})
         only(point, key, "\"point\"");
     for (const char* key : {"half_light_radius_arcsec", "sersic_index", "axis_ratio", "position_angle_deg"})
         only(galaxy, key, "\"galaxy\"");
@@ -120,18 +125,20 @@ void check_kind(const SkyObject& s, const config::ReadTable& table) {
         exclude(table, "v_mag", "planet");
         exclude(table, "phase_law_mag", "planet");
     }
-    if (point && !table.has("position_m") && !table.has("trajectory"))
-        table.refuse_table("the key \"position_m\" or \"trajectory\" is missing");
+    if (point && !table.has("position_m") && !table.has("trajectory") && !table.has("ephemeris"))
+        table.refuse_table("the key \"position_m\", \"trajectory\" or \"ephemeris\" is missing");
 }
 
-config::Section sky_object_section(SkyObject& object, const SharedEpoch& epoch) {
+config::Section sky_object_section(SkyObject& object, const std::shared_ptr<KernelKeys>& kernels) {
     const auto read = std::make_shared<SkyObjectKeys>();
-    read->place.epoch = epoch;
+    read->place.epoch = kernels->epoch;
     config::Section section{"sky_object",
                             "A star that moves or varies, a point in space with a phase law, or a "
                             "galaxy."};
     section.keys = keys_of(object, *read);
-    section.check = [&object, read](const config::ReadTable& table) {
+    const config::Keys kernel_keys = keys_of(read->kernel, true);
+    section.keys.insert(section.keys.end(), kernel_keys.begin(), kernel_keys.end());
+    section.check = [&object, read, kernels](const config::ReadTable& table) {
         object.position = table.position_text();
         check_kind(object, table);
         if (object.planet != Planet::none) object.star.colour_b_v = planet_colour_b_v(object.planet);
@@ -140,7 +147,10 @@ config::Section sky_object_section(SkyObject& object, const SharedEpoch& epoch) 
             object.star.type = parse_spectral_type(read->spectral_type);
             if (!object.star.type) table.refuse("spectral_type", "is no type O to M, such as \"G8III\"");
         }
-        if (object.kind == SkyObject::Kind::point) object.motion = motion_of(read->place, table);
+        if (object.kind != SkyObject::Kind::point) return;
+        object.motion = motion_of(read->place, table);
+        set_parent(read->joint, table, object.parent, object.motion);
+        (void)follow_kernels(object.motion, read->kernel, true, *kernels, table);
     };
     return section;
 }
@@ -148,22 +158,24 @@ config::Section sky_object_section(SkyObject& object, const SharedEpoch& epoch) 
 } // namespace
 
 config::List sky_object_list(const std::shared_ptr<std::vector<SkyObject>>& objects,
-                             const SharedEpoch& epoch) {
+                             const std::shared_ptr<KernelKeys>& kernels) {
     config::List list;
     list.name = "sky_object";
     list.help =
         "A sky object beside bodies and catalogue, one table for each: a star that moves or varies (or "
         "is in no catalogue), a point in space with a phase law (satellite, planet), a galaxy.";
     list.clear = [objects] { objects->clear(); };
-    list.append = [objects, epoch](const config::Value& /*table*/) {
+    list.append = [objects, kernels](const config::Value& /*table*/) {
         objects->emplace_back();
-        return sky_object_section(objects->back(), epoch);
+        return sky_object_section(objects->back(), kernels);
     };
     list.size = [objects] { return objects->size(); };
-    list.at = [objects, epoch](std::size_t index) { return sky_object_section(objects->at(index), epoch); };
+    list.at = [objects, kernels](std::size_t index) {
+        return sky_object_section(objects->at(index), kernels);
+    };
     list.examples = [] {
         static SkyObject fresh;
-        static config::Section section = sky_object_section(fresh, nullptr);
+        static config::Section section = sky_object_section(fresh, std::make_shared<KernelKeys>());
         return std::vector{section};
     };
     return list;

@@ -165,7 +165,7 @@ TEST_CASE("broken configurations: exit 78") {
     check_config("[scene]\nfile = \"c.toml\"\n",
                  "c.toml:1:2: scene: unknown key, allowed sun, stars, "
                  "camera, body, lamp, sky_object, band, landmark, stray_light, name, epoch, kernels, centre, "
-                 "max_bounces, light_time, aberration, quantity");
+                 "max_bounces, light_time, aberration, light_deflection, quantity");
     check_config("[scene]\nfile = 's.toml'\nfile = 's.toml'\n",
                  "c.toml:3:8: not valid TOML: Error while parsing key-value pair: cannot redefine existing "
                  "string 'file'");

@@ -3,6 +3,7 @@
 
 #include "emulator/config/daemon_config.hpp"
 #include "renderer/scene_files/camera_section.hpp"
+#include "renderer/scene_files/kernel_keys.hpp"
 #include "renderer/scene_files/scene_section.hpp"
 #include "sensors/sensor_file.hpp"
 
@@ -34,7 +35,7 @@ KeyReference configuration_reference() {
     const config::Section root = emulator::root_section(*config);
     for (const config::Section& section : root.tables)
         add(reference.tables, section);
-    config::Section view = scene::camera_section(config->scene.camera);
+    config::Section view = scene::camera_section(config->scene.camera, std::make_shared<scene::KernelKeys>());
     view.name = "view";
     view.help =
         "Keys of [camera] of the scene file that one of several cameras overrides; within [[camera]] only.";

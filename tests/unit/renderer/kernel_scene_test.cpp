@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes with SPICE kernels: places, rotations and radii of bodies, cameras that follow bodies, mistakes.
+#include "config/document.hpp"
 #include "core/error.hpp"
 #include "ephemeris/kernels/apparent_place.hpp"
 #include "ephemeris/time/time_text.hpp"
@@ -14,6 +15,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -74,6 +77,7 @@ public:
     [[nodiscard]] ephemeris::Ephemeris kernels() const {
         return ephemeris::Ephemeris({folder_.path() / "all.tm"});
     }
+    [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
     void write(const std::string& name, const std::string& text) const { (void)folder_.write(name, text); }
     [[nodiscard]] std::string refusal(const std::string& text) const {
         const auto file = folder_.write("s.toml", text);
@@ -116,8 +120,69 @@ TEST_CASE("A body of the kernels has their place, rotation, radii and name") {
         const Quat turned = kernels.orientation("IAU_EUROPA", tdb);
         CHECK(angle_between(pose.orientation, turned) < 1e-10);
     }
-    // The Sun is where the kernels have it at the epoch.
-    CHECK(length(s.sun.position_m - Vec3{-7e5 + 3e8, 5e5 + 6.8e8, 2e5 + 2.8e8} * 1000.0) < 1e-3);
+    // The Sun is where the kernels have it, and moves with them.
+    const Vec3 sun = Vec3{-7e5 + 3e8, 5e5 + 6.8e8, 2e5 + 2.8e8} * 1000.0;
+    CHECK(length(s.sun.position_m - sun) < 1e-3);
+    CHECK(length(s.sun.position_at(30000) - (sun + Vec3{0.01, 0.005, 0} * 30e6)) < 1e-2);
+    CHECK(length(poses.sun(30000).pose.position_m - (sun + Vec3{0.01, 0.005, 0} * 30e6)) < 1e-2);
+    const scene::Scene placed = files.load("[sun]\nposition_m = [1e11, 0, 0]\n");
+    CHECK(placed.sun.position_at(30000) == Vec3{1e11, 0, 0});
+}
+
+TEST_CASE("Kernels are a list of files, or the default ephemeris where none is named") {
+    const KernelScene files;
+    const std::string epoch = "epoch = \"2000-01-01T12:00:00 TDB\"\n";
+    const std::string centre = "centre = \"JUPITER\"\n";
+    const std::string body = "[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n";
+    const auto place = [](const scene::Scene& s) { return renderer::ScenePoses(s).body(0, 1000).pose; };
+    const Pose expected = place(files.load(body));
+    files.write("list.toml", epoch + "kernels = [\"rotations.tpc\", \"moons.bsp\"]\n" + centre + body);
+    const Pose listed = place(scene::load_scene(files.path() / "list.toml"));
+    CHECK(length(listed.position_m - expected.position_m) == 0);
+    CHECK_THAT(files.refusal(epoch + "kernels = [\"rotations.tpc\", \"none.bsp\"]\n"),
+               ContainsSubstring("kernels: ") && ContainsSubstring("none.bsp: no such file"));
+    CHECK_THAT(files.refusal(epoch + "kernels = [3]\n"), ContainsSubstring("kernels: "));
+    CHECK_THAT(files.refusal(epoch + "kernels = 3\n"),
+               ContainsSubstring("a file name, or an array of file names"));
+
+    // The first place that has the file.
+    const test::TempFolder user, machine;
+    setenv("XDG_DATA_HOME", user.path().c_str(), 1);
+    setenv("XDG_DATA_DIRS", machine.path().c_str(), 1);
+    const std::string plain = "[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\nephemeris_frame = \"J2000\"\n"
+                              "radii_m = [1e6, 1e6, 1e6]\n";
+    CHECK_THAT(
+        files.refusal(epoch + plain),
+        ContainsSubstring("s.toml:4:13: body[0].ephemeris: the scene has no \"kernels\", and there is no "
+                          "default ephemeris ") &&
+            ContainsSubstring("de405.bsp: `obscura import ephemeris` makes it"));
+    for (const auto& folder : {machine.path(), user.path()}) {
+        CAPTURE(folder.string());
+        std::filesystem::create_directories(folder / "obscura");
+        std::filesystem::copy_file(files.path() / "moons.bsp", folder / "obscura/de405.bsp");
+        files.write("default.toml", epoch + centre + plain);
+        const scene::Scene s = scene::load_scene(files.path() / "default.toml");
+        CHECK(length(place(s).position_m - expected.position_m) == 0);
+        CHECK(s.sun.path != nullptr);
+        CHECK(files.refusal(plain).find("kernels: \"ephemeris\" needs the key \"epoch\"") !=
+              std::string::npos);
+        std::filesystem::remove(folder / "obscura/de405.bsp");
+    }
+    unsetenv("XDG_DATA_HOME");
+    unsetenv("XDG_DATA_DIRS");
+}
+
+TEST_CASE("One of several cameras follows the scene's kernels") {
+    const KernelScene files;
+    scene::Scene s = files.load("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n");
+    const auto view = [](const std::string& text) { return config::parse_text(text, "view.toml"); };
+    (void)scene::read_view(view("ephemeris = \"-900\"\nlook_at = \"EUROPA\"\n"), {"view.toml", "camera.view"},
+                           s);
+    const Vec3 moon = renderer::ScenePoses(s).body(0, 100).pose.position_m;
+    CHECK(length(renderer::ScenePoses(s).camera(100).position_m - (moon + Vec3{100e3, 20e6, 0})) < 1e-2);
+    scene::Scene without;
+    CHECK_THROWS_WITH(scene::read_view(view("ephemeris = \"-900\"\n"), {"view.toml", "camera.view"}, without),
+                      ContainsSubstring("camera.view.ephemeris: the scene has no \"kernels\""));
 }
 
 TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame of theirs") {
@@ -140,6 +205,12 @@ TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame o
     // TDB has run 2 us ahead.
     CHECK(length(beside.position_m - (moon0 + v * 5000 + Vec3{0, 0, 5e6})) < 3e-2);
     CHECK(length(rotate(beside.orientation, {0, 0, 1}) - Vec3{0, 0, -1}) < 1e-12);
+    // The same by the body of the scene.
+    const Pose by_scene = camera_at("relative_to = \"moon\"\nposition_m = [0, 0, 5e6]\n"
+                                    "boresight = [0, 0, -1]\nup = [0, 1, 0]\n",
+                                    5000);
+    CHECK(length(by_scene.position_m - beside.position_m) < 1e-3);
+    CHECK(length(rotate(by_scene.orientation, {0, 0, 1}) - Vec3{0, 0, -1}) < 1e-12);
     // In the axes of a frame of the kernels it is where a child of the body is.
     const std::string place = "position_m = [0, 0, 5e6]\nboresight = [0, 1, -1]\nup = [0, 1, 1]\n";
     const Pose landed = camera_at("ephemeris = \"EUROPA\"\nephemeris_frame = \"IAU_EUROPA\"\n" + place, 5000);
@@ -153,13 +224,17 @@ TEST_CASE("Cameras follow bodies of the kernels, at a constant pose in a frame o
         camera_at("ephemeris = \"EUROPA\"\ntrajectory = \"orbit.csv\"\nlook_at = \"moon\"\n", 150);
     CHECK(length(orbit.position_m - (moon0 + v * 150 + Vec3{5e6, 1.5e6, 0.5e6})) < 1e-2);
     CHECK(angle(rotate(orbit.orientation, {0, 0, 1}), {-5e6, -1.5e6, -0.5e6}) < 1e-3);
+    const Pose orbit_by_scene =
+        camera_at("relative_to = \"moon\"\ntrajectory = \"orbit.csv\"\nlook_at = \"moon\"\n", 150);
+    CHECK(length(orbit_by_scene.position_m - orbit.position_m) < 1e-3);
+    CHECK(angle_between(orbit_by_scene.orientation, orbit.orientation) < 1e-9);
     // The velocity for aberration is that of the motion as a whole.
     const renderer::ScenePoses poses(
         files.load("aberration = true\n[camera]\nephemeris = \"-900\"\n" + europa));
     CHECK(length(poses.camera_velocity_m_s(50) - (v + Vec3{1000, 0, 0})) < 0.05);
 }
 
-TEST_CASE("Where kernels have a gap the pose of the nearest covered time holds, and its age is told") {
+TEST_CASE("In gaps of kernels the pose at the nearest covered time is used, and its age grows") {
     const KernelScene files;
     const scene::Scene s = files.load("[camera]\nephemeris = \"-900\"\n");
     const auto& path = s.camera.motion.path;
@@ -177,12 +252,11 @@ TEST_CASE("Where kernels have a gap the pose of the nearest covered time holds, 
 TEST_CASE("Mistakes in the keys of kernels are reported with their place") {
     const KernelScene files;
     const auto said = [&](const std::string& tables) { return files.refusal(files.head + tables); };
-    CHECK_THAT(files.refusal("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n"),
-               ContainsSubstring("s.toml:3:13: body[0].ephemeris: the scene has no \"kernels\""));
     CHECK_THAT(files.refusal("kernels = \"moons.bsp\"\n[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n"),
                ContainsSubstring("kernels: need the key \"epoch\""));
     CHECK_THAT(files.refusal("kernels = \"none.bsp\"\n"), ContainsSubstring("none.bsp: no such file"));
-    CHECK_THAT(files.refusal("centre = \"SUN\"\n"), ContainsSubstring("centre: belongs to \"kernels\""));
+    CHECK_THAT(files.refusal("centre = \"SUN\"\n"),
+               ContainsSubstring("centre: belongs to \"kernels\" or \"ephemeris\""));
     CHECK_THAT(files.refusal("epoch = \"2100-01-01\"\nkernels = \"moons.bsp\"\ncentre = \"JUPITER\"\n"),
                ContainsSubstring("centre: JUPITER (599) relative to") &&
                    ContainsSubstring("is covered 1999-"));
@@ -194,6 +268,10 @@ TEST_CASE("Mistakes in the keys of kernels are reported with their place") {
                ContainsSubstring("the key \"radii_m\" is missing, and no kernel has radii"));
     CHECK_THAT(said("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\nparent = \"x\"\n"),
                ContainsSubstring("cannot stand beside \"ephemeris\""));
+    CHECK_THAT(said("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\nrelative_to = \"x\"\n"),
+               ContainsSubstring("relative_to: cannot stand beside \"ephemeris\""));
+    CHECK_THAT(said("[camera]\nparent = \"x\"\nrelative_to = \"x\"\n"), ContainsSubstring("relative_to"));
+    CHECK_THAT(said("[camera]\nrelative_to = \"x\"\n"), ContainsSubstring("'x' is no body of the scene"));
     CHECK_THAT(said("[[body]]\nalbedo = 0.6\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nephemeris_frame = "
                     "\"J2000\"\n"),
                ContainsSubstring("ephemeris_frame: needs \"ephemeris\""));
@@ -209,25 +287,29 @@ TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliar
         const char* name;
         int observer;
         ephemeris::TdbTime time;
-        Vec3 astrometric, aberrated;
+        Vec3 astrometric, aberrated, apparent;
     };
-    // skyfield 1.45: observe() and add_aberration(), as in tests/unit/ephemeris/places_test.cpp.
+    // skyfield 1.45: observe(), add_aberration(), and add_deflection() by the Sun before it, as in
+    // tests/unit/ephemeris/places_test.cpp.
     constexpr std::array cases{
         Case{"MOON",
              399,
              {765958887, 0.35999999999999999},
              {0.82908151985550305, 0.50049912562952048, 0.249247785703654},
-             {0.82913509590348999, 0.50042579199057435, 0.249216812136976}},
+             {0.82913509590348999, 0.50042579199057435, 0.249216812136976},
+             {0.82913509590026568, 0.50042579199466131, 0.24921681213949631}},
         Case{"VENUS BARYCENTER",
              399,
              {225936001, 0.25},
              {0.98842153825638823, 0.1439788331670783, 0.047884844269576954},
-             {0.98843464040872042, 0.14390040946536148, 0.047850118033134138}},
+             {0.98843464040872042, 0.14390040946536148, 0.047850118033134138},
+             {0.98843463621111904, 0.14390043487428689, 0.047850128329856412}},
         Case{"EARTH",
              4,
              {900000123, 0.5},
              {-0.14538924236693326, -0.90556503249601716, -0.39851466738936525},
-             {-0.1454637719594313, -0.90555595486146179, -0.39850809736099541}},
+             {-0.1454637719594313, -0.90555595486146179, -0.39850809736099541},
+             {-0.14546373843740615, -0.90555595954085755, -0.39850809896393663}},
     };
     const test::TempFolder folder;
     for (const Case& c : cases) {
@@ -249,13 +331,18 @@ TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliar
                           std::string(c.name) +
                           "\"\n"
                           "ephemeris_frame = \"J2000\"\nradii_m = [1e6, 1e6, 1e6]\n");
-        const renderer::ScenePoses poses(scene::load_scene(scene_file));
-        const Pose camera = poses.camera(later_s);
-        const renderer::BodyView seen = poses.body(0, later_s);
-        CHECK(angle(seen.pose.position_m - camera.position_m, c.astrometric) < 0.1 * mas);
-        // The camera is aimed at the apparent place, in the middle of the picture.
-        CHECK(angle(rotate(camera.orientation, {0, 0, 1}), c.aberrated) < 0.1 * mas);
-        REQUIRE(seen.pixel);
-        CHECK(std::hypot(seen.pixel->x - 50, seen.pixel->y - 50) < 1e-6);
+        scene::Scene s = scene::load_scene(scene_file);
+        for (const bool deflection : {false, true}) {
+            s.light_deflection = deflection;
+            const renderer::ScenePoses poses(s);
+            const Pose camera = poses.camera(later_s);
+            const renderer::BodyView seen = poses.body(0, later_s);
+            CHECK(angle(seen.pose.position_m - camera.position_m, c.astrometric) < 0.1 * mas);
+            // The camera is aimed at the apparent place, in the middle of the picture.
+            CHECK(angle(rotate(camera.orientation, {0, 0, 1}), deflection ? c.apparent : c.aberrated) <
+                  0.1 * mas);
+            REQUIRE(seen.pixel);
+            CHECK(std::hypot(seen.pixel->x - 50, seen.pixel->y - 50) < 1e-6);
+        }
     }
 }
