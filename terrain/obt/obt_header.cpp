@@ -95,8 +95,8 @@ std::string toml_of(const ObtMetadata& m, const HeaderPlaces& places) {
          fmt::format("[{}, {}, {}]", real(m.semi_axes_m.x), real(m.semi_axes_m.y), real(m.semi_axes_m.z)));
     line("height_meaning", quoted(name_of(m.height_meaning)));
     for (const ObtPlaneStatistics& s : m.statistics)
-        out += fmt::format("[[plane]]\nleast = {}\nlargest = {}\nmean = {}\n", real(s.least), real(s.largest),
-                           real(s.mean));
+        out += fmt::format("[[plane]]\nleast = {}\nlargest = {}\nmean = {}\nholes = {}\n", real(s.least),
+                           real(s.largest), real(s.mean), s.holes);
     return out;
 }
 
@@ -163,6 +163,7 @@ std::vector<std::byte> header_of(const ObtMetadata& m, const HeaderPlaces& place
         put(to + 16, m.statistics[p].least);
         put(to + 24, m.statistics[p].largest);
         put(to + 32, m.statistics[p].mean);
+        put(to + 40, static_cast<std::uint32_t>(m.statistics[p].holes ? 1 : 0));
     }
     std::string toml = toml_of(m, places);
     toml.resize(std::min(toml.size(), toml_bytes));
@@ -230,7 +231,8 @@ void read_header(std::span<const std::byte> header, const std::string& name, Obt
         const std::byte* const from = h + at::planes_table + p * plane_bytes;
         places.roots.push_back({get<std::uint64_t>(from), get<std::uint32_t>(from + 8)});
         if ((flags & has_statistics) != 0)
-            m.statistics.push_back({get<double>(from + 16), get<double>(from + 24), get<double>(from + 32)});
+            m.statistics.push_back({get<double>(from + 16), get<double>(from + 24), get<double>(from + 32),
+                                    get<std::uint32_t>(from + 40) != 0});
     }
     validate(m, name);
     if (get<std::uint32_t>(h + at::levels) != static_cast<std::uint32_t>(obt_levels(m.width, m.height)))

@@ -42,9 +42,10 @@ using ObtUuid = std::array<std::uint8_t, 16>;
 /// "01234567-89ab-...".
 [[nodiscard]] std::string uuid_text(const ObtUuid& uuid);
 
-/// Range of one plane's finest samples, in values, and their mean.
+/// Range of one plane's finest samples, in values, and their mean; whether samples are missing.
 struct ObtPlaneStatistics {
     double least = 0, largest = 0, mean = 0;
+    bool holes = false;
     bool operator==(const ObtPlaneStatistics&) const = default;
 };
 

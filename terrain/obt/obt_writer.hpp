@@ -48,9 +48,9 @@ struct ObtWriteReport {
 };
 
 /// Writes `file` (and `file`.001 and so on, if it is larger than a shard): first under names that end in
-/// ".part", renamed when all is on disk. Needs less than 300 MB. Throws InputError if the description is not
-/// allowed or a sample cannot be stored (naming its column and row), OutputError if writing fails, and what
-/// the source throws.
+/// ".part", renamed when all is on disk. Needs up to 150 MB, by rows up to 700 MB. Throws InputError if the
+/// description is not allowed or a sample cannot be stored (naming its column and row), OutputError if
+/// writing fails, and what the source throws.
 ObtWriteReport write_obt(const std::filesystem::path& file, const ObtMetadata& metadata, ObtSource& source,
                          const ObtWriteOptions& options = {});
 

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/obt/obt_reduction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace obscura::terrain::obt {
+namespace {
+
+constexpr float no_data = std::numeric_limits<float>::quiet_NaN();
+
+/// Finest samples that sample `index` of a level stands for.
+double cover(std::int64_t index, int level, std::int64_t size) {
+    const std::int64_t first = index << level;
+    return static_cast<double>(std::min(size, first + (std::int64_t{1} << level)) - first);
+}
+
+/// Up to three samples of the finer level and their weights along one axis, and the same as two.
+struct Taps {
+    std::int64_t first = 0;
+    int count = 0;
+    double weight[3]{};
+};
+
+Taps taps_of(std::int64_t index, const SampleBlock& fine, Registration registration, std::int64_t size,
+             std::int64_t begin, std::int64_t end) {
+    Taps t;
+    if (registration == Registration::pixel) {
+        t.first = 2 * index;
+        for (; t.count < 2 && t.first + t.count < end; ++t.count)
+            t.weight[t.count] = cover(t.first + t.count, fine.level, size);
+    } else {
+        t.first = std::max(2 * index - 1, begin);
+        for (std::int64_t i = t.first; i <= 2 * index + 1 && i < end; ++i)
+            t.weight[t.count++] = i == 2 * index ? 2 : 1;
+    }
+    return t;
+}
+
+/// Of two neighbours and the place between them.
+struct Between {
+    std::int64_t first = 0, second = 0;
+    double share = 0;
+};
+
+Between between(std::int64_t index, Registration registration, std::int64_t begin, std::int64_t end) {
+    Between b;
+    const std::int64_t half = index / 2;
+    if (registration == Registration::node) {
+        b = {half, half + index % 2, 0.5 * static_cast<double>(index % 2)};
+    } else if (index % 2 == 0) {
+        b = {half - 1, half, 0.75};
+    } else {
+        b = {half, half + 1, 0.25};
+    }
+    b.first = std::clamp(b.first, begin, end - 1);
+    b.second = std::clamp(b.second, begin, end - 1);
+    return b;
+}
+
+} // namespace
+
+void reduce(const SampleBlock& fine, Registration registration, std::int64_t width, std::int64_t height,
+            SampleBlock& coarse) {
+    coarse.level = fine.level + 1;
+    coarse.x = fine.x / 2;
+    coarse.y = fine.y / 2;
+    coarse.columns = (fine.columns + 1) / 2;
+    coarse.rows = (fine.rows + 1) / 2;
+    const auto columns = static_cast<std::size_t>(coarse.columns);
+    coarse.samples.resize(columns * static_cast<std::size_t>(coarse.rows));
+    const std::int64_t right = fine.x + fine.columns, bottom = fine.y + fine.rows;
+    std::vector<Taps> across(columns);
+    // Weights add up to 1 where nothing is missing: products with powers of two are exact.
+    const auto normalise = [](Taps& t) {
+        const double sum = t.weight[0] + t.weight[1] + t.weight[2];
+        for (double& w : t.weight)
+            w /= sum;
+    };
+    for (std::size_t i = 0; i < columns; ++i) {
+        across[i] =
+            taps_of(coarse.x + static_cast<std::int64_t>(i), fine, registration, width, fine.x, right);
+        normalise(across[i]);
+    }
+    const bool pairs = registration == Registration::pixel;
+    for (int j = 0; j < coarse.rows; ++j) {
+        Taps down = taps_of(coarse.y + j, fine, registration, height, fine.y, bottom);
+        normalise(down);
+        const float* lines[3]{};
+        for (int k = 0; k < down.count; ++k)
+            lines[k] = fine.samples.data() + static_cast<std::size_t>(down.first + k - fine.y) *
+                                                 static_cast<std::size_t>(fine.columns);
+        float* const out = coarse.samples.data() + static_cast<std::size_t>(j) * columns;
+        for (std::size_t i = 0; i < columns; ++i) {
+            const Taps& t = across[i];
+            const std::int64_t x = t.first - fine.x;
+            double sum = 0;
+            if (pairs && t.count == 2 && down.count == 2) {
+                const float* const a = lines[0] + x;
+                const float* const b = lines[1] + x;
+                sum = down.weight[0] * (t.weight[0] * static_cast<double>(a[0]) +
+                                        t.weight[1] * static_cast<double>(a[1])) +
+                      down.weight[1] *
+                          (t.weight[0] * static_cast<double>(b[0]) + t.weight[1] * static_cast<double>(b[1]));
+                if (!std::isnan(sum)) {
+                    out[i] = static_cast<float>(sum);
+                    continue;
+                }
+            }
+            double weights = 0;
+            sum = 0;
+            for (int k = 0; k < down.count; ++k)
+                for (int l = 0; l < t.count; ++l) {
+                    const auto v = static_cast<double>(lines[k][x + l]);
+                    if (std::isnan(v)) continue;
+                    sum += down.weight[k] * t.weight[l] * v;
+                    weights += down.weight[k] * t.weight[l];
+                }
+            out[i] = weights > 0 ? static_cast<float>(sum / weights) : no_data;
+        }
+    }
+}
+
+double largest_difference(const SampleBlock& fine, const SampleBlock& coarse, Registration registration,
+                          std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1) {
+    double largest = 0;
+    const std::int64_t right = coarse.x + coarse.columns, bottom = coarse.y + coarse.rows;
+    std::vector<Between> across;
+    for (std::int64_t x = x0; x < x1; ++x) {
+        Between b = between(x, registration, coarse.x, right);
+        b.first -= coarse.x;
+        b.second -= coarse.x;
+        across.push_back(b);
+    }
+    for (std::int64_t y = y0; y < y1; ++y) {
+        const Between down = between(y, registration, coarse.y, bottom);
+        const auto line = [&](std::int64_t row) {
+            return coarse.samples.data() +
+                   static_cast<std::size_t>(row - coarse.y) * static_cast<std::size_t>(coarse.columns);
+        };
+        const float* const upper = line(down.first);
+        const float* const lower = line(down.second);
+        const float* const exact =
+            fine.samples.data() +
+            static_cast<std::size_t>(y - fine.y) * static_cast<std::size_t>(fine.columns) +
+            static_cast<std::size_t>(x0 - fine.x);
+        for (std::size_t i = 0; i < across.size(); ++i) {
+            const Between& b = across[i];
+            const auto mix = [&](const float* row) {
+                return static_cast<double>(row[b.first]) * (1 - b.share) +
+                       static_cast<double>(row[b.second]) * b.share;
+            };
+            const double difference = std::abs((1 - down.share) * mix(upper) + down.share * mix(lower) -
+                                               static_cast<double>(exact[i]));
+            if (difference > largest) largest = difference; // not for missing samples
+        }
+    }
+    return largest;
+}
+
+} // namespace obscura::terrain::obt
