@@ -76,7 +76,7 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
 }
 
 Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
-                 KeptTruth truth) {
+                 KeptTruth truth, RenderAhead ahead) {
     const InitialCamera initial = initial_camera(config);
     camera.initial = initial.settings;
     camera.limits = initial.limits;
@@ -100,6 +100,14 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     renderer = make_renderer(config, std::move(scene), threads);
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
+    // A simulator's poses are known at the trigger only.
+    camera.expects_frames = !config.simulator.enabled;
+    std::function<void()> enter_render;
+    if (ahead == RenderAhead::automatic)
+        enter_render = [render = threads.render] {
+            enter_thread("render", {0, render.cores});
+            schedule_this_thread(render);
+        };
     maker = std::make_unique<FrameMaker>(*renderer, *detector, config.sensor, clock,
                                          FrameMakerSettings{.band_rows = config.render.band_rows,
                                                             .max_rows = camera.limits.rows_max,
@@ -107,7 +115,8 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                                                             .thread = threads.detector,
                                                             .run = run_word(config),
                                                             .same_run = config.daemon.run >= 0,
-                                                            .scene_truth = truth.scene_entries > 0});
+                                                            .scene_truth = truth.scene_entries > 0,
+                                                            .enter_render = enter_render});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);

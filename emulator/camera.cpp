@@ -108,6 +108,8 @@ bool Camera::acquisition_start() {
     trigger_rate_ = next_trigger_rate_;
     frame_sequence_ = sequence_;
     sequence_step_ = sequence_.start;
+    // The pipeline waits for a trigger, which cannot come yet, unless its last frame is still under way.
+    if (!router_.busy() && expect_next(expected_)) maker_.render_ahead(expected_);
     router_.acquisition_start(now, begin);
     start_free_run();
     router_.resume_level();
@@ -124,6 +126,7 @@ void Camera::acquisition_stop(bool abort) {
     // A trigger accepted just now still becomes a frame: wait until the transports have it and, after an
     // abort, until the pipeline has stopped.
     router_.acquisition_stop(abort);
+    maker_.forget_expected();
     if (abort) {
         releaser_.abandon_all(); // frames that are ready and wait for their release time
         releaser_.wait_idle();
@@ -222,7 +225,8 @@ void Camera::make_frame() noexcept {
         if (waits_for_readout(frame_settings_))
             next = std::max(next, maker_.plan().release.back() + maker_.scene_to_clock_ns());
         gate.started(next);
-        const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag(), releaser_.work());
+        const FrameOrder* const expected = expect_next(expected_) ? &expected_ : nullptr;
+        const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag(), releaser_.work(), expected);
         if (whole && adjusts_exposure_)
             auto_exposure_.adjust(
                 exposure_reading(*frame, maker_.histogram(), frame_settings_, config_.limits),
@@ -252,36 +256,60 @@ void Camera::take_settings() noexcept {
     adjusts_exposure_ = auto_exposure_.adjusts(mode) && !sequenced;
 }
 
+/// What the light of a frame depends on: settings of the current step of the sequencer, and scene time.
+void Camera::order_light(const CameraSettings& settings, const SceneClock::Edge& edge,
+                         FrameOrder& order) const noexcept {
+    order.frame_id = edge.frame_id;
+    order.settings =
+        frame_sequence_.enabled ? with_step(settings, frame_sequence_, sequence_step_) : settings;
+    const SceneClock::Instant instant = scene_clock_.at(edge);
+    order.scene_time = instant.planned;
+    order.shown = instant.shown;
+}
+
 /// Numbers the frame of the current trigger and advances the sequencer.
 FrameOrder Camera::next_order() noexcept {
     const sync::Trigger& trigger = router_.gate().current();
     FrameOrder order;
-    order.frame_id = next_frame_id_++;
     order.trigger_id = trigger.id;
     order.trigger_edge = trigger.edge;
     order.seen = trigger.seen;
     order.tai_offset_ns = clock_.tai_offset_ns();
     order.clock_state = trigger.clock;
-    const std::uint32_t step = sequence_step_;
-    order.settings =
-        frame_sequence_.enabled ? with_step(frame_settings_, frame_sequence_, step) : frame_settings_;
+    const std::uint64_t id = next_frame_id_++;
+    order_light(frame_settings_,
+                {.frame_id = id,
+                 .nominal = nominal_scene_time(frame_settings_, trigger_rate_, id),
+                 .edge = trigger.edge,
+                 .tai_offset_ns = order.tai_offset_ns,
+                 .given = trigger.scene == sync::Trigger::scene_of_camera ? std::nullopt
+                                                                          : std::optional(trigger.scene)},
+                order);
     if (trigger.width_ns > 0)
         order.settings.exposure_ns =
             std::clamp(trigger.width_ns, config_.limits.exposure_min_ns, config_.limits.exposure_max_ns);
-    if (frame_sequence_.enabled) sequence_step_ = frame_sequence_.steps[step].next;
-    last_sequence_step_.store(step, std::memory_order_relaxed);
     // Apply a latched trigger when the chip is free again.
     order.settings.trigger_delay_ns += router_.gate().held_ns();
-    const SceneClock::Instant instant = scene_clock_.at(
-        {.frame_id = order.frame_id,
-         .nominal = nominal_scene_time(frame_settings_, trigger_rate_, order.frame_id),
-         .edge = trigger.edge,
-         .tai_offset_ns = order.tai_offset_ns,
-         .given =
-             trigger.scene == sync::Trigger::scene_of_camera ? std::nullopt : std::optional(trigger.scene)});
-    order.scene_time = instant.planned;
-    order.shown = instant.shown;
+    last_sequence_step_.store(sequence_step_, std::memory_order_relaxed);
+    if (frame_sequence_.enabled) sequence_step_ = frame_sequence_.steps[sequence_step_].next;
     return order;
+}
+
+/// True if the next frame can be rendered before its trigger: what its light depends on, which is then in
+/// `order`, does not depend on the edge, and changes only if a client changes it.
+bool Camera::expect_next(FrameOrder& order) noexcept {
+    if (!config_.expects_frames || !maker_.renders_ahead() || frames_left_ == 0 ||
+        scene_clock_.follows_edges())
+        return false;
+    const std::unique_lock lock(settings_mutex_, std::try_to_lock);
+    const CameraSettings& settings = lock ? settings_ : frame_settings_;
+    if (settings.exposure_auto != ExposureAuto::off || settings.exposure_mode == ExposureMode::trigger_width)
+        return false;
+    order_light(
+        settings,
+        {.frame_id = next_frame_id_, .nominal = nominal_scene_time(settings, trigger_rate_, next_frame_id_)},
+        order);
+    return true;
 }
 
 bool Camera::start_frame(FrameRef& frame) noexcept {
@@ -358,6 +386,7 @@ CameraCounters Camera::counters() const noexcept {
     c.repeated = released.repeated;
     c.late_dropped = released.dropped;
     c.partial = released.partial;
+    c.ahead = maker_.ahead_counters();
     return c;
 }
 

@@ -34,6 +34,7 @@ struct CameraConfig {
     SceneClockSettings scene{};
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
+    bool expects_frames = true;      ///< what the next frame shows can be known before its trigger
     ThreadSettings thread{};         ///< pipeline
     ThreadSettings trigger_thread{}; ///< free-run timer, alarms
     RenderScheduling
@@ -62,6 +63,7 @@ struct CameraCounters {
     std::uint64_t repeated = 0;     ///< LatePolicy::repeat
     std::uint64_t late_dropped = 0; ///< LatePolicy::drop
     std::uint64_t partial = 0;      ///< LatePolicy::partial
+    AheadCounters ahead;            ///< frames rendered before their trigger
 };
 
 /// One camera: control port and frame loop. TriggerRouter decides which edges become frames; the pipeline
@@ -138,6 +140,9 @@ private:
     void make_frame() noexcept;
     void take_settings() noexcept;
     [[nodiscard]] FrameOrder next_order() noexcept;
+    void order_light(const CameraSettings& settings, const SceneClock::Edge& edge,
+                     FrameOrder& order) const noexcept;
+    [[nodiscard]] bool expect_next(FrameOrder& order) noexcept;
     [[nodiscard]] bool waits_for_readout(const CameraSettings& settings) const noexcept;
     bool start_frame(FrameRef& frame) noexcept;
     [[nodiscard]] FrameInstants instants_of(const FrameOrder& order) const noexcept;
@@ -172,6 +177,7 @@ private:
 
     // Pipeline thread: the current frame.
     CameraSettings frame_settings_;
+    FrameOrder expected_; ///< the next frame, as far as it is known before its trigger
     bool adjusts_exposure_ = false;
     RowSink* sink_ = nullptr;
     bool out_of_frames_ = false;

@@ -24,6 +24,10 @@ sensors::WindowRequest request_of(const CameraWindow& w) {
     return {w.region, w.exposure_ns, w.sampling, w.reads};
 }
 
+/// Rows that the detector exposes and reports at a time: the first ones of a block can leave while it works
+/// on the others.
+constexpr std::int32_t rows_at_a_time = 64;
+
 struct Requests {
     explicit Requests(const CameraSettings& s) : count(s.window_count()) {
         for (std::size_t i = 0; i < count; ++i)
@@ -52,16 +56,23 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
       histogram_(sensor.detector.adc_bits) {
     // Plan once in full size, so that later plans need no allocation.
     const sensors::WindowRequest whole{{0, 0, readout_.width, readout_.height}, 10 * ns_per_ms};
-    if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, plan_); !refusal.empty())
-        throw ConfigError(fmt::format("sensor: {}", refusal));
-    sequencer_.reserve(readout_);
     const auto rows = static_cast<std::size_t>(std::max(settings_.max_rows, readout_.height));
-    plan_.windows.reserve(max_windows);
-    plan_.rows.reserve(rows);
-    plan_.sensor_row.reserve(rows);
-    plan_.release.reserve(rows);
-    shown_rows_.reserve(rows);
-    row_blocks_.reserve(rows + max_windows);
+    for (sensors::ReadoutPlan* plan : {&plan_, &expected_plan_}) {
+        if (const std::string refusal = plan_readout(readout_, {&whole, 1}, Time{}, *plan); !refusal.empty())
+            throw ConfigError(fmt::format("sensor: {}", refusal));
+        plan->windows.reserve(max_windows);
+        plan->rows.reserve(rows);
+        plan->sensor_row.reserve(rows);
+        plan->release.reserve(rows);
+    }
+    sequencer_.reserve(readout_);
+    expected_sequencer_.reserve(readout_);
+    for (FrameLight* light : {&light_, &expected_light_}) {
+        light->windows.reserve(max_windows);
+        light->rows.reserve(rows);
+        light->blocks.reserve(rows + max_windows);
+    }
+    block_light_.resize(rows + max_windows);
 
     const bool lines = readout_.shutter == Shutter::push_broom;
     buffer_rows_ = lines ? std::min(settings_.band_rows, static_cast<std::int32_t>(rows))
@@ -69,12 +80,18 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
                        ? readout_.height
                        : std::min(settings_.band_rows + 2 * detector_.halo_rows(), readout_.height);
     if (settings_.scene_truth) truth_workspace_.resize(truth_workspace_bytes);
-    block_times_.reserve(static_cast<std::size_t>(buffer_rows_));
-    const std::size_t floats =
-        band_count_ * static_cast<std::size_t>(buffer_rows_) * static_cast<std::size_t>(readout_.width);
+    const std::size_t line = band_count_ * static_cast<std::size_t>(readout_.width);
     for (std::vector<float>& buffer : buffers_)
-        buffer.assign(floats, 0.0F);
-    if (lines) line_.assign(band_count_ * static_cast<std::size_t>(readout_.width), 0.0F);
+        buffer.assign(line * static_cast<std::size_t>(buffer_rows_), 0.0F);
+    const auto block_renderer = [&] { return BlockRenderer(band_count_, buffer_rows_, readout_.width); };
+    blocks_ = std::make_unique<BlockRenderer>(block_renderer());
+    if (settings_.enter_render) {
+        // A frame of one window with the halo of each of its blocks; of others what there is room for.
+        const std::size_t blocks = rows / static_cast<std::size_t>(settings_.band_rows) + 1;
+        const std::size_t lines_kept = rows + 2 * blocks * static_cast<std::size_t>(detector_.halo_rows());
+        render_thread_ = std::make_unique<RenderThread>(light_, line * lines_kept, block_renderer(), clock_,
+                                                        settings_.enter_render);
+    }
     thread_ = std::thread([this] {
         enter_thread("detector", settings_.thread);
         declare_this_thread_realtime();
@@ -127,11 +144,8 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     if (!frame.fits(plan_.width, plan_.height) || plan_.width > readout_.width)
         return fmt::format("the windows make an image of {} x {} pixels, for which there is no room",
                            plan_.width, plan_.height);
-    list_row_blocks();
+    describe_light(order, plan_, current(), light_);
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
-    shown_rows_.clear();
-    for (const RowTime& row : plan_.rows)
-        shown_rows_.push_back({order.shown.at(row.reset), order.shown.at(row.read)});
 
     FrameInfo& info = frame.info;
     info.frame_id = order.frame_id;
@@ -184,39 +198,54 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     return {};
 }
 
-bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* cancel, FrameWork* work) {
+void FrameMaker::render_ahead(const FrameOrder& expected) noexcept {
+    if (render_thread_ == nullptr) return;
+    expected_sequencer_ = sequencer_;
+    if (expected.frame_id == 1) expected_sequencer_.restart();
+    const Requests requests(expected.settings);
+    const Time start = expected.scene_time + expected.settings.trigger_delay_ns;
+    if (expected_sequencer_.next(readout_, requests.all(), start, expected_plan_) !=
+        sensors::TriggerVerdict::accepted)
+        return;
+    const renderer::Renderer* const next = next_renderer_.load();
+    describe_light(expected, expected_plan_, next != nullptr ? *next : current(), expected_light_);
+    render_thread_->expect(expected_light_);
+}
+
+bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* cancel, FrameWork* work,
+                      const FrameOrder* next) {
     assert(frame.info.height == plan_.height && "prepare() comes first");
     frame_ = &frame;
     sink_ = sink;
     work_ = work;
+    if (render_thread_ != nullptr) render_thread_->claim(light_);
     const renderer::RenderWork work_before = work != nullptr ? current().work() : renderer::RenderWork{};
     frame_start_ = posted_.load(std::memory_order_relaxed);
     frame.info.render_begin = clock_.now();
 
     std::uint32_t number = frame_start_;
-    bool complete = true;
-    for (const RowBlock& block : row_blocks_) {
-        // Wait for a free buffer: the block that used it last must have been exposed in the detector.
-        const bool full = number - done_.load(std::memory_order_acquire) >= buffer_count;
-        const Time wait_begin = full && work != nullptr ? clock_.now() : Time{};
-        for (std::uint32_t done = done_.load(std::memory_order_acquire); number - done >= buffer_count;
-             done = done_.load(std::memory_order_acquire))
-            done_.wait(done, std::memory_order_acquire);
-        if (full && work != nullptr) work->detector_wait_ns += clock_.now() - wait_begin;
-
-        if (!render_row_block(block, buffers_[number % buffer_count], cancel)) {
-            complete = false;
-            break;
-        }
-        ++number;
-        if (block.first_row + block.rows == plan_.height) {
+    const std::uint32_t end = number + static_cast<std::uint32_t>(light_.blocks.size());
+    while (number != end) {
+        const std::span<const float> light = render_block(number, cancel, work);
+        if (light.empty()) break;
+        block_light_[number - frame_start_] = light;
+        if (++number == end) {
             frame.info.render_end = clock_.now();
-            if (work != nullptr) work->render = current().work() - work_before;
+            if (work != nullptr) {
+                work->render = current().work() - work_before;
+                if (render_thread_ != nullptr && render_thread_->took_all()) {
+                    work->render = render_thread_->work();
+                    work->ahead_ns =
+                        std::max<std::int64_t>(0, frame.info.trigger_edge - render_thread_->ended());
+                }
+            }
             list_scene_truth(frame);
         }
         posted_.store(number); // sequentially consistent, see Releaser::run()
         posted_.notify_one();
     }
+    const bool complete = number == end;
+    if (complete && next != nullptr) render_ahead(*next);
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
          done = done_.load(std::memory_order_acquire))
         done_.wait(done, std::memory_order_acquire);
@@ -224,25 +253,65 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     return complete;
 }
 
+/// Waits until the detector has finished the block that used the buffer of block `number` last.
+void FrameMaker::wait_for_buffer(std::uint32_t number, FrameWork* work) const noexcept {
+    const bool full = number - done_.load(std::memory_order_acquire) >= buffer_count;
+    const Time wait_begin = full && work != nullptr ? clock_.now() : Time{};
+    for (std::uint32_t done = done_.load(std::memory_order_acquire); number - done >= buffer_count;
+         done = done_.load(std::memory_order_acquire))
+        done_.wait(done, std::memory_order_acquire);
+    if (full && work != nullptr) work->detector_wait_ns += clock_.now() - wait_begin;
+}
+
+/// Light of a block of the current frame, from the render thread if there is one and it has room; empty if
+/// `cancel` became true.
+std::span<const float> FrameMaker::render_block(std::uint32_t number, const std::atomic<bool>* cancel,
+                                                FrameWork* work) {
+    const std::size_t index = number - frame_start_;
+    if (render_thread_ != nullptr) {
+        const std::span<const float> light = render_thread_->take(index, cancel);
+        if (!light.empty() || (cancel != nullptr && cancel->load())) return light;
+    }
+    wait_for_buffer(number, work);
+    const RowBlock& block = light_.blocks[index];
+    const std::span<float> light = std::span(buffers_[number % buffer_count]).first(light_.floats(block));
+    if (!blocks_->render(light_, block, light, cancel)) return {};
+    return light;
+}
+
 void FrameMaker::list_scene_truth(Frame& frame) {
     SceneTruth* const truth = frame.scene_truth();
     if (truth == nullptr) return;
-    list_truth({current(), detector_, sensor_, plan_, shown_rows_}, frame, *truth,
+    list_truth({current(), detector_, sensor_, plan_, light_.rows}, frame, *truth,
                {truth->entries.capacity(), truth_workspace_});
     frame.publish_scene_truth();
 }
 
-void FrameMaker::list_row_blocks() {
-    row_blocks_.clear();
-    const bool lines = readout_.shutter == Shutter::push_broom;
+void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
+                                const renderer::Renderer& renderer, FrameLight& light) const noexcept {
+    light.renderer = &renderer;
+    light.frame_id = order.frame_id;
+    light.push_broom = readout_.shutter == Shutter::push_broom;
+    light.windows.clear();
+    for (const FrameWindow& window : plan.windows)
+        light.windows.push_back({window.sensor, window.image_y});
+    light.rows.clear();
+    for (const RowTime& row : plan.rows)
+        light.rows.push_back({order.shown.at(row.reset), order.shown.at(row.read)});
+    light.common_mid = renderer::common_mid(light.rows);
+    list_row_blocks(light);
+}
+
+void FrameMaker::list_row_blocks(FrameLight& light) const noexcept {
+    light.blocks.clear();
     const bool columns = detector_.needs_whole_columns();
     const std::int32_t halo = detector_.halo_rows();
-    for (std::size_t w = 0; w < plan_.windows.size(); ++w) {
-        const FrameWindow& window = plan_.windows[w];
+    for (std::size_t w = 0; w < light.windows.size(); ++w) {
+        const FrameLight::Window& window = light.windows[w];
         const Region& r = window.sensor;
         for (std::int32_t row = 0; row < r.height;) {
-            RowBlock block{w, window.image_y + row, 0, 0, 0, 0, 0};
-            if (lines) {
+            RowBlock block{.window = w, .first_row = window.image_y + row};
+            if (light.push_broom) {
                 block.rows = std::min(buffer_rows_, r.height - row);
             } else if (columns) {
                 block.rows = r.height;
@@ -255,52 +324,10 @@ void FrameMaker::list_row_blocks() {
             }
             block.halo_left = std::min(halo, r.x);
             block.halo_right = std::min(halo, readout_.width - r.x - r.width);
-            row_blocks_.push_back(block);
+            light.blocks.push_back(block);
             row += block.rows;
         }
     }
-}
-
-bool FrameMaker::render_row_block(const RowBlock& block, std::span<float> light,
-                                  const std::atomic<bool>* cancel) {
-    const FrameWindow& window = plan_.windows[block.window];
-    const std::int32_t rows = block.halo_above + block.rows + block.halo_below;
-    const std::int32_t first = block.first_row - block.halo_above; // of the composed image
-    const std::int32_t last_row = window.image_y + window.sensor.height - 1;
-    block_times_.clear();
-    for (std::int32_t row = first; row < first + rows; ++row)
-        block_times_.push_back(
-            shown_rows_[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
-
-    renderer::RenderRequest request;
-    request.window.x = window.sensor.x - block.halo_left;
-    request.window.width = block.halo_left + window.sensor.width + block.halo_right;
-    request.frame_id = frame_->info.frame_id;
-    if (readout_.shutter == Shutter::push_broom) return render_lines(request, block, light, cancel);
-    const auto line = static_cast<std::size_t>(request.window.width);
-    request.window.y = window.sensor.y + first - window.image_y;
-    request.window.height = request.rows = rows;
-    request.row_times = block_times_;
-    request.common_mid = renderer::common_mid(shown_rows_);
-    return current().render(request, light.first(band_count_ * static_cast<std::size_t>(rows) * line),
-                            cancel);
-}
-
-/// Renders a push-broom block: every row is the same row of the array at another time.
-bool FrameMaker::render_lines(renderer::RenderRequest request, const RowBlock& block, std::span<float> light,
-                              const std::atomic<bool>* cancel) {
-    const auto line = static_cast<std::size_t>(request.window.width);
-    const auto rows = static_cast<std::size_t>(block.rows);
-    request.window.y = plan_.windows[block.window].sensor.y;
-    request.window.height = request.rows = 1;
-    for (std::size_t r = 0; r < rows; ++r) {
-        request.row_times = std::span(block_times_).subspan(r, 1);
-        if (!current().render(request, {line_.data(), band_count_ * line}, cancel)) return false;
-        for (std::size_t b = 0; b < band_count_; ++b)
-            std::copy_n(line_.begin() + static_cast<std::ptrdiff_t>(b * line), line,
-                        light.begin() + static_cast<std::ptrdiff_t>((b * rows + r) * line));
-    }
-    return true;
 }
 
 std::string FrameMaker::make(const FrameOrder& order, Frame& frame) {
@@ -321,15 +348,26 @@ void FrameMaker::run_detector() noexcept {
 }
 
 void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
+    const std::size_t index = number - frame_start_;
+    const RowBlock& block = light_.blocks[index];
+    // Smear is a sum over whole columns, made anew for each call of the detector.
+    const std::int32_t step = detector_.needs_whole_columns() ? block.rows : rows_at_a_time;
+    for (std::int32_t row = 0; row < block.rows; row += step) {
+        RowBlock part = block;
+        part.first_row += row;
+        part.rows = std::min(step, block.rows - row);
+        part.halo_above += row;
+        part.halo_below += block.rows - row - part.rows;
+        expose_rows(part, block_light_[index]);
+    }
+}
+
+void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light) noexcept {
     Frame& frame = *frame_;
     const Time begin_time = work_ != nullptr ? clock_.now() : Time{};
-    const RowBlock& block = row_blocks_[number - frame_start_];
-    const std::int32_t width = block.halo_left + plan_.windows[block.window].sensor.width + block.halo_right;
-    const std::size_t floats = band_count_ * static_cast<std::size_t>(width) *
-                               static_cast<std::size_t>(block.halo_above + block.rows + block.halo_below);
-    const sensors::IrradianceBand light{
-        block.first_row,  block.rows,       width,           {buffers_[number % buffer_count].data(), floats},
-        block.halo_above, block.halo_below, block.halo_left, block.halo_right};
+    const sensors::IrradianceBand band{block.first_row, block.rows,       light_.width(block),
+                                       light,           block.halo_above, block.halo_below,
+                                       block.halo_left, block.halo_right};
     const std::size_t begin =
         static_cast<std::size_t>(block.first_row) * static_cast<std::size_t>(plan_.width);
     const std::size_t pixels = static_cast<std::size_t>(block.rows) * static_cast<std::size_t>(plan_.width);
@@ -339,7 +377,7 @@ void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
         truth.saturated = std::span(whole->saturated).subspan(begin, pixels);
     }
     const std::uint32_t saturated =
-        detector_.expose(plan_, light, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
+        detector_.expose(plan_, band, frame.info.frame_id, {frame.info.gain_db, black_shift_dn_},
                          frame.pixels().subspan(begin, pixels), truth);
     if (saturated != 0) frame.saturated_windows.fetch_or(saturated, std::memory_order_relaxed);
     if (const FrameWindow& window = plan_.windows[block.window]; measured_ && window.request == 0)

@@ -7,7 +7,9 @@
 #include "core/frame.hpp"
 #include "core/realtime.hpp"
 #include "emulator/auto_exposure.hpp"
+#include "emulator/frame_light.hpp"
 #include "emulator/frame_work.hpp"
+#include "emulator/render_thread.hpp"
 #include "emulator/scene_clock.hpp"
 #include "renderer/renderer.hpp"
 #include "sensors/sensor.hpp"
@@ -17,6 +19,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <thread>
@@ -57,12 +61,16 @@ struct FrameMakerSettings {
     std::uint32_t run = 0;       ///< run word of the first acquisition
     bool same_run = true;        ///< every acquisition has this run word; false: each the next one
     bool scene_truth = false;    ///< frames have truth tables
+    /// Frames are rendered on a thread of their own, which calls this first, expected ones before their
+    /// trigger; empty: on the calling thread.
+    std::function<void()> enter_render{};
 };
 
-/// Row block pipeline: the calling thread renders block k+1 (over the renderer's own workers) while a thread
-/// of this object exposes block k in the detector. A block lies within one window and is rendered with the
-/// halo of rows and columns that the detector requires. Makes one frame at a time; thread-bound where not
-/// stated otherwise; no allocation after construction.
+/// Row block pipeline: the calling thread, or a RenderThread, renders block k+1 (over the renderer's own
+/// workers) while a thread of this object exposes block k in the detector, a few rows at a time. A block lies
+/// within one window and is rendered with the halo of rows and columns that the detector requires. The light
+/// of a frame that has been expected rightly is there already (RenderThread). Makes one frame at a time;
+/// thread-bound where not stated otherwise; no allocation after construction.
 class FrameMaker {
 public:
     /// The references must outlive the maker. Throws ConfigError if the sensor's readout cannot be planned.
@@ -80,9 +88,23 @@ public:
     void skip(const FrameOrder& order);
     /// Makes the pixels of the frame prepared last. Rows are reported to `sink`, or published at once if it
     /// is null. Returns false if `cancel` became true before the end: no row follows those reported so far.
-    /// What the frame costs goes to `work`, if any, which must live until the return.
+    /// What the frame costs goes to `work`, if any, which must live until the return. As soon as the frame is
+    /// rendered, that of the frame `next`, if any, begins (FrameMakerSettings::enter_render).
     bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr,
-              FrameWork* work = nullptr);
+              FrameWork* work = nullptr, const FrameOrder* next = nullptr);
+    /// Begins to render the frame that is expected next. Its frame is made with that light if it turns out as
+    /// expected in all that the light depends on; the time stamps of the trigger are of no account.
+    void render_ahead(const FrameOrder& expected) noexcept;
+    /// Whether an expected frame can be rendered before its order is complete.
+    [[nodiscard]] bool renders_ahead() const noexcept { return render_thread_ != nullptr; }
+    /// Stops rendering a frame that is not expected any more. Thread-safe.
+    void forget_expected() noexcept {
+        if (render_thread_ != nullptr) render_thread_->cancel();
+    }
+    /// Thread-safe.
+    [[nodiscard]] AheadCounters ahead_counters() const noexcept {
+        return render_thread_ != nullptr ? render_thread_->counters() : AheadCounters{};
+    }
     /// prepare() and fill() in one call, for frames made offline.
     [[nodiscard]] std::string make(const FrameOrder& order, Frame& frame);
 
@@ -94,9 +116,9 @@ public:
     /// Uses `renderer` from the next prepared frame on. It must have the same number of spectral bands and
     /// must outlive the maker or the next replacement in use. Thread-safe.
     void replace_renderer(const renderer::Renderer& renderer) noexcept { next_renderer_.store(&renderer); }
-    /// True if frames are now made with `renderer`.
+    /// True if frames are now made with `renderer`, or one is rendered ahead.
     [[nodiscard]] bool uses(const renderer::Renderer& renderer) const noexcept {
-        return renderer_.load() == &renderer;
+        return renderer_.load() == &renderer || (render_thread_ != nullptr && render_thread_->uses(renderer));
     }
 
     /// Row blocks exposed in the detector since construction. Thread-safe.
@@ -112,7 +134,7 @@ public:
     /// The plan of the frame prepared last, in scene time.
     [[nodiscard]] const sensors::ReadoutPlan& plan() const noexcept { return plan_; }
     /// Its rows in the time of the scene that is rendered.
-    [[nodiscard]] std::span<const RowTime> shown_rows() const noexcept { return shown_rows_; }
+    [[nodiscard]] std::span<const RowTime> shown_rows() const noexcept { return light_.rows; }
     /// Histogram of the first window of the frame filled last, before any test pattern; for frames with
     /// ExposureAuto only.
     [[nodiscard]] const DnHistogram& histogram() const noexcept { return histogram_; }
@@ -127,22 +149,17 @@ public:
 
 private:
     static constexpr std::uint32_t buffer_count = 2;
-    /// Rows of a window that are rendered and exposed together.
-    struct RowBlock {
-        std::size_t window;
-        std::int32_t first_row, rows; ///< rows of the composed image
-        std::int32_t halo_above, halo_below, halo_left, halo_right;
-    };
-
     [[nodiscard]] std::string plan_frame(const FrameOrder& order);
     void list_scene_truth(Frame& frame);
-    void list_row_blocks();
-    [[nodiscard]] bool render_row_block(const RowBlock& block, std::span<float> light,
-                                        const std::atomic<bool>* cancel);
-    [[nodiscard]] bool render_lines(renderer::RenderRequest request, const RowBlock& block,
-                                    std::span<float> light, const std::atomic<bool>* cancel);
+    void describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
+                        const renderer::Renderer& renderer, FrameLight& light) const noexcept;
+    void list_row_blocks(FrameLight& light) const noexcept;
+    void wait_for_buffer(std::uint32_t number, FrameWork* work) const noexcept;
+    [[nodiscard]] std::span<const float> render_block(std::uint32_t number, const std::atomic<bool>* cancel,
+                                                      FrameWork* work);
     void run_detector() noexcept;
     void expose_row_block(std::uint32_t number) noexcept;
+    void expose_rows(const RowBlock& block, std::span<const float> light) noexcept;
     void paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept;
 
     [[nodiscard]] const renderer::Renderer& current() const noexcept {
@@ -162,18 +179,23 @@ private:
 
     sensors::ReadoutSequencer sequencer_;
     sensors::ReadoutPlan plan_;
-    Time asked_start_;                ///< requested exposure start, scene time
-    std::vector<RowTime> shown_rows_; ///< the plan's rows in the time of the scene that is rendered
-    std::vector<RowBlock> row_blocks_;
-    std::vector<RowTime> block_times_;
+    Time asked_start_; ///< requested exposure start, scene time
+    FrameLight light_;
     std::vector<std::byte> truth_workspace_;
-    std::vector<float> line_; ///< push-broom: one line of all spectral bands
     std::int64_t scene_to_clock_ns_ = 0;
     std::atomic<std::uint32_t> run_;
     bool has_run_ = false; ///< an acquisition has begun
     std::uint32_t acquisitions_ = 0;
     std::uint64_t lag_from_frame_ = 0; ///< frame whose charge the detector keeps, whole; 0: none
+    std::unique_ptr<BlockRenderer> blocks_;
     std::array<std::vector<float>, buffer_count> buffers_;
+    std::vector<std::span<const float>> block_light_; ///< of the current frame's blocks, once posted
+
+    // The frame that is expected next.
+    sensors::ReadoutSequencer expected_sequencer_;
+    sensors::ReadoutPlan expected_plan_;
+    FrameLight expected_light_;
+    std::unique_ptr<RenderThread> render_thread_; ///< null: the calling thread renders
 
     // Current frame, for the detector thread: written before the first block of a frame is posted.
     Frame* frame_ = nullptr;

@@ -66,6 +66,10 @@ public:
         Time planned; ///< time of the edge in which the readout is planned
         SceneShown shown;
     };
+    /// True if the instant of a frame is that of its edge: it is not known before.
+    [[nodiscard]] bool follows_edges() const noexcept {
+        return settings_.mode == SceneTime::clock || settings_.mode == SceneTime::tai;
+    }
     /// Leap seconds do not enter: every time here counts SI seconds.
     [[nodiscard]] Instant at(const Edge& edge) const noexcept;
 

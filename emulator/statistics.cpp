@@ -73,7 +73,12 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                       {"latched_triggers", c.latched_triggers},
                       {"repeated", c.repeated},
                       {"late_dropped", c.late_dropped},
-                      {"partial", c.partial}};
+                      {"partial", c.partial},
+                      {"ahead",
+                       {{"begun", c.ahead.begun},
+                        {"used", c.ahead.used},
+                        {"early", c.ahead.early},
+                        {"discarded", c.ahead.discarded}}}};
     json["latency_us"] = {{"trigger_to_first_row", latency(releaser.trigger_to_first_row())},
                           {"trigger_to_last_row", latency(releaser.trigger_to_last_row())},
                           {"release_lateness", latency(releaser.release_lateness())}};

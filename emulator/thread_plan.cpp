@@ -123,6 +123,9 @@ ThreadPlan granted_threads(const emulator::DaemonConfig& config, const CoreSet& 
         grant_priorities(plan, required);
         grant_rendering(plan.render, required);
     }
+    // Beside a thread that renders, the pipeline thread only waits and plans: it must not wait for rendering.
+    if (config.render.ahead == RenderAhead::automatic && plan.pipeline.priority == 0)
+        plan.pipeline.priority = plan.detector.priority;
     separate_rendering(plan, permitted);
     return plan;
 }

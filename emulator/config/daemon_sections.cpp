@@ -101,7 +101,14 @@ config::Section section_of(RenderSection& s) {
         key("threads", &s.threads).range(0, 1024).help("Render threads; 0: one per core"),
         key("band_rows", &s.band_rows)
             .range(1, 16384)
-            .help("Rows that are rendered, exposed and sent together"),
+            .help("Rows that are rendered together; they are exposed and sent up to 64 at a time"),
+        key("ahead", &s.ahead)
+            .help(
+                "auto: the light of the next frame is rendered before its trigger where that is known: scene "
+                "time nominal or replayed, exposure neither automatic nor as long as a pulse, poses not from "
+                "a "
+                "simulator. The frames are the same. It takes memory for the light of two frames. off: "
+                "rendering begins at the trigger"),
     };
     return section;
 }
@@ -151,8 +158,9 @@ config::Section section_of(ThreadsSection& s) {
             .help("SCHED_FIFO priority of the detector thread; 0: SCHED_OTHER"),
         key("pipeline_priority", &s.pipeline_priority)
             .range(fifo)
-            .help("SCHED_FIFO priority of the pipeline thread, which takes triggers and renders; 0: "
-                  "SCHED_OTHER"),
+            .help("SCHED_FIFO priority of the pipeline thread, which takes triggers and plans frames; 0: "
+                  "that of "
+                  "the detector thread, or, if it renders too (render.ahead off), the class of rendering"),
         key("display_priority", &s.display_priority)
             .range(fifo)
             .help("SCHED_FIFO priority of the V4L2 and stimulator threads; 0: SCHED_OTHER"),
@@ -169,7 +177,7 @@ config::Section section_of(ThreadsSection& s) {
         key("display_cores", &s.display_cores)
             .help("Cores of the V4L2 and stimulator threads, like \"2-3,5\"; empty: any"),
         key("render_class", &s.render_class)
-            .help("Scheduling class of the render threads, and of the pipeline thread if it has no priority. "
+            .help("Scheduling class of the threads that render. "
                   "other, batch: beside other programs, with the share that render_nice gives; rr, fifo: "
                   "before all of them, with render_priority"),
         key("render_nice", &s.render_nice)

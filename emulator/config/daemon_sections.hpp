@@ -41,6 +41,15 @@ struct DaemonSection {
     std::int32_t memory_limit_mib = 0;
 };
 
+/// Whether frames are rendered before their trigger.
+enum class RenderAhead : std::uint8_t {
+    off,
+    automatic, ///< where the next frame is known
+};
+constexpr auto enum_names(RenderAhead /*type*/) {
+    return std::array{EnumName{RenderAhead::off, "off"}, EnumName{RenderAhead::automatic, "auto"}};
+}
+
 /// [render]
 struct RenderSection {
     std::int32_t samples_per_pixel = 4;
@@ -49,6 +58,7 @@ struct RenderSection {
     std::int32_t max_instants = 256;
     std::int32_t threads = 0;
     std::int32_t band_rows = 64;
+    RenderAhead ahead = RenderAhead::automatic;
 };
 
 /// [deadline]: rows that are not ready when the chip would have read them.

@@ -561,14 +561,18 @@ TEST_CASE("threads of a serving daemon have the scheduling classes of the config
         CHECK(log.find(said) == log.rfind(said));
         return;
     }
-    int workers = 0, renderers = 0, releases = 0;
+    int renderers = 0, pipelines = 0, releases = 0;
     for (const ThreadState& thread : threads) {
         CAPTURE(thread.name, thread.nice, thread.priority, thread.policy);
-        if (thread.name == "render" || thread.name == "pipeline") {
+        if (thread.name == "render") { // the render thread and the renderer's workers
             CHECK(thread.nice == wanted.nice);
             CHECK(thread.priority == wanted.priority);
             CHECK(thread.policy == wanted.policy);
-            ++(thread.name == "render" ? workers : renderers);
+            ++renderers;
+        } else if (thread.name == "pipeline") {
+            CHECK(thread.priority == 65); // the detector's
+            CHECK(thread.policy == SCHED_FIFO);
+            ++pipelines;
         } else if (thread.name == "release") {
             CHECK(thread.priority == 33);
             CHECK(thread.policy == SCHED_FIFO);
@@ -581,8 +585,8 @@ TEST_CASE("threads of a serving daemon have the scheduling classes of the config
             CHECK(thread.policy == SCHED_OTHER);
         }
     }
-    CHECK(workers >= 1);
-    CHECK(renderers == 1);
+    CHECK(renderers >= 2);
+    CHECK(pipelines == 1);
     CHECK(releases == 1);
     if (!autogroup.empty())
         CHECK_THAT(autogroup, ContainsSubstring("nice " + std::to_string(wanted.nice) + "\n"));

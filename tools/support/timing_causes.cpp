@@ -275,6 +275,17 @@ std::vector<std::string> remarks(const TimingFile& acquisition) {
     std::vector<std::string> all;
     const Means means(acquisition.rows);
     if (means.empty()) return all;
+    std::vector<double> ahead_ms;
+    for (const TimingRow& row : acquisition.rows)
+        if (finished(row) && row.ahead > 0) ahead_ms.push_back(to_ms(row.ahead));
+    if (!ahead_ms.empty()) {
+        std::sort(ahead_ms.begin(), ahead_ms.end());
+        all.push_back(
+            fmt::format("rendered ahead: {} of {} frames were ready before their trigger, by {} ms (median; "
+                        "least {} ms)",
+                        ahead_ms.size(), acquisition.rows.size(), ms_text(ahead_ms[ahead_ms.size() / 2]),
+                        ms_text(ahead_ms.front())));
+    }
     if (const Rendering r(means); r.known && means.of(&TimingRow::measured) > 0)
         all.push_back(fmt::format(
             "render threads: {:.0f} of {:.0f} cores, at work {:.0f} % of the time of rendering; then "

@@ -32,13 +32,20 @@ inline CameraSettings whole_sensor(const SensorDescription& sensor) {
     return s;
 }
 
+/// What renders: the thread that makes frames, or one of its own, which may do so ahead of triggers.
+enum class RendersOn { calling_thread, own_thread };
+
 /// Renderer, detector and maker for `sensor`.
 struct MakerBench {
-    explicit MakerBench(const SensorDescription& description = small_sensor(), std::int32_t band_rows = 8)
+    explicit MakerBench(const SensorDescription& description = small_sensor(), std::int32_t band_rows = 8,
+                        RendersOn renders = RendersOn::calling_thread)
         : sensor(description),
           renderer(scene, {}),
           detector(sensor, std::array{SpectralBand{}}, 0.025, 7),
-          maker(renderer, detector, sensor, clock, {band_rows, 0, 7, {}}),
+          maker(renderer, detector, sensor, clock,
+                {.band_rows = band_rows,
+                 .seed = 7,
+                 .enter_render = renders == RendersOn::own_thread ? std::function<void()>([] {}) : nullptr}),
           pool(6, static_cast<std::size_t>(sensor.readout.width * sensor.readout.height),
                static_cast<std::size_t>(sensor.readout.height)) {}
 
@@ -57,8 +64,9 @@ struct CameraBench : MakerBench {
                          std::function<void(CameraSettings&)> adjust = {},
                          sync::OverTrigger policy = sync::OverTrigger::count,
                          emulator::LatePolicy late = emulator::LatePolicy::late, bool falling_edges = false,
-                         emulator::SceneClockSettings scene_clock = {})
-        : MakerBench(description),
+                         emulator::SceneClockSettings scene_clock = {},
+                         RendersOn renders = RendersOn::calling_thread)
+        : MakerBench(description, 8, renders),
           loopback({4, keep,
                     [this](const FrameRef&) {
                         ++ended;

@@ -111,6 +111,11 @@ TEST_CASE("rendering keeps off the cores of threads with a priority, if any are 
     config.threads.release_cores = "3";
     config.threads.transmit_cores = "2-3";
     CHECK(cores_text(granted_threads(config, four).render.cores) == "0-1");
+    // The pipeline thread has the detector's priority, unless it renders itself.
+    CHECK(granted_threads(config, four).pipeline.priority == 65);
+    CHECK(granted_threads(config, four).pipeline.cores.none());
+    config.render.ahead = RenderAhead::off;
+    CHECK(granted_threads(config, four).pipeline.priority == 0);
     CHECK(cores_text(granted_threads(config, four).pipeline.cores) == "0-1");
     config.threads.pipeline_cores = "1";
     CHECK(cores_text(granted_threads(config, four).pipeline.cores) == "1");

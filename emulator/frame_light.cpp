@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/frame_light.hpp"
+
+#include <algorithm>
+
+namespace obscura::emulator {
+
+BlockRenderer::BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width) {
+    times_.reserve(static_cast<std::size_t>(lines));
+    line_.resize(bands * static_cast<std::size_t>(width));
+}
+
+bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::span<float> out,
+                           const std::atomic<bool>* cancel) {
+    const FrameLight::Window& window = light.windows[block.window];
+    const std::int32_t first = block.first_row - block.halo_above; // of the composed image
+    const std::int32_t last_row = window.image_y + window.sensor.height - 1;
+    times_.clear();
+    for (std::int32_t row = first; row < first + block.lines(); ++row)
+        times_.push_back(light.rows[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
+
+    renderer::RenderRequest request;
+    request.window.x = window.sensor.x - block.halo_left;
+    request.window.width = light.width(block);
+    request.frame_id = light.frame_id;
+    if (light.push_broom) return render_push_broom(light, block, request, out, cancel);
+    request.window.y = window.sensor.y + first - window.image_y;
+    request.window.height = request.rows = block.lines();
+    request.row_times = times_;
+    request.common_mid = light.common_mid;
+    return light.renderer->render(request, out, cancel);
+}
+
+bool BlockRenderer::render_push_broom(const FrameLight& light, const RowBlock& block,
+                                      renderer::RenderRequest request, std::span<float> out,
+                                      const std::atomic<bool>* cancel) {
+    const auto line = static_cast<std::size_t>(request.window.width);
+    const auto rows = static_cast<std::size_t>(block.rows);
+    const std::size_t bands = light.renderer->band_count();
+    request.window.y = light.windows[block.window].sensor.y;
+    request.window.height = request.rows = 1;
+    for (std::size_t r = 0; r < rows; ++r) {
+        request.row_times = std::span(times_).subspan(r, 1);
+        if (!light.renderer->render(request, {line_.data(), bands * line}, cancel)) return false;
+        for (std::size_t b = 0; b < bands; ++b)
+            std::copy_n(line_.begin() + static_cast<std::ptrdiff_t>(b * line), line,
+                        out.begin() + static_cast<std::ptrdiff_t>((b * rows + r) * line));
+    }
+    return true;
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is rendered for one frame: its row blocks and the instants of its rows.
+#pragma once
+
+#include "core/frame.hpp"
+#include "core/region.hpp"
+#include "core/time.hpp"
+#include "renderer/renderer.hpp"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// Rows of one window that are rendered together, with the halo that the detector needs.
+struct RowBlock {
+    std::size_t window = 0;
+    std::int32_t first_row = 0, rows = 0; ///< rows of the composed image
+    std::int32_t halo_above = 0, halo_below = 0, halo_left = 0, halo_right = 0;
+
+    [[nodiscard]] bool operator==(const RowBlock&) const noexcept = default;
+    /// Rows that are rendered.
+    [[nodiscard]] std::int32_t lines() const noexcept { return halo_above + rows + halo_below; }
+};
+
+/// Everything that the irradiance of a frame depends on: frames with equal FrameLight have equal irradiance,
+/// byte for byte, unless the scene takes poses from a stream. Copies allocate only if the target's vectors
+/// lack capacity.
+struct FrameLight {
+    struct Window {
+        Region sensor;            ///< in sensor pixels
+        std::int32_t image_y = 0; ///< its first row in the composed image
+
+        [[nodiscard]] bool operator==(const Window&) const noexcept = default;
+    };
+
+    const renderer::Renderer* renderer = nullptr;
+    std::uint64_t frame_id = 0;
+    bool push_broom = false; ///< every row is the same row of the array at another time
+    std::vector<Window> windows;
+    std::vector<RowTime> rows; ///< of the composed image, in the time of the scene that is rendered
+    std::vector<RowBlock> blocks;
+    std::optional<Time> common_mid; ///< of `rows`
+
+    [[nodiscard]] bool operator==(const FrameLight&) const noexcept = default;
+    [[nodiscard]] std::int32_t width(const RowBlock& block) const noexcept {
+        return block.halo_left + windows[block.window].sensor.width + block.halo_right;
+    }
+    /// Floats of the irradiance of a block.
+    [[nodiscard]] std::size_t floats(const RowBlock& block) const noexcept {
+        return renderer->band_count() * static_cast<std::size_t>(block.lines()) *
+               static_cast<std::size_t>(width(block));
+    }
+};
+
+/// Renders blocks of a FrameLight. Thread-bound; real-time safe after construction.
+class BlockRenderer {
+public:
+    /// For blocks of at most `lines` rows, halo included, and `width` columns, of `bands` spectral bands.
+    BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width);
+
+    /// Fills `light`, light.floats(block) floats: bands x lines x width. Returns false if `cancel` became
+    /// true.
+    [[nodiscard]] bool render(const FrameLight& light, const RowBlock& block, std::span<float> out,
+                              const std::atomic<bool>* cancel);
+
+private:
+    [[nodiscard]] bool render_push_broom(const FrameLight& light, const RowBlock& block,
+                                         renderer::RenderRequest request, std::span<float> out,
+                                         const std::atomic<bool>* cancel);
+
+    std::vector<RowTime> times_;
+    std::vector<float> line_; ///< push-broom: one line of all spectral bands
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rendering ahead of triggers: the same bytes, earlier; and what was expected wrongly is never shown.
+#include "tests/support/catch.hpp"
+#include "tests/unit/emulator/bench.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::emulator;
+using namespace obscura::test;
+
+namespace {
+
+constexpr std::int32_t band_rows = 8;
+
+FrameOrder order_for(const MakerBench& bench, std::uint64_t id) {
+    FrameOrder order;
+    order.frame_id = order.trigger_id = id;
+    order.scene_time = Time{static_cast<std::int64_t>(id) * 100 * ns_per_ms};
+    order.settings = whole_sensor(bench.sensor);
+    return order;
+}
+
+std::vector<std::uint16_t> pixels_of(const Frame& frame) {
+    return {frame.pixels().begin(), frame.pixels().end()};
+}
+
+/// Row blocks of a frame of the small sensor.
+std::uint32_t blocks_of(const SensorDescription& sensor) {
+    return static_cast<std::uint32_t>((sensor.readout.height + band_rows - 1) / band_rows);
+}
+
+/// Waits until `blocks` more have been rendered than `before`.
+void wait_rendered(std::uint32_t before, std::uint32_t blocks) {
+    while (render_gate().bands.load() - before < blocks)
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+}
+
+/// Nothing can be rendered while it lives.
+struct ClosedGate {
+    ClosedGate() { render_gate().close(); }
+    ~ClosedGate() { render_gate().open(); }
+};
+
+} // namespace
+
+TEST_CASE("a frame that was expected is made while nothing can be rendered") {
+    for (const Shutter shutter : {Shutter::rolling, Shutter::global, Shutter::push_broom}) {
+        SensorDescription sensor = small_sensor();
+        sensor.readout.shutter = shutter;
+        MakerBench plain(sensor), bench(sensor, band_rows, RendersOn::own_thread);
+        for (std::uint64_t id = 1; id <= 4; ++id) {
+            FrameOrder order = order_for(bench, id);
+            const std::uint32_t before = render_gate().bands;
+            const std::uint32_t blocks = shutter == Shutter::push_broom
+                                             ? static_cast<std::uint32_t>(sensor.readout.height)
+                                             : blocks_of(sensor);
+            bench.maker.render_ahead(order);
+            wait_rendered(before, blocks);
+            // What only the trigger brings does not matter.
+            order.trigger_edge = Time{12345 + static_cast<std::int64_t>(id)};
+            order.settings.gain_db = 3;
+            const FrameRef frame = bench.pool.acquire();
+            {
+                const ClosedGate closed;
+                REQUIRE(bench.maker.make(order, *frame).empty());
+            }
+            const FrameRef same = plain.pool.acquire();
+            REQUIRE(plain.maker.make(order, *same).empty());
+            CHECK((pixels_of(*frame) == pixels_of(*same)));
+            CHECK(frame->info.trigger_edge == order.trigger_edge);
+        }
+        const AheadCounters counters = bench.maker.ahead_counters();
+        CHECK(counters.begun == 4);
+        CHECK(counters.used == 4);
+        CHECK(counters.early == 4);
+        CHECK(counters.discarded == 0);
+    }
+}
+
+TEST_CASE("a frame that turns out otherwise is rendered anew") {
+    struct Change {
+        const char* name;
+        std::function<void(FrameOrder&)> apply;
+    };
+    const Change changes[] = {
+        {"exposure", [](FrameOrder& o) { o.settings.exposure_ns += 100 * ns_per_us; }},
+        {"scene time", [](FrameOrder& o) { o.scene_time += 1000; }},
+        {"frame", [](FrameOrder& o) { ++o.frame_id; }},
+        {"delay", [](FrameOrder& o) { o.settings.trigger_delay_ns = 5000; }},
+        {"window",
+         [](FrameOrder& o) {
+             o.settings.region = {4, 2, 24, 20};
+         }},
+        {"windows",
+         [](FrameOrder& o) {
+             o.settings.set_windows(std::vector<CameraWindow>{{{0, 0, 40, 10}, o.settings.exposure_ns},
+                                                              {{0, 14, 40, 10}, o.settings.exposure_ns}});
+         }},
+        {"another time shown", [](FrameOrder& o) { o.shown.shown += 77'000; }},
+    };
+    for (const Change& change : changes) {
+        INFO(change.name);
+        MakerBench plain, bench(small_sensor(), band_rows, RendersOn::own_thread);
+        FrameOrder order = order_for(bench, 2);
+        bench.maker.render_ahead(order);
+        change.apply(order);
+        const FrameRef frame = bench.pool.acquire(), same = plain.pool.acquire();
+        REQUIRE(bench.maker.make(order, *frame).empty());
+        REQUIRE(plain.maker.make(order, *same).empty());
+        CHECK((pixels_of(*frame) == pixels_of(*same)));
+        CHECK(bench.maker.ahead_counters().used == 0);
+        CHECK(bench.maker.ahead_counters().discarded == 1);
+    }
+}
+
+TEST_CASE("a new scene between the prediction and the edge is shown, and the old one may go") {
+    MakerBench plain, bench(small_sensor(), band_rows, RendersOn::own_thread);
+    const renderer::Renderer next(scene::Scene{}, {});
+    const FrameOrder order = order_for(bench, 2);
+    {
+        const ClosedGate closed;
+        bench.maker.render_ahead(order);
+        render_gate().wait_for_render();
+        bench.maker.replace_renderer(next);
+        CHECK(bench.maker.uses(bench.renderer));
+    }
+    const FrameRef frame = bench.pool.acquire(), same = plain.pool.acquire();
+    REQUIRE(bench.maker.make(order, *frame).empty());
+    REQUIRE(plain.maker.make(order, *same).empty());
+    CHECK((pixels_of(*frame) == pixels_of(*same)));
+    CHECK(bench.maker.uses(next));
+    CHECK_FALSE(bench.maker.uses(bench.renderer));
+    CHECK(bench.maker.ahead_counters().discarded == 1);
+}
+
+TEST_CASE("an expected frame whose trigger comes early is finished, not begun again") {
+    MakerBench plain, bench(small_sensor(), band_rows, RendersOn::own_thread);
+    const FrameOrder order = order_for(bench, 2);
+    const std::uint32_t before = render_gate().bands;
+    render_gate().close();
+    bench.maker.render_ahead(order);
+    render_gate().wait_for_render();
+    const FrameRef frame = bench.pool.acquire(), same = plain.pool.acquire();
+    std::thread opens([] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        render_gate().open();
+    });
+    REQUIRE(bench.maker.make(order, *frame).empty());
+    opens.join();
+    CHECK(render_gate().bands - before == blocks_of(bench.sensor));
+    CHECK(bench.maker.ahead_counters().used == 1);
+    CHECK(bench.maker.ahead_counters().early == 0);
+    REQUIRE(plain.maker.make(order, *same).empty());
+    CHECK((pixels_of(*frame) == pixels_of(*same)));
+}
+
+TEST_CASE("a frame that is abandoned does not wait for the render thread") {
+    MakerBench bench(small_sensor(), band_rows, RendersOn::own_thread);
+    const FrameOrder order = order_for(bench, 2);
+    std::atomic<bool> cancel{false};
+    const FrameRef frame = bench.pool.acquire();
+    render_gate().close();
+    bench.maker.render_ahead(order);
+    REQUIRE(bench.maker.prepare(order, *frame).empty());
+    std::thread cancels([&cancel] {
+        render_gate().wait_for_render();
+        cancel = true;
+    });
+    CHECK_FALSE(bench.maker.fill(*frame, nullptr, &cancel));
+    cancels.join();
+    render_gate().open();
+    // The next one is whole.
+    const FrameRef next = bench.pool.acquire();
+    REQUIRE(bench.maker.make(order_for(bench, 3), *next).empty());
+    CHECK(next->complete());
+}
+
+TEST_CASE("a camera renders each frame before its edge, the first one too") {
+    CameraBench bench(small_sensor(), 6, {}, sync::OverTrigger::count, LatePolicy::late, false, {},
+                      RendersOn::own_thread);
+    const std::uint32_t blocks = blocks_of(bench.sensor);
+    const std::uint32_t before = render_gate().bands;
+    REQUIRE(bench.camera.acquisition_start());
+    for (std::uint64_t id = 1; id <= 5; ++id) {
+        bench.wait_ready();
+        wait_rendered(before, static_cast<std::uint32_t>(id) * blocks);
+        if (id == 4) { // the client changes the exposure: the frame that was expected is of no use
+            CameraSettings settings = bench.camera.settings();
+            settings.exposure_ns *= 2;
+            REQUIRE(bench.camera.apply(settings));
+        }
+        const bool expected = id != 4;
+        if (expected) render_gate().close();
+        const Time now = bench.clock.now();
+        bench.camera.on_trigger({id, now, now});
+        bench.wait_ended(static_cast<std::uint32_t>(id));
+        render_gate().open();
+        if (!expected) wait_rendered(before, 5 * blocks); // two of frame 4, and those after it
+    }
+    bench.camera.acquisition_stop(false);
+    bench.releaser.wait_idle();
+    bench.loopback.stop();
+    const std::vector<FrameRef> kept = bench.loopback.kept();
+    REQUIRE(kept.size() == 5);
+    MakerBench offline;
+    for (std::uint64_t id = 1; id <= 5; ++id) {
+        FrameOrder order;
+        order.frame_id = id;
+        order.settings = bench.camera.settings();
+        if (id < 4) order.settings.exposure_ns /= 2;
+        order.scene_time = nominal_scene_time(order.settings, {10, 1}, id);
+        const FrameRef again = offline.pool.acquire();
+        REQUIRE(offline.maker.make(order, *again).empty());
+        CHECK(std::equal(again->pixels().begin(), again->pixels().end(), kept[id - 1]->pixels().begin()));
+    }
+    const AheadCounters counters = bench.camera.counters().ahead;
+    CHECK(counters.begun == 6); // the sixth, which never came
+    CHECK(counters.used == 4);
+    CHECK(counters.early == 4);
+    CHECK(counters.discarded == 1);
+    CHECK(bench.camera.counters().missed_triggers == 0);
+}
+
+TEST_CASE("nothing is expected when the frame is known at its edge only") {
+    const auto begun = [](SceneTime mode, const std::function<void(CameraSettings&)>& adjust) {
+        CameraBench bench(small_sensor(), 6, adjust, sync::OverTrigger::count, LatePolicy::late, false,
+                          {.mode = mode}, RendersOn::own_thread);
+        REQUIRE(bench.camera.acquisition_start());
+        for (std::uint64_t id = 1; id <= 3; ++id) {
+            bench.wait_ready();
+            const Time now = bench.clock.now();
+            bench.camera.on_trigger({id, now, now});
+            bench.wait_ended(static_cast<std::uint32_t>(id));
+        }
+        bench.camera.acquisition_stop(false);
+        CHECK(bench.camera.counters().frames == 3);
+        return bench.camera.counters().ahead.begun;
+    };
+    CHECK(begun(SceneTime::nominal, {}) == 4);
+    CHECK(begun(SceneTime::clock, {}) == 0);
+    CHECK(begun(SceneTime::tai, {}) == 0);
+    CHECK(begun(SceneTime::nominal, [](CameraSettings& s) { s.exposure_auto = ExposureAuto::continuous; }) ==
+          0);
+    CHECK(begun(SceneTime::nominal, [](CameraSettings& s) {
+              s.acquisition_mode = AcquisitionMode::multi_frame;
+              s.acquisition_frame_count = 3;
+          }) == 3);
+}
+
+TEST_CASE("an acquisition that ends leaves no rendering behind") {
+    CameraBench bench(small_sensor(), 6, {}, sync::OverTrigger::count, LatePolicy::late, false, {},
+                      RendersOn::own_thread);
+    for (int round = 0; round < 20; ++round) {
+        render_gate().close();
+        REQUIRE(bench.camera.acquisition_start());
+        render_gate().wait_for_render();
+        bench.camera.acquisition_stop(round % 2 == 0); // returns although nothing renders
+        render_gate().open();
+    }
+    REQUIRE(bench.camera.acquisition_start());
+    const Time now = bench.clock.now();
+    bench.wait_ready();
+    bench.camera.on_trigger({1, now, now});
+    bench.wait_ended(1);
+    CHECK(bench.camera.counters().frames == 1);
+}
