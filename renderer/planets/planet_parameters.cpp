@@ -74,6 +74,7 @@ std::shared_ptr<const Shape> read_planet(const PlanetParameters& p) {
                         "if these are heights, set height_values = \"height\"",
                         p.height_file, map.least(), least_radius));
     TerrainShape::Settings settings;
+    settings.tiles.arena_bytes = std::uint64_t{p.tile_memory_mib} << 20;
     if (p.cells_per_face > 0) settings.fixed_level = level_of(p.cells_per_face);
     std::vector<std::shared_ptr<const terrain::HeightLayer>> layers{
         std::make_shared<MapLayer>(std::move(map), radius, p.radii_m)};
@@ -116,6 +117,10 @@ scene::ParameterList declare(PlanetParameters& p) {
             .help("Cells along the edge of each of the six faces of the surface, a power of two from 256; 0: "
                   "at "
                   "most half a pixel of the image wide wherever they are seen"),
+        config::key("tile_memory_mib", &p.tile_memory_mib)
+            .unit("MiB")
+            .range(128, 16384)
+            .help("Memory for tiles of the surface; those that were not used for long make room for others"),
     };
 }
 
@@ -128,8 +133,9 @@ std::vector<scene::Conflict> conflicts_in(const PlanetParameters& p) {
 
 std::shared_ptr<const Shape> make(const PlanetParameters& p, ShapeContext& context) {
     const std::string key =
-        fmt::format("planet {} {} {} {} {} {} {} {}", p.height_file, p.radii_m.x, p.radii_m.y, p.radii_m.z,
-                    p.height_scale_m, static_cast<int>(p.values), p.left_longitude_rad, p.cells_per_face);
+        fmt::format("planet {} {} {} {} {} {} {} {} {}", p.height_file, p.radii_m.x, p.radii_m.y, p.radii_m.z,
+                    p.height_scale_m, static_cast<int>(p.values), p.left_longitude_rad, p.cells_per_face,
+                    p.tile_memory_mib);
     return context.shared(key, [&] { return read_planet(p); });
 }
 

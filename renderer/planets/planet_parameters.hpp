@@ -34,6 +34,7 @@ struct PlanetParameters {
     HeightMap::Values values = HeightMap::Values::height;
     double left_longitude_rad = -3.141592653589793; ///< of the file's left edge
     std::uint32_t cells_per_face = 0;               ///< 0: by distance
+    std::uint32_t tile_memory_mib = 512;            ///< of the arena of tiles
 };
 [[nodiscard]] scene::ParameterList declare(PlanetParameters& p);
 [[nodiscard]] std::vector<scene::Conflict> conflicts_in(const PlanetParameters& p);
