@@ -26,16 +26,22 @@ public:
 
     /// Fraction of the light of a point at `x` (pixel centres at integers) that falls into pixel `i`.
     [[nodiscard]] double weight(double x, std::int32_t i) const;
-    /// Fills `weights` with those of the pixels from `first` on; within 1e-10 of weight(), their sum is
-    /// exact.
+    /// Fills `weights` with those of the pixels from `first` on, from a table: within 1e-10 of weight().
     void weights(double x, std::int32_t first, std::span<double> weights) const;
     /// Beyond this distance from a pixel's centre weight() is below 1e-10.
     [[nodiscard]] double splat_reach_px() const { return 0.5 + 6.5 * sigma_px_; }
 
 private:
+    void make_weights();
+
     double sigma_px_;
     double reach_px_;
     std::vector<float> quantiles_;
+    /// Weights of points at `positions_` places of a pixel and one at its end, each with the weights of
+    /// `columns_` pixels, the point's own after `before_` others, and then their slopes from place to place.
+    std::vector<double> weights_;
+    double positions_ = 0;
+    std::int32_t before_ = 0, columns_ = 0;
 };
 
 /// The responses along columns and rows; the PSF is their product. Round on the focal plane.

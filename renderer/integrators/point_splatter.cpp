@@ -152,7 +152,7 @@ void PointSplatter::splat_point(const SplatTarget& target, ImagePoint at, std::s
         gaussian_psf_.y.weights(at.y, target.y, {&row_share, 1});
         if (!(row_share > 0)) return;
         // The standard deviation is 20 px at most, in pitches of the columns, and reaches 6.5 times as far.
-        std::array<double, 272> shares{};
+        std::array<double, 272> shares; // NOLINT(cppcoreguidelines-pro-type-member-init): filled below
         const double half = gaussian_psf_.x.splat_reach_px();
         const auto from = std::max(target.window.x, static_cast<std::int32_t>(std::floor(at.x - half)));
         const auto end = std::min(target.window.x + target.window.width,
