@@ -15,6 +15,49 @@ Pose moved_on(const Pose& pose, const PoseRates& rates, double span_s) noexcept 
                            : pose.orientation};
 }
 
+/// Rotation vector of a unit quaternion, 0 to pi long.
+Vec3 rotation_vector(Quat q) noexcept {
+    if (q.w < 0) q = {-q.w, -q.x, -q.y, -q.z};
+    const Vec3 v{q.x, q.y, q.z};
+    const double sine = length(v);
+    return sine > 0 ? v * (2 * std::atan2(sine, q.w) / sine) : Vec3{};
+}
+
+/// Derivative of the rotation vector `turn` of a frame that rotates at `rate_rad_s` in its own axes (Shuster,
+/// A survey of attitude representations, J. Astronaut. Sci. 41, 439, 1993, eq. 276, for rates in own axes).
+Vec3 vector_rate(Vec3 turn, Vec3 rate_rad_s) noexcept {
+    const double angle2 = length_squared(turn), angle = std::sqrt(angle2);
+    // The factor has the limit 1/12.
+    const double factor = angle > 1e-3 ? (1 - angle / 2 / std::tan(angle / 2)) / angle2 : 1.0 / 12;
+    return rate_rad_s + cross(turn, rate_rad_s) * 0.5 + cross(turn, cross(turn, rate_rad_s)) * factor;
+}
+
+/// Hermite's cubic at the share `s` of a span from 0 to `to`, with the slopes at both ends per span.
+Vec3 hermite(Vec3 to, Vec3 slope0, Vec3 slope1, double s) noexcept {
+    return s * (slope0 + s * (3 * to - 2 * slope0 - slope1 + s * (slope0 + slope1 - 2 * to)));
+}
+
+/// Pose at the share `s` of `span_s` between two poses with rates: cubic in position and in the rotation
+/// vector from the first attitude.
+Pose between(const Pose& a, const PoseRates& a_rates, const Pose& b, const PoseRates& b_rates, double span_s,
+             double s) noexcept {
+    Pose pose = interpolate(a, b, s);
+    pose.position_m = a.position_m + hermite(b.position_m - a.position_m, a_rates.velocity_m_s * span_s,
+                                             b_rates.velocity_m_s * span_s, s);
+    const Vec3 turn = rotation_vector(conjugate(a.orientation) * b.orientation);
+    // With more than half a turn the shortest way is not that of the rates.
+    constexpr double most_rad = 3;
+    const double stated_rad = std::max(length(a_rates.rate_rad_s), length(b_rates.rate_rad_s)) * span_s;
+    if (length(turn) > most_rad || stated_rad > most_rad) return pose;
+    const Vec3 turned =
+        hermite(turn, a_rates.rate_rad_s * span_s, vector_rate(turn, b_rates.rate_rad_s) * span_s, s);
+    if (const double angle = length(turned); angle > 0)
+        pose.orientation = normalized(a.orientation * axis_angle(turned, angle));
+    else
+        pose.orientation = a.orientation;
+    return pose;
+}
+
 } // namespace
 
 bool PoseRing::push(double time_s, const Pose& pose, const std::optional<PoseRates>& rates) noexcept {
@@ -90,7 +133,11 @@ Pose PoseRing::evaluate(std::uint64_t count, double time_s) const noexcept {
             --after;
     }
     const double from_s = time_of(after - 1), to_s = time_of(after);
-    return interpolate(pose_of(after - 1), pose_of(after), (time_s - from_s) / (to_s - from_s));
+    const Pose from = pose_of(after - 1), to = pose_of(after);
+    const double share = (time_s - from_s) / (to_s - from_s);
+    if (PoseRates before, behind; share < 1 && rates_of(after - 1, before) && rates_of(after, behind))
+        return between(from, before, to, behind, to_s - from_s, share);
+    return interpolate(from, to, share);
 }
 
 } // namespace obscura::emulator

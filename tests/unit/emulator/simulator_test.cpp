@@ -111,7 +111,7 @@ TEST_CASE("between poses there is interpolation, past the last one a limited ext
     check(100, 32.5, 0.45); // and hold
 }
 
-TEST_CASE("past a pose with rates these go on, and its age is told") {
+TEST_CASE("after the newest pose the motion goes on with the stated rates, and the age grows") {
     PoseRing ring(0.5);
     Pose pose;
     CHECK(ring.age_s(7) == 0);
@@ -126,10 +126,58 @@ TEST_CASE("past a pose with rates these go on, and its age is told") {
     check(1.25, 11, 0.25, 0.25);
     check(9, 12, 0.2, 8); // held after 0.5 s
     REQUIRE(ring.push(2, turned(20, 0.2), PoseRates{{-1, 0, 0}, {0, 0, 0}}));
-    check(1.5, 15, 0.25, 0); // between poses: linear
+    // Between poses with rates cubics: the mean of both ends plus an eighth of the difference of the rates.
+    check(1.5, 15.625, 0.225, 0);
     check(2.25, 19.75, 0.2, 0.25);
     REQUIRE(ring.push(3, turned(30, 0.4))); // none stated: those between the last two
     check(3.25, 32.5, 0.45, 0.25);
+    check(2.5, 25, 0.3, 0); // one of the two has none: linear
+}
+
+TEST_CASE("between poses with rates the motion is met to the fourth order of their distance") {
+    // A thing that swings about one axis while that turns about another, on a curved path.
+    const auto attitude = [](double t) {
+        return axis_angle({0, 0, 1}, 0.7 * t) * axis_angle({1, 0, 0}, 0.5 * std::sin(t));
+    };
+    const auto rate = [](double t) {
+        const double a = 0.5 * std::sin(t);
+        return Vec3{0.5 * std::cos(t), 0.7 * std::sin(a), 0.7 * std::cos(a)};
+    };
+    const auto position = [](double t) { return Vec3{t * t * t, std::sin(t), 2 - t * t}; };
+    const auto velocity = [](double t) { return Vec3{3 * t * t, std::cos(t), -2 * t}; };
+    const auto worst = [&](double step_s, bool rates) {
+        PoseRing ring(0);
+        for (int i = 0; i <= 4; ++i) {
+            const double t = i * step_s;
+            REQUIRE(ring.push(t, {position(t), attitude(t)},
+                              rates ? std::optional<PoseRates>({velocity(t), rate(t)}) : std::nullopt));
+        }
+        std::array<double, 2> most{};
+        for (double t = 0; t < 4 * step_s; t += step_s / 16) {
+            Pose pose;
+            REQUIRE(ring.at(t, pose));
+            const Quat d = conjugate(pose.orientation) * attitude(t);
+            most[0] = std::max(most[0], length(pose.position_m - position(t)));
+            most[1] = std::max(most[1], 2 * std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z));
+        }
+        return most;
+    };
+    const auto coarse = worst(0.4, true), fine = worst(0.2, true), linear = worst(0.2, false);
+    CAPTURE(coarse, fine, linear);
+    // The fourth derivative of the sine times h^4 / 384.
+    CHECK(fine[0] < 0.2 * 0.2 * 0.2 * 0.2 / 384);
+    for (const std::size_t part : {0, 1}) {
+        CHECK(coarse[part] / fine[part] > 10);
+        CHECK(linear[part] / fine[part] > 50);
+    }
+    // A steady rotation is met at any distance, up to half a turn.
+    PoseRing ring(0);
+    for (const double t : {0.0, 1.0})
+        REQUIRE(ring.push(t, {{}, axis_angle({1, 2, 2}, 2.5 * t)}, PoseRates{{}, Vec3{1, 2, 2} * (2.5 / 3)}));
+    Pose pose;
+    REQUIRE(ring.at(0.3, pose));
+    const Quat d = conjugate(pose.orientation) * axis_angle({1, 2, 2}, 0.75);
+    CHECK(std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z) < 1e-12);
 }
 
 TEST_CASE("the rotation rate is about the thing's own axes") {
