@@ -33,6 +33,17 @@ def run(obscura, *arguments):
     return done.stdout
 
 
+def renderer(obscura, folder):
+    """Function render(name, scene text, further arguments) -> images of the FITS file, made in the folder."""
+
+    def render(name, text, *arguments):
+        (folder / f"{name}.toml").write_text(text)
+        run(obscura, "render", folder / f"{name}.toml", "-o", folder / f"{name}.fits", *arguments)
+        return read_fits(folder / f"{name}.fits")[1]
+
+    return render
+
+
 def read_fits(file):
     """Header of the first unit as a dictionary, and the images of all units by EXTNAME (the first: ''), first row first."""
     data = pathlib.Path(file).read_bytes()

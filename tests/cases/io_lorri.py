@@ -285,11 +285,7 @@ def main():
     report = Report()
     temporary = tempfile.TemporaryDirectory(prefix="obscura-io-lorri-")
     folder = pathlib.Path(temporary.name)
-
-    def render(name, text, *arguments):
-        (folder / f"{name}.toml").write_text(text)
-        case_files.run(options.obscura, "render", folder / f"{name}.toml", "-o", folder / f"{name}.fits", *arguments)
-        return case_files.read_fits(folder / f"{name}.fits")[1]
+    render = case_files.renderer(options.obscura, folder)
 
     text = scene_text(frame, kernels)
     if options.scene:

@@ -187,11 +187,7 @@ def main():
     report = Report()
     temporary = tempfile.TemporaryDirectory(prefix="obscura-jovian-")
     folder = pathlib.Path(temporary.name)
-
-    def render(name, text, *arguments):
-        (folder / f"{name}.toml").write_text(text)
-        case_files.run(options.obscura, "render", folder / f"{name}.toml", "-o", folder / f"{name}.fits", *arguments)
-        return case_files.read_fits(folder / f"{name}.fits")[1]
+    render = case_files.renderer(options.obscura, folder)
 
     if not options.kernel:
         stand_in(report)

@@ -7,38 +7,16 @@ import math
 import os
 import pathlib
 import struct
-import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+from verb_checks import VerbChecks  # noqa: E402
+
 obscura = sys.argv[1]
-failures = []
+checks = VerbChecks(obscura)
+run, check, check_near, check_refused = checks.run, checks.check, checks.check_near, checks.check_refused
 folder = pathlib.Path(tempfile.mkdtemp())
-
-
-def run(*words, status=0):
-    done = subprocess.run([obscura, *map(str, words)], capture_output=True, text=True)
-    if done.returncode != status:
-        check(f"{words}: exit ({done.stderr.strip()})", done.returncode, status)
-    return done.stdout if status == 0 else done.stderr
-
-
-def check(what, got, wanted):
-    if got != wanted:
-        failures.append(what)
-        print(f"FAILED: {what}: {got!r}, wanted {wanted!r}")
-
-
-def check_near(what, got, wanted, limit):
-    if not abs(got - wanted) <= limit:
-        failures.append(what)
-        print(f"FAILED: {what}: {got!r}, wanted {wanted!r} within {limit}")
-
-
-def check_refused(words, status, message):
-    lines = run(*words, status=status)
-    check(f"{words}: one line", lines.count("\n"), 1)
-    check(f"{words}: {lines!r} has {message!r}", message in lines, True)
 
 
 def spk(segments):
@@ -115,4 +93,4 @@ if (data / "de405_2000-2050.bsp").exists():
 else:
     print(f"SKIPPED: {data}/de405_2000-2050.bsp is not there")
 
-sys.exit(1 if failures else 0)
+checks.end()

@@ -4,34 +4,17 @@
 Usage: time_test.py OBSCURA"""
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 from fractions import Fraction
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+from verb_checks import VerbChecks  # noqa: E402
+
 obscura = sys.argv[1]
-failures = []
+checks = VerbChecks(obscura, "time")
+run, check, check_refused = checks.run, checks.check, checks.check_refused
 folder = pathlib.Path(tempfile.mkdtemp())
-
-
-def run(*words, status=0):
-    done = subprocess.run([obscura, "time", *map(str, words)], capture_output=True, text=True)
-    if done.returncode != status:
-        check(f"{words}: exit", done.returncode, status)
-    return done.stdout if status == 0 else done.stderr
-
-
-def check(what, got, wanted):
-    if got != wanted:
-        failures.append(what)
-        print(f"FAILED: {what}: {got!r}, wanted {wanted!r}")
-
-
-def check_refused(words, status, message):
-    lines = run(*words, status=status)
-    check(f"{words}: one line", lines.count("\n"), 1)
-    check(f"{words}: {lines!r} has {message!r}", message in lines, True)
-
 
 everything = run("2016-12-31T23:59:60.5Z").splitlines()
 check("scales", [line.split()[0] for line in everything[:5]], ["UTC", "TAI", "TT", "TDB", "GPS"])
@@ -101,5 +84,4 @@ for text in ("1961-08-01T00:00:00.1", "1969-07-20T20:17:40", "1972-06-30T23:59:6
     check(f"{text}: back from TDB", back["tai_ns"], ours["tai_ns"])
 print(f"largest difference from astropy: {largest:.3f} ns")
 
-print(f"{len(failures)} checks failed")
-sys.exit(1 if failures else 0)
+checks.end()

@@ -3,6 +3,7 @@
 #include "ephemeris/kernels/apparent_place.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
+#include "tests/support/de405_states.hpp"
 
 #include <array>
 #include <cmath>
@@ -12,16 +13,13 @@
 #include <vector>
 
 using namespace obscura;
+using obscura::test::angle;
 using namespace obscura::ephemeris;
 
 namespace {
 
 constexpr double deg = std::numbers::pi / 180;
 constexpr double mas = deg / 3.6e6;
-
-double angle(Vec3 a, Vec3 b) {
-    return std::atan2(length(cross(a, b)), dot(a, b));
-}
 
 } // namespace
 

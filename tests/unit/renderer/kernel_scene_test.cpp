@@ -11,6 +11,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/daf_writer.hpp"
 #include "tests/support/data.hpp"
+#include "tests/support/de405_states.hpp"
 #include "tests/support/temp_folder.hpp"
 
 #include <array>
@@ -23,15 +24,12 @@
 
 using namespace obscura;
 using Catch::Matchers::ContainsSubstring;
+using obscura::test::angle;
 
 namespace {
 
 constexpr double deg = std::numbers::pi / 180;
 constexpr double mas = deg / 3.6e6;
-
-double angle(Vec3 a, Vec3 b) {
-    return std::atan2(length(cross(a, b)), dot(a, b));
-}
 
 double angle_between(Quat a, Quat b) {
     const Quat d = conjugate(a) * b;
