@@ -22,11 +22,15 @@ enum class TruthKind : std::uint8_t {
     landmark,   ///< named point of a body
     limb,       ///< point of a body's outline
     terminator, ///< point of a body where the centre of the Sun is on the horizon
+    galaxy,     ///< centre of an extended object at infinite distance
 };
 constexpr auto enum_names(TruthKind /*type*/) {
-    return std::array{EnumName{TruthKind::star, "star"}, EnumName{TruthKind::body, "body"},
-                      EnumName{TruthKind::landmark, "landmark"}, EnumName{TruthKind::limb, "limb"},
-                      EnumName{TruthKind::terminator, "terminator"}};
+    return std::array{EnumName{TruthKind::star, "star"},
+                      EnumName{TruthKind::body, "body"},
+                      EnumName{TruthKind::landmark, "landmark"},
+                      EnumName{TruthKind::limb, "limb"},
+                      EnumName{TruthKind::terminator, "terminator"},
+                      EnumName{TruthKind::galaxy, "galaxy"}};
 }
 
 /// Visibility of an object in a frame.
@@ -83,10 +87,10 @@ struct TruthEntry {
     std::int64_t exposure_ns = 0;      ///< of that row
     double range_m = unknown;          ///< from the camera, at `time`; infinite for stars
     double visible_share = 1;          ///< of its light, or of its disc
-    double magnitude_v = unknown;      ///< stars
-    double irradiance_w_m2 = unknown;  ///< at the entrance pupil, sum of the bands
+    double magnitude_v = unknown;      ///< stars and galaxies
+    double irradiance_w_m2 = unknown;  ///< at the entrance pupil, sum of the bands; landmarks: of its pixel
     double signal_e = unknown;         ///< expected electrons in all its pixels
-    double peak_e = unknown;           ///< expected electrons in its brightest pixel
+    double peak_e = unknown;           ///< expected electrons in its brightest pixel; landmarks: in its pixel
     double snr = unknown;              ///< of a fit of its image, see docs/truth.md
 };
 
@@ -103,7 +107,7 @@ struct SceneTruth {
     Time mid_exposure; ///< half way between the first reset and the last read
     Vec3 sun_position_m;
     std::vector<TruthPose> poses; ///< the camera, then all bodies
-    /// Bodies with the Sun, landmarks, stars, limbs with terminators.
+    /// Bodies with the Sun, landmarks, stars, sky objects, limbs with terminators.
     std::vector<TruthEntry> entries;
     std::uint64_t entries_left_out = 0; ///< further ones, for which there was no room
 };

@@ -18,8 +18,8 @@
 #include "renderer/lights/lighting.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
-#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/position.hpp"
+#include "renderer/truth/body_light.hpp"
 #include "renderer/truth/landmarks.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/scene_truth.hpp"
@@ -70,9 +70,8 @@ struct Scratch {
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     WorkClock work;
-    std::vector<SurfaceTiles::Pin> pins; ///< of all terrains, while a row is rendered
-    RowTime measured{};                  ///< the exposure that `motion` belongs to
-    double motion = 0;                   ///< see motion_px()
+    RowTime measured{}; ///< the exposure that `motion` belongs to
+    double motion = 0;  ///< see motion_px()
     /// The request and exposure that `rows` and `swept` are set up for; request 0: none.
     std::uint64_t set_up_for = 0;
     RowTime set_up_time{};
@@ -117,6 +116,8 @@ bool resolves_any(const RowState& row, double field_rad) {
 } // namespace
 
 struct Renderer::Impl {
+    class TracedLight;
+
     scene::Scene scene;
     RenderSettings settings;
     unsigned threads;
@@ -124,8 +125,7 @@ struct Renderer::Impl {
     GaussianPsf gaussian_psf;
     std::unique_ptr<const Psf> psf; ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
-    std::vector<const SurfaceTiles*> terrains; ///< tiles of the bodies, each once
-    std::vector<Vec3> landmarks_m;             ///< see landmark_points()
+    std::vector<Vec3> landmarks_m; ///< see landmark_points()
     PointSplatter splatter;
     std::vector<StrayMap> stray;
     double field_rad;             ///< largest angle of a pixel's centre to the boresight
@@ -159,10 +159,6 @@ struct Renderer::Impl {
           stray(read_stray_light(scene)),
           field_rad(lens->field_angle_rad(1)),
           arena(static_cast<int>(threads)) {
-        for (const BuiltBody& body : bodies)
-            if (const SurfaceTiles* tiles = body.shape->tiles();
-                tiles != nullptr && std::find(terrains.begin(), terrains.end(), tiles) == terrains.end())
-                terrains.push_back(tiles);
         if (settings.enter_worker) observer.emplace(arena, settings.enter_worker);
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
@@ -278,9 +274,6 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std
                 complete.store(false, std::memory_order_relaxed);
                 break;
             }
-            local.pins.clear();
-            for (const SurfaceTiles* const tiles : terrains)
-                local.pins.push_back(tiles->pin());
             do_row(r, local);
             local.work.row_done();
             // Update after each row: the supervisor reads these as watchdog progress.
@@ -288,7 +281,6 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std
             samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
             local.counts = {};
         }
-        local.pins.clear();
         local.work.stop(work_done);
     };
 #ifdef __SANITIZE_THREAD__
@@ -697,9 +689,50 @@ void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     }
 }
 
+/// Traces as frames are traced, one instant after another.
+class Renderer::Impl::TracedLight final : public BodyLight {
+public:
+    TracedLight(const Impl& impl, Scratch& scratch) : impl_(impl), scratch_(scratch) {}
+
+    [[nodiscard]] BandLight irradiance(std::size_t body, double time_s, const Region& sensor) override {
+        return traced(time_s, [&](const RowState& row, Tracer& tracer, BandLight& light) {
+            trace_irradiance(row, static_cast<std::int32_t>(body), *scratch_.lens, sensor, tracer,
+                             scratch_.candidates, light);
+        });
+    }
+    [[nodiscard]] BandLight radiance(std::size_t body, double time_s, Vec3 direction) override {
+        return traced(time_s, [&](const RowState& row, Tracer& tracer, BandLight& light) {
+            trace_radiance(row, static_cast<std::int32_t>(body), direction, impl_.pixel_width_rad(), tracer,
+                           scratch_.candidates, light);
+        });
+    }
+
+private:
+    /// Calls `trace(row, tracer, light)`, whose light is in the channels and the unit of the tracer.
+    template<typename Trace>
+    BandLight traced(double time_s, const Trace& trace) {
+        if (time_s != time_s_) impl_.begin_row(time_s, scratch_);
+        time_s_ = time_s;
+        BandLight light{};
+        impl_.with_tracer(scratch_.rows[0], scratch_,
+                          [&](Tracer& tracer) { trace(scratch_.rows[0], tracer, light); });
+        if (impl_.plain) {
+            const double per_sun = light[0];
+            for (std::size_t b = 0; b < impl_.sun_w_m2.size(); ++b)
+                light[b] = per_sun * impl_.sun_w_m2[b];
+        }
+        return light;
+    }
+
+    const Impl& impl_;
+    Scratch& scratch_;
+    double time_s_ = std::numeric_limits<double>::quiet_NaN(); ///< of the first row state
+};
+
 void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const {
     StarsInView& in_view = impl_->block_scratch.local().stars;
     impl_->splatter.star_rows().find(request.rows, in_view);
+    Impl::TracedLight light(*impl_, impl_->scratch.local());
     const TruthScene scene{impl_->scene,
                            impl_->bodies,
                            *impl_->lens,
@@ -710,7 +743,8 @@ void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const 
                            impl_->splatter.sky(),
                            impl_->sun_w_m2,
                            impl_->settings.max_instants,
-                           impl_->splatter.reach_px()};
+                           impl_->splatter.reach_px(),
+                           &light};
     renderer::list_truth(scene, request, truth);
 }
 

@@ -72,7 +72,6 @@ BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, 
       found_(&memory) {
     if (radii_m_.x > 0) return;
     found_.resize(points);
-    if (kind != TruthKind::limb) return;
     for (std::uint32_t i = 0; i < points; ++i)
         found_[i] = outermost(*scene.bodies[body].shape, viewer_m(middle), 2 * std::numbers::pi * i / points);
 }
@@ -101,6 +100,7 @@ Vec3 BodyCurve::point_m(const TruthState& state, std::uint32_t i) const {
 
 bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {
     if (kind_ == TruthKind::limb) return true;
+    if (!(radii_m_.x > 0)) return faces_camera(scene_, state, body_, point_m(state, i));
     const Vec3 scale = inverse(radii_m_);
     const Vec3 camera = product(to_local(state.bodies[body_], state.camera.position_m), scale);
     return dot(product(point_m(state, i), scale), camera) > 1;

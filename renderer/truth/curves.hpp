@@ -15,12 +15,13 @@ namespace obscura::renderer {
 
 /// Limb: the outline seen by the camera. Terminator: where the centre of the Sun is on the horizon. Of
 /// ellipsoids both are exact: the points whose tangent planes hold the camera, or the centre of the Sun. Of
-/// other shapes the limb is found by rays, outwards from the direction to the body's origin: the outermost
-/// surface in each; it holds at one state, and its points are taken along with the body. They have no
+/// other shapes they are outlines seen by the camera and by the Sun, found by rays outwards from the
+/// direction to the body's origin: the outermost surface in each. They hold at one state, and their points
+/// are taken along with the body. Shadows within the outline that the Sun sees have no part in the
 /// terminator.
 class BodyCurve {
 public:
-    /// `middle`: the state at which the limb of other shapes than ellipsoids holds; `memory` outlives this.
+    /// `middle`: the state at which the curves of other shapes than ellipsoids hold; `memory` outlives this.
     BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
               const TruthState& middle, std::pmr::memory_resource& memory);
 

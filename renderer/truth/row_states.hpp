@@ -21,6 +21,8 @@
 
 namespace obscura::renderer {
 
+class BodyLight;
+
 /// Renderer's own description of a scene, for the truth table. Does not own anything; outlives what uses it.
 struct TruthScene {
     const scene::Scene& scene;
@@ -33,7 +35,8 @@ struct TruthScene {
     const SkySources& sky;
     std::span<const double> sun_w_m2; ///< per band, at 1 au
     std::uint32_t max_instants;
-    double reach_px; ///< of the PSF
+    double reach_px;            ///< of the PSF
+    BodyLight* light = nullptr; ///< null: the light of bodies is unknown
 };
 
 /// Poses at one instant.

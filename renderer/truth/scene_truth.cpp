@@ -6,6 +6,7 @@
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/shapes/single_ray.hpp"
+#include "renderer/truth/body_light.hpp"
 #include "renderer/truth/curves.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/sight.hpp"
@@ -112,6 +113,7 @@ public:
             };
             const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
             TruthEntry entry;
+            entry.kind = TruthKind::star;
             entry.object = static_cast<std::int32_t>(scene_.stars.numbers[i]);
             entry.magnitude_v = scene::star_of(scene_.scene, scene_.stars.numbers[i]).magnitude_v;
             entry.range_m = no_hit;
@@ -139,11 +141,31 @@ public:
                 return !is_hidden(scene_, s, d, middle->distance_m);
             };
             TruthEntry entry;
+            entry.kind = TruthKind::star;
             entry.object = -1;
             entry.name.set(scene_.sky.object(i).name);
             entry.magnitude_v = middle->magnitude_v;
             entry.range_m = middle->distance_m;
             add_point_source(entry, towards, seen, sum_of(irradiance));
+        }
+    }
+
+    void add_galaxies() {
+        for (const SkySources::Galaxy& galaxy : scene_.sky.galaxies()) {
+            use_light(galaxy.irradiance_w_m2);
+            const StarPlace place{galaxy.direction, {}, 0};
+            const auto towards = [&](const TruthState& s) {
+                return s.camera_from_inertial *
+                       place.from(star_observer(scene_.scene, s.camera.position_m, s.time_s));
+            };
+            const auto seen = [&](const TruthState& s, Vec3 d) { return !is_hidden(scene_, s, d, no_hit); };
+            TruthEntry entry;
+            entry.kind = TruthKind::galaxy;
+            entry.object = -1;
+            entry.name.set(galaxy.object->name);
+            entry.magnitude_v = galaxy.object->star.magnitude_v;
+            entry.range_m = no_hit;
+            add_point_source(entry, towards, seen, sum_of(galaxy.irradiance_w_m2));
         }
     }
 
@@ -162,6 +184,45 @@ private:
         states_.set_band_weights(signal_);
     }
     void use_sunlight() { use_light(scene_.sun_w_m2); }
+    [[nodiscard]] bool counts_electrons() const {
+        return !request_.detector.electrons_per_s_per_w_m2.empty();
+    }
+    /// Expected electrons per second of a light.
+    [[nodiscard]] double electrons_per_s(const BandLight& light) const {
+        double sum = 0;
+        const auto& response = request_.detector.electrons_per_s_per_w_m2;
+        for (std::size_t b = 0; b < std::min(scene_.sun_w_m2.size(), response.size()); ++b)
+            sum += light[b] * response[b];
+        return sum;
+    }
+    [[nodiscard]] double sum_of_bands(const BandLight& light) const {
+        return sum_of(std::span(light).first(scene_.sun_w_m2.size()));
+    }
+
+    /// Sets the light of a body that is seen, in all its pixels in the window.
+    void set_body_light(TruthEntry& entry, std::size_t body, std::size_t window, double time_s) {
+        if (scene_.light == nullptr || !(entry.visible_share > 0)) return;
+        const BandLight light = scene_.light->irradiance(body, time_s, request_.windows[window].sensor);
+        const double irradiance_w_m2 = sum_of_bands(light);
+        if (!(irradiance_w_m2 > 0)) return;
+        entry.irradiance_w_m2 = irradiance_w_m2;
+        if (counts_electrons()) entry.signal_e = electrons_per_s(light) * to_seconds(entry.exposure_ns);
+    }
+
+    /// Sets the light of the pixel that has a landmark, of its radiance.
+    void set_landmark_light(TruthEntry& entry, std::size_t body, std::size_t window, const Landing& landing,
+                            Vec3 towards) {
+        if (scene_.light == nullptr || !(landing.seen > 0)) return;
+        const TruthState& state = *landing.state;
+        const ImagePoint at = on_sensor(request_.windows[window], landing);
+        const double pixel = scene_.lens.solid_angle_sr(at.x, at.y) * states_.transmission(state, towards);
+        BandLight light = scene_.light->radiance(body, state.time_s, normalized(towards));
+        for (double& band : light)
+            band *= pixel;
+        entry.irradiance_w_m2 = sum_of_bands(light);
+        if (counts_electrons())
+            entry.peak_e = electrons_per_s(light) * to_seconds(entry.exposure_ns) * landing.seen;
+    }
 
     void push(const TruthEntry& entry) {
         if (request_.most_entries > 0 && truth_.entries.size() >= request_.most_entries)
@@ -178,7 +239,6 @@ private:
     /// Adds `entry` for each window in which a point source of the light in use lands.
     void add_point_source(TruthEntry entry, const RowStates::Direction& towards, const RowStates::Seen& seen,
                           double irradiance_w_m2) {
-        entry.kind = TruthKind::star;
         entry.irradiance_w_m2 = irradiance_w_m2;
         for (std::size_t w = 0; w < request_.windows.size(); ++w) {
             const std::optional<Landing> landing = states_.land(w, towards, seen);
@@ -187,10 +247,16 @@ private:
             set_place(landed, w, *landing);
             landed.visible_share = landing->seen;
             landed.visibility = visibility_of(landing->seen, landing->inside);
-            if (!request_.detector.electrons_per_s_per_w_m2.empty())
-                set_signal(landed, request_.detector, sum_of(signal_) * landing->seconds,
-                           image_of_point(scene_, on_sensor(request_.windows[w], *landing), landing->streak,
-                                          signal_));
+            if (counts_electrons()) {
+                // The image of a galaxy is not that of a point.
+                const double signal_e = sum_of(signal_) * landing->seconds;
+                if (entry.kind == TruthKind::galaxy)
+                    landed.signal_e = signal_e;
+                else
+                    set_signal(landed, request_.detector, signal_e,
+                               image_of_point(scene_, on_sensor(request_.windows[w], *landing),
+                                              landing->streak, signal_));
+            }
             push(landed);
         }
     }
@@ -225,6 +291,7 @@ private:
                 if (!outside) outside = here;
                 continue;
             }
+            if (landing) set_landmark_light(here, body, w, *landing, towards(state));
             push(here);
             added = true;
         }
@@ -291,9 +358,12 @@ private:
             if (b >= scene_.scene.bodies.size()) { // the Sun
                 const double distances = astronomical_unit_m / entry.range_m;
                 entry.irradiance_w_m2 = sum_of(scene_.sun_w_m2) * distances * distances;
-                if (!request_.detector.electrons_per_s_per_w_m2.empty())
+                if (counts_electrons())
                     entry.signal_e =
                         sum_of(signal_) * distances * distances * shares.seen * to_seconds(entry.exposure_ns);
+            } else {
+                entry.irradiance_w_m2 = entry.signal_e = TruthEntry::unknown;
+                set_body_light(entry, b, w, state.time_s);
             }
             if (entry.visibility == TruthVisibility::outside) {
                 if (!outside) outside = entry;
@@ -355,6 +425,7 @@ void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth
     lister.add_landmarks();
     lister.add_stars();
     lister.add_sky();
+    lister.add_galaxies();
     lister.add_curves();
 }
 

@@ -5,6 +5,7 @@
 #include "ephemeris/kernels/apparent_place.hpp"
 #include "renderer/camera/aberration.hpp"
 #include "renderer/lights/galaxy.hpp"
+#include "renderer/lights/star_field.hpp"
 #include "renderer/lights/star_spectra.hpp"
 #include "renderer/world/kinematics.hpp"
 
@@ -22,6 +23,13 @@ constexpr double pi = std::numbers::pi;
 SkySources::SkySources(const scene::Scene& scene) : scene_(scene) {
     if (!scene.sky_objects) return;
     for (const scene::SkyObject& object : *scene.sky_objects) {
+        if (object.kind == scene::SkyObject::Kind::galaxy) {
+            Galaxy& galaxy = galaxies_.emplace_back();
+            galaxy.object = &object;
+            galaxy.direction = star_direction(object.star.right_ascension_rad, object.star.declination_rad);
+            for (const SpectralBand& band : scene.bands)
+                galaxy.irradiance_w_m2.push_back(star_irradiance_w_m2(object.star, band));
+        }
         if (object.still() || object.kind == scene::SkyObject::Kind::galaxy) continue;
         moving_.push_back(&object);
         scene::Star star = object.star;

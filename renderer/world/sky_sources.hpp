@@ -31,9 +31,18 @@ public:
     /// Irradiances of object `i` in the bands, W/m2. Real-time safe.
     void irradiance(std::size_t i, const SkySource& source, std::span<double> irradiance_w_m2) const;
 
+    /// A galaxy, which is shown as points of a StarField.
+    struct Galaxy {
+        const scene::SkyObject* object = nullptr;
+        Vec3 direction; ///< of its centre: unit, J2000
+        std::vector<double> irradiance_w_m2;
+    };
+    [[nodiscard]] std::span<const Galaxy> galaxies() const { return galaxies_; }
+
 private:
     const scene::Scene& scene_;
     std::vector<const scene::SkyObject*> moving_;
+    std::vector<Galaxy> galaxies_;
     std::vector<double> zero_w_m2_; ///< at V = 0: bands of the first object, then of the next one
 };
 

@@ -71,6 +71,7 @@ public:
         draw_bodies();
         draw_landmarks();
         draw_stars();
+        draw_sky_objects();
         std::vector<DrawnPoint> edge = frame();
         edge.push_back(edge.front());
         drawing_.line(edge, 1.2, border);
@@ -234,6 +235,19 @@ private:
             if (add_label(at((*e)->x_px, (*e)->y_px), radius_of((*e)->magnitude_v) + 2, name.shortest(),
                           label))
                 ++labels;
+        }
+    }
+
+    void draw_sky_objects() {
+        for (const TruthEntry& e : chart_.truth.entries) {
+            if (!is_sky_object(e) || e.visibility == TruthVisibility::hidden ||
+                e.magnitude_v > chart_.faintest_v)
+                continue;
+            const auto [x, y] = at(e.x_px, e.y_px);
+            constexpr double half = 5;
+            drawing_.line({{x, y - half}, {x + half, y}, {x, y + half}, {x - half, y}, {x, y - half}}, 1.2,
+                          label);
+            add_label({x, y}, half + 2, std::string(e.name.view()), label);
         }
     }
 

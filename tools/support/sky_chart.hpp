@@ -16,9 +16,14 @@ struct SkyChart {
     const StarNames& names;
     std::int32_t curve_points = 0; ///< of each limb and terminator in `truth`
     double time_s = 0;
-    double faintest_v = 99;   ///< fainter stars are not drawn
+    double faintest_v = 99;   ///< fainter stars and sky objects are not drawn
     std::int32_t side = 1000; ///< longer side of the field, pixels of the drawing
 };
+
+/// Whether an entry is one of the scene's sky objects: what moves or varies, or a galaxy.
+[[nodiscard]] inline bool is_sky_object(const TruthEntry& entry) {
+    return entry.kind == TruthKind::galaxy || (entry.kind == TruthKind::star && entry.object < 0);
+}
 
 /// Right ascension and declination of the direction of the camera's boresight, rad.
 [[nodiscard]] std::pair<double, double> boresight_of(const Pose& camera);

@@ -36,7 +36,9 @@ public:
     void declare(CommandLine& line) override {
         line.summary = "lists what is in the camera's field: stars with names, bodies; draws a chart";
         line.description =
-            "Prints the stars, bodies and landmarks that a scene's camera has in its field at an instant: "
+            "Prints the stars, sky objects, bodies and landmarks that a scene's camera has in its field at "
+            "an "
+            "instant: "
             "name, number in the scene, V magnitude, right ascension and declination (J2000), pixel, and "
             "whether a body hides it. Pixels are true positions with distortion, light time and "
             "aberration; the centre of the upper left pixel is (0, 0). With --output also a chart with "
@@ -121,9 +123,10 @@ private:
     }
 
     void print(const scene::Scene& scene, const SceneTruth& truth, const StarNames& names) const {
-        std::vector<const TruthEntry*> stars, bodies, landmarks;
+        std::vector<const TruthEntry*> stars, bodies, landmarks, sky_objects;
         for (const TruthEntry& e : truth.entries) {
             if (e.kind == TruthKind::star && e.object >= 0 && e.magnitude_v <= faintest_) stars.push_back(&e);
+            if (is_sky_object(e) && e.magnitude_v <= faintest_) sky_objects.push_back(&e);
             if (e.visibility == TruthVisibility::outside) continue;
             if (e.kind == TruthKind::body) bodies.push_back(&e);
             if (e.kind == TruthKind::landmark) landmarks.push_back(&e);
@@ -139,6 +142,7 @@ private:
                  {"boresight_dec_deg", dec / degree},
                  {"bodies", Json::array()},
                  {"landmarks", Json::array()},
+                 {"sky_objects", Json::array()},
                  {"stars", Json::array()}};
         if (!json_)
             fmt::print(
@@ -147,6 +151,7 @@ private:
                 bodies.size(), stars.size());
         print_places("body", "bodies", bodies, out);
         print_places("landmark", "landmarks", landmarks, out);
+        print_sky_objects(sky_objects, out);
         if (!json_ && !stars.empty())
             fmt::print("\n{:<16} {:<10} {:>7} {:>6} {:>10} {:>10} {:>11} {:>11}  {}\n", "star", "", "number",
                        "V", "RA deg", "Dec deg", "x px", "y px", "seen");
@@ -192,6 +197,31 @@ private:
             else
                 entry["lit"] = e->lit;
             out[list].push_back(std::move(entry));
+        }
+    }
+
+    /// What moves or varies, and galaxies.
+    void print_sky_objects(const std::vector<const TruthEntry*>& entries, Json& out) const {
+        if (!json_ && !entries.empty())
+            fmt::print("\n{:<22} {:<8} {:>6} {:>14} {:>11} {:>11}  {}\n", "sky object", "", "V", "range m",
+                       "x px", "y px", "seen");
+        for (const TruthEntry* e : entries) {
+            const char* const kind = e->kind == TruthKind::galaxy ? "galaxy"
+                                     : std::isfinite(e->range_m)  ? "point"
+                                                                  : "star";
+            if (!json_)
+                fmt::print("{:<22} {:<8} {:>6.2f} {:>14.6g} {:>11} {:>11}  {}\n", e->name.view(), kind,
+                           e->magnitude_v, e->range_m, pixel(e->x_px), pixel(e->y_px),
+                           name_of(e->visibility));
+            else
+                out["sky_objects"].push_back(
+                    {{"name", e->name.view()},
+                     {"kind", kind},
+                     {"magnitude_v", e->magnitude_v},
+                     {"range_m", std::isfinite(e->range_m) ? Json(e->range_m) : Json(nullptr)},
+                     {"x_px", e->x_px},
+                     {"y_px", e->y_px},
+                     {"visibility", name_of(e->visibility)}});
         }
     }
 

@@ -94,7 +94,7 @@ public:
                     "Number of the frame in the table (default: the file's FRAMEID; of a table: all frames)",
                     1, 9e15);
         line.option("--kind", &kind_, "KIND", "Only entries of this kind").choices = {
-            "star", "body", "landmark", "limb", "terminator"};
+            "star", "body", "landmark", "limb", "terminator", "galaxy"};
         line.flag("--all", all_, "Also list the points of limbs and terminators, and what is outside");
         line.flag("--csv", csv_, "Print the entries of the table, all columns, as CSV");
         line.flag("--json", json_, "Print one JSON object: header and entries");

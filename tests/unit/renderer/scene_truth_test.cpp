@@ -3,11 +3,16 @@
 #include "core/scene_truth.hpp"
 #include "psf_planes.hpp"
 #include "renderer/materials/lambert.hpp"
+#include "renderer/materials/lommel_seeliger.hpp"
+#include "renderer/mesh_files/mesh_file.hpp"
 #include "renderer/scene_files/scene_file.hpp"
+#include "renderer/shapes/procedural_body.hpp"
 #include "renderer/truth/scene_truth.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
+
+#include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
@@ -345,6 +350,133 @@ std::string landmark(const std::string& name, const std::string& place) {
 }
 
 } // namespace
+
+TEST_CASE("light of bodies and landmarks in the truth table is that of the pixels", "[renderer][truth]") {
+    // A resolved ball with a map, one below a pixel, one half outside of the picture and one half hidden.
+    const test::TempFolder folder;
+    for (const std::uint32_t bounces : {0u, 1u}) {
+        scene::Scene s = test::sphere_scene(renderer::LommelSeeligerParameters{0.4}, 0.7, 30, 256);
+        s.max_bounces = bounces;
+        s.camera.psf_sigma_px = 0.5;
+        if (bounces > 0) s.bands = {{400e-9, 550e-9}, {550e-9, 800e-9}};
+        const Pose camera = s.camera.motion.samples[0].pose;
+        const double px_m = 500.0 / 30; // at the distance of the ball
+        const auto add = [&](const std::string& name, double radius_m, Vec3 place_px, double before_m) {
+            scene::Body body{name,
+                             renderer::EllipsoidParameters{{radius_m, radius_m, 0.8 * radius_m}},
+                             renderer::LambertParameters{0.3},
+                             {}};
+            body.motion.samples[0].pose.position_m =
+                rotate(camera.orientation, place_px * px_m - Vec3{0, 0, before_m});
+            s.bodies.push_back(body);
+        };
+        add("dot", 8, {70, 40, 0}, 0);
+        add("edge", 300, {128, -70, 0}, 0);
+        add("behind", 250, {-35, 0, 0}, -3000);
+        s.landmarks.resize(1);
+        s.landmarks[0].name = "spot";
+        s.landmarks[0].body = "ball";
+        s.landmarks[0].position_m = rotate(conjugate(Quat{}), normalized(Vec3{-0.9, 0.3, 0.2})) * 500.0;
+        renderer::RenderSettings settings;
+        settings.samples_per_pixel = 64;
+        const renderer::Renderer r(s, settings);
+        const std::vector<RowTime> rows(256, RowTime{Time{-5'000'000}, Time{5'000'000}});
+        FrameWindow window;
+        window.sensor = {0, 0, 256, 256};
+        renderer::TruthRequest request;
+        request.windows = {&window, 1};
+        request.rows = rows;
+        const std::vector<double> response(s.bands.size(), 1e18);
+        request.detector.electrons_per_s_per_w_m2 = response;
+        request.detector.saturation_e = 1e9;
+        SceneTruth truth;
+        r.list_truth(request, truth);
+        const std::vector<float> planes = test::render_window(r, {0, 0, 256, 256}, 256);
+        const auto pixel = [&](int x, int y) {
+            double sum = 0;
+            for (std::size_t b = 0; b < s.bands.size(); ++b)
+                sum += static_cast<double>(
+                    planes[(b * 256 + static_cast<std::size_t>(y)) * 256 + static_cast<std::size_t>(x)]);
+            return sum;
+        };
+        const auto light_about = [&](double x, double y, int half) {
+            double sum = 0;
+            for (int j = std::max(0, int(y) - half); j <= std::min(255, int(y) + half); ++j)
+                for (int i = std::max(0, int(x) - half); i <= std::min(255, int(x) + half); ++i)
+                    sum += pixel(i, j);
+            return sum;
+        };
+        int checked = 0;
+        double others = 0;
+        for (const TruthEntry& e : truth.entries) {
+            if (e.kind == TruthKind::body && e.object < 4) {
+                CAPTURE(std::string(e.name.view()), bounces, e.irradiance_w_m2);
+                CHECK(std::abs(e.signal_e / (e.irradiance_w_m2 * 1e18 * 0.01) - 1) < 1e-9);
+                ++checked;
+                if (e.name.view() == "dot")
+                    CHECK(std::abs(e.irradiance_w_m2 / light_about(e.x_px, e.y_px, 12) - 1) < 0.01);
+                else if (e.name.view() == "edge")
+                    CHECK(std::abs(e.irradiance_w_m2 / light_about(e.x_px, e.y_px, 24) - 1) < 0.01);
+                else
+                    others += e.irradiance_w_m2;
+            }
+            if (e.kind == TruthKind::landmark) {
+                ++checked;
+                const int x = static_cast<int>(std::lround(e.x_px)),
+                          y = static_cast<int>(std::lround(e.y_px));
+                CHECK(std::abs(e.irradiance_w_m2 / (light_about(x, y, 1) / 9) - 1) < 0.02);
+                CHECK(std::abs(e.peak_e / (e.irradiance_w_m2 * 1e18 * 0.01) - 1) < 1e-9);
+            }
+        }
+        CHECK(checked == 5);
+        // The ball and what it hides in part.
+        CHECK(std::abs(others / light_about(115, 127, 48) - 1) < 0.01);
+    }
+}
+
+TEST_CASE("the terminator of a mesh is that of the ellipsoid which it follows", "[renderer][truth]") {
+    scene::Scene s = test::sphere_scene(renderer::LambertParameters{0.3}, 1.2, 100, 512);
+    const std::vector<RowTime> rows(512, RowTime{Time{-5}, Time{5}});
+    FrameWindow window;
+    window.sensor = {0, 0, 512, 512};
+    renderer::TruthRequest request;
+    request.windows = {&window, 1};
+    request.rows = rows;
+    const auto curve = [&](const scene::Scene& scene) {
+        SceneTruth truth;
+        renderer::Renderer(scene, {}).list_truth(request, truth);
+        std::vector<std::array<double, 2>> points;
+        for (const TruthEntry& e : truth.entries)
+            if (e.kind == TruthKind::terminator) points.push_back({e.x_px, e.y_px});
+        return points;
+    };
+    const auto exact = curve(s);
+    CHECK(exact.size() > 30);
+    const renderer::TriangleMesh sphere = renderer::make_icosphere(6);
+    std::string obj;
+    for (const auto& v : sphere.vertices)
+        obj += fmt::format("v {:.9g} {:.9g} {:.9g}\n", 500 * v.x, 500 * v.y, 500 * v.z);
+    for (const auto& t : sphere.triangles)
+        obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    const test::TempFolder folder;
+    s.bodies[0].shape = renderer::MeshFileParameters{.path = folder.write("sphere.obj", obj).string()};
+    const auto found = curve(s);
+    CHECK(found.size() > 30);
+    // The outline that the Sun sees of flat facets is up to a facet, 1 degree, away from that of the sphere.
+    double worst = 0;
+    for (const auto& p : found) {
+        if (std::hypot(p[0] - 255.5, p[1] - 255.5) > 97) continue; // past the last exact point, at the limb
+        double nearest = 1e9;
+        for (std::size_t i = 0; i + 1 < exact.size(); ++i)
+            for (double part = 0; part <= 1; part += 0.05)
+                nearest = std::min(nearest,
+                                   std::hypot(p[0] - exact[i][0] - part * (exact[i + 1][0] - exact[i][0]),
+                                              p[1] - exact[i][1] - part * (exact[i + 1][1] - exact[i][1])));
+        worst = std::max(worst, nearest);
+    }
+    CAPTURE(worst);
+    CHECK(worst < 2);
+}
 
 TEST_CASE("landmarks are points of the surface, hidden on the far side and dark on the night side",
           "[renderer][truth]") {

@@ -8,6 +8,7 @@
 #include "renderer/scene/sky_object.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/truth/scene_truth.hpp"
 #include "renderer/world/sky_sources.hpp"
 #include "support.hpp"
 #include "tests/support/catch.hpp"
@@ -189,6 +190,25 @@ TEST_CASE("a galaxy has the light, profile and shape of its description", "[sky]
     const Light light = light_of(s);
     CHECK_THAT(light.sum, WithinRel(star_irradiance_w_m2(galaxy.star, s.bands[0]), 5e-3)); // some is outside
     CHECK_THAT(light.x, WithinAbs((size - 1) / 2.0, 0.1));
+    // The truth table has its centre and all of its light.
+    const std::vector<RowTime> rows(size, RowTime{Time{-5}, Time{5}});
+    FrameWindow window;
+    window.sensor = {0, 0, size, size};
+    TruthRequest request;
+    request.windows = {&window, 1};
+    request.rows = rows;
+    SceneTruth truth;
+    Renderer(s, {}).list_truth(request, truth);
+    REQUIRE(truth.entries.size() == 2); // and the Sun, which is behind the camera
+    const TruthEntry& entry = truth.entries.back();
+    CHECK(entry.kind == TruthKind::galaxy);
+    CHECK(entry.object == -1);
+    CHECK(entry.magnitude_v == 6);
+    CHECK_THAT(entry.x_px, WithinAbs((size - 1) / 2.0, 1e-6));
+    CHECK_THAT(entry.x_px, WithinAbs(light.x, 0.1));
+    CHECK_THAT(entry.y_px, WithinAbs(light.y, 0.1));
+    CHECK_THAT(entry.irradiance_w_m2, WithinRel(light.sum, 5e-3));
+    CHECK(std::isnan(entry.peak_e));
 }
 
 TEST_CASE("sky objects of scene files", "[sky]") {

@@ -450,7 +450,7 @@ constexpr std::array features{
     Feature{.name = "ChunkTruthSelector", .custom = true, .minimum = fixed(0), .maximum = fixed(4095)},
     Feature{.name = "ChunkTruthKind",
             .custom = true,
-            .tooltip = "0 star, 1 body, 2 landmark, 3 limb, 4 terminator",
+            .tooltip = "0 star, 1 body, 2 landmark, 3 limb, 4 terminator, 5 galaxy",
             .access = Access::read_only,
             .address = 0x8,
             .chunk = Chunk::truth_table,
