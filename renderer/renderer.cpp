@@ -18,6 +18,7 @@
 #include "renderer/lights/lighting.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/landmarks.hpp"
@@ -70,8 +71,9 @@ struct Scratch {
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     WorkClock work;
-    RowTime measured{}; ///< the exposure that `motion` belongs to
-    double motion = 0;  ///< see motion_px()
+    std::vector<SurfaceTiles::Pin> pins; ///< of all terrains, while a row is rendered
+    RowTime measured{};                  ///< the exposure that `motion` belongs to
+    double motion = 0;                   ///< see motion_px()
     /// The request and exposure that `rows` and `swept` are set up for; request 0: none.
     std::uint64_t set_up_for = 0;
     RowTime set_up_time{};
@@ -125,7 +127,8 @@ struct Renderer::Impl {
     GaussianPsf gaussian_psf;
     std::unique_ptr<const Psf> psf; ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
-    std::vector<Vec3> landmarks_m; ///< see landmark_points()
+    std::vector<const SurfaceTiles*> terrains; ///< tiles of the bodies, each once
+    std::vector<Vec3> landmarks_m;             ///< see landmark_points()
     PointSplatter splatter;
     std::vector<StrayMap> stray;
     double field_rad;             ///< largest angle of a pixel's centre to the boresight
@@ -159,6 +162,10 @@ struct Renderer::Impl {
           stray(read_stray_light(scene)),
           field_rad(lens->field_angle_rad(1)),
           arena(static_cast<int>(threads)) {
+        for (const BuiltBody& body : bodies)
+            if (const SurfaceTiles* tiles = body.shape->tiles();
+                tiles != nullptr && std::find(terrains.begin(), terrains.end(), tiles) == terrains.end())
+                terrains.push_back(tiles);
         if (settings.enter_worker) observer.emplace(arena, settings.enter_worker);
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
@@ -274,6 +281,9 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std
                 complete.store(false, std::memory_order_relaxed);
                 break;
             }
+            local.pins.clear();
+            for (const SurfaceTiles* const tiles : terrains)
+                local.pins.push_back(tiles->pin());
             do_row(r, local);
             local.work.row_done();
             // Update after each row: the supervisor reads these as watchdog progress.
@@ -281,6 +291,7 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std
             samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
             local.counts = {};
         }
+        local.pins.clear();
         local.work.stop(work_done);
     };
 #ifdef __SANITIZE_THREAD__

@@ -28,7 +28,7 @@ struct Cap {
 struct VertexGrid {
     TileKey tile;
     /// tile_vertices points of the reference surface, rows of j from -1 to tile_cells + 1. Vertices of the
-    /// margin beyond the edge of a face are on the face's continued plane.
+    /// margin beyond the edge of a face are the neighbouring face's (SurfaceDomain::point).
     std::span<const Vec3> positions_m;
     /// Distance of neighbouring vertices (SurfaceDomain::spacing_m of the tile's level): what is shorter than
     /// about twice this is left out or replaced by its mean.

@@ -21,6 +21,9 @@ public:
     [[nodiscard]] virtual int levels() const = 0;
     [[nodiscard]] virtual std::int64_t width(int level) const = 0;
     [[nodiscard]] virtual std::int64_t height(int level) const = 0;
+    /// Where samples of level k lie: at every 2^k-th finest sample (of grids of nodes), or in the middle of
+    /// 2^k by 2^k of them, of which they are the mean.
+    [[nodiscard]] virtual bool levels_of_nodes() const { return false; }
     /// Smallest and largest sample of the finest level (of the whole raster), in the unit of the samples.
     [[nodiscard]] virtual float least() const = 0;
     [[nodiscard]] virtual float largest() const = 0;

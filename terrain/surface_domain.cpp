@@ -22,7 +22,15 @@ SurfaceDomain SurfaceDomain::plane(double half_edge_m) {
 
 Vec3 SurfaceDomain::point(std::uint8_t face, double u, double v) const {
     if (is_plane()) return {u * half_edge_m_, v * half_edge_m_, 0};
-    const Vec3 p = cube_point(cube_faces[face], u, v);
+    const CubeFace& cube = cube_faces[face];
+    // Beyond an edge, the face goes on as its neighbour does from there.
+    const double over_u = std::max(std::abs(u) - 1, 0.0), over_v = std::max(std::abs(v) - 1, 0.0);
+    const double depth = over_u > 0 ? 1 - over_u : 1 - over_v;
+    const double across = over_u > 0 ? std::copysign(1, u) : u, along = over_v > 0 ? std::copysign(1, v) : v;
+    const auto at = [&](int axis) {
+        return axis == cube.axis ? cube.sign * depth : axis == cube.u_axis ? across : along;
+    };
+    const Vec3 p{at(0), at(1), at(2)};
     // The sum of squares in one order, whatever the face.
     const double scale = 1 / std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
     return {p.x * scale * radii_m_.x, p.y * scale * radii_m_.y, p.z * scale * radii_m_.z};
@@ -33,9 +41,12 @@ double SurfaceDomain::coordinate(int level, std::uint32_t index, int vertex) {
     return std::ldexp(number * (2.0 / tile_cells), -level) - 1;
 }
 
+double SurfaceDomain::unit_m() const {
+    return is_plane() ? half_edge_m_ : std::max({radii_m_.x, radii_m_.y, radii_m_.z});
+}
+
 double SurfaceDomain::spacing_m(int level) const {
-    const double largest = is_plane() ? half_edge_m_ : std::max({radii_m_.x, radii_m_.y, radii_m_.z});
-    return std::ldexp(2 * largest / tile_cells, -level);
+    return std::ldexp(2 * unit_m() / tile_cells, -level);
 }
 
 } // namespace obscura::terrain

@@ -50,11 +50,15 @@ public:
     [[nodiscard]] std::uint8_t faces() const { return is_plane() ? 1 : 6; }
 
     /// Point of the reference surface, m. Points of edges and corners of faces are the same, bit for bit,
-    /// from every face that has them.
+    /// from every face that has them. Slightly beyond the edge of a face, points of its neighbour: at u = 1 +
+    /// e that of the neighbour's coordinate 1 - e across the same edge, so that faces share the vertices on
+    /// both sides of it; a plane goes on.
     [[nodiscard]] Vec3 point(std::uint8_t face, double u, double v) const;
     /// u of vertex 0..tile_cells of a tile, likewise v with `index` j. Exact: the same from every tile and
     /// level that has the vertex.
     [[nodiscard]] static double coordinate(int level, std::uint32_t index, int vertex);
+    /// Largest semi-axis or half edge, m: the unit of the scaled space in which rays are traced.
+    [[nodiscard]] double unit_m() const;
     /// Distance of neighbouring vertices of that level, m: the largest on the surface (for an ellipsoid, in
     /// the middle of a face and by the largest radius).
     [[nodiscard]] double spacing_m(int level) const;

@@ -7,11 +7,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <limits>
+#include <optional>
 
 namespace obscura::images {
 namespace {
@@ -60,6 +64,31 @@ double decode(const SampleType& type, const std::uint8_t* at) {
         return static_cast<double>(static_cast<std::int64_t>(word ^ sign) - static_cast<std::int64_t>(sign));
     }
     return static_cast<double>(word);
+}
+
+/// The number that marks samples without data, if the label has one: decimal, or as 16#...# the bits of a
+/// sample.
+std::optional<double> missing_constant(const PdsLabel& label, const SampleType& type) {
+    for (const char* key : {"IMAGE.MISSING_CONSTANT", "IMAGE.MISSING", "IMAGE.NULL_CONSTANT"}) {
+        if (!label.has(key)) continue;
+        const std::string text = label.text(key, "");
+        if (!text.starts_with("16#")) {
+            double value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            if (error != std::errc{} || end != text.data() + text.size()) continue; // "N/A"
+            // A real of 32 bits holds the number rounded.
+            const bool single = type.kind == SampleType::Kind::real && type.bytes == 4;
+            return single ? static_cast<double>(static_cast<float>(value)) : value;
+        }
+        std::uint64_t bits = 0;
+        const auto [end, error] = std::from_chars(text.data() + 3, text.data() + text.size(), bits, 16);
+        if (error != std::errc{} || end != text.data() + text.size() - 1 || *end != '#') continue;
+        std::array<std::uint8_t, 8> bytes{};
+        for (std::size_t i = 0; i < type.bytes; ++i)
+            bytes[type.little_endian ? i : type.bytes - 1 - i] = static_cast<std::uint8_t>(bits >> (8 * i));
+        return decode(type, bytes.data());
+    }
+    return std::nullopt;
 }
 
 /// Finds the data file and the byte offset that ^IMAGE points to.
@@ -137,16 +166,19 @@ Image read_pds3_image(const std::filesystem::path& file, const std::string& plan
         throw InputError(fmt::format("{}: cannot be read: {}", data.string(), std::strerror(errno)));
     std::vector<std::uint8_t> line(static_cast<std::size_t>(line_bytes));
     const double scale = label.number("IMAGE.SCALING_FACTOR", 1), shift = label.number("IMAGE.OFFSET", 0);
+    const std::optional<double> missing = missing_constant(label, type);
     Image image{static_cast<std::int32_t>(width), static_cast<std::int32_t>(height), {}, 1};
     image.values.reserve(static_cast<std::size_t>(width * height));
     for (std::int64_t y = 0; y < height; ++y) {
         const std::size_t wanted = line.size() - static_cast<std::size_t>(y + 1 == height ? suffix : 0);
         if (std::fread(line.data(), 1, wanted, in.get()) != wanted)
             throw InputError(fmt::format("{}: ends in line {} of {}", data.string(), y + 1, height));
-        for (std::int64_t x = 0; x < width; ++x)
-            image.values.push_back(
-                shift +
-                scale * decode(type, line.data() + prefix + x * static_cast<std::int64_t>(type.bytes)));
+        for (std::int64_t x = 0; x < width; ++x) {
+            const double number =
+                decode(type, line.data() + prefix + x * static_cast<std::int64_t>(type.bytes));
+            image.values.push_back(missing && number == *missing ? std::numeric_limits<double>::quiet_NaN()
+                                                                 : shift + scale * number);
+        }
     }
     return image;
 }

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "images/image.hpp"
+#include "images/readers/tiff_tags.hpp"
 
 #include <fmt/format.h>
 #include <tiffio.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <optional>
 
 namespace obscura::images {
 namespace {
 
-/// Supported layout: one plane of grey or chunky RGB, integers of 8 and 16 bits and 32-bit reals.
+/// Supported layout: one plane of grey or chunky RGB, integers of 8, 16 and 32 bits and reals of 32 and 64.
 struct Layout {
     std::uint32_t width = 0, height = 0;
     std::uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT;
@@ -37,16 +42,23 @@ public:
         TIFFGetFieldDefaulted(tiff_.get(), TIFFTAG_PLANARCONFIG, &planar);
         TIFFGetField(tiff_.get(), TIFFTAG_PHOTOMETRIC, &photometric);
         check_image_size(file, layout_.width, layout_.height);
-        const bool real = layout_.format == SAMPLEFORMAT_IEEEFP && layout_.bits == 32;
-        const bool whole = layout_.format == SAMPLEFORMAT_UINT && (layout_.bits == 8 || layout_.bits == 16);
+        const std::uint16_t bits = layout_.bits;
+        const bool real = layout_.format == SAMPLEFORMAT_IEEEFP && (bits == 32 || bits == 64);
+        const bool whole = (layout_.format == SAMPLEFORMAT_UINT || layout_.format == SAMPLEFORMAT_INT) &&
+                           (bits == 8 || bits == 16 || bits == 32);
         const bool grey = photometric == PHOTOMETRIC_MINISBLACK;
         const bool colours = photometric == PHOTOMETRIC_RGB && layout_.samples >= 3;
         if (!(real || whole) || !(grey || colours) || layout_.samples < 1 || layout_.samples > 8 ||
             (planar != PLANARCONFIG_CONTIG && layout_.samples > 1))
             refuse(fmt::format(
-                "{} samples of {} bits, photometry {}: allowed are grey and RGB of 8 or 16 bits or "
-                "32-bit reals, samples together",
+                "{} samples of {} bits, photometry {}: allowed are grey and RGB of 8, 16 or 32 bits or "
+                "reals of 32 or 64 bits, samples together",
                 layout_.samples, layout_.bits, photometric));
+        const std::string_view missing = tag_text(tiff_.get(), tag_gdal_nodata);
+        double value = 0;
+        const char* const end = missing.data() + missing.size();
+        if (!missing.empty() && std::from_chars(missing.data(), end, value).ec == std::errc{})
+            missing_ = value;
     }
 
     [[nodiscard]] bool has_colours() const { return layout_.samples >= 3; }
@@ -54,7 +66,8 @@ public:
     Image read(const ColourChoice& choice) {
         Image image{
             static_cast<std::int32_t>(layout_.width), static_cast<std::int32_t>(layout_.height), {}, 1};
-        if (layout_.format != SAMPLEFORMAT_IEEEFP) image.full_scale = layout_.bits == 8 ? 255 : 65535;
+        if (layout_.format == SAMPLEFORMAT_UINT) image.full_scale = std::ldexp(1.0, layout_.bits) - 1;
+        if (layout_.format == SAMPLEFORMAT_INT) image.full_scale = std::ldexp(1.0, layout_.bits - 1) - 1;
         TIFF* tiff = tiff_.get();
         const bool tiled = TIFFIsTiled(tiff) != 0;
         std::uint32_t block_width = layout_.width;
@@ -96,16 +109,26 @@ private:
         throw InputError(fmt::format("{}: not readable as TIFF: {}", file_.string(), why));
     }
 
-    [[nodiscard]] double sample(const std::uint8_t* at) const {
-        if (layout_.bits == 8) return *at;
-        if (layout_.bits == 16) {
-            std::uint16_t v = 0;
-            std::memcpy(&v, at, sizeof v);
-            return v;
-        }
-        float v = 0;
+    template<typename Number>
+    [[nodiscard]] static double as(const std::uint8_t* at) {
+        Number v = 0;
         std::memcpy(&v, at, sizeof v);
         return static_cast<double>(v);
+    }
+    [[nodiscard]] double number(const std::uint8_t* at) const {
+        const bool sign = layout_.format == SAMPLEFORMAT_INT;
+        if (layout_.format == SAMPLEFORMAT_IEEEFP) return layout_.bits == 32 ? as<float>(at) : as<double>(at);
+        if (layout_.bits == 8) return sign ? as<std::int8_t>(at) : *at;
+        if (layout_.bits == 16) return sign ? as<std::int16_t>(at) : as<std::uint16_t>(at);
+        return sign ? as<std::int32_t>(at) : as<std::uint32_t>(at);
+    }
+    [[nodiscard]] double sample(const std::uint8_t* at) const {
+        const double v = number(at);
+        // GDAL writes the number that marks missing samples as a decimal, of reals a rounded one.
+        const double same = layout_.bits == 32 && layout_.format == SAMPLEFORMAT_IEEEFP ? 1e-6 : 0;
+        if (missing_ && std::abs(v - *missing_) <= same * std::abs(*missing_))
+            return std::numeric_limits<double>::quiet_NaN();
+        return v;
     }
     [[nodiscard]] double value(const std::uint8_t* pixel, const ColourChoice& choice) const {
         if (!has_colours()) return sample(pixel);
@@ -117,6 +140,7 @@ private:
     const std::filesystem::path& file_;
     std::unique_ptr<TIFF, Close> tiff_;
     Layout layout_;
+    std::optional<double> missing_; ///< number of samples without data (GDAL_NODATA)
 };
 
 } // namespace

@@ -138,11 +138,13 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
         for (int i = 0; i < packet_size; ++i) {
             rays.t_max[i] = no_hit;
             rays.active.on[i] = solid_angle[i] > 0 ? -1 : 0;
+            rays.level_u[i] = 0.5;
         }
         for (const std::int32_t b : candidates) {
             const BodyState& body = row.bodies[static_cast<std::size_t>(b)];
             transform(body.from_camera, direction, {}, rays.direction);
             set_all(rays.origin, body.camera_m);
+            rays.detail = body.detail_view();
             body.shape->intersect(rays, b, hits);
         }
         SurfacePacket surface;

@@ -531,7 +531,7 @@ void BlockTracer::intersect(const Doubles& x, const Doubles& y, const Lanes& act
                             Doubles& solid_angle) {
     projection_.rays(x, y, rays.direction, solid_angle);
     if (!instants_.one()) aberrate_at(rays.instant, rays.direction);
-    tracer_.intersect(rays.direction, active, candidates_, rays.hits, rays.instant);
+    tracer_.intersect(rays, active, candidates_);
     tracer_.count_samples(active);
     // Leave out what is splatted.
     for (int i = 0; i < packet_size; ++i) {

@@ -94,7 +94,7 @@ private:
         for (int i = 0; i < packet_size; ++i)
             active.on[i] = i < filled_ ? -1 : 0;
         filled_ = 0;
-        tracer_.intersect(rays_.direction, active, candidates_, rays_.hits);
+        tracer_.intersect(rays_, active, candidates_);
         tracer_.count_samples(active);
         for (int i = 0; i < packet_size; ++i)
             if (rays_.hits.body[i] != body_ || !keep_(rays_.hits, i)) rays_.hits.body[i] = -1;

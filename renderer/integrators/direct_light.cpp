@@ -78,7 +78,7 @@ void DirectLight::add_sun(const PathVertex& vertex, const Doubles& u, const Doub
         light.t_max[i] = no_hit;
     }
     if (!light.active.any()) return;
-    occlude(vertex, false, paths.instant, light);
+    occlude(vertex, false, paths, light);
     // Add throughput times BRDF times radiance over the pdf.
     for (int i = 0; i < packet_size; ++i)
         r[i] = light.active.on[i] != 0 ? r[i] * solid_angle[i] : 0;
@@ -116,7 +116,7 @@ void DirectLight::add_lamps(const PathVertex& vertex, const PathPacket& paths, C
         for (int i = 0; i < packet_size; ++i)
             light.active.on[i] = vertex.here.on[i] != 0 && r[i] * falloff[i] > 0 ? -1 : 0;
         if (!light.active.any()) continue;
-        occlude(vertex, true, paths.instant, light);
+        occlude(vertex, true, paths, light);
         for (int i = 0; i < packet_size; ++i)
             r[i] = light.active.on[i] != 0 ? r[i] * falloff[i] : 0;
         for (std::size_t c = 0; c < lighting_.sun_w_m2.size() && !lamp.intensity_w_sr.empty(); ++c)
@@ -184,7 +184,7 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
         light.active.on[i] =
             vertex.here.on[i] != 0 && r[i] * inverse_pdf[i] > 0 && light.t_max[i] > 0 ? -1 : 0;
     if (!light.active.any()) return;
-    occlude(vertex, true, paths.instant, light);
+    occlude(vertex, true, paths, light);
     for (int i = 0; i < packet_size; ++i) {
         if (light.active.on[i] == 0) continue;
         double value = r[i] * inverse_pdf[i];
@@ -201,11 +201,14 @@ void DirectLight::add_area_light(const PathVertex& vertex, const Doubles& u, con
     }
 }
 
-void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, const Words& instant, RayPacket& light) {
+void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, const PathPacket& paths,
+                          RayPacket& light) {
+    light.level_u = paths.level_u;
     light.origin = vertex.surface.shadow_origin;
     light.coherent = vertex.coherent;
     RayPacket turned; // in the frame `turned_to`
     turned.coherent = vertex.coherent;
+    turned.level_u = paths.level_u;
     std::int32_t turned_to = -1;
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
         const BodyState& other = row_.bodies[b];
@@ -229,16 +232,18 @@ void DirectLight::occlude(const PathVertex& vertex, bool all_bodies, const Words
         if (other.frame == row_.bodies[static_cast<std::size_t>(vertex.body)].frame) {
             const Lanes all = light.active;
             light.active = tested;
+            light.detail = other.detail_view();
             other.shape->occlude(light);
             unblocked = light.active;
             light.active = all;
         } else {
             if (turned_to != other.frame) {
-                instants_.between(vertex.body, index, instant, light.origin, light.direction, turned);
+                instants_.between(vertex.body, index, paths.instant, light.origin, light.direction, turned);
                 turned.t_max = light.t_max;
                 turned_to = other.frame;
             }
             turned.active = tested;
+            turned.detail = other.detail_view();
             other.shape->occlude(turned);
             unblocked = turned.active;
         }

@@ -39,7 +39,7 @@ public:
 private:
     /// Switches off blocked shadow rays. Towards the Sun only the known occluders of a body are tested,
     /// else (`all_bodies`) all.
-    void occlude(const PathVertex& vertex, bool all_bodies, const Words& instant, RayPacket& light);
+    void occlude(const PathVertex& vertex, bool all_bodies, const PathPacket& paths, RayPacket& light);
 
     const Instants instants_;
     const RowState& row_; ///< the first of them: for what is the same at all

@@ -29,6 +29,7 @@ void turn_rays(const Mat3& m, const Vec3s& origin, const Vec3s& start, Vec3 body
 } // namespace
 
 void to_body_frame(const Instants& instants, std::int32_t index, const PathPacket& paths, RayPacket& rays) {
+    rays.detail = instants.front().bodies[static_cast<std::size_t>(index)].detail_view();
     if (!instants.one()) {
         for (int i = 0; i < packet_size; ++i) {
             const BodyState& body = instants.body(index, paths.instant, i);
@@ -62,6 +63,7 @@ std::size_t compact(std::span<PathPacket> paths, std::size_t channels) {
                 to.index[lane] = from.index[i];
                 to.seed[lane] = from.seed[i];
                 to.instant[lane] = from.instant[i];
+                to.level_u[lane] = from.level_u[i];
                 to.owner[lane] = from.owner[i];
                 to.shone_on[lane] = from.shone_on[i];
             } else {

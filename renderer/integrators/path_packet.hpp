@@ -31,6 +31,7 @@ struct PathPacket {
     std::int32_t shone_on[packet_size];
     Words index, seed; ///< of their random numbers, see SampleStream
     Words instant;     ///< see Instants
+    Doubles level_u;   ///< see RayPacket
     /// The camera ray that the path began with: packet of the batch times packet_size plus lane.
     std::int32_t owner[packet_size];
 };

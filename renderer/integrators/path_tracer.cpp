@@ -221,6 +221,7 @@ void PathTracer::add_planetshine(std::uint32_t bounce, const PathVertex& vertex,
         evaluate_brdf(row_, vertex, light, r);
         PathPacket probe;
         probe.instant = paths.instant;
+        if (terrain_) probe.level_u = paths.level_u;
         instants_.to_inertial(vertex.body, probe.instant, vertex.surface.shadow_origin, probe.origin);
         instants_.to_inertial(vertex.body, probe.instant, light, probe.direction);
         for (int i = 0; i < packet_size; ++i) {
@@ -330,12 +331,14 @@ void PathTracer::follow(PathPacket& paths) {
     rays.coherent = false;
     for (double& t : rays.t_max.v)
         t = no_hit;
+    if (terrain_) rays.level_u = paths.level_u;
     std::int32_t frame = -1;
     for (std::size_t b = 0; b < row_.bodies.size(); ++b) {
         const BodyState& body = row_.bodies[b];
         const auto index = static_cast<std::int32_t>(b);
         if (body.frame != frame) to_body_frame(instants_, index, paths, rays);
         frame = body.frame;
+        rays.detail = body.detail_view();
         body.shape->intersect(rays, index, hits);
     }
     for (int i = 0; i < packet_size; ++i)
@@ -369,6 +372,7 @@ void PathTracer::radiance(std::span<CameraRays> batch) {
         paths.index = rays.index;
         paths.seed = rays.light_seed;
         paths.instant = rays.instant;
+        if (terrain_) paths.level_u = rays.level_u;
         for (int i = 0; i < packet_size; ++i) {
             paths.alive.on[i] = rays.hits.body[i] >= 0 ? -1 : 0;
             paths.pdf[i] = delta_pdf;

@@ -3,7 +3,15 @@
 
 #include "renderer/lights/sunlight.hpp"
 
+#include <algorithm>
+
 namespace obscura::renderer {
+namespace {
+
+/// Pair of a sample's stream that its level of detail is chosen by; far from all pairs of paths.
+constexpr std::uint32_t level_pair = 0x40000000;
+
+} // namespace
 
 OBSCURA_VECTOR_CLONES
 void scatter_angles(const SurfacePacket& surface, const Vec3s& view, const Vec3s& light, ScatterPacket& s) {
@@ -25,16 +33,34 @@ Tracer::Tracer(const Instants& instants, const scene::Sun& sun, RayCounts& count
       row_(instants_.front()),
       sun_(sun),
       sun_radiance_(sun_radiance_per_irradiance(sun.radius_m)),
-      counts_(counts) {}
+      counts_(counts),
+      terrain_(std::any_of(row_.bodies.begin(), row_.bodies.end(),
+                           [](const BodyState& body) { return body.detail_view() != nullptr; })) {}
 
 void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
                        HitPacket& hits, const Words& instant) {
+    intersect(direction, active, candidates, hits, instant, nullptr);
+}
+
+void Tracer::intersect(CameraRays& rays, const Lanes& active, std::span<const std::int32_t> candidates) {
+    if (terrain_) {
+        Doubles unused;
+        SampleStream(rays.index, rays.light_seed, level_pair).next(rays.level_u, unused);
+    }
+    intersect(rays.direction, active, candidates, rays.hits, rays.instant, &rays.level_u);
+}
+
+void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
+                       HitPacket& hits, const Words& instant, const Doubles* level_u) {
     hits.clear();
     counts_.rays += static_cast<std::uint64_t>(active.count());
     RayPacket rays;
     rays.active = active;
     for (double& t : rays.t_max.v)
         t = no_hit;
+    if (terrain_)
+        for (int i = 0; i < packet_size; ++i)
+            rays.level_u[i] = level_u != nullptr ? (*level_u)[i] : 0.5;
     for (const std::int32_t index : candidates) {
         instants_.from_camera(index, instant, direction, rays);
         row_.bodies[static_cast<std::size_t>(index)].shape->intersect(rays, index, hits);
@@ -112,9 +138,11 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
         // No occluder lies beyond the Sun.
         shadow.t_max.v[i] = no_hit;
     }
+    if (terrain_) shadow.level_u = rays.level_u;
     if (body.shape->shadows_itself() && shadow.active.any()) {
         counts_.rays += static_cast<std::uint64_t>(shadow.active.count());
         shadow.origin = surface.shadow_origin;
+        shadow.detail = body.detail_view();
         body.shape->occlude(shadow);
     }
     for (const std::int32_t other : body.occluders)
@@ -132,6 +160,7 @@ void Tracer::occlude_by(std::int32_t body, std::int32_t other, const Words& inst
     moved.t_max = rays.t_max;
     moved.active = rays.active;
     moved.coherent = rays.coherent;
+    if (terrain_) moved.level_u = rays.level_u;
     row_.bodies[static_cast<std::size_t>(other)].shape->occlude(moved);
     rays.active = moved.active;
 }

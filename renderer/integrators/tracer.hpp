@@ -23,6 +23,7 @@ struct CameraRays {
     HitPacket hits;
     Words index, light_seed; ///< see SampleStream
     Words instant;           ///< see Instants
+    Doubles level_u;         ///< see RayPacket; set by Tracer::intersect() if the scene has terrain
     Channels radiance;
 };
 
@@ -45,6 +46,9 @@ public:
     /// camera frame). Where all rays have the same instant, `instant` is not read.
     void intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
                    HitPacket& hits, const Words& instant = {});
+
+    /// As above, for rays whose `index`, `light_seed` and `instant` are set: fills `hits` and `level_u`.
+    void intersect(CameraRays& rays, const Lanes& active, std::span<const std::int32_t> candidates);
 
     [[nodiscard]] virtual std::size_t channels() const { return 1; }
     /// Whether bodies send nothing but direct sunlight.
@@ -72,6 +76,8 @@ protected:
     /// Switches off the active shadow rays (frame of `body`, from `origin`) that `other` blocks.
     void occlude_by(std::int32_t body, std::int32_t other, const Words& instant, const Vec3s& origin,
                     RayPacket& rays);
+    void intersect(const Vec3s& direction, const Lanes& active, std::span<const std::int32_t> candidates,
+                   HitPacket& hits, const Words& instant, const Doubles* level_u);
 
     const Instants instants_;
     const RowState& row_; ///< the first of them: for what is the same at all
@@ -79,6 +85,7 @@ protected:
     double sun_radiance_;
     RayCounts& counts_;
     double ray_width_rad_ = 0;
+    const bool terrain_; ///< whether any body has levels of detail
 
 private:
     void reflect(std::int32_t body, const CameraRays& rays, const Doubles& u, const Doubles& v,

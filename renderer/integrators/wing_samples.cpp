@@ -220,7 +220,7 @@ void WingMap::trace_block(std::size_t level, std::int32_t row, std::int32_t at, 
                 py.v[i] = (row + samples.v[k].v[i]) * cell_rows;
             }
             view.lens.rays(px, py, rays.direction, samples.weight[k]);
-            view.tracer.intersect(rays.direction, active, view.candidates, rays.hits);
+            view.tracer.intersect(rays, active, view.candidates);
             view.tracer.count_samples(active);
             for (int i = 0; i < packet_size; ++i) {
                 std::int32_t& hit = rays.hits.body[i];

@@ -18,6 +18,8 @@
 
 namespace obscura::renderer {
 
+struct DetailView;
+
 constexpr int packet_size = 16;
 constexpr double no_hit = std::numeric_limits<double>::infinity();
 
@@ -62,6 +64,9 @@ struct RayPacket {
     Doubles t_max;
     Lanes active;
     bool coherent = true; ///< similar directions: a hint for traversal
+    /// Level of detail of terrain (detail_view.hpp), for the body that is traced next; null: a fixed one.
+    const DetailView* detail = nullptr;
+    Doubles level_u; ///< with `detail`: the sample's own random number, in [0,1), the same along its path
 };
 
 /// Nearest hits of the rays of a packet. A shape replaces a hit only by a nearer one.

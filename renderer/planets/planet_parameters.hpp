@@ -19,7 +19,9 @@ constexpr auto enum_names(HeightMap::Values /*type*/) {
     return std::array{EnumName{Values::height, "height"}, EnumName{Values::radius, "radius"}};
 }
 
-/// Parameters of Planet.
+constexpr std::uint32_t most_cells_per_face = std::uint32_t{1} << 20;
+
+/// Parameters of an ellipsoid with a height map.
 struct PlanetParameters {
     static constexpr std::string_view kind = "planet";
     static constexpr std::string_view help =
@@ -31,7 +33,8 @@ struct PlanetParameters {
     double height_scale_m = 1; ///< length of the file's unit
     HeightMap::Values values = HeightMap::Values::height;
     double left_longitude_rad = -3.141592653589793; ///< of the file's left edge
-    std::uint32_t cells_per_face = 0;               ///< 0: from the file's width
+    std::uint32_t cells_per_face = 0;               ///< 0: by distance
+    std::uint32_t tile_memory_mib = 512;            ///< of the arena of tiles
 };
 [[nodiscard]] scene::ParameterList declare(PlanetParameters& p);
 [[nodiscard]] std::vector<scene::Conflict> conflicts_in(const PlanetParameters& p);

@@ -9,6 +9,7 @@
 namespace obscura::renderer {
 
 class FacetSet;
+class SurfaceTiles;
 
 /// Surface of a body, in the body frame, metres. Immutable; thread-safe.
 class Shape {
@@ -47,6 +48,9 @@ public:
     [[nodiscard]] virtual double sampled_area_m2() const { return 0; }
     /// Samples a point of that area, and the outer normal there, from u, v in [0,1).
     virtual void sample_area(double /*u*/, double /*v*/, Vec3& /*position*/, Vec3& /*normal*/) const {}
+
+    /// Tiles that rays hold a SurfaceTiles::Pin of while they use a DetailView; null: none.
+    [[nodiscard]] virtual const SurfaceTiles* tiles() const { return nullptr; }
 
     /// Facets of the surface, by primitive; null: it is curved.
     [[nodiscard]] virtual const FacetSet* facets() const { return nullptr; }

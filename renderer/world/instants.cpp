@@ -12,6 +12,7 @@ namespace obscura::renderer {
 
 void Instants::from_camera(std::int32_t index, const Words& instant, const Vec3s& direction,
                            RayPacket& rays) const {
+    rays.detail = front().bodies[static_cast<std::size_t>(index)].detail_view();
     if (one()) {
         const BodyState& b = front().bodies[static_cast<std::size_t>(index)];
         transform(b.from_camera, direction, {}, rays.direction);
@@ -27,6 +28,7 @@ void Instants::from_camera(std::int32_t index, const Words& instant, const Vec3s
 
 void Instants::between(std::int32_t from, std::int32_t to, const Words& instant, const Vec3s& origin,
                        const Vec3s& direction, RayPacket& out) const {
+    out.detail = front().bodies[static_cast<std::size_t>(to)].detail_view();
     if (one()) {
         const BodyState& a = front().bodies[static_cast<std::size_t>(from)];
         const BodyState& b = front().bodies[static_cast<std::size_t>(to)];
@@ -83,6 +85,7 @@ void join_instants(std::span<RowState> states, std::vector<SweptBody>& swept) {
         double chord = 0;
         for (RowState& state : states) {
             BodyState& s = state.bodies[b];
+            s.detail = middle.bodies[b].detail;
             s.frame = shared ? state.bodies[b - 1].frame : own;
             for (const std::int32_t o : s.occluders)
                 if (const auto at = std::lower_bound(occluders.begin(), occluders.end(), o);

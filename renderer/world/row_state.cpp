@@ -139,6 +139,11 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.from_camera = product(from_inertial, inertial_from_camera);
         s.camera_m = from_inertial * (row.camera.position_m - pose.position_m);
         s.sun_m = from_inertial * (row.sun_m - pose.position_m);
+        s.detail = {};
+        if (s.shape->tiles() != nullptr) {
+            s.detail.eye_m = s.camera_m;
+            s.detail.cell_rad = terrain_cell_px * projection.pixel_angle_rad();
+        }
         s.occluders.clear();
         s.reference_radiance = reference_radiance(s);
 

@@ -5,6 +5,7 @@
 #include "core/geometry.hpp"
 #include "renderer/camera/projection.hpp"
 #include "renderer/materials/material.hpp"
+#include "renderer/packets/detail_view.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/elevation_guide.hpp"
 #include "renderer/shapes/lit_disc.hpp"
@@ -69,6 +70,7 @@ struct BodyState {
     /// Radiance of the surface whose normal is half way between Sun and camera, per irradiance of the Sun at
     /// 1 au, 1/sr: the reference level of the error. 0 for the Sun.
     double reference_radiance = 0;
+    DetailView detail;     ///< of terrain; else its cells are 0
     bool large = false;    ///< larger than large_radius_px: few limb pixels
     bool targeted = false; ///< sub-pixel: its directions are sampled, then splatted
     /// The lit part of its disc is too thin for pixel samples: sampled and splatted as a targeted body is.
@@ -80,6 +82,8 @@ struct BodyState {
     /// Of a thin crescent whose shape has facets: those that are splatted.
     std::shared_ptr<const LitFacets> lit_facets;
 
+    /// For rays in the frame of this body; null: it is no terrain.
+    [[nodiscard]] const DetailView* detail_view() const { return detail.cell_rad > 0 ? &detail : nullptr; }
     /// Whether the light of a hit on `primitive` along `towards` (unit, camera frame) is splatted, core and
     /// wings; else it is sampled by pixels.
     [[nodiscard]] bool splatted(Vec3 towards, std::uint32_t primitive) const {
@@ -112,6 +116,8 @@ constexpr double targeted_radius_px = 3;
 constexpr double large_radius_px = 128;
 /// Least number of samples of a resolved body in all, so that its noise does not depend on its size.
 constexpr double samples_per_body = 16384;
+/// Largest width of a terrain's cells, in pixels.
+constexpr double terrain_cell_px = 0.5;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
 /// Samples of the facets of such a body, if most of it is lit: the noise of its light is about 0.1 %.

@@ -57,6 +57,9 @@ public:
     [[nodiscard]] int levels() const override { return layout_.levels(); }
     [[nodiscard]] std::int64_t width(int level) const override { return layout_.width(level); }
     [[nodiscard]] std::int64_t height(int level) const override { return layout_.height(level); }
+    [[nodiscard]] bool levels_of_nodes() const override {
+        return metadata_.registration == Registration::node;
+    }
     [[nodiscard]] float least() const override { return static_cast<float>(statistics(0).least); }
     [[nodiscard]] float largest() const override { return static_cast<float>(statistics(0).largest); }
     [[nodiscard]] bool has_holes() const override { return statistics(0).holes; }
@@ -120,6 +123,7 @@ public:
     [[nodiscard]] int levels() const override { return file_->levels(); }
     [[nodiscard]] std::int64_t width(int level) const override { return file_->width(level); }
     [[nodiscard]] std::int64_t height(int level) const override { return file_->height(level); }
+    [[nodiscard]] bool levels_of_nodes() const override { return file_->levels_of_nodes(); }
     [[nodiscard]] float least() const override { return static_cast<float>(file_->statistics(plane_).least); }
     [[nodiscard]] float largest() const override {
         return static_cast<float>(file_->statistics(plane_).largest);

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays per second of processor time on a planet's height field, and on the mesh of its vertices through
-// Embree, as JSON on standard output. Option: --cells N, cells per face (512). --map FILE: heights of a
-// PDS3 label of distances from the Moon's centre, left edge at longitude 0; without it, waves.
-#include "renderer/planets/planet.hpp"
-#include "renderer/planets/planet_parameters.hpp"
+// Rays per second of processor time on a planet of tiles, as JSON on standard output: with cells of half a
+// pixel, and with the same grid everywhere. Options: --level N, finest grid, of 256 * 2^N cells per face (5).
+// --mesh N: also the mesh of the vertices of that level, through Embree. --map FILE: heights of a PDS3 label
+// of distances from the Moon's centre, left edge at longitude 0; without it, waves.
+#include "renderer/planets/height_map.hpp"
+#include "renderer/planets/terrain_shape.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
+#include "terrain/cube_sphere.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -40,8 +44,10 @@ double waves(Vec3 p) {
     return 0.004 * sum;
 }
 
-std::shared_ptr<const Shape> mesh_of(const HeightField& field) {
-    const std::uint32_t cells = field.cells_per_edge();
+std::shared_ptr<const Shape> mesh_of(const TerrainShape& shape, int level) {
+    const std::uint32_t cells = static_cast<std::uint32_t>(terrain::tile_cells) << level;
+    const LevelChoice levels{nullptr, 0, level};
+    const TileTracer tracer(*shape.tiles(), levels);
     TriangleMesh mesh;
     for (const terrain::CubeFace& face : terrain::cube_faces) {
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -49,7 +55,7 @@ std::shared_ptr<const Shape> mesh_of(const HeightField& field) {
             for (std::uint32_t i = 0; i <= cells; ++i) {
                 const Vec3 q =
                     normalized(terrain::cube_point(face, 2.0 * i / cells - 1, 2.0 * j / cells - 1));
-                const Vec3 p = radius_m * (1 + field.height(q)) * q;
+                const Vec3 p = radius_m * (1 + tracer.below(q).t) * q;
                 mesh.vertices.push_back(
                     {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
             }
@@ -64,7 +70,7 @@ std::shared_ptr<const Shape> mesh_of(const HeightField& field) {
 }
 
 /// Packets of 4 x 4 pixels of a view.
-std::vector<RayPacket> view(Vec3 from, Vec3 boresight, double half_field) {
+std::vector<RayPacket> view(Vec3 from, Vec3 boresight, double half_field, const DetailView* detail) {
     Vec3 right, down;
     orthonormal_basis(boresight, right, down);
     std::vector<RayPacket> packets;
@@ -78,7 +84,9 @@ std::vector<RayPacket> view(Vec3 from, Vec3 boresight, double half_field) {
                 rays.direction.set(i, normalized(boresight + u * right + v * down));
                 rays.t_max[i] = no_hit;
                 rays.active.on[i] = -1;
+                rays.level_u[i] = std::fmod(0.618033988749895 * (x + i % 4 + 7.3 * (y + i / 4)), 1.0);
             }
+            rays.detail = detail;
         }
     return packets;
 }
@@ -110,6 +118,8 @@ double shadow_rate(const Shape& shape, const std::vector<RayPacket>& packets, Ve
         shape.surface(rays, hits, 0, surface);
         RayPacket& shadow = shadows.emplace_back();
         shadow.origin = surface.shadow_origin;
+        shadow.detail = rays.detail;
+        shadow.level_u = rays.level_u;
         for (int i = 0; i < packet_size; ++i) {
             shadow.direction.set(i, sun);
             shadow.t_max[i] = no_hit;
@@ -129,54 +139,108 @@ double shadow_rate(const Shape& shape, const std::vector<RayPacket>& packets, Ve
     return rays / seconds / 1e6;
 }
 
+/// Heights of a function of the direction, m.
+class FunctionLayer final : public terrain::HeightLayer {
+public:
+    FunctionLayer(std::function<double(Vec3)> height_m, double least_m, double largest_m)
+        : height_m_(std::move(height_m)), range_{least_m, largest_m} {}
+
+    void apply(const terrain::VertexGrid& grid, std::span<double> heights_m,
+               std::span<double> /*sample_spacings_m*/) const override {
+        for (std::size_t k = 0; k < heights_m.size(); ++k)
+            heights_m[k] = height_m_(grid.positions_m[k]);
+    }
+    [[nodiscard]] terrain::HeightRange range(const terrain::Cap& /*cap*/, double /*spacing_m*/,
+                                             terrain::HeightRange /*below*/) const override {
+        return range_;
+    }
+
+private:
+    std::function<double(Vec3)> height_m_;
+    terrain::HeightRange range_;
+};
+
 } // namespace
 
 int main(int argc, char** argv) {
-    std::uint32_t cells = 512;
+    int finest = 5, mesh_level = -1;
     std::optional<HeightMap> map;
     for (int i = 1; i + 1 < argc; i += 2) {
-        if (std::strcmp(argv[i], "--cells") == 0) cells = static_cast<std::uint32_t>(std::atoi(argv[i + 1]));
+        if (std::strcmp(argv[i], "--level") == 0) finest = std::atoi(argv[i + 1]);
+        if (std::strcmp(argv[i], "--mesh") == 0) mesh_level = std::atoi(argv[i + 1]);
         if (std::strcmp(argv[i], "--map") == 0) map = read_height_map(argv[i + 1], 1, 0);
     }
-    const auto height = [&](Vec3 p) { return map ? map->at(p) / radius_m - 1 : waves(p); };
-    const double begin = cpu_seconds();
-    const Planet planet({radius_m, radius_m, radius_m}, HeightField(cells, height));
-    const double build_s = cpu_seconds() - begin;
-    const std::shared_ptr<const Shape> mesh = mesh_of(planet.field());
-
-    fmt::print("{{\n  \"cells_per_face\": {}, \"bytes\": {}, \"build_cpu_s\": {:.2f},\n  \"views\": [", cells,
-               HeightField::bytes(cells), build_s);
+    const std::vector<std::shared_ptr<const terrain::HeightLayer>> layers{std::make_shared<FunctionLayer>(
+        [&](Vec3 p) { return map ? map->at(p) - radius_m : radius_m * waves(p / radius_m); },
+        map ? static_cast<double>(map->least()) - radius_m : -0.004 * 0.31 * radius_m,
+        map ? static_cast<double>(map->largest()) - radius_m : 0.004 * 0.31 * radius_m)};
+    const auto domain = terrain::SurfaceDomain::ellipsoid({radius_m, radius_m, radius_m});
+    const auto shape_at = [&](int level) {
+        TerrainShape::Settings settings;
+        settings.fixed_level = level;
+        settings.tiles.arena_bytes = std::uint64_t{4} << 30;
+        return std::make_unique<TerrainShape>(domain, layers, settings);
+    };
     const Vec3 up = normalized(Vec3{0.3, -0.8, 0.5});
     Vec3 east, north;
     orthonormal_basis(up, east, north);
-    const char* separator = "\n";
-    const auto print = [&](std::string_view name, double rate, double mesh_rate, double met,
-                           double mesh_met) {
-        fmt::print("{}    {{\"view\": \"{}\", \"Mrays_per_s\": {:.2f}, \"mesh_Mrays_per_s\": {:.2f}, "
-                   "\"met\": {:.3f}, "
-                   "\"mesh_met\": {:.3f}}}",
-                   separator, name, rate, mesh_rate, met, mesh_met);
-        separator = ",\n";
+
+    const char* separator = "";
+    const auto measure = [&](const char* name, const Shape& shape) {
+        const auto print = [&](std::string_view view, double rate, double met) {
+            fmt::print("{}\n    {{\"surface\": \"{}\", \"view\": \"{}\", \"Mrays_per_s\": {:.2f}, "
+                       "\"met\": {:.4f}}}",
+                       separator, name, view, rate, met);
+            separator = ",";
+            std::fflush(stdout);
+        };
+        const auto show = [&](const char* view_name, double altitude_m, double off_nadir, double half_field,
+                              bool shadows) {
+            const Vec3 from = (radius_m + altitude_m) * up;
+            const DetailView detail{.eye_m = from, .cell_rad = half_field / frame};
+            const auto packets = view(from, normalized(std::sin(off_nadir) * east - std::cos(off_nadir) * up),
+                                      half_field, &detail);
+            double met = 0;
+            primary_rate(shape, packets, met); // makes the tiles
+            print(view_name, primary_rate(shape, packets, met), met);
+            if (!shadows) return;
+            for (const double elevation : {60.0, 20.0, 5.0, 1.5}) {
+                const Vec3 sun = std::sin(elevation * degree) * up + std::cos(elevation * degree) * north;
+                shadow_rate(shape, packets, sun, met);
+                const double rate = shadow_rate(shape, packets, sun, met);
+                print(fmt::format("shadow, Sun at {} deg", elevation), rate, met);
+            }
+        };
+        show("disc, 6000 km", 6e6, 0, 0.24, false);
+        show("limb, 100 km", 1e5, std::asin(radius_m / (radius_m + 1e5)), 0.1, false);
+        show("grazing, 20 km", 2e4, std::asin(radius_m / (radius_m + 2e4)) - 0.02, 0.1, false);
+        show("nadir, 100 km", 1e5, 0, 0.6, false);
+        show("nadir, 15 km", 1.5e4, 0, 0.6, true);
     };
-    const auto show = [&](const char* name, double altitude_m, double off_nadir, double half_field) {
-        const Vec3 from = (radius_m + altitude_m) * up;
-        const auto packets =
-            view(from, normalized(std::sin(off_nadir) * east - std::cos(off_nadir) * up), half_field);
-        double met = 0, mesh_met = 0;
-        const double rate = primary_rate(planet, packets, met),
-                     mesh_rate = primary_rate(*mesh, packets, mesh_met);
-        print(name, rate, mesh_rate, met, mesh_met);
-        return packets;
-    };
-    show("disc, 6000 km", 6e6, 0, 0.24);
-    show("limb, 100 km", 1e5, std::asin(radius_m / (radius_m + 1e5)), 0.1);
-    const auto nadir = show("nadir, 100 km", 1e5, 0, 0.6);
-    for (const double elevation : {60.0, 20.0, 5.0, 1.5}) {
-        const Vec3 sun = std::sin(elevation * degree) * up + std::cos(elevation * degree) * north;
-        double met = 0, mesh_met = 0;
-        const double rate = shadow_rate(planet, nadir, sun, met),
-                     mesh_rate = shadow_rate(*mesh, nadir, sun, mesh_met);
-        print(fmt::format("shadow, Sun at {} deg", elevation), rate, mesh_rate, met, mesh_met);
+    fmt::print("{{\n  \"views\": [");
+    {
+        const auto shape = shape_at(-1);
+        const SurfaceTiles::Pin pin = shape->tiles()->pin();
+        const double begin = cpu_seconds();
+        shape->tiles()->make_pinned();
+        const double tile_s = (cpu_seconds() - begin) / 120;
+        measure("half a pixel", *shape);
+        const SurfaceTiles::Usage usage = shape->tiles()->usage();
+        fmt::print("\n  ],\n  \"tile_cpu_ms\": {:.2f}, \"tiles\": {}, \"arena_MiB\": {:.0f},\n  \"grids\": [",
+                   1e3 * tile_s, usage.tiles,
+                   static_cast<double>(usage.tiles * SurfaceTiles::slot_bytes()) / (1 << 20));
+        separator = "";
+    }
+    for (const int level : {0, 2, 5, 6})
+        if (level <= finest) {
+            const auto shape = shape_at(level);
+            const SurfaceTiles::Pin pin = shape->tiles()->pin();
+            measure(fmt::format("{} cells", terrain::tile_cells << level).c_str(), *shape);
+        }
+    if (mesh_level >= 0) {
+        const auto shape = shape_at(mesh_level);
+        measure(fmt::format("mesh, {} cells", terrain::tile_cells << mesh_level).c_str(),
+                *mesh_of(*shape, mesh_level));
     }
     fmt::print("\n  ]\n}}\n");
 }

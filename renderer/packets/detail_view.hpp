@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Level of detail of terrain in one frame.
+#pragma once
+
+#include "core/geometry.hpp"
+
+#include <cstdint>
+#include <limits>
+
+namespace obscura::renderer {
+
+/// How well the surfaces that rays met were resolved.
+struct DetailCounts {
+    std::uint64_t hits = 0;
+    std::uint64_t coarser = 0; ///< of them, on tiles coarser than asked for
+    double worst_ratio = 1;    ///< largest ratio of a cell's width to that asked for
+};
+
+/// From where a terrain is seen: its level of detail is a field over positions, the same for primary, shadow
+/// and bounce rays. The cells of a tile at distance d from the eye are at most d * cell_rad wide, and at
+/// least about a quarter of that: which level a sample takes is chosen by its own RayPacket::level_u, so that
+/// the expected image changes continuously as the eye moves. Thread-bound, because of `counts`.
+struct DetailView {
+    Vec3 eye_m; ///< body frame, at the middle of the frame's exposure
+    double cell_rad = 0;
+    /// False: tiles that are missing are replaced by coarser ones and asked for, instead of being made.
+    bool wait = true;
+    /// Tiles published later than this are not seen.
+    std::uint64_t version = std::numeric_limits<std::uint64_t>::max();
+    DetailCounts* counts = nullptr;
+};
+
+} // namespace obscura::renderer

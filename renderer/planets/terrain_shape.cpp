@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/planets/terrain_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::renderer {
+namespace {
+
+Vec3 inverse_radii(const terrain::SurfaceDomain& domain) {
+    if (domain.is_plane()) return Vec3{1, 1, 1} / domain.half_edge_m();
+    const Vec3 radii = domain.radii_m();
+    return {1 / radii.x, 1 / radii.y, 1 / radii.z};
+}
+
+double bounding_radius(const SurfaceTiles& tiles) {
+    const double unit_m = tiles.domain().unit_m();
+    if (!tiles.domain().is_plane()) return unit_m * (1 + tiles.largest()) * (1 + 1e-12);
+    const double high = std::max(std::abs(tiles.least()), std::abs(tiles.largest()));
+    return unit_m * std::hypot(std::numbers::sqrt2, high) * (1 + 1e-12);
+}
+
+} // namespace
+
+TerrainShape::TerrainShape(const terrain::SurfaceDomain& domain,
+                           std::vector<std::shared_ptr<const terrain::HeightLayer>> layers,
+                           const Settings& settings)
+    : tiles_(terrain::TileMaker(domain, std::move(layers)), settings.tiles),
+      fixed_level_(settings.fixed_level),
+      query_level_(settings.query_level),
+      inverse_radii_(inverse_radii(domain)),
+      bounding_radius_m_(bounding_radius(tiles_)) {}
+
+LevelChoice TerrainShape::levels(const RayPacket& rays, int i) const {
+    if (fixed_level_ >= 0) return {nullptr, 0, fixed_level_};
+    if (rays.detail == nullptr) return {nullptr, 0, query_level_};
+    // Between one and two times the distance at which cells are as small as asked for, so that none is wider.
+    return {rays.detail, (1 + rays.level_u[i]) / rays.detail->cell_rad, 0};
+}
+
+Vec3 TerrainShape::raised(Vec3 point, double height) const {
+    const Vec3 p = scaled(point);
+    if (tiles_.domain().is_plane())
+        return p.z < height ? Vec3{point.x, point.y, height * tiles_.domain().half_edge_m()} : point;
+    const double radius = length(p);
+    return radius < 1 + height ? point * ((1 + height) / radius) : point;
+}
+
+void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
+    for (int i = 0; i < packet_size; ++i) {
+        if (rays.active.on[i] == 0) continue;
+        const LevelChoice choice = levels(rays, i);
+        const TileCrossing crossing =
+            TileTracer(tiles_, choice)
+                .first_crossing(scaled(rays.origin.lane(i)), scaled(rays.direction.lane(i)),
+                                std::min(rays.t_max[i], hits.t[i]));
+        if (crossing.t == no_hit) continue;
+        hits.t[i] = crossing.t;
+        hits.body[i] = body;
+        hits.primitive[i] = crossing.node->slot << 16 | crossing.cell;
+        hits.u[i] = static_cast<float>(crossing.s);
+        hits.v[i] = static_cast<float>(crossing.r);
+        if (choice.view == nullptr || choice.view->counts == nullptr) continue;
+        DetailCounts& counts = *choice.view->counts;
+        ++counts.hits;
+        if (!choice.splits(*crossing.node)) continue;
+        ++counts.coarser;
+        counts.worst_ratio = std::max(counts.worst_ratio, choice.coarseness(*crossing.node));
+    }
+}
+
+void TerrainShape::occlude(RayPacket& rays) const {
+    for (int i = 0; i < packet_size; ++i) {
+        if (rays.active.on[i] == 0) continue;
+        const LevelChoice choice = levels(rays, i);
+        if (TileTracer(tiles_, choice)
+                .first_crossing(scaled(rays.origin.lane(i)), scaled(rays.direction.lane(i)), rays.t_max[i])
+                .t != no_hit)
+            rays.active.on[i] = 0;
+    }
+}
+
+void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
+                           SurfacePacket& out) const {
+    for (int i = 0; i < packet_size; ++i) {
+        const Vec3 direction = rays.direction.lane(i);
+        const bool hit = hits.body[i] == body;
+        const double t = hit ? hits.t[i] : 0.0;
+        const Vec3 point = rays.origin.lane(i) + t * direction;
+        const SurfaceNode& node = hit ? tiles_.in_slot(hits.primitive[i] >> 16) : *tiles_.root(0);
+        const TileGradients gradients = TileTracer::gradients(
+            tiles_.domain(), node, hit ? hits.primitive[i] & 0xffffu : 0,
+            static_cast<double>(hit ? hits.u[i] : 0.0F), static_cast<double>(hit ? hits.v[i] : 0.0F));
+        Vec3 facet = normalized(scaled(gradients.facet));
+        Vec3 normal = normalized(scaled(gradients.smooth));
+        const bool outside = dot(facet, direction) <= 0;
+        if (!outside) {
+            facet = -facet;
+            normal = -normal;
+        }
+        out.position.set(i, point);
+        out.normal.set(i, normal);
+        out.facet_normal.set(i, facet);
+        out.outside.on[i] = outside ? -1 : 0;
+        // Secondary rays start clear of the rounding of the crossing, which is that of the body's size and of
+        // the distance travelled so far; from a wall between levels, above the tile that it belongs to.
+        const Vec3 base = outside && hit ? raised(point, gradients.height) : point;
+        out.shadow_origin.set(i, base + (1e-10 * bounding_radius_m_ + 1e-13 * t) * facet);
+    }
+}
+
+} // namespace obscura::renderer

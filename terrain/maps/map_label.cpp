@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/error.hpp"
+#include "core/input_file.hpp"
+#include "images/readers/geo_tiff.hpp"
+#include "images/readers/pds_label.hpp"
+#include "terrain/maps/map_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string_view>
+
+namespace obscura::terrain {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
+    throw InputError(fmt::format("{}: {}", file.string(), what));
+}
+
+// PDS3, with the data elements of the Planetary Science Data Dictionary.
+
+/// Length of a unit of the label in metres.
+double length_of_unit(const std::string& unit, double fallback) {
+    if (unit.starts_with("KM") || unit.starts_with("KILOMET")) return 1000;
+    if (unit == "M" || unit.starts_with("METER") || unit.starts_with("METRE") || unit.starts_with("M/PIX") ||
+        unit.starts_with("METERS/PIX"))
+        return 1;
+    return fallback;
+}
+
+constexpr std::string_view map_object = "IMAGE_MAP_PROJECTION.";
+
+class Pds3Map {
+public:
+    explicit Pds3Map(const std::filesystem::path& file) : label_(file) {}
+
+    MapLabel read() {
+        MapLabel map;
+        heights(map);
+        if (!has("MAP_PROJECTION_TYPE")) return map;
+        Projection p;
+        const double a = length("A_AXIS_RADIUS", 1000), c = length("C_AXIS_RADIUS", 1000);
+        if (!(a > 0)) refuse(label_.file(), "the label's map has no A_AXIS_RADIUS");
+        p.equatorial_radius_m = a;
+        p.polar_radius_m = c > 0 ? c : a;
+        const std::string latitudes = text("COORDINATE_SYSTEM_NAME") + text("PROJECTION_LATITUDE_TYPE");
+        if (latitudes.find("PLANETOGRAPHIC") != std::string::npos) p.latitudes = Latitudes::planetographic;
+        const std::string kind = text("MAP_PROJECTION_TYPE");
+        const double west = text("POSITIVE_LONGITUDE_DIRECTION") == "WEST" ? -1 : 1;
+        const double centre = number("CENTER_LONGITUDE", 0) * west * degree;
+        const double centre_latitude = number("CENTER_LATITUDE", 0);
+        p.centre_longitude_rad = centre;
+        // Pixels from the origin of the map to the middle of the first one (both count from 1 in labels,
+        // which cancels).
+        const double samples = number("SAMPLE_PROJECTION_OFFSET", 0),
+                     lines = number("LINE_PROJECTION_OFFSET", 0);
+        double pixel = pixel_m(p, map);
+        if (kind == "SIMPLE CYLINDRICAL" || kind == "EQUIRECTANGULAR" || kind == "SIMPLE_CYLINDRICAL") {
+            p.kind = ProjectionKind::simple_cylindrical;
+            if (kind == "EQUIRECTANGULAR") p.true_scale_latitude_rad = centre_latitude * degree;
+        } else if (kind == "POLAR STEREOGRAPHIC" || kind == "POLAR_STEREOGRAPHIC") {
+            p.kind = centre_latitude < 0 ? ProjectionKind::south_polar_stereographic
+                                         : ProjectionKind::north_polar_stereographic;
+            p.true_scale_latitude_rad = std::copysign(std::numbers::pi / 2, centre_latitude);
+        } else {
+            refuse(label_.file(), fmt::format("a map in {} projection, allowed are SIMPLE CYLINDRICAL, "
+                                              "EQUIRECTANGULAR and POLAR STEREOGRAPHIC; `obscura import map` "
+                                              "reads others",
+                                              kind.substr(0, 60)));
+        }
+        map.transform = PixelTransform{-(samples + 0.5) * pixel, pixel, 0, (lines + 0.5) * pixel, 0, -pixel};
+        map.projection = p;
+        return map;
+    }
+
+private:
+    [[nodiscard]] static std::string key(std::string_view name) {
+        return std::string(map_object) + std::string(name);
+    }
+    [[nodiscard]] bool has(std::string_view name) const { return label_.has(key(name)); }
+    [[nodiscard]] std::string text(std::string_view name) const {
+        std::string value = label_.text(key(name), "");
+        std::transform(value.begin(), value.end(), value.begin(),
+                       [](unsigned char c) { return std::toupper(c); });
+        return value;
+    }
+    [[nodiscard]] double number(std::string_view name, double fallback) const {
+        if (!has(name) || text(name) == "N/A" || text(name) == "NULL") return fallback;
+        return label_.number(key(name), fallback);
+    }
+    [[nodiscard]] double length(std::string_view name, double fallback) const {
+        return has(name) ? number(name, 0) * length_of_unit(unit(name), fallback) : 0;
+    }
+    /// By MAP_RESOLUTION, which labels give exactly; MAP_SCALE is rounded: at 512 pixels per degree, three
+    /// decimals make half a pixel at the far edge.
+    [[nodiscard]] double pixel_m(const Projection& p, MapLabel& map) const {
+        const double by_degree = number("MAP_RESOLUTION", 0);
+        const double by_scale = length("MAP_SCALE", 1000);
+        const double exact = by_degree > 0 ? p.equatorial_radius_m * degree / by_degree : 0;
+        if (!(exact > 0) && !(by_scale > 0))
+            refuse(label_.file(), "the label's map has neither MAP_RESOLUTION nor MAP_SCALE");
+        if (!(exact > 0)) return by_scale;
+        if (by_scale > 0 && std::abs(by_scale / exact - 1) > 1e-3)
+            map.warnings.push_back(
+                fmt::format("{}: MAP_SCALE {:.6g} m/pixel contradicts MAP_RESOLUTION, which makes "
+                            "{:.6g}; MAP_RESOLUTION is taken",
+                            label_.file().string(), by_scale, exact));
+        return exact;
+    }
+    /// Unit in angle brackets; empty: none.
+    [[nodiscard]] std::string unit(std::string_view name) const {
+        return has(name) ? label_.unit(key(name)) : std::string();
+    }
+    /// Meaning and unit of the numbers.
+    void heights(MapLabel& map) const {
+        map.scale_m = length_of_unit(upper(label_.text("IMAGE.UNIT", "")), 1);
+        const double radius = length("A_AXIS_RADIUS", 1000);
+        const double offset = label_.number("IMAGE.OFFSET", 0) * map.scale_m;
+        // With the reference radius as OFFSET the numbers are distances from the centre.
+        if (radius > 0) map.meaning = offset > 0.5 * radius ? HeightMeaning::radius : HeightMeaning::height;
+    }
+    [[nodiscard]] static std::string upper(std::string value) {
+        std::transform(value.begin(), value.end(), value.begin(),
+                       [](unsigned char c) { return std::toupper(c); });
+        return value;
+    }
+
+    images::PdsLabel label_;
+};
+
+bool is_pds3(const std::filesystem::path& file) {
+    const InputFile in = open_input(file);
+    std::array<char, 512> bytes{};
+    const std::string_view start(bytes.data(), std::fread(bytes.data(), 1, bytes.size(), in.get()));
+    return start.find("PDS_VERSION_ID") != std::string_view::npos;
+}
+
+// GeoTIFF 1.1 (OGC 19-008): numbers of keys and of their values.
+enum GeoKey : std::uint16_t {
+    model_type = 1024,
+    raster_type = 1025,
+    angular_units = 2054,
+    semi_major_axis = 2057,
+    semi_minor_axis = 2058,
+    inverse_flattening = 2059,
+    coordinate_transformation = 3075,
+    linear_units = 3076,
+    first_standard_parallel = 3078,
+    natural_origin_longitude = 3080,
+    natural_origin_latitude = 3081,
+    false_easting = 3082,
+    false_northing = 3083,
+    centre_longitude = 3088,
+    centre_latitude = 3089,
+    scale_at_natural_origin = 3092,
+    vertical_pole_longitude = 3095,
+};
+constexpr int model_projected = 1, model_geographic = 2, raster_is_point = 2;
+constexpr int polar_stereographic = 15, equirectangular = 17;
+constexpr int unit_metre = 9001, unit_radian = 9101, unit_degree = 9102;
+
+class GeoTiffMap {
+public:
+    explicit GeoTiffMap(const std::filesystem::path& file)
+        : file_(file), tags_(images::read_geo_tiff(file)) {}
+
+    MapLabel read() {
+        MapLabel map;
+        map.scale_m = tags_.scale.value_or(1);
+        map.offset_m = tags_.offset.value_or(0);
+        if (tags_.unit == "km" || tags_.unit == "kilometer" || tags_.unit == "kilometre") {
+            map.scale_m *= 1000;
+            map.offset_m *= 1000;
+        }
+        const bool placed = !tags_.transformation.empty() || !tags_.pixel_scale.empty();
+        const int model = whole(model_type);
+        if (!placed || (model != model_projected && model != model_geographic)) return map;
+        PixelTransform t = transform();
+        Projection p;
+        p.equatorial_radius_m = value(semi_major_axis, 0);
+        if (!(p.equatorial_radius_m > 0))
+            refuse(file_,
+                   "a GeoTIFF whose system is a number of a list (EPSG) rather than its own spheroid; give "
+                   "`projection` and its keys, or use `obscura import map`");
+        const double flattening = value(inverse_flattening, 0);
+        p.polar_radius_m =
+            value(semi_minor_axis,
+                  flattening > 0 ? p.equatorial_radius_m * (1 - 1 / flattening) : p.equatorial_radius_m);
+        // Latitudes of a spheroid are geodetic in GeoTIFF.
+        if (p.polar_radius_m != p.equatorial_radius_m) p.latitudes = Latitudes::planetographic;
+        const double angle = whole(angular_units) == unit_radian ? 1 : degree;
+        if (model == model_geographic) {
+            const double metres = p.equatorial_radius_m * angle;
+            for (double& v : t)
+                v *= metres;
+        } else {
+            projected(p, t, angle);
+        }
+        map.projection = p;
+        map.transform = t;
+        return map;
+    }
+
+private:
+    [[nodiscard]] double value(std::uint16_t key, double fallback) const {
+        const auto found = tags_.keys.find(key);
+        return found == tags_.keys.end() ? fallback : found->second;
+    }
+    [[nodiscard]] int whole(std::uint16_t key) const {
+        const double v = value(key, 0);
+        return v >= 0 && v < 65536 ? static_cast<int>(v) : 0;
+    }
+    /// From the outer corner of the first pixel.
+    [[nodiscard]] PixelTransform transform() const {
+        PixelTransform t{};
+        const std::vector<double>& m = tags_.transformation;
+        const std::vector<double>& scale = tags_.pixel_scale;
+        const std::vector<double>& tie = tags_.tie_points;
+        if (m.size() >= 16) {
+            t = {m[3], m[0], m[1], m[7], m[4], m[5]};
+        } else if (scale.size() >= 2 && tie.size() >= 6) {
+            t = {tie[3] - tie[0] * scale[0], scale[0], 0, tie[4] + tie[1] * scale[1], 0, -scale[1]};
+        } else {
+            refuse(file_, "a GeoTIFF placed by several tie points, which cannot be used; `obscura import "
+                          "map` reads it");
+        }
+        if (whole(raster_type) == raster_is_point) { // the tie point is the middle of its pixel
+            t[0] -= 0.5 * (t[1] + t[2]);
+            t[3] -= 0.5 * (t[4] + t[5]);
+        }
+        return t;
+    }
+    void projected(Projection& p, PixelTransform& t, double angle) const {
+        const int units = whole(linear_units);
+        if (units != 0 && units != unit_metre)
+            refuse(file_, fmt::format("a GeoTIFF in units {}, allowed are metres", units));
+        t[0] -= value(false_easting, 0);
+        t[3] -= value(false_northing, 0);
+        if (whole(coordinate_transformation) == equirectangular) {
+            p.kind = ProjectionKind::simple_cylindrical;
+            p.centre_longitude_rad = value(centre_longitude, value(natural_origin_longitude, 0)) * angle;
+            p.true_scale_latitude_rad = value(first_standard_parallel, 0) * angle;
+            const double origin = value(centre_latitude, value(natural_origin_latitude, 0)) * angle;
+            t[3] += p.equatorial_radius_m * origin;
+            return;
+        }
+        if (whole(coordinate_transformation) != polar_stereographic)
+            refuse(file_,
+                   fmt::format(
+                       "a GeoTIFF in projection {}, allowed are equirectangular ({}) and polar stereographic "
+                       "({}); `obscura import map` reads others",
+                       whole(coordinate_transformation), equirectangular, polar_stereographic));
+        const double origin = value(natural_origin_latitude, 90) * angle;
+        p.kind = origin < 0 ? ProjectionKind::south_polar_stereographic
+                            : ProjectionKind::north_polar_stereographic;
+        p.centre_longitude_rad = value(vertical_pole_longitude, value(natural_origin_longitude, 0)) * angle;
+        p.true_scale_latitude_rad = origin;
+        // Variant A: a scale at the pole itself.
+        const double k = value(scale_at_natural_origin, 1);
+        if (!(k > 0)) refuse(file_, "a GeoTIFF whose scale at the pole is not above 0");
+        for (double& v : t)
+            v /= k;
+    }
+
+    const std::filesystem::path& file_;
+    images::GeoTiff tags_;
+};
+
+} // namespace
+
+MapLabel read_map_label(const std::filesystem::path& file) {
+    if (is_pds3(file)) return Pds3Map(file).read();
+    if (images::is_tiff(file)) return GeoTiffMap(file).read();
+    return {};
+}
+
+} // namespace obscura::terrain

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Heights from a raster, blended over those below it towards the edge of its samples.
+#pragma once
+
+#include "terrain/height_layer.hpp"
+#include "terrain/maps/coverage.hpp"
+#include "terrain/maps/raster.hpp"
+
+#include <memory>
+#include <optional>
+
+namespace obscura::terrain {
+
+/// A raster as a source of heights: metres = offset_m + scale_m * sample.
+struct HeightRaster {
+    std::shared_ptr<const Raster> raster;
+    HeightMeaning meaning = HeightMeaning::height;
+    double scale_m = 1, offset_m = 0;
+};
+
+/// base + w (raster - base), w = smoothstep of the distance to the edge of the samples over the feather.
+/// Immutable; thread-safe.
+class RasterLayer final : public HeightLayer {
+public:
+    /// `coverage`: none if the raster covers the whole of `domain` without holes, which needs no blending.
+    RasterLayer(const SurfaceDomain& domain, HeightRaster source,
+                std::shared_ptr<const Coverage> coverage = nullptr, double feather_m = 0);
+
+    void apply(const VertexGrid& grid, std::span<double> heights_m,
+               std::span<double> sample_spacings_m) const override;
+    [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
+    [[nodiscard]] double sample_spacing_m(Vec3 position_m) const override;
+
+    /// Height above the reference surface along the direction from its centre at a point of it, m; NaN where
+    /// the raster has none. `reader`: of the source's raster.
+    [[nodiscard]] double height_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const;
+    /// Share of the raster's height in the result, 0 to 1.
+    [[nodiscard]] double weight(Vec3 position_m) const;
+    [[nodiscard]] const Raster& raster() const { return *source_.raster; }
+
+private:
+    [[nodiscard]] double footprint(Vec3 position_m, double spacing_m) const;
+    [[nodiscard]] double along_normal_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const;
+    /// Bounds of height_m() in a cap; least above largest if there are no samples.
+    [[nodiscard]] HeightRange bounds(const Cap& cap, double spacing_m) const;
+
+    SurfaceDomain domain_;
+    HeightRaster source_;
+    std::shared_ptr<const Coverage> coverage_;
+    double feather_m_;
+};
+
+} // namespace obscura::terrain

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/tiles/tile_maker.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace obscura::terrain {
+namespace {
+
+/// Distances of the reference surface from the centre.
+struct Radii {
+    double least, largest;
+};
+
+/// Over a tile, from nine points of it: between them the square of the distance is close to linear, and
+/// differs from it by less than the square of their angle.
+Radii radii_over(const SurfaceDomain& domain, TileKey key) {
+    const Vec3 r = domain.radii_m();
+    const double smallest = std::min({r.x, r.y, r.z}), greatest = std::max({r.x, r.y, r.z});
+    if (key.level < 2 || smallest == greatest) return {smallest, greatest};
+    Radii radii{greatest, smallest};
+    for (int j = 0; j <= tile_cells; j += tile_cells / 2)
+        for (int i = 0; i <= tile_cells; i += tile_cells / 2) {
+            const double at = length(domain.point(key.face, SurfaceDomain::coordinate(key.level, key.i, i),
+                                                  SurfaceDomain::coordinate(key.level, key.j, j)));
+            radii = {std::min(radii.least, at), std::max(radii.largest, at)};
+        }
+    const double step = std::ldexp(1.0, -key.level);
+    const double ratio = greatest / smallest;
+    const double slack = 4 * (greatest - smallest) * ratio * ratio * step * step;
+    return {std::max(radii.least - slack, smallest), std::min(radii.largest + slack, greatest)};
+}
+
+void make_pyramid(SurfaceTile& tile) {
+    std::uint32_t edge = tile_cells / 2;
+    float* const finest = tile.maxima.data() + SurfaceTile::pyramid_offset(1);
+    for (std::uint32_t j = 0; j < edge; ++j) {
+        const auto row = static_cast<std::int32_t>(2 * j);
+        const float* const a = tile.vertex(0, row);
+        const float* const b = tile.vertex(0, row + 1);
+        const float* const c = tile.vertex(0, row + 2);
+        std::array<float, tile_cells + 1> column;
+        for (std::size_t i = 0; i <= tile_cells; ++i)
+            column[i] = std::max(std::max(a[i], b[i]), c[i]);
+        for (std::uint32_t i = 0; i < edge; ++i)
+            finest[j * edge + i] = std::max(std::max(column[2 * i], column[2 * i + 1]), column[2 * i + 2]);
+    }
+    for (int level = 2; level <= pyramid_levels; ++level) {
+        const float* const finer = tile.maxima.data() + SurfaceTile::pyramid_offset(level - 1);
+        float* const here = tile.maxima.data() + SurfaceTile::pyramid_offset(level);
+        edge /= 2;
+        for (std::uint32_t j = 0; j < edge; ++j)
+            for (std::uint32_t i = 0; i < edge; ++i) {
+                const float* const four = finer + std::size_t{4} * edge * j + std::size_t{2} * i;
+                here[j * edge + i] =
+                    std::max(std::max(four[0], four[1]), std::max(four[2 * edge], four[2 * edge + 1]));
+            }
+    }
+}
+
+} // namespace
+
+TileMaker::TileMaker(SurfaceDomain domain, std::vector<std::shared_ptr<const HeightLayer>> layers)
+    : domain_(domain), layers_(std::move(layers)) {}
+
+Cap TileMaker::cap(TileKey key) const {
+    const auto at = [&](int i, int j) {
+        return domain_.point(key.face, SurfaceDomain::coordinate(key.level, key.i, i),
+                             SurfaceDomain::coordinate(key.level, key.j, j));
+    };
+    Cap cap{at(tile_cells / 2, tile_cells / 2), 0};
+    for (const int i : {-1, tile_cells / 2, tile_cells + 1})
+        for (const int j : {-1, tile_cells / 2, tile_cells + 1})
+            cap.radius_m = std::max(cap.radius_m, length(at(i, j) - cap.centre_m));
+    cap.radius_m *= 1 + 1e-3;
+    return cap;
+}
+
+HeightRange TileMaker::layers_range(const Cap& cap, double spacing_m) const {
+    HeightRange range;
+    for (const std::shared_ptr<const HeightLayer>& layer : layers_)
+        range = layer->range(cap, spacing_m, range);
+    return range;
+}
+
+ReducedRange TileMaker::range(TileKey key) const {
+    const HeightRange metres = layers_range(cap(key), domain_.spacing_m(key.level));
+    const double step = height_step_m(domain_, key.level);
+    if (domain_.is_plane()) return {metres.least - step, metres.largest + step};
+    const Radii radii = radii_over(domain_, key);
+    const double near = domain_.unit_m() / radii.least, far = domain_.unit_m() / radii.largest;
+    return {metres.least * (metres.least < 0 ? near : far) - step,
+            metres.largest * (metres.largest > 0 ? near : far) + step};
+}
+
+void TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) const {
+    scratch.positions_m.resize(tile_vertices);
+    scratch.heights_m.assign(tile_vertices, 0);
+    scratch.sample_spacings_m.assign(tile_vertices, std::numeric_limits<double>::infinity());
+    std::size_t place = 0;
+    for (int j = -tile_margin; j <= tile_cells + tile_margin; ++j) {
+        const double v = SurfaceDomain::coordinate(key.level, key.j, j);
+        for (int i = -tile_margin; i <= tile_cells + tile_margin; ++i)
+            scratch.positions_m[place++] =
+                domain_.point(key.face, SurfaceDomain::coordinate(key.level, key.i, i), v);
+    }
+    const VertexGrid grid{key, scratch.positions_m, domain_.spacing_m(key.level), cap(key)};
+    for (const std::shared_ptr<const HeightLayer>& layer : layers_)
+        layer->apply(grid, scratch.heights_m, scratch.sample_spacings_m);
+
+    const double unit_m = domain_.unit_m();
+    const double step = height_step_m(domain_, key.level);
+    const ReducedRange bounds = range(key);
+    double least = bounds.largest, largest = bounds.least;
+    for (std::size_t k = 0; k < tile_vertices; ++k) {
+        double h = scratch.heights_m[k];
+        if (!domain_.is_plane()) h *= unit_m / length(scratch.positions_m[k]);
+        h = step * std::nearbyint(h / step);
+        // Not a number becomes the least height.
+        h = h > bounds.least ? std::min(h, bounds.largest) : bounds.least;
+        scratch.heights_m[k] = h;
+        least = std::min(least, h);
+        largest = std::max(largest, h);
+    }
+    out.key = key;
+    out.offset_m = step * std::nearbyint((least + largest) / 2 / step);
+    for (std::size_t k = 0; k < tile_vertices; ++k)
+        out.heights[k] = static_cast<float>(scratch.heights_m[k] - out.offset_m);
+    make_pyramid(out);
+}
+
+} // namespace obscura::terrain

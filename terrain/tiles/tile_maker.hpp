@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Maker of surface tiles from the layers of a terrain.
+#pragma once
+
+#include "terrain/height_layer.hpp"
+#include "terrain/surface_domain.hpp"
+#include "terrain/tiles/surface_tile.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace obscura::terrain {
+
+/// Bounds of the reduced heights (see SurfaceTile) of a tile and of all finer ones below it, m.
+struct ReducedRange {
+    double least = 0, largest = 0;
+};
+
+/// Applies the layers in order at the vertices of a tile. Immutable; thread-safe. Takes what layers take to
+/// read files; allocates.
+class TileMaker {
+public:
+    /// Scratch space of one call, to be used again.
+    struct Scratch {
+        std::vector<Vec3> positions_m;
+        std::vector<double> heights_m, sample_spacings_m;
+    };
+
+    TileMaker(SurfaceDomain domain, std::vector<std::shared_ptr<const HeightLayer>> layers);
+
+    [[nodiscard]] const SurfaceDomain& domain() const { return domain_; }
+
+    /// Fills `out`. Heights beyond range() of the tile are set to its nearer end, so that rays can rely on
+    /// the bounds of a layer that states them wrongly.
+    void make(TileKey key, Scratch& scratch, SurfaceTile& out) const;
+    /// From the layers' own bounds, without making anything.
+    [[nodiscard]] ReducedRange range(TileKey key) const;
+    /// Part of the reference surface that the tile and its margin lie in.
+    [[nodiscard]] Cap cap(TileKey key) const;
+
+private:
+    [[nodiscard]] HeightRange layers_range(const Cap& cap, double spacing_m) const;
+
+    SurfaceDomain domain_;
+    std::vector<std::shared_ptr<const HeightLayer>> layers_;
+};
+
+} // namespace obscura::terrain

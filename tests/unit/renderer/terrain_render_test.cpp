@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Terrains through the renderer: the same bytes whatever the threads, rows and tile memory; continuity.
+#include "images/writers/fits.hpp"
+#include "renderer/materials/lambert.hpp"
+#include "renderer/planets/planet_parameters.hpp"
+#include "support.hpp"
+#include "terrain_support.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace obscura;
+using namespace obscura::test;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+/// A rough Moon of 64 pixels over half a turn, heights up to some kilometres.
+std::string height_file(const TempFolder& folder) {
+    constexpr std::int32_t rows = 64;
+    std::vector<float> samples;
+    Directions any;
+    for (std::int32_t j = 0; j < rows; ++j)
+        for (std::int32_t i = 0; i < 2 * rows; ++i)
+            samples.push_back(static_cast<float>(4000 * (any.number() - 0.5)));
+    const auto file = folder.path() / "heights.fits";
+    images::write_fits_float(file, 2 * rows, rows, 1, samples, "", {});
+    return file.string();
+}
+
+/// Seen obliquely from 60 km above it, the Sun low.
+scene::Scene low_orbit(const std::string& file, std::uint32_t tile_memory_mib = 512) {
+    scene::Scene s;
+    renderer::PlanetParameters planet;
+    planet.radii_m = {1737400, 1737400, 1737400};
+    planet.height_file = file;
+    planet.tile_memory_mib = tile_memory_mib;
+    s.bodies.push_back({"moon", planet, renderer::LambertParameters{0.3}, {}});
+    s.sun.position_m = astronomical_unit_m * at_latitude(0, 75 * degree);
+    const Vec3 place = (1737400 + 60e3) * Vec3{1, 0, 0};
+    s.camera.width = s.camera.height = 96;
+    s.camera.pixel_pitch_m = 10e-6;
+    s.camera.focal_length_m = 10e-6 / 0.008;
+    s.camera.motion.samples[0].pose = {place, look_along({-0.5, 1, 0.2}, {1, 0, 0})};
+    return s;
+}
+
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+    double sum = 0, total = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+        sum += static_cast<double>(b[k]) - static_cast<double>(a[k]);
+        total += static_cast<double>(a[k]);
+    }
+    return sum / total;
+}
+
+} // namespace
+
+TEST_CASE("Threads, rows and tile memory change no byte of a terrain") {
+    const TempFolder folder;
+    const std::string file = height_file(folder);
+    const Region all{0, 0, 96, 96};
+    const scene::Scene s = low_orbit(file);
+    const std::uint32_t bounces = GENERATE(0u, 1u);
+    const auto settings = [&](std::uint32_t threads) {
+        renderer::RenderSettings r{2, threads, 11};
+        r.max_bounces = bounces;
+        r.target_error = bounces == 0 ? 0.05 : 0;
+        r.max_samples_per_pixel = 8;
+        return r;
+    };
+    const std::vector<float> one = render_window(renderer::Renderer(s, settings(1)), all, 96);
+    CHECK(*std::max_element(one.begin(), one.end()) > 0);
+    CHECK(one == render_window(renderer::Renderer(s, settings(2)), all, 31));
+    CHECK(one == render_window(renderer::Renderer(low_orbit(file, 128), settings(7)), all, 5));
+    // Tiles that are there already change nothing.
+    const renderer::Renderer used(low_orbit(file, 2048), settings(2));
+    render_window(used, {40, 40, 20, 20});
+    CHECK(one == render_window(used, all, 96));
+}
+
+TEST_CASE("A terrain's light changes as little as the camera's place") {
+    const TempFolder folder;
+    const std::string file = height_file(folder);
+    scene::Scene s = low_orbit(file);
+    s.camera.width = s.camera.height = 48;
+    s.camera.focal_length_m = 10e-6 / 0.016;
+    const Region all{0, 0, 48, 48};
+    const auto image = [&](double higher, std::uint64_t seed) {
+        scene::Scene moved = s;
+        moved.camera.motion.samples[0].pose.position_m.x += higher * 60e3;
+        return render_window(renderer::Renderer(moved, {64, 2, seed}), all);
+    };
+    // By a thousandth of the distance, as often as levels change over a factor of two of it.
+    double worst = 0;
+    for (const double at : {0.0, 0.2, 0.5}) {
+        const std::vector<float> here = image(at, 3), next = image(at + 1e-3, 3);
+        worst = std::max(worst, std::abs(difference(here, next)));
+        double changed = 0, pixels = 0;
+        for (std::size_t k = 0; k < here.size(); ++k) {
+            if (!(here[k] > 0)) continue;
+            pixels += 1;
+            changed += std::abs(next[k] - here[k]) > 0.5F * std::max(here[k], next[k]) ? 1 : 0;
+        }
+        CHECK(changed < 0.02 * pixels);
+    }
+    CHECK(worst < 0.005);
+}

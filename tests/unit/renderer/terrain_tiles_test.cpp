@@ -1,0 +1,492 @@
+// SPDX-License-Identifier: Apache-2.0
+// Terrains of tiles: crossings against ellipsoids, closed forms, marching over all cells and Embree; borders,
+// normals, levels of detail and arenas.
+#include "renderer/shapes/ellipsoid.hpp"
+#include "renderer/shapes/mesh_shape.hpp"
+#include "support.hpp"
+#include "terrain_support.hpp"
+
+#include <algorithm>
+#include <map>
+
+using namespace obscura;
+using namespace obscura::renderer;
+using namespace obscura::test;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+using terrain::SurfaceDomain;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+/// Rough relief on a body of radius 1 km, waves down to some cells of level 0.
+double waves_m(Vec3 p) {
+    p = p / 1000;
+    return 50 * std::sin(7 * p.x) * std::cos(5 * p.y + 2 * p.z) + 20 * std::sin(31 * p.z + 9 * p.x) +
+           3 * std::sin(170 * p.y - 40 * p.x);
+}
+constexpr double waves_most_m = 73;
+
+TerrainShape waves_at(int level, std::uint64_t arena_bytes = std::uint64_t{512} << 20) {
+    return {SurfaceDomain::ellipsoid({1000, 1000, 1000}), layers_of(waves_m, -waves_most_m, waves_most_m),
+            at_level(level, arena_bytes)};
+}
+
+/// Waves at every scale, bounded.
+double rough_m(Vec3 p) {
+    double sum = 0, amplitude = 40, scale = 7e-3;
+    for (int k = 0; k < 14; ++k) {
+        sum += amplitude * std::sin(scale * (p.x + 0.3 * p.y) + k) * std::cos(scale * (p.z - 0.7 * p.y));
+        amplitude /= 2;
+        scale *= 2.1;
+    }
+    return sum;
+}
+
+/// The truth about fixed levels: bilinear heights of the shape's own tiles, in long double, at all crossings
+/// of a ray with the planes of cells.
+class March {
+public:
+    using Real = long double;
+    March(const TerrainShape& shape, int level)
+        : shape_(shape), cells_(terrain::tile_cells << level), level_(level) {}
+
+    /// |p| - 1 - H, unit heights.
+    Real above(const Real (&p)[3]) const {
+        const Real radius = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        const std::size_t number = terrain::cube_face_of(
+            {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+        const terrain::CubeFace& face = terrain::cube_faces[number];
+        const Real w = static_cast<Real>(face.sign) * p[face.axis];
+        const Real x = (p[face.u_axis] / w + 1) * cells_ / 2, y = (p[face.v_axis] / w + 1) * cells_ / 2;
+        const Real i = std::clamp(std::floor(x), Real{0}, Real{cells_ - 1.0L}),
+                   j = std::clamp(std::floor(y), Real{0}, Real{cells_ - 1.0L});
+        const Real s = x - i, r = y - j;
+        const auto h = [&](int di, int dj) {
+            return height(number, static_cast<int>(i) + di, static_cast<int>(j) + dj);
+        };
+        return radius - 1 -
+               ((1 - r) * ((1 - s) * h(0, 0) + s * h(1, 0)) + r * ((1 - s) * h(0, 1) + s * h(1, 1)));
+    }
+
+    /// First crossing in [from, to]; no_hit: none.
+    double first(Vec3 o, Vec3 d, double from, double to) const {
+        const Real origin[3] = {o.x, o.y, o.z}, direction[3] = {d.x, d.y, d.z};
+        std::vector<Real> at{from, to};
+        for (std::size_t face = 0; face < 6; face += 2) {
+            const terrain::CubeFace& f = terrain::cube_faces[face];
+            for (const int axis : {f.u_axis, f.v_axis})
+                for (int k = 0; k <= 2 * cells_; ++k) { // both signs of u, as w may have both
+                    const Real u = static_cast<Real>(k % (cells_ + 1)) * 2 / cells_ - 1;
+                    const Real t =
+                        (u * origin[f.axis] - origin[axis]) / (direction[axis] - u * direction[f.axis]);
+                    if (t > from && t < to) at.push_back(t);
+                }
+        }
+        std::sort(at.begin(), at.end());
+        const auto height_at = [&](Real t) {
+            const Real p[3] = {origin[0] + t * direction[0], origin[1] + t * direction[1],
+                               origin[2] + t * direction[2]};
+            return above(p);
+        };
+        for (std::size_t k = 0; k + 1 < at.size(); ++k) {
+            constexpr int steps = 24;
+            for (int i = 0; i < steps; ++i) {
+                Real low = at[k] + (at[k + 1] - at[k]) * i / steps,
+                     high = at[k] + (at[k + 1] - at[k]) * (i + 1) / steps;
+                if (height_at(high) > 0) continue;
+                if (height_at(low) <= 0) return static_cast<double>(low);
+                for (int bisection = 0; bisection < 70; ++bisection) {
+                    const Real middle = (low + high) / 2;
+                    (height_at(middle) > 0 ? low : high) = middle;
+                }
+                return static_cast<double>(high);
+            }
+        }
+        return no_hit;
+    }
+
+private:
+    Real height(std::size_t face, int i, int j) const {
+        SurfaceNode* node = shape_.tiles()->root(face);
+        const auto in_tile = [&](int k) { return std::min(k / terrain::tile_cells, (1 << level_) - 1); };
+        const int ti = in_tile(i), tj = in_tile(j);
+        for (int bit = level_ - 1; bit >= 0; --bit)
+            node = shape_.tiles()->make_child(*node,
+                                              static_cast<unsigned>((ti >> bit & 1) | (tj >> bit & 1) << 1));
+        return static_cast<Real>(
+                   node->tile.height_m(i - ti * terrain::tile_cells, j - tj * terrain::tile_cells)) /
+               shape_.tiles()->domain().unit_m();
+    }
+
+    const TerrainShape& shape_;
+    int cells_, level_;
+};
+
+} // namespace
+
+TEST_CASE("A terrain without relief is its ellipsoid, from two metres to an astronomical unit") {
+    const Vec3 radii{1829400, 1819300, 1815700};
+    const TerrainShape shape(SurfaceDomain::ellipsoid(radii), {});
+    const Ellipsoid ellipsoid(EllipsoidParameters{radii});
+    Directions any;
+    for (const double altitude_m : {2.0, 1e3, 1e6, 1e9, 1.5e11})
+        for (int k = 0; k < 200; ++k) {
+            const Vec3 up = any();
+            const Vec3 base{up.x * radii.x, up.y * radii.y, up.z * radii.z};
+            const Vec3 origin = (length(base) + altitude_m) * normalized(base);
+            const Vec3 aim = any();
+            const Vec3 target =
+                0.999 * std::cbrt(any.number()) * Vec3{aim.x * radii.x, aim.y * radii.y, aim.z * radii.z};
+            const Vec3 direction = normalized(target - origin);
+            const double wanted = distance_to(ellipsoid, origin, direction);
+            REQUIRE(wanted < no_hit);
+            // At grazing incidence the rounding of the direction alone moves the crossing.
+            const double tolerance = std::max(1e-3, 1e-13 * altitude_m);
+            REQUIRE_THAT(distance_to(shape, origin, direction), WithinAbs(wanted, tolerance));
+            if (k % 20 != 0) continue;
+            const DetailView detail{.eye_m = origin, .cell_rad = 1e-3};
+            const SurfaceTiles::Pin pin = shape.tiles()->pin();
+            REQUIRE_THAT(distance_to(shape, origin, direction, &detail, any.number()),
+                         WithinAbs(wanted, tolerance));
+        }
+}
+
+TEST_CASE("A ray meets a terrain where marching over all cells in long double does") {
+    const int level = GENERATE(0, 1);
+    const TerrainShape shape = waves_at(level);
+    const March march(shape, level);
+    Directions any;
+    int met = 0;
+    for (int k = 0; k < 250; ++k) {
+        // One in four grazes the relief from low above it.
+        const Vec3 up = any();
+        const Vec3 origin = k % 4 == 0 ? 1.075 * up : up * (1.08 + 3 * any.number());
+        const Vec3 direction = normalized(any() * (1.06 * any.number()) - origin);
+        constexpr double reach = 1.08;
+        const double along = -dot(origin, direction);
+        const double half2 = reach * reach - length_squared(origin + along * direction);
+        double wanted = no_hit;
+        if (half2 > 0)
+            wanted = march.first(origin, direction, std::max(0.0, along - std::sqrt(half2)),
+                                 along + std::sqrt(half2));
+        const double got = distance_to(shape, 1000 * origin, direction);
+        INFO("ray " << k);
+        if (wanted == no_hit) {
+            REQUIRE(got == no_hit);
+            continue;
+        }
+        ++met;
+        REQUIRE_THAT(got, WithinAbs(1000 * wanted, 1e-5));
+    }
+    CHECK(met > 150);
+}
+
+TEST_CASE("Nothing slips through the borders of cells, tiles, levels and faces") {
+    const TerrainShape shape(SurfaceDomain::ellipsoid({1000, 1000, 1000}), layers_of(rough_m, -80, 80));
+    // The eye is so near that tiles of several levels meet.
+    const Vec3 eye = 1090 * normalized(Vec3{1, 0.95, 0.9});
+    const DetailView detail{.eye_m = eye, .cell_rad = 0.02};
+    const SurfaceTiles::Pin pin = shape.tiles()->pin();
+    Directions any;
+    int escaped = 0;
+    std::map<int, int> levels;
+    for (int k = 0; k < 40000; ++k) {
+        const terrain::CubeFace& face = terrain::cube_faces[static_cast<std::size_t>(k) % 6];
+        const int level = k / 6 % 5;
+        const double lattice = terrain::tile_cells << level;
+        const auto on_lattice = [&] { return std::round(lattice * any.number()) / lattice * 2 - 1; };
+        // Towards vertices, tile corners and along border planes; half of them near the eye.
+        Vec3 aim = normalized(
+            terrain::cube_point(face, on_lattice(), k % 8 < 4 ? on_lattice() : 2 * any.number() - 1));
+        if (k % 16 == 1)
+            aim = normalized(terrain::cube_point(face, k % 32 < 16 ? 1 : std::round(4 * any.number()) / 2 - 1,
+                                                 2 * any.number() - 1));
+        if (k % 2 == 0) aim = normalized(eye / 1000 + 0.2 * any());
+        const double u = any.number();
+        const Vec3 outside = 3000 * any();
+        OneRay inwards(2000 * aim, -aim, &detail, u);
+        escaped += inwards.meet(shape) == no_hit ? 1 : 0;
+        if (inwards.hits.body[OneRay::lane] >= 0)
+            ++levels[shape.tiles()->in_slot(inwards.hits.primitive[OneRay::lane] >> 16).tile.key.level];
+        escaped += distance_to(shape, outside, normalized(850 * aim - outside), &detail, u) == no_hit ? 1 : 0;
+        escaped += distance_to(shape, {0, 0, 0}, aim, &detail, u) == no_hit ? 1 : 0;
+        const Vec3 within = 850 * any.number() * any();
+        escaped += distance_to(shape, within, normalized(1000 * aim - within), &detail, u) == no_hit ? 1 : 0;
+    }
+    CHECK(escaped == 0);
+    CHECK(levels.size() >= 4);
+}
+
+TEST_CASE("The cells of a terrain are as small as its view asks for, and not much smaller") {
+    const TerrainShape shape(SurfaceDomain::ellipsoid({1000, 1000, 1000}), layers_of(rough_m, -80, 80));
+    const SurfaceTiles::Pin pin = shape.tiles()->pin();
+    Directions any;
+    const Vec3 eye = 1100 * normalized(Vec3{1, 2, 3});
+    DetailCounts counts;
+    const DetailView detail{.eye_m = eye, .cell_rad = 0.01, .counts = &counts};
+    double sum = 0;
+    for (int k = 0; k < 4000; ++k) {
+        OneRay ray(eye, normalized(900 * any.number() * any() - eye), &detail, any.number());
+        const double t = ray.meet(shape);
+        if (t == no_hit) continue;
+        const SurfaceNode& node = shape.tiles()->in_slot(ray.hits.primitive[OneRay::lane] >> 16);
+        // By the largest cell of the level, at the nearest point of the tile, on the reference surface.
+        REQUIRE(node.spacing_m <= 0.01 * (t + 80) + 1e-9);
+        sum += std::log2(node.spacing_m / (0.01 * t));
+    }
+    CHECK(counts.hits > 2000);
+    CHECK(counts.coarser == 0);
+    const double mean = sum / static_cast<double>(counts.hits);
+    CHECK(mean > -2.2);
+    CHECK(mean < -0.5);
+}
+
+TEST_CASE("Crossings do not depend on the arena, nor on the order in which tiles are made") {
+    const SurfaceDomain domain = SurfaceDomain::ellipsoid({1000, 1000, 1000});
+    TerrainShape::Settings settings;
+    const TerrainShape large(domain, layers_of(rough_m, -80, 80), settings);
+    settings.tiles.arena_bytes = 48 * SurfaceTiles::slot_bytes();
+    settings.tiles.pinned_levels = 1;
+    const TerrainShape small(domain, layers_of(rough_m, -80, 80), settings);
+    const DetailView detail{.eye_m = {700, 700, 500}, .cell_rad = 0.02};
+    struct Ray {
+        Vec3 origin, direction;
+        double u, t;
+    };
+    Directions any;
+    std::vector<Ray> rays;
+    const SurfaceTiles::Pin pin = large.tiles()->pin();
+    for (int k = 0; k < 1500; ++k) {
+        const Vec3 origin = k % 2 == 0 ? detail.eye_m : 1100 * any();
+        rays.push_back({origin, normalized(1000 * any.number() * any() - origin), any.number(), 0});
+        rays.back().t = distance_to(large, origin, rays.back().direction, &detail, rays.back().u);
+    }
+    for (std::size_t k = rays.size(); k-- > 0;) {
+        const SurfaceTiles::Pin short_pin = small.tiles()->pin();
+        REQUIRE(distance_to(small, rays[k].origin, rays[k].direction, &detail, rays[k].u) == rays[k].t);
+    }
+    CHECK(large.tiles()->usage().made < 2978);
+    CHECK(large.tiles()->usage().beyond == 0);
+    // Tiles were thrown out and made again; no more than one ray needs were beyond the arena.
+    CHECK(small.tiles()->usage().made > large.tiles()->usage().made);
+    CHECK(small.tiles()->usage().tiles < large.tiles()->usage().tiles);
+    CHECK(small.tiles()->usage().beyond <= 64);
+}
+
+TEST_CASE("No vertex is above the bounds of its tile, nor above those of the tiles over it") {
+    const TerrainShape shape(SurfaceDomain::ellipsoid({1000, 800, 600}), layers_of(rough_m, -80, 80));
+    const SurfaceTiles& tiles = *shape.tiles();
+    Directions any;
+    int wrong = 0;
+    for (int chain = 0; chain < 12; ++chain) {
+        SurfaceNode* node = tiles.root(static_cast<std::size_t>(chain % 6));
+        for (int level = 1; level < 7; ++level) {
+            const auto quarter = static_cast<unsigned>(4 * any.number());
+            const double bound = node->child_highest[quarter];
+            node = tiles.make_child(*node, quarter);
+            wrong += node->own_highest > bound ? 1 : 0;
+            const terrain::SurfaceTile& tile = node->tile;
+            for (int k = 1; k <= terrain::pyramid_levels; ++k)
+                for (int j = 0; j <= terrain::tile_cells; j += 3)
+                    for (int i = 0; i <= terrain::tile_cells; i += 3) {
+                        const auto ni = static_cast<std::uint32_t>(std::min(i, terrain::tile_cells - 1) >> k);
+                        const auto nj = static_cast<std::uint32_t>(std::min(j, terrain::tile_cells - 1) >> k);
+                        wrong += tile.height_m(i, j) > tile.maximum_m(k, ni, nj) ? 1 : 0;
+                        if (i >> k > 0 && (i & ((1 << k) - 1)) == 0) // on the border of two nodes
+                            wrong += tile.height_m(i, j) >
+                                             tile.maximum_m(k, (static_cast<std::uint32_t>(i) >> k) - 1, nj)
+                                         ? 1
+                                         : 0;
+                    }
+        }
+    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("Vertices that tiles and faces share decode alike, and are the function's") {
+    const TerrainShape shape(SurfaceDomain::ellipsoid({1000, 800, 600}), layers_of(rough_m, -80, 80));
+    const SurfaceTiles& tiles = *shape.tiles();
+    // By the position's own bits.
+    std::map<std::array<double, 3>, double> heights;
+    int differ = 0, shared = 0;
+    double worst = 0;
+    for (std::size_t face = 0; face < 6; ++face)
+        for (unsigned quarter = 0; quarter < 4; ++quarter) {
+            const SurfaceNode* node = tiles.make_child(*tiles.root(face), quarter);
+            const terrain::TileKey key = node->tile.key;
+            for (int j = -1; j <= terrain::tile_cells + 1; ++j)
+                for (int i = -1; i <= terrain::tile_cells + 1; ++i) {
+                    const bool border = i < 2 || j < 2 || i > 254 || j > 254;
+                    // Corners of the margin are no vertex of a neighbour.
+                    if (!border || ((i < 0 || i > 256) && (j < 0 || j > 256))) continue;
+                    const Vec3 p = tiles.domain().point(key.face, SurfaceDomain::coordinate(1, key.i, i),
+                                                        SurfaceDomain::coordinate(1, key.j, j));
+                    const double h = node->tile.height_m(i, j);
+                    worst = std::max(worst, std::abs(h * length(p) / 1000 - rough_m(p)));
+                    const auto [at, fresh] = heights.try_emplace({p.x, p.y, p.z}, h);
+                    shared += fresh ? 0 : 1;
+                    differ += at->second != h ? 1 : 0;
+                }
+        }
+    CHECK(differ == 0);
+    CHECK(shared > 20000);
+    CHECK(worst <= height_step_m(tiles.domain(), 1) / 2);
+}
+
+TEST_CASE("A terrain is the mesh of its points as Embree meets it") {
+    constexpr std::uint32_t edge = 256 * 3;
+    const TerrainShape shape = waves_at(0);
+    TriangleMesh mesh;
+    for (const terrain::CubeFace& face : terrain::cube_faces) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        const bool turned = dot(cross(terrain::cube_point(face, 1, 0) - terrain::cube_point(face, 0, 0),
+                                      terrain::cube_point(face, 0, 1) - terrain::cube_point(face, 0, 0)),
+                                terrain::cube_point(face, 0, 0)) < 0;
+        const LevelChoice levels{};
+        for (std::uint32_t j = 0; j <= edge; ++j)
+            for (std::uint32_t i = 0; i <= edge; ++i) {
+                const Vec3 q = normalized(terrain::cube_point(face, 2.0 * i / edge - 1, 2.0 * j / edge - 1));
+                const Vec3 p = 1000 * (1 + TileTracer(*shape.tiles(), levels).below(q).t) * q;
+                mesh.vertices.push_back(
+                    {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+            }
+        for (std::uint32_t j = 0; j < edge; ++j)
+            for (std::uint32_t i = 0; i < edge; ++i) {
+                const std::uint32_t a = first + j * (edge + 1) + i, b = a + 1, c = a + edge + 1, d = c + 1;
+                mesh.triangles.push_back(turned ? std::array{a, c, b} : std::array{a, b, c});
+                mesh.triangles.push_back(turned ? std::array{b, c, d} : std::array{b, d, c});
+            }
+    }
+    const MeshShape facets(std::make_shared<const EmbreeDevice>(), mesh);
+    Directions any;
+    int differ = 0, met = 0;
+    for (int k = 0; k < 20000; ++k) {
+        const Vec3 origin = any() * 3000;
+        const Vec3 direction = normalized(any() * (1080 * any.number()) - origin);
+        const double wanted = distance_to(facets, origin, direction);
+        const double got = distance_to(shape, origin, direction);
+        met += wanted < no_hit ? 1 : 0;
+        const bool same =
+            (wanted == no_hit) == (got == no_hit) && (wanted == no_hit || std::abs(wanted - got) < 0.1);
+        differ += same ? 0 : 1;
+    }
+    CHECK(met > 15000);
+    CHECK(differ < 30); // at the limb
+}
+
+TEST_CASE("Normals are gradients of the patches, and continuous over cells, tiles and faces when smooth") {
+    const TerrainShape shape = waves_at(1);
+    Directions any;
+    const LevelChoice levels{nullptr, 0, 1};
+    const TileTracer tracer(*shape.tiles(), levels);
+    double within_faces = 0, over_edges = 0;
+    const auto smooth_at = [&](Vec3 q) {
+        const TileCrossing at = tracer.below(q);
+        return normalized(
+            TileTracer::gradients(shape.tiles()->domain(), *at.node, at.cell, at.s, at.r).smooth);
+    };
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 p0 = any();
+        const TileCrossing at = tracer.below(p0);
+        const Vec3 p = (1 + at.t) * p0;
+        const auto above = [&](Vec3 q) { return length(q) - 1 - tracer.below(q).t; };
+        constexpr double e = 1e-7;
+        if (std::min({at.s, at.r, 1 - at.s, 1 - at.r}) > 1e-3) {
+            const Vec3 wanted{(above(p + Vec3{e, 0, 0}) - above(p - Vec3{e, 0, 0})) / (2 * e),
+                              (above(p + Vec3{0, e, 0}) - above(p - Vec3{0, e, 0})) / (2 * e),
+                              (above(p + Vec3{0, 0, e}) - above(p - Vec3{0, 0, e})) / (2 * e)};
+            const TileGradients got =
+                TileTracer::gradients(shape.tiles()->domain(), *at.node, at.cell, at.s, at.r);
+            REQUIRE(length(got.facet - wanted) < 1e-6);
+        }
+        // The smooth normal just over the border of a cell or tile, an edge of a face, a corner of the cube.
+        const terrain::CubeFace& face = terrain::cube_faces[static_cast<std::size_t>(k) % 6];
+        const int kind = k / 6 % 4;
+        const double u = kind == 0   ? std::round(510 * any.number() + 1) / 256 - 1
+                         : kind == 1 ? std::copysign(1, any.number() - 0.5)
+                         : kind == 2 ? 0.0
+                                     : std::copysign(1 - 1e-4, any.number() - 0.5);
+        const double v = kind == 3 ? std::copysign(1, any.number() - 0.5) : 2 * any.number() - 1;
+        const Vec3 border = terrain::cube_point(face, u, v);
+        double& worst = kind % 2 == 0 ? within_faces : over_edges;
+        for (const Vec3 aside : {Vec3{1, 0.1, 0.2}, Vec3{-0.3, 1, 0.1}, Vec3{0.2, 0.1, 1}})
+            worst =
+                std::max(worst, length(smooth_at(border + 1e-9 * aside) - smooth_at(border - 1e-9 * aside)));
+    }
+    CHECK(within_faces < 1e-6);
+    CHECK(within_faces > 0);
+    // At vertices they are the same; between them, components in two frames are interpolated.
+    CHECK(over_edges < 4e-4);
+    // They are the function's own but for the third derivatives.
+    for (int k = 0; k < 300; ++k) {
+        const Vec3 q = any();
+        constexpr double e = 1e-5;
+        const auto above = [&](Vec3 p) { return length(p) - 1 - waves_m(1000 * normalized(p)) / 1000; };
+        const Vec3 p = q * (1 + waves_m(1000 * q) / 1000);
+        const Vec3 wanted{(above(p + Vec3{e, 0, 0}) - above(p - Vec3{e, 0, 0})) / (2 * e),
+                          (above(p + Vec3{0, e, 0}) - above(p - Vec3{0, e, 0})) / (2 * e),
+                          (above(p + Vec3{0, 0, e}) - above(p - Vec3{0, 0, e})) / (2 * e)};
+        REQUIRE(length(smooth_at(q) - normalized(wanted)) < 0.12);
+    }
+}
+
+TEST_CASE("The shadow of a mountain ends where the Sun's ray over its top meets the sphere") {
+    // One vertex of 2 km on the Moon's equator at longitude 0, all others 0.
+    constexpr double radius_m = 1737400, top_m = 2000;
+    const TerrainShape moon(
+        SurfaceDomain::ellipsoid({radius_m, radius_m, radius_m}),
+        layers_of([](Vec3 p) { return p.x > radius_m * (1 - 1e-9) ? top_m : 0.0; }, 0, top_m), at_level(1));
+    for (const double elevation_deg : {2.0, 5.0, 15.0}) {
+        // From the top along the meridian plane of the Sun: the angle at the centre at which the Sun's ray
+        // that grazes the top reaches the sphere at that elevation.
+        const double elevation = elevation_deg * degree;
+        const double reach = std::acos(std::cos(elevation) * radius_m / (radius_m + top_m)) - elevation;
+        for (const double share : {0.9, 0.99, 1.01, 1.1}) {
+            const double angle = -share * reach;
+            const Vec3 ground = radius_m * (1 + 1e-10) * Vec3{std::cos(angle), std::sin(angle), 0};
+            // The Sun at that elevation at the end of the shadow, not at `ground`.
+            const double at_end = -reach;
+            const Vec3 up{std::cos(at_end), std::sin(at_end), 0},
+                east{-std::sin(at_end), std::cos(at_end), 0};
+            const Vec3 sun = std::sin(elevation) * up + std::cos(elevation) * east;
+            INFO(elevation_deg << " deg, at " << share << " of the shadow");
+            CHECK((distance_to(moon, ground, sun) < no_hit) == (share < 1));
+        }
+    }
+}
+
+TEST_CASE("A planar terrain of constant slope is a plane with walls at its sides") {
+    constexpr double half_edge_m = 500;
+    const auto height = [](Vec3 p) { return 0.25 * p.x - 0.5 * p.y + 10; };
+    const TerrainShape shape(SurfaceDomain::plane(half_edge_m), layers_of(height, -400, 400));
+    const SurfaceTiles::Pin pin = shape.tiles()->pin();
+    Directions any;
+    const DetailView detail{.eye_m = {0, 0, 450}, .cell_rad = 0.01};
+    int met = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const Vec3 origin{400 * (2 * any.number() - 1), 400 * (2 * any.number() - 1),
+                          390 + 1e4 * any.number()};
+        const Vec3 target{490 * (2 * any.number() - 1), 490 * (2 * any.number() - 1), 0};
+        const Vec3 direction = normalized(Vec3{target.x, target.y, height(target)} - origin);
+        // z - height = 0 along the ray.
+        const double above = origin.z - height(origin);
+        const double wanted = above / -(direction.z - 0.25 * direction.x + 0.5 * direction.y);
+        const Vec3 at = origin + wanted * direction;
+        if (std::max(std::abs(at.x), std::abs(at.y)) > half_edge_m || above < 0) continue;
+        ++met;
+        const DetailView* const view = k % 2 == 0 ? &detail : nullptr;
+        OneRay ray(origin, direction, view, any.number());
+        REQUIRE_THAT(ray.meet(shape), WithinAbs(wanted, 1e-6 + height_step_m(shape.tiles()->domain(), 0)));
+        const Vec3 normal = ray.surface(shape).normal.lane(OneRay::lane);
+        REQUIRE(length(normal - normalized(Vec3{-0.25, 0.5, 1})) < 1e-4);
+    }
+    CHECK(met > 500);
+    // From beside it, the side is met; above it and beyond, nothing.
+    CHECK_THAT(distance_to(shape, {1000, 0, 50}, {-1, 0, 0}), WithinAbs(500, 1e-9));
+    CHECK(distance_to(shape, {1000, 0, 500}, {-1, 0, 0}) == no_hit);
+    CHECK(distance_to(shape, {1000, 0, 500}, {0, 0, -1}) == no_hit);
+    // From below, the way out.
+    CHECK_THAT(distance_to(shape, {0, 0, -300}, {0, 0, 1}), WithinAbs(310, 1e-3));
+}
