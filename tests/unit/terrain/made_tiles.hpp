@@ -3,6 +3,7 @@
 #pragma once
 
 #include "terrain/height_layer.hpp"
+#include "tests/support/catch.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -56,6 +57,28 @@ inline TileKey tile_of_number(const SurfaceDomain& domain, int level, std::uint6
     const std::uint32_t mask = (1u << level) - 1;
     return {static_cast<std::uint8_t>((number >> 58) % domain.faces()), static_cast<std::uint8_t>(level),
             static_cast<std::uint32_t>(number >> 32) & mask, static_cast<std::uint32_t>(number >> 8) & mask};
+}
+
+/// Compares a layer's range over a tile with the heights of the tile and of finer ones in it. Returns how
+/// much wider the range is than the tile's own heights.
+inline double check_bounds(const SurfaceDomain& domain, const HeightLayer& layer, int level,
+                           std::uint64_t number) {
+    TileKey key = tile_of_number(domain, level, number);
+    HeightRange range;
+    double excess = 0;
+    for (unsigned deeper = 0; deeper < 4; ++deeper) {
+        const HeightLayer* const layers[] = {&layer};
+        const MadeTile tile = make_tile(domain, key, layers);
+        const auto [low, high] = std::minmax_element(tile.heights_m.begin(), tile.heights_m.end());
+        if (deeper == 0) {
+            range = layer.range(tile.cap, tile.spacing_m, {});
+            excess = (range.largest - range.least) / (*high - *low);
+        }
+        CHECK(*low >= range.least);
+        CHECK(*high <= range.largest);
+        key = key.child((static_cast<unsigned>(number) + deeper) % 4);
+    }
+    return excess;
 }
 
 } // namespace obscura::terrain
