@@ -43,7 +43,7 @@ TEST_CASE("help of every verb has usage, options and examples") {
     const TempFolder folder;
     const std::string help = run(folder, {"--help"});
     for (const std::string verb :
-         {"render", "capture", "grab", "check", "compare", "import", "bench", "timing"}) {
+         {"render", "capture", "grab", "check", "compare", "import flight-image", "bench", "timing"}) {
         CHECK_THAT(help, ContainsSubstring("\n  " + verb + " "));
         const std::string text = run(folder, {verb, "--help"});
         CHECK_THAT(text, StartsWith("obscura " + verb + " - "));
@@ -210,7 +210,7 @@ TEST_CASE("a flight image is imported, rendered from its header alone and compar
     if (!flight || !mesh) return;
     const TempFolder folder;
     const std::string scene = folder.path() / "eros.toml", picture = folder.path() / "eros.fits";
-    run(folder, {"import", *flight, "--shape", *mesh, "-o", scene});
+    run(folder, {"import", "flight-image", *flight, "--shape", *mesh, "-o", scene});
     run(folder, {"render", scene, "-o", picture, "--samples", "4"});
     const auto report = nlohmann::json::parse(run(
         folder, {"compare", *flight, picture, "--max-shift", "0", "--min-correlation", "0.83", "--json",

@@ -88,7 +88,7 @@ TEST_CASE("a raw flight frame is imported with its rectangular pixels, rendered 
     for (const bool is_raw : {false, true}) {
         const std::string name = is_raw ? "raw" : "resampled", scene = folder.path() / (name + ".toml"),
                           picture = folder.path() / (name + ".render.fits");
-        run(folder, {"import", is_raw ? raw : resampled, "--shape", *mesh, "--utc",
+        run(folder, {"import", "flight-image", is_raw ? raw : resampled, "--shape", *mesh, "--utc",
                      "2001-02-08T17:24:42.2485", "-o", scene});
         CHECK((text_of(scene).find("pixel_pitch_y_um = 27\n") != std::string::npos) == is_raw);
         run(folder, {"render", scene, "-o", picture, "--samples", "4"});

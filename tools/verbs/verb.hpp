@@ -39,7 +39,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_examples();
 [[nodiscard]] std::unique_ptr<Verb> make_new();
 [[nodiscard]] std::unique_ptr<Verb> make_compare();
-[[nodiscard]] std::unique_ptr<Verb> make_import();
+[[nodiscard]] std::unique_ptr<Verb> make_import_flight_image();
 [[nodiscard]] std::unique_ptr<Verb> make_import_stars();
 [[nodiscard]] std::unique_ptr<Verb> make_import_ephemeris();
 [[nodiscard]] std::unique_ptr<Verb> make_ephemeris();

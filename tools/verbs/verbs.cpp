@@ -16,7 +16,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"new", make_new},
         VerbEntry{"examples", make_examples},
         VerbEntry{"compare", make_compare},
-        VerbEntry{"import", make_import},
+        VerbEntry{"import flight-image", make_import_flight_image},
         VerbEntry{"import stars", make_import_stars},
         VerbEntry{"import ephemeris", make_import_ephemeris},
         VerbEntry{"ephemeris", make_ephemeris},

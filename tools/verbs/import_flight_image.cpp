@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verb `obscura import`: scene file from the header of a flight image.
+// Verb `obscura import flight-image`: scene file from the header of a flight image.
 #include "core/error.hpp"
 #include "images/writers/pending_file.hpp"
 #include "images/writers/raw.hpp"
@@ -13,7 +13,7 @@
 namespace obscura::tools {
 namespace {
 
-class Import final : public Verb {
+class ImportFlightImage final : public Verb {
 public:
     void declare(CommandLine& line) override {
         line.summary = "makes a scene file from the header of a flight image";
@@ -32,7 +32,7 @@ public:
                     "UTC of mid-exposure, for example 2001-02-08T17:24:42.25 (default: from the label)");
         line.option("-o,--output", &output_, "FILE", "Scene file to write").required = true;
         line.examples = {
-            "obscura import m0157063318f4_2p_iof_gbl.fit --shape eros.obj -o eros.toml",
+            "obscura import flight-image m0157063318f4_2p_iof_gbl.fit --shape eros.obj -o eros.toml",
             "obscura render eros.toml -o eros.fits --samples 16",
             "obscura compare m0157063318f4_2p_iof_gbl.fit eros.fits --scene eros.toml --pointing",
         };
@@ -56,8 +56,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<Verb> make_import() {
-    return std::make_unique<Import>();
+std::unique_ptr<Verb> make_import_flight_image() {
+    return std::make_unique<ImportFlightImage>();
 }
 
 } // namespace obscura::tools
