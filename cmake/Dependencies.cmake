@@ -32,6 +32,9 @@ pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
 # toml++ is header-only; both Debian releases ship the pkg-config file.
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus)
 
+# Optional: for the helper obscura-gdal, which has a package of its own. Nothing else links it.
+pkg_check_modules(GDAL QUIET IMPORTED_TARGET gdal)
+
 if(OBSCURA_BUILD_TESTS)
     find_package(Catch2 REQUIRED)
     # Debian's interpreter, which has Debian's numpy, whatever else comes first in PATH.

@@ -58,7 +58,13 @@ height = 512
 
 @functools.cache
 def help_of(program, verb=""):
-    return output(program, *([verb] if verb else []), "--help")
+    return output(program, *verb.split(), "--help")
+
+
+@functools.cache
+def verbs():
+    """All verbs of obscura, of one word or two."""
+    return set(re.findall(r"^  ([a-z-]+(?: [a-z-]+)?)  ", help_of(obscura)[1].partition("Verbs:")[2], re.MULTILINE))
 
 
 def check_command(place, command):
@@ -72,6 +78,8 @@ def check_command(place, command):
         verb = words[1] if len(words) > 1 else ""
         if not re.fullmatch(r"[a-z]+", verb):
             return
+        if " ".join(words[1:3]) in verbs():
+            verb = " ".join(words[1:3])
     status, text = help_of(program, verb)
     if status != 0:
         complaints.append(f"{place}: there is no `{words[0]} {verb}`")

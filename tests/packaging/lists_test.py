@@ -8,14 +8,16 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 complaints = []
 
-needed = []
+needed, optional = [], []
 for line in (ROOT / "scripts/packages.txt").read_text().splitlines():
     # What stands below "# tests" is no part of a package's build.
     if line.startswith("# tests"):
         break
     line = line.split("#")[0].strip()
-    # Every package build has a compiler.
-    if line and line != "g++":
+    # Every package build has a compiler. What is optional here is built into packages of its own there.
+    if line.startswith("?"):
+        optional.append(line[1:])
+    elif line and line != "g++":
         needed.append(line)
 control = (ROOT / "debian/control").read_text()
 
@@ -26,7 +28,7 @@ def listed(field, after=""):
 
 
 build = listed("Build-Depends")
-for package in needed:
+for package in needed + optional:
     if package not in build:
         complaints.append(f"debian/control: Build-Depends lacks {package} of scripts/packages.txt")
 development = listed("Depends", "Package: obscura-dev")

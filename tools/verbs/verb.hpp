@@ -40,6 +40,7 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_new();
 [[nodiscard]] std::unique_ptr<Verb> make_compare();
 [[nodiscard]] std::unique_ptr<Verb> make_import_flight_image();
+[[nodiscard]] std::unique_ptr<Verb> make_import_map();
 [[nodiscard]] std::unique_ptr<Verb> make_import_stars();
 [[nodiscard]] std::unique_ptr<Verb> make_import_ephemeris();
 [[nodiscard]] std::unique_ptr<Verb> make_ephemeris();

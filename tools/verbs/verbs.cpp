@@ -17,6 +17,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"examples", make_examples},
         VerbEntry{"compare", make_compare},
         VerbEntry{"import flight-image", make_import_flight_image},
+        VerbEntry{"import map", make_import_map},
         VerbEntry{"import stars", make_import_stars},
         VerbEntry{"import ephemeris", make_import_ephemeris},
         VerbEntry{"ephemeris", make_ephemeris},
