@@ -102,6 +102,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                                                    config.scene.camera.aperture_m, config.daemon.seed);
     // A simulator's poses are known at the trigger only.
     camera.expects_frames = !config.simulator.enabled;
+    camera.ahead_tolerance_px = config.render.ahead_tolerance_px;
     std::function<void()> enter_render;
     if (ahead == RenderAhead::automatic)
         enter_render = [render = threads.render] {

@@ -108,6 +108,7 @@ bool Camera::acquisition_start() {
     trigger_rate_ = next_trigger_rate_;
     frame_sequence_ = sequence_;
     sequence_step_ = sequence_.start;
+    edges_.restart();
     // The pipeline waits for a trigger, which cannot come yet, unless its last frame is still under way.
     if (!router_.busy() && expect_next(expected_)) maker_.render_ahead(expected_);
     router_.acquisition_start(now, begin);
@@ -225,7 +226,7 @@ void Camera::make_frame() noexcept {
         if (waits_for_readout(frame_settings_))
             next = std::max(next, maker_.plan().release.back() + maker_.scene_to_clock_ns());
         gate.started(next);
-        const FrameOrder* const expected = expect_next(expected_) ? &expected_ : nullptr;
+        const ExpectedFrame* const expected = expect_next(expected_) ? &expected_ : nullptr;
         const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag(), releaser_.work(), expected);
         if (whole && adjusts_exposure_)
             auto_exposure_.adjust(
@@ -274,6 +275,7 @@ FrameOrder Camera::next_order() noexcept {
     order.trigger_id = trigger.id;
     order.trigger_edge = trigger.edge;
     order.seen = trigger.seen;
+    edges_.add(trigger.edge);
     order.tai_offset_ns = clock_.tai_offset_ns();
     order.clock_state = trigger.clock;
     const std::uint64_t id = next_frame_id_++;
@@ -295,20 +297,37 @@ FrameOrder Camera::next_order() noexcept {
     return order;
 }
 
-/// True if the next frame can be rendered before its trigger: what its light depends on, which is then in
-/// `order`, does not depend on the edge, and changes only if a client changes it.
-bool Camera::expect_next(FrameOrder& order) noexcept {
-    if (!config_.expects_frames || !maker_.renders_ahead() || frames_left_ == 0 ||
-        scene_clock_.follows_edges())
-        return false;
+/// The edge of the next frame: what its source says, or what the edges so far let expect.
+std::optional<Time> Camera::expected_edge() noexcept {
+    if (edges_.empty()) return std::nullopt;
+    const std::optional<Time> predicted = edges_.next();
+    const sync::Trigger& last = router_.gate().current();
+    if (last.next == sync::Trigger::unknown_edge) return predicted;
+    // Of every n-th edge the loop knows the distance, and the source the instant.
+    const std::int64_t period_ns = last.next - last.edge;
+    if (!predicted || period_ns <= 0) return last.next;
+    const std::int64_t edges = (*predicted - last.edge + period_ns / 2) / period_ns;
+    return edges <= 1 ? last.next : *predicted;
+}
+
+/// True if the next frame can be rendered before its trigger: what its light depends on is then in `next`,
+/// and changes only if a client changes it or the edge comes at another time than expected.
+bool Camera::expect_next(ExpectedFrame& next) noexcept {
+    if (!config_.expects_frames || !maker_.renders_ahead() || frames_left_ == 0) return false;
+    const bool follows = scene_clock_.follows_edges();
+    const std::optional<Time> edge = follows ? expected_edge() : Time{};
+    if (!edge) return false;
     const std::unique_lock lock(settings_mutex_, std::try_to_lock);
     const CameraSettings& settings = lock ? settings_ : frame_settings_;
     if (settings.exposure_auto != ExposureAuto::off || settings.exposure_mode == ExposureMode::trigger_width)
         return false;
-    order_light(
-        settings,
-        {.frame_id = next_frame_id_, .nominal = nominal_scene_time(settings, trigger_rate_, next_frame_id_)},
-        order);
+    order_light(settings,
+                {.frame_id = next_frame_id_,
+                 .nominal = nominal_scene_time(settings, trigger_rate_, next_frame_id_),
+                 .edge = *edge,
+                 .tai_offset_ns = clock_.tai_offset_ns()},
+                next.order);
+    next.tolerance_px = follows ? config_.ahead_tolerance_px : 0;
     return true;
 }
 

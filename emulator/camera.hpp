@@ -8,6 +8,7 @@
 #include "core/log.hpp"
 #include "core/realtime.hpp"
 #include "emulator/auto_exposure.hpp"
+#include "emulator/edge_predictor.hpp"
 #include "emulator/frame_maker.hpp"
 #include "emulator/policies.hpp"
 #include "emulator/releaser.hpp"
@@ -23,6 +24,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -34,6 +36,7 @@ struct CameraConfig {
     SceneClockSettings scene{};
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
+    double ahead_tolerance_px = 0;   ///< see ExpectedFrame; for scenes that follow the edges
     bool expects_frames = true;      ///< what the next frame shows can be known before its trigger
     ThreadSettings thread{};         ///< pipeline
     ThreadSettings trigger_thread{}; ///< free-run timer, alarms
@@ -142,7 +145,8 @@ private:
     [[nodiscard]] FrameOrder next_order() noexcept;
     void order_light(const CameraSettings& settings, const SceneClock::Edge& edge,
                      FrameOrder& order) const noexcept;
-    [[nodiscard]] bool expect_next(FrameOrder& order) noexcept;
+    [[nodiscard]] std::optional<Time> expected_edge() noexcept;
+    [[nodiscard]] bool expect_next(ExpectedFrame& next) noexcept;
     [[nodiscard]] bool waits_for_readout(const CameraSettings& settings) const noexcept;
     bool start_frame(FrameRef& frame) noexcept;
     [[nodiscard]] FrameInstants instants_of(const FrameOrder& order) const noexcept;
@@ -177,7 +181,8 @@ private:
 
     // Pipeline thread: the current frame.
     CameraSettings frame_settings_;
-    FrameOrder expected_; ///< the next frame, as far as it is known before its trigger
+    EdgePredictor edges_;    ///< of this acquisition's frames
+    ExpectedFrame expected_; ///< the next frame, as far as it is known before its trigger
     bool adjusts_exposure_ = false;
     RowSink* sink_ = nullptr;
     bool out_of_frames_ = false;

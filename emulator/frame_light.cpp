@@ -5,6 +5,19 @@
 
 namespace obscura::emulator {
 
+std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) const noexcept {
+    if (renderer != other.renderer || frame_id != other.frame_id || push_broom != other.push_broom ||
+        windows != other.windows || blocks != other.blocks || rows.size() != other.rows.size() ||
+        common_mid.has_value() != other.common_mid.has_value() || rows.empty())
+        return std::nullopt;
+    const std::int64_t later_ns = rows.front().reset - other.rows.front().reset;
+    const auto shifted = [later_ns](const RowTime& a, const RowTime& b) {
+        return a.reset - b.reset == later_ns && a.read - b.read == later_ns;
+    };
+    if (!std::equal(rows.begin(), rows.end(), other.rows.begin(), shifted)) return std::nullopt;
+    return later_ns;
+}
+
 BlockRenderer::BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width) {
     times_.reserve(static_cast<std::size_t>(lines));
     line_.resize(bands * static_cast<std::size_t>(width));

@@ -47,6 +47,9 @@ struct FrameLight {
     std::optional<Time> common_mid; ///< of `rows`
 
     [[nodiscard]] bool operator==(const FrameLight&) const noexcept = default;
+    /// By how much all rows of this frame come later than those of `other`, ns, if the frames are equal
+    /// otherwise.
+    [[nodiscard]] std::optional<std::int64_t> later_than(const FrameLight& other) const noexcept;
     [[nodiscard]] std::int32_t width(const RowBlock& block) const noexcept {
         return block.halo_left + windows[block.window].sensor.width + block.halo_right;
     }

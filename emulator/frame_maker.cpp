@@ -198,7 +198,8 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
     return {};
 }
 
-void FrameMaker::render_ahead(const FrameOrder& expected) noexcept {
+void FrameMaker::render_ahead(const ExpectedFrame& frame) noexcept {
+    const FrameOrder& expected = frame.order;
     if (render_thread_ == nullptr) return;
     expected_sequencer_ = sequencer_;
     if (expected.frame_id == 1) expected_sequencer_.restart();
@@ -209,11 +210,22 @@ void FrameMaker::render_ahead(const FrameOrder& expected) noexcept {
         return;
     const renderer::Renderer* const next = next_renderer_.load();
     describe_light(expected, expected_plan_, next != nullptr ? *next : current(), expected_light_);
-    render_thread_->expect(expected_light_);
+    render_thread_->expect(expected_light_, still_ns(expected_light_, frame.tolerance_px));
+}
+
+/// For how long nothing in the frame moves by more than the tolerance.
+std::int64_t FrameMaker::still_ns(const FrameLight& light, double tolerance_px) const noexcept {
+    constexpr std::int64_t span_ns = ns_per_ms;
+    constexpr std::int64_t most_ns = 100 * ns_per_ms;
+    if (!(tolerance_px > 0)) return 0;
+    const Time mid = midpoint(light.rows.front().reset, light.rows.back().read);
+    const double moved_px = light.renderer->image_motion_px({mid - span_ns / 2, mid + span_ns / 2});
+    const double still = tolerance_px / moved_px * static_cast<double>(span_ns);
+    return still < static_cast<double>(most_ns) ? static_cast<std::int64_t>(still) : most_ns;
 }
 
 bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* cancel, FrameWork* work,
-                      const FrameOrder* next) {
+                      const ExpectedFrame* next) {
     assert(frame.info.height == plan_.height && "prepare() comes first");
     frame_ = &frame;
     sink_ = sink;
@@ -235,6 +247,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
                 work->render = current().work() - work_before;
                 if (render_thread_ != nullptr && render_thread_->took_all()) {
                     work->render = render_thread_->work();
+                    work->ahead_error_ns = render_thread_->later_ns();
                     work->ahead_ns =
                         std::max<std::int64_t>(0, frame.info.trigger_edge - render_thread_->ended());
                 }

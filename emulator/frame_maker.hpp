@@ -44,6 +44,13 @@ struct FrameOrder {
     CameraSettings settings;
 };
 
+/// The frame that is expected next. It is taken for the one of a trigger that comes so much earlier or later
+/// that nothing in the image moves by more than `tolerance_px` meanwhile.
+struct ExpectedFrame {
+    FrameOrder order; ///< its stamps of the trigger are not used
+    double tolerance_px = 0;
+};
+
 /// Receiver of the detector's progress.
 class RowSink {
 public:
@@ -91,10 +98,10 @@ public:
     /// What the frame costs goes to `work`, if any, which must live until the return. As soon as the frame is
     /// rendered, that of the frame `next`, if any, begins (FrameMakerSettings::enter_render).
     bool fill(Frame& frame, RowSink* sink = nullptr, const std::atomic<bool>* cancel = nullptr,
-              FrameWork* work = nullptr, const FrameOrder* next = nullptr);
+              FrameWork* work = nullptr, const ExpectedFrame* next = nullptr);
     /// Begins to render the frame that is expected next. Its frame is made with that light if it turns out as
-    /// expected in all that the light depends on; the time stamps of the trigger are of no account.
-    void render_ahead(const FrameOrder& expected) noexcept;
+    /// expected in all that the light depends on, its rows within the tolerance.
+    void render_ahead(const ExpectedFrame& expected) noexcept;
     /// Whether an expected frame can be rendered before its order is complete.
     [[nodiscard]] bool renders_ahead() const noexcept { return render_thread_ != nullptr; }
     /// Stops rendering a frame that is not expected any more. Thread-safe.
@@ -154,6 +161,7 @@ private:
     void describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
                         const renderer::Renderer& renderer, FrameLight& light) const noexcept;
     void list_row_blocks(FrameLight& light) const noexcept;
+    [[nodiscard]] std::int64_t still_ns(const FrameLight& light, double tolerance_px) const noexcept;
     void wait_for_buffer(std::uint32_t number, FrameWork* work) const noexcept;
     [[nodiscard]] std::span<const float> render_block(std::uint32_t number, const std::atomic<bool>* cancel,
                                                       FrameWork* work);

@@ -13,6 +13,7 @@ struct FrameWork {
     renderer::RenderWork render;       ///< of this frame
     std::int64_t detector_wait_ns = 0; ///< rendering waited for a buffer that the detector still used
     std::int64_t detector_ns = 0;      ///< the detector thread was at work
+    std::int64_t ahead_error_ns = 0;   ///< the frame shows the scene that much before its rows' own times
     std::int64_t ahead_ns = 0;         ///< rendering had ended this long before the trigger; 0: it had not
 };
 

@@ -4,7 +4,7 @@
 #include "core/clock.hpp"
 #include "core/realtime.hpp"
 
-#include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace obscura::emulator {
@@ -41,9 +41,10 @@ RenderThread::~RenderThread() {
     thread_.join();
 }
 
-void RenderThread::expect(const FrameLight& light) noexcept {
+void RenderThread::expect(const FrameLight& light, std::int64_t tolerance_ns) noexcept {
     discard();
     begin(light);
+    tolerance_ns_ = tolerance_ns;
     expected_.store(jobs_.load(std::memory_order_relaxed));
     begun_.fetch_add(1, std::memory_order_relaxed);
 }
@@ -89,7 +90,9 @@ void RenderThread::cancel() noexcept {
 void RenderThread::claim(const FrameLight& light) noexcept {
     if (const std::uint32_t jobs = expected_.load(); jobs != 0) {
         const Store& s = store(jobs - 1);
-        if (!s.cancel.load() && s.light == light) {
+        const std::optional<std::int64_t> later_ns = light.later_than(s.light);
+        if (!s.cancel.load() && later_ns && std::abs(*later_ns) <= tolerance_ns_) {
+            later_ns_ = *later_ns;
             expected_.store(0);
             used_.fetch_add(1, std::memory_order_relaxed);
             if (s.ready.load(std::memory_order_acquire) == light.blocks.size())
@@ -100,6 +103,7 @@ void RenderThread::claim(const FrameLight& light) noexcept {
         discard();
     }
     begin(light);
+    later_ns_ = 0;
     claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
 }
 

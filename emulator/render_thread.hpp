@@ -43,7 +43,8 @@ public:
     RenderThread& operator=(const RenderThread&) = delete;
 
     /// Begins to render the frame that is expected next, which replaces an earlier one that was not claimed.
-    void expect(const FrameLight& light) noexcept;
+    /// It is the frame of a trigger whose rows come up to `tolerance_ns` earlier or later, too.
+    void expect(const FrameLight& light, std::int64_t tolerance_ns) noexcept;
     /// Stops rendering what no frame has claimed; it is discarded by the next expect() or claim().
     /// Thread-safe.
     void cancel() noexcept;
@@ -54,6 +55,8 @@ public:
     /// Waits for block `index` of the claimed frame and returns its light; empty if the caller must render
     /// it, or if `cancel` became true.
     [[nodiscard]] std::span<const float> take(std::size_t index, const std::atomic<bool>* cancel) noexcept;
+    /// By how much the rows of the claimed frame come later than those that it shows, ns.
+    [[nodiscard]] std::int64_t later_ns() const noexcept { return later_ns_; }
     /// True if all blocks of the claimed frame have been rendered here.
     [[nodiscard]] bool took_all() const noexcept {
         return claimed().ready.load(std::memory_order_acquire) == claimed().light.blocks.size();
@@ -92,6 +95,8 @@ private:
     const Clock& clock_;
     BlockRenderer blocks_;
     std::array<Store, 2> stores_;
+    std::int64_t tolerance_ns_ = 0;          ///< of the expected frame
+    std::int64_t later_ns_ = 0;              ///< of the claimed frame
     std::atomic<std::uint32_t> expected_{0}; ///< jobs begun with the expected frame; 0: none, or claimed
     std::uint32_t claimed_job_ = 0;          ///< number of the claimed job
     std::atomic<std::uint32_t> jobs_{0};     ///< begun so far

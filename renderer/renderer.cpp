@@ -680,6 +680,10 @@ View Renderer::view(Time t) const {
     return view_of(impl_->scene, row, *s.lens, stars.stars, stars.observer);
 }
 
+double Renderer::image_motion_px(const RowTime& span) const noexcept {
+    return renderer::motion_px(impl_->scene, impl_->bodies, *impl_->lens, impl_->splatter.reach_px(), span);
+}
+
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     const double time_s = to_seconds(t.ns);
     truth.mid_exposure = t;

@@ -111,6 +111,10 @@ public:
     /// Field of view, bodies and stars at `t` (renderer/world/view.hpp). Allocates.
     [[nodiscard]] View view(Time t) const;
 
+    /// Largest apparent motion of anything in the field between the two instants of `span`, pixels.
+    /// Thread-safe, real-time safe.
+    [[nodiscard]] double image_motion_px(const RowTime& span) const noexcept;
+
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;
 

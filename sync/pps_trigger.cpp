@@ -82,7 +82,11 @@ void PpsTrigger::run(TriggerSink& sink) noexcept {
         std::uint64_t latest = schedule.first_slot_from(now + 1) - 1;
         if (latest > next && schedule.awaits_pulse(latest)) --latest;
         missed_.fetch_add(latest - next, std::memory_order_relaxed);
-        sink.on_trigger({latest + 1, schedule.slot(latest), now, schedule.state(now)});
+        sink.on_trigger({.id = latest + 1,
+                         .edge = schedule.slot(latest),
+                         .seen = now,
+                         .clock = schedule.state(now),
+                         .next = schedule.slot(latest + 1)});
         next = latest + 1;
     }
 }

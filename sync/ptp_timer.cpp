@@ -116,7 +116,11 @@ void PtpTimer::run(TriggerSink& sink, const ReadDifference& read, std::int64_t d
         const std::uint64_t last =
             std::max(k, schedule.first_slot_from(Time{now.ns + 1 - difference_ns}) - 1);
         missed_.fetch_add(last - k, std::memory_order_relaxed);
-        sink.on_trigger({last + id_minus_slot, schedule.slot(last) + difference_ns, now, state});
+        sink.on_trigger({.id = last + id_minus_slot,
+                         .edge = schedule.slot(last) + difference_ns,
+                         .seen = now,
+                         .clock = state,
+                         .next = schedule.slot(last + 1) + difference_ns});
         k = last + 1;
     }
 }

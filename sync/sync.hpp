@@ -24,7 +24,11 @@ struct Trigger {
     /// From the edge to the end of its pulse, if that was awaited; else 0.
     std::int64_t width_ns = 0;
 
+    /// The edge that the source delivers next, if its schedule says so; otherwise unknown_edge.
+    Time next = unknown_edge;
+
     static constexpr Time scene_of_camera{INT64_MIN};
+    static constexpr Time unknown_edge{INT64_MIN};
 };
 
 /// Receives triggers. Implemented by the emulator.

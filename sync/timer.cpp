@@ -50,7 +50,8 @@ void TimerTrigger::run(TriggerSink& sink, const Schedule& schedule) noexcept {
         if (next > k + 1) missed_.fetch_add(next - 1 - k, std::memory_order_relaxed);
         if (next > k) {
             k = next - 1;
-            sink.on_trigger({k + 1, schedule.slot(k), now});
+            sink.on_trigger(
+                {.id = k + 1, .edge = schedule.slot(k), .seen = now, .next = schedule.slot(k + 1)});
             ++k;
         }
     }

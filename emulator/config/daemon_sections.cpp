@@ -104,11 +104,18 @@ config::Section section_of(RenderSection& s) {
             .help("Rows that are rendered together; they are exposed and sent up to 64 at a time"),
         key("ahead", &s.ahead)
             .help(
-                "auto: the light of the next frame is rendered before its trigger where that is known: scene "
-                "time nominal or replayed, exposure neither automatic nor as long as a pulse, poses not from "
-                "a "
-                "simulator. The frames are the same. It takes memory for the light of two frames. off: "
-                "rendering begins at the trigger"),
+                "auto: frames are rendered on a thread of their own, and the next one before its trigger "
+                "where "
+                "what it shows is known: not with automatic exposure, exposure as long as a pulse, or poses "
+                "from a simulator. With scene time nominal or replayed the frames are the same bytes; with "
+                "clock or tai the edge is predicted (ahead_tolerance_px). Takes memory for the light of two "
+                "frames. off: rendering begins at the trigger"),
+        key("ahead_tolerance_px", &s.ahead_tolerance_px)
+            .unit("px")
+            .range(0, 10)
+            .help("With scene_time clock or tai: a frame that was rendered for a predicted edge is shown if "
+                  "nothing in it moves by more than this between that edge and the true one; else it is "
+                  "rendered anew"),
     };
     return section;
 }

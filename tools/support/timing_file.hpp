@@ -30,7 +30,7 @@ struct TimingRow {
     std::int64_t preemptions = 0;
     std::int64_t rendered_rows = 0, row_instants = 0; ///< rows, and the sum of their instants
     std::int64_t samples = 0, rays = 0;
-    std::int64_t detector_wait = 0, detector = 0, ahead = 0; ///< see emulator::FrameWork
+    std::int64_t detector_wait = 0, detector = 0, ahead = 0, ahead_error = 0; ///< see emulator::FrameWork
     std::vector<std::int64_t> pace; ///< see Transport::pace_ns(), by TimingFile::transports
 };
 

@@ -92,6 +92,7 @@ struct CameraBench : MakerBench {
                                          emulator::SceneClockSettings scene_clock = {}) {
         emulator::CameraConfig c;
         c.scene = std::move(scene_clock);
+        c.ahead_tolerance_px = 0.02;
         c.over_trigger = policy;
         c.initial = whole_sensor(sensor);
         c.limits.overlapped = sensor.readout.overlapped;

@@ -58,7 +58,7 @@ TEST_CASE("a frame that was expected is made while nothing can be rendered") {
             const std::uint32_t blocks = shutter == Shutter::push_broom
                                              ? static_cast<std::uint32_t>(sensor.readout.height)
                                              : blocks_of(sensor);
-            bench.maker.render_ahead(order);
+            bench.maker.render_ahead({order});
             wait_rendered(before, blocks);
             // What only the trigger brings does not matter.
             order.trigger_edge = Time{12345 + static_cast<std::int64_t>(id)};
@@ -106,7 +106,7 @@ TEST_CASE("a frame that turns out otherwise is rendered anew") {
         INFO(change.name);
         MakerBench plain, bench(small_sensor(), band_rows, RendersOn::own_thread);
         FrameOrder order = order_for(bench, 2);
-        bench.maker.render_ahead(order);
+        bench.maker.render_ahead({order});
         change.apply(order);
         const FrameRef frame = bench.pool.acquire(), same = plain.pool.acquire();
         REQUIRE(bench.maker.make(order, *frame).empty());
@@ -123,7 +123,7 @@ TEST_CASE("a new scene between the prediction and the edge is shown, and the old
     const FrameOrder order = order_for(bench, 2);
     {
         const ClosedGate closed;
-        bench.maker.render_ahead(order);
+        bench.maker.render_ahead({order});
         render_gate().wait_for_render();
         bench.maker.replace_renderer(next);
         CHECK(bench.maker.uses(bench.renderer));
@@ -142,7 +142,7 @@ TEST_CASE("an expected frame whose trigger comes early is finished, not begun ag
     const FrameOrder order = order_for(bench, 2);
     const std::uint32_t before = render_gate().bands;
     render_gate().close();
-    bench.maker.render_ahead(order);
+    bench.maker.render_ahead({order});
     render_gate().wait_for_render();
     const FrameRef frame = bench.pool.acquire(), same = plain.pool.acquire();
     std::thread opens([] {
@@ -164,7 +164,7 @@ TEST_CASE("a frame that is abandoned does not wait for the render thread") {
     std::atomic<bool> cancel{false};
     const FrameRef frame = bench.pool.acquire();
     render_gate().close();
-    bench.maker.render_ahead(order);
+    bench.maker.render_ahead({order});
     REQUIRE(bench.maker.prepare(order, *frame).empty());
     std::thread cancels([&cancel] {
         render_gate().wait_for_render();
@@ -225,30 +225,77 @@ TEST_CASE("a camera renders each frame before its edge, the first one too") {
     CHECK(bench.camera.counters().missed_triggers == 0);
 }
 
+namespace {
+
+/// Frames of a camera with those edges, ns after the first; `next`: what its source says of the edge after.
+AheadCounters counters_of(SceneTime mode, const std::vector<std::int64_t>& edges, bool source_knows,
+                          const std::function<void(CameraSettings&)>& adjust = {}) {
+    CameraBench bench(small_sensor(), 1, adjust, sync::OverTrigger::count, LatePolicy::late, false,
+                      {.mode = mode}, RendersOn::own_thread);
+    REQUIRE(bench.camera.acquisition_start());
+    const Time first = bench.clock.now() + 5 * ns_per_ms;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Time edge = first + edges[i];
+        bench.wait_ready();
+        bench.clock.sleep_until(edge);
+        sync::Trigger trigger{i + 1, edge, bench.clock.now()};
+        if (source_knows && i + 1 < edges.size()) trigger.next = first + edges[i + 1];
+        bench.camera.on_trigger(trigger);
+        bench.wait_ended(static_cast<std::uint32_t>(i + 1));
+    }
+    bench.camera.acquisition_stop(false);
+    CHECK(bench.camera.counters().frames == edges.size());
+    return bench.camera.counters().ahead;
+}
+
+constexpr std::int64_t ms = ns_per_ms;
+
+} // namespace
+
+TEST_CASE("a scene that follows the clock is rendered for the edge that is predicted") {
+    for (const SceneTime mode : {SceneTime::clock, SceneTime::tai}) {
+        // Without a schedule, from the third edge on.
+        const AheadCounters series =
+            counters_of(mode, {0, 20 * ms, 40 * ms, 60 * ms, 80 * ms, 100 * ms}, false);
+        CHECK(series.begun == 4);
+        CHECK(series.used == 3);
+        CHECK(series.discarded == 0);
+        // With one, from the first on, and wherever the edges lie.
+        const AheadCounters schedule = counters_of(mode, {0, 20 * ms, 31 * ms, 70 * ms}, true);
+        CHECK(schedule.used == 3);
+        CHECK(schedule.discarded == 0);
+    }
+}
+
+TEST_CASE("an edge further off than the tolerance has its frame rendered anew") {
+    // The scene moves by 10 px/s, the tolerance of the bench's camera is 0.02 px: 2 ms.
+    // Ten edges make the loop so calm that the eleventh does not disturb the twelfth.
+    std::vector<std::int64_t> edges;
+    for (int i = 0; i < 12; ++i)
+        edges.push_back(20 * ms * i);
+    edges[10] += 1'500'000;
+    const AheadCounters near = counters_of(SceneTime::clock, edges, false);
+    CHECK(near.used == 9);
+    CHECK(near.discarded == 0);
+    edges[10] += 1'000'000;
+    const AheadCounters far = counters_of(SceneTime::clock, edges, false);
+    CHECK(far.used == 8);
+    CHECK(far.discarded == 1);
+    // A scene of nominal times shows the same whenever the edge comes.
+    const AheadCounters nominal = counters_of(SceneTime::nominal, {0, 20 * ms, 47 * ms, 60 * ms}, false);
+    CHECK(nominal.used == 4);
+}
+
 TEST_CASE("nothing is expected when the frame is known at its edge only") {
-    const auto begun = [](SceneTime mode, const std::function<void(CameraSettings&)>& adjust) {
-        CameraBench bench(small_sensor(), 6, adjust, sync::OverTrigger::count, LatePolicy::late, false,
-                          {.mode = mode}, RendersOn::own_thread);
-        REQUIRE(bench.camera.acquisition_start());
-        for (std::uint64_t id = 1; id <= 3; ++id) {
-            bench.wait_ready();
-            const Time now = bench.clock.now();
-            bench.camera.on_trigger({id, now, now});
-            bench.wait_ended(static_cast<std::uint32_t>(id));
-        }
-        bench.camera.acquisition_stop(false);
-        CHECK(bench.camera.counters().frames == 3);
-        return bench.camera.counters().ahead.begun;
-    };
-    CHECK(begun(SceneTime::nominal, {}) == 4);
-    CHECK(begun(SceneTime::clock, {}) == 0);
-    CHECK(begun(SceneTime::tai, {}) == 0);
-    CHECK(begun(SceneTime::nominal, [](CameraSettings& s) { s.exposure_auto = ExposureAuto::continuous; }) ==
-          0);
-    CHECK(begun(SceneTime::nominal, [](CameraSettings& s) {
+    const std::vector<std::int64_t> edges{0, 20 * ms, 40 * ms};
+    CHECK(counters_of(SceneTime::nominal, edges, false).begun == 4);
+    CHECK(counters_of(SceneTime::nominal, edges, true, [](CameraSettings& s) {
+              s.exposure_auto = ExposureAuto::continuous;
+          }).begun == 0);
+    CHECK(counters_of(SceneTime::nominal, edges, true, [](CameraSettings& s) {
               s.acquisition_mode = AcquisitionMode::multi_frame;
               s.acquisition_frame_count = 3;
-          }) == 3);
+          }).begun == 3);
 }
 
 TEST_CASE("an acquisition that ends leaves no rendering behind") {

@@ -58,6 +58,10 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     return true;
 }
 
+double Renderer::image_motion_px(const RowTime& span) const noexcept {
+    return test::motion_px_per_s * static_cast<double>(span.read - span.reset) * 1e-9;
+}
+
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.mid_exposure = t;
     truth.camera.position_m = {to_seconds(t.ns), 0, 0};

@@ -26,6 +26,9 @@ struct RenderGate {
 };
 RenderGate& render_gate();
 
+/// Apparent motion in every scene.
+inline constexpr double motion_px_per_s = 10;
+
 /// What the test renderer shows: W/m2 at sensor pixel (x, y) seen at scene time `mid_ns` in frame `frame_id`.
 float test_irradiance(std::int32_t x, std::int32_t y, std::int64_t mid_ns, std::uint64_t frame_id);
 
