@@ -93,4 +93,33 @@ if (data / "de405_2000-2050.bsp").exists():
 else:
     print(f"SKIPPED: {data}/de405_2000-2050.bsp is not there")
 
+# The default ephemeris: made without a name, used by scenes that name no kernel.
+if pathlib.Path("/usr/share/casacore/data/ephemerides/DE405").exists():
+    os.environ["XDG_DATA_HOME"] = os.environ["XDG_DATA_DIRS"] = str(folder / "home")
+    made = folder / "home/obscura/de405.bsp"
+    said = run("import", "ephemeris")
+    check("the default ephemeris is made", (made.exists(), str(made) in said), (True, True))
+    scene = folder / "moon.toml"
+    scene.write_text("""epoch = "2026-03-01T12:00:00Z"
+centre = "EARTH"
+light_time = true
+aberration = true
+light_deflection = true
+[camera]
+ephemeris = "EARTH"
+look_at = "MOON"
+[[body]]
+ephemeris = "MOON"
+ephemeris_frame = "J2000"
+radii_m = [1737400, 1737400, 1737400]
+albedo = 0.12
+""")
+    seen = json.loads(run("sky", scene, "--json"))
+    wanted = json.loads(run("ephemeris", made, "--target", "MOON", "--observer", "EARTH", "--time", "2026-03-01T12:00:00Z", "--see", "deflected", "--json"))["places"][0]
+    check_near("the camera looks at the Moon: right ascension", seen["boresight_ra_deg"], wanted["ra_deg"], 3e-8)
+    check_near("the camera looks at the Moon: declination", seen["boresight_dec_deg"], wanted["dec_deg"], 3e-8)
+    check_refused(["import", "ephemeris", kernel], 64, "--output is wanted where a kernel is converted")
+else:
+    print("SKIPPED: casacore-data-jpl-de405 is not installed")
+
 checks.end()

@@ -132,6 +132,43 @@ check("a scene without an epoch has no instants", sky["instant"] is None)
 run("sky", "scene.toml", "--time", "2017-01-01T00:00:02Z", status=64, has="the scene has no epoch")
 run("sky", "dated.toml", "--time", "2017-13-01", status=78, has="2017-13-01")
 
+# obscura sky: what is no star of a catalogue, in the table, the list and the chart.
+(folder / "objects.toml").write_text("""[camera]
+focal_length_mm = 50
+boresight = [1, 0, 0]
+up = [0, 0, 1]
+[[sky_object]]
+name = "nebula"
+kind = "galaxy"
+ra_deg = 0.5
+dec_deg = 0
+v_mag = 6
+half_light_radius_arcsec = 60
+[[sky_object]]
+name = "pulse"
+kind = "star"
+ra_deg = 0
+dec_deg = 1
+v_mag = 4
+amplitude_mag = 0.5
+[[sky_object]]
+name = "craft"
+kind = "point"
+position_m = [1e6, 0, -10000]
+v_mag = -25
+""")
+objects = {o["name"]: o for o in json.loads(run("sky", "objects.toml", "--json"))["sky_objects"]}
+check("sky objects have their kinds", {n: o["kind"] for n, o in objects.items()} == {"nebula": "galaxy", "pulse": "star", "craft": "point"}, objects)
+scale = 50e-3 / 18e-6  # of the default pitch, px
+check("the galaxy is half a degree to the left", abs(objects["nebula"]["x_px"] - (511.5 - scale * math.tan(math.radians(0.5)))) < 1e-6, objects["nebula"])
+check("the star is a degree up", abs(objects["pulse"]["y_px"] - (511.5 - scale * math.tan(math.radians(1)))) < 1e-6, objects["pulse"])
+check("the point is 10 km down at 1000 km", abs(objects["craft"]["y_px"] - (511.5 + scale * 0.01)) < 1e-6 and
+      abs(objects["craft"]["range_m"] - math.hypot(1e6, 1e4)) < 1e-3, objects["craft"])
+text = run("sky", "objects.toml", "--faintest", "5")
+check("faint ones are left out", "pulse" in text and "nebula" not in text, text)
+run("sky", "objects.toml", "-o", "objects.svg")
+check("the chart names them", all(name in (folder / "objects.svg").read_text() for name in objects))
+
 # obscura sky: the charts.
 run("sky", "scene.toml", "-o", "sky.svg", "--side", "800")
 chart = xml.parse(folder / "sky.svg").getroot()
