@@ -103,7 +103,17 @@ TEST_CASE("Tycho-2 gives V and B-V, also without a mean place or BT", "[stars]")
                                 "0001 00013 1|X|            |            |       |       |   |   |    |    | "
                                 "      |       |  |   |   |  "
                                 " |   |      |     " +
-                                rest + "0001 00017 1| |  nan|  2.23184345|  -16.3|   -9.0| 68\n");
+                                rest + "0001 00017 1| |  nan|  2.23184345|  -16.3|   -9.0| 68\n" +
+                                // 1e70 and 100000 are no numbers of a star.
+                                "1e70 00013 1|X|            |            |       |       |   |   |    |    | "
+                                "      |       |  |   |   |  "
+                                " |   |      |     " +
+                                rest +
+                                "0001 100000 1|X|            |            |       |       |   |   |    |   "
+                                " | "
+                                "      |       |  |   |   |  "
+                                " |   |      |     " +
+                                rest);
     CHECK(read.format == StarFormat::tycho2);
     REQUIRE(read.stars.size() == 2);
     CHECK(distance_as(read.stars[0], 2.31750494, 2.23184345) < 1e-6);
@@ -112,8 +122,10 @@ TEST_CASE("Tycho-2 gives V and B-V, also without a mean place or BT", "[stars]")
     CHECK(read.stars[0].id == ephemeris::tycho_id(1, 8, 1));
     CHECK(distance_as(read.stars[1], 2.31754222, 2.23186444) < 1e-6);
     CHECK(std::isnan(read.stars[1].colour_b_v));
-    REQUIRE(read.reports.size() == 1);
+    REQUIRE(read.reports.size() == 3);
     CHECK(read.reports[0] == "stars.txt:3: too few fields");
+    CHECK(read.reports[1] == "stars.txt:4: TYC number not possible");
+    CHECK(read.reports[2] == "stars.txt:5: TYC number not possible");
 }
 
 TEST_CASE("an extract of Gaia's archive gives V and B-V at J2000", "[stars]") {

@@ -183,9 +183,12 @@ public:
         star.colour_b_v = colours.b_v;
         star.motion_ra_mas_yr = or_zero(star_number(fields[motion_ra]));
         star.motion_dec_mas_yr = or_zero(star_number(fields[motion_dec]));
+        // Region, number within it, component: the catalogue has up to 9537, 12121 and 3.
         std::array<double, 3> parts{};
-        if (!read_numbers(fields[id], parts) || parts[0] < 0 || parts[1] < 0 || parts[2] < 0)
-            return StarRow::refuse("no TYC number");
+        constexpr std::array most{9999.0, 99'999.0, 9.0};
+        if (!read_numbers(fields[id], parts)) return StarRow::refuse("no TYC number");
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            if (!(parts[i] >= 0 && parts[i] <= most[i])) return StarRow::refuse("TYC number not possible");
         star.ids = StarIds::tycho;
         star.id =
             ephemeris::tycho_id(static_cast<std::uint64_t>(parts[0]), static_cast<std::uint64_t>(parts[1]),
