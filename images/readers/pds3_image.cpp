@@ -66,9 +66,9 @@ std::int64_t pds3_planes(const std::filesystem::path& label) {
 
 Image read_pds3_image(const std::filesystem::path& file, const std::string& plane) {
     const PdsLabel label(file);
-    const Pds3Layout at = pds3_layout(label);
-    const std::int64_t width = at.width, height = at.height;
+    const std::int64_t width = label.integer("IMAGE.LINE_SAMPLES"), height = label.integer("IMAGE.LINES");
     check_image_size(file, width, height);
+    const Pds3Layout at = pds3_layout(label);
     const std::int64_t offset = at.offset + plane_number(file, plane, at.bands) * height * at.line_bytes;
 
     const std::filesystem::path& data = at.data;
