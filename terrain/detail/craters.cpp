@@ -3,6 +3,7 @@
 
 #include "core/philox.hpp"
 #include "terrain/detail/exact_math.hpp"
+#include "terrain/detail/grid_block.hpp"
 #include "terrain/detail/stamp_kernel.hpp"
 
 #include <algorithm>
@@ -60,30 +61,6 @@ std::vector<FeatureOctave> crater_octaves(const CraterLaw& law, double least_m, 
     }
     return octaves;
 }
-
-/// Square of vertices of a grid and the sphere that holds it: most craters touch few of them.
-struct Block {
-    int i0, i1, j0, j1; ///< columns and rows of the grid, the last ones not included
-    Vec3 centre_m;
-    double radius_m = 0;
-
-    Block(std::span<const Vec3> positions_m, int i, int j, int edge)
-        : i0(i), i1(std::min(i + edge, tile_edge)), j0(j), j1(std::min(j + edge, tile_edge)) {
-        centre_m = positions_m[index((i0 + i1) / 2, (j0 + j1) / 2)];
-        double square = 0;
-        for (int row = j0; row < j1; ++row)
-            for (int column = i0; column < i1; ++column)
-                square = std::max(square, length_squared(positions_m[index(column, row)] - centre_m));
-        radius_m = std::sqrt(square);
-    }
-    [[nodiscard]] static std::size_t index(int column, int row) {
-        return static_cast<std::size_t>(row) * tile_edge + static_cast<std::size_t>(column);
-    }
-    [[nodiscard]] bool touches(Vec3 centre, double reach_m) const {
-        const double limit = reach_m + radius_m;
-        return length_squared(centre - centre_m) <= limit * limit;
-    }
-};
 
 } // namespace
 
@@ -184,7 +161,7 @@ public:
 
     /// Adds to `heights_m` what the stamps make in a block.
     void add_block(int i, int j, const std::vector<Placed>& stamps, std::span<double> heights_m) {
-        const Block block(positions_m_, i, j, static_cast<int>(stamp_block_edge));
+        const GridBlock block(positions_m_, i, j, static_cast<int>(stamp_block_edge));
         std::fill(used_.begin(), used_.end(), false);
         used_.resize(sums_.size(), false);
         bool any = false;
@@ -212,12 +189,12 @@ public:
     }
 
 private:
-    void load(const Block& block) {
+    void load(const GridBlock& block) {
         for (std::size_t n = 0; n < stamp_block_size; ++n) {
             const int column = block.i0 + static_cast<int>(n % stamp_block_edge);
             const int row = block.j0 + static_cast<int>(n / stamp_block_edge);
             inside_[n] = column < block.i1 && row < block.j1;
-            index_[n] = Block::index(std::min(column, block.i1 - 1), std::min(row, block.j1 - 1));
+            index_[n] = GridBlock::index(std::min(column, block.i1 - 1), std::min(row, block.j1 - 1));
             const Vec3 p = positions_m_[index_[n]];
             points_.x[n] = p.x;
             points_.y[n] = p.y;
@@ -299,7 +276,7 @@ void Craters::apply(const VertexGrid& grid, std::span<double> heights_m,
     std::vector<Placed> around;
     for (int j = 0; j < tile_edge; j += wide_edge)
         for (int i = 0; i < tile_edge; i += wide_edge) {
-            const Block wide(grid.positions_m, i, j, wide_edge);
+            const GridBlock wide(grid.positions_m, i, j, wide_edge);
             around.clear();
             for (const Placed& one : placed)
                 if (wide.touches(one.position_m, one.reach_m)) around.push_back(one);

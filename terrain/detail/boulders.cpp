@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/detail/boulders.hpp"
+
+#include "core/philox.hpp"
+#include "terrain/detail/exact_math.hpp"
+#include "terrain/detail/grid_block.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace obscura::terrain {
+namespace {
+
+constexpr std::uint32_t boulder_stream = 2;
+constexpr double least_height = 0.2, largest_height = 0.45; ///< of the diameter
+constexpr double least_cells = 3, whole_cells = 6;
+
+/// Ejecta count to so many radii, of craters at least so many times as large as the boulder.
+constexpr double ejecta_radii = 4, ejecta_sizes = 16;
+constexpr double ejecta_fall = 0.7; ///< radii
+constexpr double gone_ga = 0.3;
+
+std::vector<FeatureOctave> boulder_octaves(const Boulders::Settings& settings, bool ejecta) {
+    std::vector<FeatureOctave> octaves;
+    const double most = settings.per_m2 * (ejecta ? 1 + settings.ejecta : 1);
+    const auto count = [&](double diameter) { return most * exact_pow(diameter, -settings.index); };
+    if (!(settings.least_diameter_m < settings.largest_diameter_m)) return octaves;
+    const int first = static_cast<int>(std::floor(exact_log2(settings.least_diameter_m)));
+    const int last = static_cast<int>(std::ceil(exact_log2(settings.largest_diameter_m))) - 1;
+    for (int exponent = first; exponent <= last; ++exponent) {
+        const double low = std::ldexp(1.0, exponent);
+        octaves.push_back({exponent, count(low) - count(2 * low), low});
+    }
+    return octaves;
+}
+
+} // namespace
+
+Boulders::Boulders(const SurfaceDomain& domain, const Settings& settings, std::uint64_t seed,
+                   std::shared_ptr<const Craters> craters)
+    : plane_(domain.is_plane()),
+      settings_(settings),
+      craters_(std::move(craters)),
+      field_(domain, seed, boulder_stream, boulder_octaves(settings, craters_ != nullptr)) {}
+
+std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diameter_m) const {
+    const std::vector<FeatureOctave>& octaves = field_.octaves();
+    std::size_t first = 0;
+    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_diameter_m)
+        ++first;
+    std::vector<Dome> made;
+    if (first == octaves.size()) return made;
+    std::vector<Feature> features;
+    field_.near(cap, first, octaves.size(), features);
+    std::vector<Crater> around;
+    if (craters_ != nullptr && !features.empty()) {
+        const double reach = cap.radius_m + octaves.back().reach_m;
+        around = craters_->near({cap.centre_m, reach}, std::ldexp(ejecta_sizes, octaves[first].exponent),
+                                ejecta_radii);
+        std::erase_if(around, [](const Crater& crater) { return crater.age_ga >= gone_ga; });
+    }
+    for (const Feature& feature : features) {
+        const double low = std::ldexp(1.0, octaves[feature.octave].exponent);
+        // N(>D) within the octave, from that of twice the smallest to that of the smallest.
+        const double few = exact_exp2(-settings_.index);
+        const double left = few + uniform_double(feature.random[0]) * (1 - few);
+        const double diameter = low * exact_pow(left, -1 / settings_.index);
+        if (diameter < least_diameter_m || diameter < settings_.least_diameter_m ||
+            diameter > settings_.largest_diameter_m)
+            continue;
+        const double limit = cap.radius_m + diameter / 2;
+        if (length_squared(feature.position_m - cap.centre_m) > limit * limit) continue;
+        if (craters_ != nullptr) {
+            double more = 0;
+            for (const Crater& crater : around) {
+                const double radius = crater.diameter_m / 2;
+                const double square =
+                    length_squared(feature.position_m - crater.position_m) / (radius * radius);
+                if (crater.diameter_m < ejecta_sizes * low || square > ejecta_radii * ejecta_radii) continue;
+                const double r = std::sqrt(square);
+                const double fresh = 1 - crater.age_ga / gone_ga;
+                more = std::max(more, fresh * exact_exp(-std::max(0.0, r - 1) / ejecta_fall));
+            }
+            if (uniform_double(feature.random[1]) * (1 + settings_.ejecta) > 1 + settings_.ejecta * more)
+                continue;
+        }
+        Dome dome;
+        const double share = uniform_double(feature.random[2] << 16);
+        dome.boulder = {feature.id, feature.position_m, diameter,
+                        diameter * (least_height + share * (largest_height - least_height))};
+        // Two directions along the ground, by a point within the unit disc.
+        const Vec3 up =
+            plane_ ? Vec3{0, 0, 1} : feature.position_m / std::sqrt(length_squared(feature.position_m));
+        Vec3 u, v;
+        orthonormal_basis(up, u, v);
+        double x = 2 * uniform_double(feature.random[2]) - 1, y = 2 * uniform_double(feature.random[3]) - 1;
+        const double norm = std::sqrt(x * x + y * y);
+        x = norm > 1e-6 ? x / norm : 1;
+        y = norm > 1e-6 ? y / norm : 0;
+        dome.along = (x * u + y * v) * (2 / diameter);
+        dome.across = (x * v - y * u) * (2 * std::numbers::sqrt2 / diameter);
+        made.push_back(dome);
+    }
+    return made;
+}
+
+void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
+                     std::span<double> sample_spacings_m) const {
+    const std::vector<Dome> all = domes(grid.cap, least_cells * grid.spacing_m);
+    if (all.empty()) return;
+    std::vector<double> highest(heights_m.size());
+    constexpr int edge = 16;
+    std::vector<GridBlock> blocks;
+    for (int j = 0; j < tile_edge; j += edge)
+        for (int i = 0; i < tile_edge; i += edge)
+            blocks.emplace_back(grid.positions_m, i, j, edge);
+    for (const Dome& dome : all) {
+        const Boulder& boulder = dome.boulder;
+        const double height =
+            boulder.height_m *
+            smooth_step((boulder.diameter_m / grid.spacing_m - least_cells) / (whole_cells - least_cells));
+        const double radius = boulder.diameter_m / 2;
+        for (const GridBlock& block : blocks) {
+            if (!block.touches(boulder.position_m, radius)) continue;
+            for (int j = block.j0; j < block.j1; ++j)
+                for (int i = block.i0; i < block.i1; ++i) {
+                    const std::size_t n = GridBlock::index(i, j);
+                    const Vec3 way = grid.positions_m[n] - boulder.position_m;
+                    if (!(length_squared(way) < radius * radius)) continue;
+                    const double x = dot(way, dome.along), y = dot(way, dome.across);
+                    const double square = x * x + y * y;
+                    if (square < 1) highest[n] = std::max(highest[n], height * std::sqrt(1 - square));
+                }
+        }
+    }
+    for (std::size_t n = 0; n < heights_m.size(); ++n)
+        if (highest[n] > 0) // samples that are finer than boulders have the real ones
+            heights_m[n] += highest[n] * Craters::share(settings_.largest_diameter_m, sample_spacings_m[n]);
+}
+
+HeightRange Boulders::range(const Cap& cap, double /*spacing_m*/, HeightRange below) const {
+    HeightRange result = below;
+    double highest = 0;
+    // Boulders that are small in the cap are not looked at.
+    const double least = cap.radius_m / 8;
+    for (const FeatureOctave& octave : field_.octaves())
+        if (std::ldexp(1.0, octave.exponent) < least)
+            highest = std::max(highest, std::ldexp(2 * largest_height, octave.exponent));
+    highest = std::min(highest, largest_height * settings_.largest_diameter_m);
+    for (const Dome& dome : domes(cap, least))
+        highest = std::max(highest, dome.boulder.height_m);
+    result.largest += highest;
+    return result;
+}
+
+std::vector<Boulder> Boulders::near(const Cap& cap, double least_diameter_m) const {
+    std::vector<Boulder> boulders;
+    for (const Dome& dome : domes(cap, least_diameter_m))
+        boulders.push_back(dome.boulder);
+    return boulders;
+}
+
+} // namespace obscura::terrain

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layer of boulders as domes, by a power law of sizes, denser on the ejecta of young craters.
+#pragma once
+
+#include "terrain/detail/craters.hpp"
+#include "terrain/detail/scattered_features.hpp"
+#include "terrain/height_layer.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace obscura::terrain {
+
+struct Boulder {
+    std::uint64_t id = 0;
+    Vec3 position_m;       ///< of its centre on the reference surface
+    double diameter_m = 0; ///< longest axis
+    double height_m = 0;   ///< above the ground around it
+};
+
+/// Half ellipsoids, horizontal axes 2 : sqrt 2 (Michikami, Hagermann, Boulder sizes and shapes on asteroids,
+/// Icarus 357, 2021), turned at random, 0.2 to 0.45 diameters high: partly buried. Where they overlap, the
+/// highest counts. They fade in from three to six vertices across. Overhangs are not modelled.
+class Boulders final : public HeightLayer {
+public:
+    struct Settings {
+        double per_m2 = 3e-4; ///< N(>1 m) without ejecta; 3e-4 and 2.482: the Moon as VIPER's team has it
+        double index = 2.482; ///< N(>D) = per_m2 (D / 1 m)^-index
+        double least_diameter_m = 0.2;
+        double largest_diameter_m = 10;
+        /// At the rim of a fresh crater there are 1 + ejecta times as many, less by exp(-(r - 1) / 0.7) at r
+        /// radii and in proportion to the age, up to 0.3 Ga, when boulders are gone (Basilevsky, Head, Horz,
+        /// Survival times of meter-sized boulders on the surface of the Moon, PSS 89, 2013).
+        double ejecta = 20;
+    };
+
+    /// `craters` may be null.
+    Boulders(const SurfaceDomain& domain, const Settings& settings, std::uint64_t seed,
+             std::shared_ptr<const Craters> craters);
+
+    void apply(const VertexGrid& grid, std::span<double> heights_m,
+               std::span<double> sample_spacings_m) const override;
+    [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
+    [[nodiscard]] double sample_spacing_m(Vec3 /*position_m*/) const override { return 0; }
+
+    /// Boulders of at least a diameter that touch the cap.
+    [[nodiscard]] std::vector<Boulder> near(const Cap& cap, double least_diameter_m) const;
+
+private:
+    /// A boulder with what its shape follows from.
+    struct Dome {
+        Boulder boulder;
+        Vec3 along, across; ///< over the semi-axes: the unit circle is its foot
+    };
+    [[nodiscard]] std::vector<Dome> domes(const Cap& cap, double least_diameter_m) const;
+
+    bool plane_;
+    Settings settings_;
+    std::shared_ptr<const Craters> craters_;
+    FeatureField field_;
+};
+
+} // namespace obscura::terrain
