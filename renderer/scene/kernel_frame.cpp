@@ -109,6 +109,39 @@ private:
     std::vector<Interval> covered_;
 };
 
+/// Hermite's cubics between states half a day apart; beyond them another path.
+class SlowPath final : public PosePath {
+public:
+    SlowPath(const KernelFrame& scene, int body, std::shared_ptr<const PosePath> other)
+        : other_(std::move(other)) {
+        for (int i = -steps; i <= steps; ++i)
+            if (scene.state(body, i * step_s, states_.emplace_back()) != Evaluation::ok) {
+                states_.clear();
+                return;
+            }
+    }
+    [[nodiscard]] Pose at(double time_s) const noexcept override {
+        const double place = time_s / step_s + steps;
+        if (states_.empty() || !(place >= 0 && place < 2 * steps)) return other_->at(time_s);
+        const auto i = static_cast<std::size_t>(place);
+        const double s = place - static_cast<double>(i);
+        const ephemeris::State &a = states_[i], &b = states_[i + 1];
+        const Vec3 rise = b.position_m - a.position_m;
+        const Vec3 slope_a = a.velocity_m_s * step_s, slope_b = b.velocity_m_s * step_s;
+        return {a.position_m + s * (slope_a + s * (3 * rise - 2 * slope_a - slope_b +
+                                                   s * (slope_a + slope_b - 2 * rise))),
+                {}};
+    }
+    [[nodiscard]] double age_s(double time_s) const noexcept override { return other_->age_s(time_s); }
+    [[nodiscard]] std::vector<double> times_s() const override { return other_->times_s(); }
+
+private:
+    static constexpr int steps = 20;
+    static constexpr double step_s = 43200;
+    std::shared_ptr<const PosePath> other_;
+    std::vector<ephemeris::State> states_; ///< from 20 steps before scene time 0; empty: not covered
+};
+
 } // namespace
 
 KernelFrame::KernelFrame(ephemeris::Ephemeris kernels, ephemeris::Epoch epoch, int centre)
@@ -129,13 +162,21 @@ double KernelFrame::scene_s(double tdb_s) const noexcept {
 }
 
 Evaluation KernelFrame::position(int body, double scene_s, Vec3& position_m) const noexcept {
+    ephemeris::State of_body;
+    const Evaluation status = state(body, scene_s, of_body);
+    if (status == Evaluation::ok) position_m = of_body.position_m;
+    return status;
+}
+
+Evaluation KernelFrame::state(int body, double scene_s, ephemeris::State& state) const noexcept {
     // By the centre: the first difference is small near it, the second within the scene's time.
     const TdbTime time = tdb(scene_s);
     ephemeris::State centre, relative;
     if (const Evaluation status = kernels_.state(centre_, barycentre, time, centre); status != Evaluation::ok)
         return status;
     const Evaluation status = kernels_.state(body, centre_, time, relative);
-    position_m = relative.position_m + (centre.position_m - origin_m_);
+    state.position_m = relative.position_m + (centre.position_m - origin_m_);
+    state.velocity_m_s = relative.velocity_m_s + centre.velocity_m_s;
     return status;
 }
 
@@ -152,6 +193,10 @@ std::vector<Interval> KernelFrame::coverage(int body) const {
     for (Interval& i : covered)
         i = {scene_s(i.begin_s), scene_s(i.end_s)};
     return covered;
+}
+
+std::shared_ptr<const PosePath> slow_kernel_path(std::shared_ptr<const KernelFrame> scene, int body) {
+    return std::make_shared<SlowPath>(*scene, body, kernel_path(scene, body, "J2000", Pose{}));
 }
 
 std::shared_ptr<const PosePath> kernel_path(std::shared_ptr<const KernelFrame> scene, int body,

@@ -31,7 +31,10 @@ public:
     [[nodiscard]] double scene_s(double tdb_s) const noexcept;
     /// Sets `position_m` to that of a body at a scene time, without light time. Real-time safe.
     [[nodiscard]] ephemeris::Evaluation position(int body, double scene_s, Vec3& position_m) const noexcept;
-    /// As above; throws InputError with the covered intervals.
+    /// As above, with the velocity; within a part in 1e8 per second of the scene.
+    [[nodiscard]] ephemeris::Evaluation state(int body, double scene_s,
+                                              ephemeris::State& state) const noexcept;
+    /// As position(); throws InputError with the covered intervals.
     [[nodiscard]] Vec3 position(int body, double scene_s) const;
     /// Scene times at which position() of a body is known.
     [[nodiscard]] std::vector<ephemeris::Interval> coverage(int body) const;
@@ -42,6 +45,11 @@ private:
     int centre_;
     Vec3 origin_m_; ///< from the barycentre
 };
+
+/// Path of a body without rotation that moves as slowly as the Sun about the barycentre: within ten days of
+/// scene time 0 from states half a day apart, right to 0.1 mm and fast. Otherwise as kernel_path() in J2000.
+[[nodiscard]] std::shared_ptr<const PosePath> slow_kernel_path(std::shared_ptr<const KernelFrame> scene,
+                                                               int body);
 
 /// Path of something that moves as `local` in the frame at body `body` with the axes of `frame` ("J2000",
 /// "IAU_EUROPA", that of a CK). Where the kernels cover neither, that frame is where it is at the nearest

@@ -96,7 +96,7 @@ void KernelKeys::check(Scene& scene, const config::ReadTable& root) {
     if (!fault_.empty() && key_at_fault_ != "epoch") root.refuse(key_at_fault_, fault_);
     if (!scene.kernels || sun_is_given(*root.table())) return;
     try {
-        scene.sun.path = kernel_path(scene.kernels, sun, "J2000", Pose{});
+        scene.sun.path = slow_kernel_path(scene.kernels, sun);
         scene.sun.position_m = scene.sun.position_at(0);
     } catch (const Error&) {
         if (scene.sun.irradiance_scale > 0)

@@ -278,6 +278,23 @@ TEST_CASE("Mistakes in the keys of kernels are reported with their place") {
     CHECK(said("[[body]]\nalbedo = 0.6\nephemeris = \"EUROPA\"\n") == "accepted");
 }
 
+TEST_CASE("The Sun moves as in the kernels, to 0.3 mm") {
+    const auto file = test::data_file("ephemeris/de405_2000-2050.bsp");
+    if (!file) return;
+    const test::TempFolder folder;
+    const auto scene_file = folder.write("s.toml", "epoch = \"2026-03-01T12:00:00Z\"\nkernels = \"" +
+                                                       file->string() + "\"\ncentre = \"EARTH\"\n");
+    const scene::Scene s = scene::load_scene(scene_file);
+    double fastest_m_s = 0;
+    for (double t = -12 * 86400; t < 12 * 86400; t += 12345.6) {
+        CAPTURE(t);
+        CHECK(length(s.sun.position_at(t) - s.kernels->position(10, t)) < 3e-4);
+        fastest_m_s = std::max(fastest_m_s, length(s.sun.position_at(t + 1) - s.sun.position_at(t)));
+    }
+    CHECK(fastest_m_s > 10);
+    CHECK(fastest_m_s < 17);
+}
+
 TEST_CASE("The camera sees planets where python3-skyfield has them, to a milliarcsecond") {
     const auto file = test::data_file("ephemeris/de405_2000-2050.bsp");
     if (!file) return;
