@@ -59,24 +59,26 @@ RenderFacts render_facts(const emulator::DaemonConfig& config, const ThreadPlan&
 }
 
 std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& config, scene::Scene scene,
-                                                  const ThreadPlan& threads) {
+                                                  const ThreadPlan& threads, bool wait_for_tiles) {
     const PinnedHere pinned(threads.render.cores); // threads that build the scene inherit the affinity
     // By default one thread per core that rendering may use.
     const std::size_t render_threads = config.render.threads > 0
                                            ? static_cast<std::size_t>(config.render.threads)
                                            : threads.render.cores.count();
-    return std::make_unique<renderer::Renderer>(
-        std::move(scene),
-        renderer::RenderSettings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
-                                 static_cast<std::uint32_t>(render_threads), config.daemon.seed,
-                                 config.render.target_error,
-                                 static_cast<std::uint32_t>(config.render.max_samples_per_pixel), 0,
-                                 static_cast<std::uint32_t>(config.render.max_instants),
-                                 [render = threads.render] { enter_render_worker(render); }});
+    renderer::RenderSettings settings{static_cast<std::uint32_t>(config.render.samples_per_pixel),
+                                      static_cast<std::uint32_t>(render_threads),
+                                      config.daemon.seed,
+                                      config.render.target_error,
+                                      static_cast<std::uint32_t>(config.render.max_samples_per_pixel),
+                                      0,
+                                      static_cast<std::uint32_t>(config.render.max_instants),
+                                      [render = threads.render] { enter_render_worker(render); }};
+    settings.wait_for_tiles = wait_for_tiles;
+    return std::make_unique<renderer::Renderer>(std::move(scene), std::move(settings));
 }
 
 Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads,
-                 KeptTruth truth, RenderAhead ahead) {
+                 KeptTruth truth, RenderAhead ahead, bool real_time) {
     const InitialCamera initial = initial_camera(config);
     camera.initial = initial.settings;
     camera.limits = initial.limits;
@@ -97,7 +99,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     scene::Scene scene = config.scene;
     if (config.simulator.enabled)
         poses = attach_pose_rings(scene, config.simulator.max_extrapolation_ms * 1e-3);
-    renderer = make_renderer(config, std::move(scene), threads);
+    renderer = make_renderer(config, std::move(scene), threads, !real_time);
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
     // A simulator's poses are known at the trigger only.

@@ -31,9 +31,10 @@ namespace obscura::emulator {
 /// gives byte for byte the first frame that obscurad sends with the same configuration and run word.
 struct Imaging {
     /// Loads everything that the scene needs. `pool_frames` frames of the whole sensor; `truth`: what they
-    /// keep of it; `ahead`: whether frames may be rendered before their orders are complete. Throws Error.
+    /// keep of it; `ahead`: whether frames may be rendered before their orders are complete; `real_time`:
+    /// frames are due, and do not wait for tiles of terrains. Throws Error.
     Imaging(const DaemonConfig& config, std::size_t pool_frames, const ThreadPlan& threads = {},
-            KeptTruth truth = {}, RenderAhead ahead = RenderAhead::off);
+            KeptTruth truth = {}, RenderAhead ahead = RenderAhead::off, bool real_time = false);
 
     /// Order of frame `frame_id` with the configured camera settings, at nominal trigger edges, which
     /// the scheduling clock counts from 0.

@@ -30,7 +30,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
         frames = needed;
     }
     imaging_ = std::make_unique<Imaging>(config, frames, threads, config.transports.kept_truth(),
-                                         config.render.ahead);
+                                         config.render.ahead, true);
     scene_fingerprint_ = scene_fingerprint(config.scene_file);
     ReleaserSettings release;
     release.max_rows = imaging_->pool->max_rows();

@@ -29,6 +29,11 @@ struct RenderWork {
     std::uint64_t rows = 0;        ///< rows rendered
     std::uint64_t instants = 0;    ///< of those rows
     std::uint64_t rays = 0, samples = 0;
+    /// Hits on terrains, and of those the ones on cells wider than asked for by a factor above 1, 2, 4 and 8:
+    /// the level-of-detail deficit. 0 where rendering waits for tiles.
+    std::uint64_t surface_hits = 0;
+    std::array<std::uint64_t, 4> surface_coarser{};
+    std::uint64_t tiles_missed = 0; ///< look-ups of tiles that were not there
 
     [[nodiscard]] std::int64_t& operator[](RenderPart part) noexcept {
         return part_ns[static_cast<std::size_t>(part)];
@@ -46,6 +51,10 @@ struct RenderWork {
         instants -= before.instants;
         rays -= before.rays;
         samples -= before.samples;
+        surface_hits -= before.surface_hits;
+        for (std::size_t i = 0; i < surface_coarser.size(); ++i)
+            surface_coarser[i] -= before.surface_coarser[i];
+        tiles_missed -= before.tiles_missed;
         return *this;
     }
     [[nodiscard]] friend RenderWork operator-(RenderWork after, const RenderWork& before) noexcept {

@@ -19,6 +19,7 @@
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
 #include "renderer/planets/surface_tiles.hpp"
+#include "renderer/planets/tile_loader.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/landmarks.hpp"
@@ -72,6 +73,8 @@ struct Scratch {
     RayCounts counts;
     WorkClock work;
     std::vector<SurfaceTiles::Pin> pins; ///< of all terrains, while a row is rendered
+    DetailCounts detail;                 ///< of the row
+    std::uint64_t frame = 0;             ///< see frame_key()
     RowTime measured{};                  ///< the exposure that `motion` belongs to
     double motion = 0;                   ///< see motion_px()
     /// The request and exposure that `rows` and `swept` are set up for; request 0: none.
@@ -127,8 +130,9 @@ struct Renderer::Impl {
     GaussianPsf gaussian_psf;
     std::unique_ptr<const Psf> psf; ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
-    std::vector<const SurfaceTiles*> terrains; ///< tiles of the bodies, each once
-    std::vector<Vec3> landmarks_m;             ///< see landmark_points()
+    std::vector<const SurfaceTiles*> terrains;        ///< tiles of the bodies, each once
+    std::vector<std::unique_ptr<TileLoader>> loaders; ///< of those, unless rendering waits for tiles
+    std::vector<Vec3> landmarks_m;                    ///< see landmark_points()
     PointSplatter splatter;
     std::vector<StrayMap> stray;
     double field_rad;             ///< largest angle of a pixel's centre to the boresight
@@ -146,6 +150,8 @@ struct Renderer::Impl {
     mutable std::atomic<std::uint64_t> requests{0};
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
+    mutable std::atomic<std::uint64_t> surface_hits{0}, tiles_missed{0};
+    mutable std::array<std::atomic<std::uint64_t>, 4> surface_coarser{};
     mutable WorkTotals work_done;
 
     Impl(scene::Scene s, RenderSettings r)
@@ -166,6 +172,10 @@ struct Renderer::Impl {
             if (const SurfaceTiles* tiles = body.shape->tiles();
                 tiles != nullptr && std::find(terrains.begin(), terrains.end(), tiles) == terrains.end())
                 terrains.push_back(tiles);
+        if (!settings.wait_for_tiles)
+            for (const SurfaceTiles* const tiles : terrains)
+                loaders.push_back(
+                    std::make_unique<TileLoader>(*tiles, TileLoader::Settings{settings.tiles_per_s}));
         if (settings.enter_worker) observer.emplace(arena, settings.enter_worker);
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
@@ -184,11 +194,27 @@ struct Renderer::Impl {
             wing_kernels = std::make_unique<WingKernels>(*psf, plain ? 1 : scene.bands.size());
     }
 
+    void add_detail(DetailCounts& counts) const {
+        surface_hits.fetch_add(counts.hits, std::memory_order_relaxed);
+        tiles_missed.fetch_add(counts.missed, std::memory_order_relaxed);
+        for (std::size_t k = 0; k < counts.coarser.size(); ++k)
+            surface_coarser[k].fetch_add(counts.coarser[k], std::memory_order_relaxed);
+        counts = {};
+    }
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled. Their time belongs
     /// to `part` where no lap assigns it.
+    /// `frame`: see frame_key().
     template<typename DoRow>
-    bool for_rows(RenderPart part, std::int32_t rows, const std::atomic<bool>* cancel,
+    bool for_rows(RenderPart part, std::int32_t rows, std::uint64_t frame, const std::atomic<bool>* cancel,
                   const DoRow& do_row) const;
+    /// What all requests of a frame have in common, for the tiles that it shows; 0: those that are there.
+    [[nodiscard]] std::uint64_t frame_key(const RenderRequest& request) const {
+        if (loaders.empty()) return 0;
+        const auto mid = static_cast<std::uint64_t>(request.common_mid ? request.common_mid->ns : 0);
+        return (request.frame_id * 0x9e3779b97f4a7c15ull ^ mid * 0xc2b2ae3d27d4eb4full) | 1;
+    }
+    /// Tells the loaders where the next second's frames will be seen from.
+    void predict_views(const RenderRequest& request) const;
     /// Irradiance of the Sun at the camera over that at 1 au.
     [[nodiscard]] double sun_at_camera(const RowState& row) const {
         const double distance = length(row.sun_m - row.camera.position_m) / astronomical_unit_m;
@@ -220,6 +246,13 @@ struct Renderer::Impl {
         set_lens(row.beta, s);
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
                       std::max(settings.samples_per_pixel, least_samples), time_s, row);
+        if (!terrains.empty())
+            for (BodyState& body : row.bodies) {
+                if (body.detail_view() == nullptr) continue;
+                body.detail.wait = settings.wait_for_tiles;
+                body.detail.version = body.shape->tiles()->version_of(s.frame);
+                body.detail.counts = &s.detail;
+            }
         if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(row);
         s.work.lap(RenderPart::setup);
         return row;
@@ -270,8 +303,8 @@ struct Renderer::Impl {
 };
 
 template<typename DoRow>
-bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std::atomic<bool>* cancel,
-                              const DoRow& do_row) const {
+bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, std::uint64_t frame,
+                              const std::atomic<bool>* cancel, const DoRow& do_row) const {
     std::atomic<bool> complete{true};
     const auto do_rows = [&](std::int32_t begin, std::int32_t end, Scratch& local) {
         const FlushDenormals flush;
@@ -281,11 +314,14 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const std
                 complete.store(false, std::memory_order_relaxed);
                 break;
             }
+            if (local.frame != frame) local.set_up_for = 0;
+            local.frame = frame;
             local.pins.clear();
             for (const SurfaceTiles* const tiles : terrains)
                 local.pins.push_back(tiles->pin());
             do_row(r, local);
             local.work.row_done();
+            if (!terrains.empty()) add_detail(local.detail);
             // Update after each row: the supervisor reads these as watchdog progress.
             rays_done.fetch_add(local.counts.rays, std::memory_order_relaxed);
             samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
@@ -340,6 +376,25 @@ bool Renderer::Impl::shares_samples(const RenderRequest& request, const RowTime&
            exposure(row, s).instants == 1;
 }
 
+void Renderer::Impl::predict_views(const RenderRequest& request) const {
+    if (request.row_times.empty()) return;
+    constexpr double ahead_s = 1;
+    const double time_s = to_seconds(request.row_times.front().mid().ns) + ahead_s;
+    const Pose camera = camera_pose(scene, bodies, time_s);
+    const Mat3 inertial_from_camera = to_matrix(camera.orientation);
+    for (std::size_t k = 0; k < terrains.size(); ++k)
+        for (std::size_t i = 0; i < bodies.size(); ++i) {
+            if (bodies[i].shape->tiles() != terrains[k]) continue;
+            const Pose pose = seen_pose(scene, bodies, i, camera.position_m, time_s);
+            const Mat3 from_inertial = transposed(to_matrix(pose.orientation));
+            // A tenth of the field more on each side.
+            loaders[k]->predict({from_inertial * (camera.position_m - pose.position_m),
+                                 from_inertial * (inertial_from_camera * Vec3{0, 0, 1}), 1.1 * field_rad,
+                                 terrain_cell_px * lens->pixel_angle_rad()});
+            break;
+        }
+}
+
 bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                                       RowBlock& rows) const {
     rows.kernel.reset();
@@ -352,17 +407,18 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
     grid.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
                rows.kernel->reach);
     const double time_s = to_seconds(request.common_mid->ns);
-    return for_rows(RenderPart::grid, grid.height(), cancel, [&](std::int32_t r, Scratch& s) {
-        const RowState& row = begin_row(time_s, s);
-        if (!resolves_any(row, field_rad)) return;
-        with_tracer(row, s, [&](Tracer& tracer) {
-            const Sampling how = sampling(request);
-            BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
-            const std::int32_t first = BlockTracer::block_of(grid.first_x());
-            for (std::int32_t block = 0; block < grid.width() / packet_size; ++block)
-                blocks.trace_grid(first + block, grid.first_y() + r, *rows.kernel, grid);
+    return for_rows(
+        RenderPart::grid, grid.height(), frame_key(request), cancel, [&](std::int32_t r, Scratch& s) {
+            const RowState& row = begin_row(time_s, s);
+            if (!resolves_any(row, field_rad)) return;
+            with_tracer(row, s, [&](Tracer& tracer) {
+                const Sampling how = sampling(request);
+                BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
+                const std::int32_t first = BlockTracer::block_of(grid.first_x());
+                for (std::int32_t block = 0; block < grid.width() / packet_size; ++block)
+                    blocks.trace_grid(first + block, grid.first_y() + r, *rows.kernel, grid);
+            });
         });
-    });
 }
 
 bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic<bool>* cancel,
@@ -391,8 +447,8 @@ bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic
         });
     }
     if (shared.done.size() < shared.jobs.size()) shared.done.resize(shared.jobs.size());
-    return for_rows(RenderPart::points, static_cast<std::int32_t>(shared.jobs.size()), cancel,
-                    [&](std::int32_t j, Scratch& s) {
+    return for_rows(RenderPart::points, static_cast<std::int32_t>(shared.jobs.size()), frame_key(request),
+                    cancel, [&](std::int32_t j, Scratch& s) {
                         const PointJob& job = shared.jobs[static_cast<std::size_t>(j)];
                         const RowState& row = begin_row(when.time_s(job.instant), s, 0, least_samples);
                         with_tracer(row, s, [&](Tracer& tracer) {
@@ -455,7 +511,7 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
     }
     // Calls `use(job, view)` for every job, with the scene at the map's time.
     const auto trace = [&](std::int32_t jobs, const auto& use) {
-        return for_rows(RenderPart::wings, jobs, cancel, [&](std::int32_t i, Scratch& s) {
+        return for_rows(RenderPart::wings, jobs, 0, cancel, [&](std::int32_t i, Scratch& s) {
             const RowState& row = begin_row(time_s, s);
             with_tracer(row, s, [&](Tracer& tracer) {
                 use(i, WingMap::View{*s.lens, row, tracer, s.candidates, settings.seed});
@@ -463,7 +519,7 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
         });
     };
     const auto each = [&](std::span<const WingMap::Job> jobs, const auto& use) {
-        return for_rows(RenderPart::wings, static_cast<std::int32_t>(jobs.size()), cancel,
+        return for_rows(RenderPart::wings, static_cast<std::int32_t>(jobs.size()), 0, cancel,
                         [&](std::int32_t i, Scratch& s) { use(jobs[static_cast<std::size_t>(i)], s); });
     };
     if (!map.has_points()) {
@@ -648,13 +704,19 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     RowBlock& rows = impl_->block_scratch.local();
     rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
+    if (!impl_->loaders.empty() && request.first_row == 0) {
+        for (const SurfaceTiles* const tiles : impl_->terrains)
+            tiles->begin_frame(impl_->frame_key(request));
+        impl_->predict_views(request);
+    }
     impl_->splatter.star_rows().assign(request.row_times, request.window,
                                        request.window.y + request.first_row, rows.stars);
     return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_points(request, cancel, rows) &&
            impl_->fill_wings(request, cancel, rows) &&
-           impl_->for_rows(RenderPart::rest, request.rows, cancel, [&](std::int32_t r, Scratch& scratch) {
-               impl_->render_row(request, rows, r, irradiance, scratch);
-           });
+           impl_->for_rows(RenderPart::rest, request.rows, impl_->frame_key(request), cancel,
+                           [&](std::int32_t r, Scratch& scratch) {
+                               impl_->render_row(request, rows, r, irradiance, scratch);
+                           });
 }
 
 bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
@@ -662,13 +724,14 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::size_t plane = static_cast<std::size_t>(request.rows) * width;
     assert(aovs.size() == aov_count * plane);
-    return impl_->for_rows(RenderPart::rest, request.rows, cancel, [&](std::int32_t r, Scratch& s) {
-        const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
-        const RowState& row = impl_->begin_row(time_s, s);
-        trace_aovs(*s.lens, row, request.window.x, request.window.y + request.first_row + r,
-                   request.window.width, impl_->pixel_width_rad(), s.candidates,
-                   aovs.data() + static_cast<std::size_t>(r) * width, plane);
-    });
+    return impl_->for_rows(
+        RenderPart::rest, request.rows, impl_->frame_key(request), cancel, [&](std::int32_t r, Scratch& s) {
+            const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
+            const RowState& row = impl_->begin_row(time_s, s);
+            trace_aovs(*s.lens, row, request.window.x, request.window.y + request.first_row + r,
+                       request.window.width, impl_->pixel_width_rad(), s.candidates,
+                       aovs.data() + static_cast<std::size_t>(r) * width, plane);
+        });
 }
 
 View Renderer::view(Time t) const {
@@ -775,6 +838,10 @@ RenderWork Renderer::work() const noexcept {
     RenderWork work = impl_->work_done.read();
     work.rays = rays_traced();
     work.samples = samples_taken();
+    work.surface_hits = impl_->surface_hits.load(std::memory_order_relaxed);
+    work.tiles_missed = impl_->tiles_missed.load(std::memory_order_relaxed);
+    for (std::size_t k = 0; k < work.surface_coarser.size(); ++k)
+        work.surface_coarser[k] = impl_->surface_coarser[k].load(std::memory_order_relaxed);
     return work;
 }
 

@@ -57,6 +57,11 @@ struct RenderSettings {
     /// Called on a worker thread whenever it begins to help with this renderer's rows: sets its scheduling.
     /// Must not throw; cheap when repeated. Not called on the threads that call render().
     std::function<void()> enter_worker{};
+    /// Whether rows wait for the tiles of terrains that they need. False, for real time: coarser tiles serve
+    /// for those that are missing (RenderWork::surface_coarser), while threads of ordinary priority make them
+    /// from what rays missed and where the camera will be. Then the result depends on what is there.
+    bool wait_for_tiles = true;
+    double tiles_per_s = 0; ///< without waiting: at most so many are made a second; 0: as many as can be
 };
 
 /// Request for some rows of a window, each at its own time. The result depends only on the scene, the

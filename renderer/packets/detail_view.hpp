@@ -4,6 +4,7 @@
 
 #include "core/geometry.hpp"
 
+#include <array>
 #include <cstdint>
 #include <limits>
 
@@ -12,8 +13,9 @@ namespace obscura::renderer {
 /// How well the surfaces that rays met were resolved.
 struct DetailCounts {
     std::uint64_t hits = 0;
-    std::uint64_t coarser = 0; ///< of them, on tiles coarser than asked for
-    double worst_ratio = 1;    ///< largest ratio of a cell's width to that asked for
+    /// Of them, on cells wider than asked for by a factor above 1, 2, 4 and 8.
+    std::array<std::uint64_t, 4> coarser{};
+    std::uint64_t missed = 0; ///< look-ups of tiles that were not there
 };
 
 /// From where a terrain is seen: its level of detail is a field over positions, the same for primary, shadow

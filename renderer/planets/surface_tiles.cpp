@@ -206,7 +206,7 @@ SurfaceNode* SurfaceTiles::make_child(SurfaceNode& node, unsigned quarter) const
     }
     const std::lock_guard lock(mutex_);
     slot->quarter = static_cast<std::uint8_t>(quarter);
-    slot->born = 1;
+    slot->born = version() + 1;
     --node.making;
     node.child[quarter].store(slot, std::memory_order_release);
     node.wanted.fetch_and(~(1u << quarter), std::memory_order_relaxed);
@@ -228,6 +228,14 @@ void SurfaceTiles::make_pinned() const {
         });
         parents = std::move(children);
     }
+}
+
+bool SurfaceTiles::keep_resident() const {
+    const std::size_t bytes = slots_ * slot_bytes();
+    madvise(arena_, bytes, MADV_HUGEPAGE);
+    if (mlock(arena_, bytes) == 0) return true;
+    madvise(arena_, bytes, MADV_POPULATE_WRITE);
+    return false;
 }
 
 SurfaceTiles::Pin SurfaceTiles::pin() const {

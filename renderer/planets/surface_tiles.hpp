@@ -97,18 +97,24 @@ public:
     /// itself serves for it. May throw what layers throw, with `wait`.
     [[nodiscard]] SurfaceNode* child(SurfaceNode& node, unsigned quarter, bool wait,
                                      std::uint64_t version) const {
-        SurfaceNode* const made = node.child[quarter].load(std::memory_order_acquire);
-        if (made != nullptr && (wait || made->born <= version)) {
-            const std::uint64_t now = clock_.load(std::memory_order_relaxed);
-            if (made->used.load(std::memory_order_relaxed) != now)
-                made->used.store(now, std::memory_order_relaxed);
-            return made;
-        }
+        if (SurfaceNode* const there = made(node, quarter);
+            there != nullptr && (wait || there->born <= version))
+            return there;
         if (wait) return make_child(node, quarter);
         const std::uint32_t bit = 1u << quarter;
         if ((node.wanted.load(std::memory_order_relaxed) & bit) == 0)
             node.wanted.fetch_or(bit, std::memory_order_relaxed);
         return nullptr;
+    }
+    /// The child if it is there; counts as a use of it.
+    [[nodiscard]] SurfaceNode* made(SurfaceNode& node, unsigned quarter) const {
+        SurfaceNode* const there = node.child[quarter].load(std::memory_order_acquire);
+        if (there != nullptr) {
+            const std::uint64_t now = clock();
+            if (there->used.load(std::memory_order_relaxed) != now)
+                there->used.store(now, std::memory_order_relaxed);
+        }
+        return there;
     }
     /// Of the upper half of HitPacket::primitive.
     [[nodiscard]] const SurfaceNode& in_slot(std::uint32_t slot) const { return *table_[slot]; }
@@ -117,6 +123,35 @@ public:
     SurfaceNode* make_child(SurfaceNode& node, unsigned quarter) const;
     /// Makes all tiles of the pinned levels, by several threads.
     void make_pinned() const;
+    /// Takes the arena's pages and keeps them, in huge ones where the kernel has them; false if the limit of
+    /// locked memory does not allow it: then they are taken all the same.
+    bool keep_resident() const;
+
+    /// Tiles made from now on belong to the next version. Real-time safe.
+    void publish() const { version_.fetch_add(1, std::memory_order_release); }
+    [[nodiscard]] std::uint64_t version() const { return version_.load(std::memory_order_acquire); }
+    /// A frame begins, whose rays all see the version of now: see version_of(). Real-time safe.
+    void begin_frame(std::uint64_t frame) const {
+        frames_[frame % frames_.size()].store(frame << 32 | (version() & 0xffffffffu),
+                                              std::memory_order_release);
+    }
+    /// The version of a frame among the last ones that began, or that of now.
+    [[nodiscard]] std::uint64_t version_of(std::uint64_t frame) const {
+        const std::uint64_t entry = frames_[frame % frames_.size()].load(std::memory_order_acquire);
+        const std::uint64_t now = version();
+        if (entry >> 32 != (frame & 0xffffffffu)) return now;
+        return now - ((now - entry) & 0xffffffffu);
+    }
+    /// Calls `use` with each tile that has missing children which rays wanted and takes those bits from it.
+    /// The caller holds a Pin.
+    template<typename Use>
+    void take_wanted(const Use& use) const {
+        const std::lock_guard lock(mutex_);
+        for (SurfaceNode* const node : table_)
+            if (node != nullptr && !node->retired && node->born <= version() + 1)
+                if (const std::uint32_t bits = node->wanted.exchange(0, std::memory_order_relaxed); bits != 0)
+                    use(*node, bits);
+    }
 
     [[nodiscard]] Pin pin() const;
 
@@ -160,6 +195,8 @@ private:
     mutable std::vector<std::unique_ptr<terrain::TileMaker::Scratch>> scratch_;
 
     mutable std::atomic<std::uint64_t> clock_{1}; ///< tiles made
+    mutable std::atomic<std::uint64_t> version_{1};
+    mutable std::array<std::atomic<std::uint64_t>, 16> frames_{}; ///< key in the upper half, version
     mutable std::atomic<std::uint64_t> epoch_{1};
     /// Epochs at which pins were taken; 0: none. Threads that find none free wait for one.
     static constexpr std::size_t most_pins = 1024;

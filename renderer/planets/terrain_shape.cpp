@@ -47,38 +47,51 @@ Vec3 TerrainShape::raised(Vec3 point, double height) const {
     return radius < 1 + height ? point * ((1 + height) / radius) : point;
 }
 
-void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
+void TerrainShape::trace(const RayPacket& rays, const Doubles& t_max, bool any,
+                         std::array<TileCrossing, packet_size>& found, ScaledRays& scaled_rays) const {
     for (int i = 0; i < packet_size; ++i) {
         if (rays.active.on[i] == 0) continue;
-        const LevelChoice choice = levels(rays, i);
-        const TileCrossing crossing =
-            TileTracer(tiles_, choice)
-                .first_crossing(scaled(rays.origin.lane(i)), scaled(rays.direction.lane(i)),
-                                std::min(rays.t_max[i], hits.t[i]));
-        if (crossing.t == no_hit) continue;
+        scaled_rays.origin.set(i, scaled(rays.origin.lane(i)));
+        scaled_rays.direction.set(i, scaled(rays.direction.lane(i)));
+        scaled_rays.levels[static_cast<std::size_t>(i)] = levels(rays, i);
+    }
+    scaled_rays.t_max = t_max;
+    scaled_rays.active = rays.active;
+    first_crossings(tiles_, scaled_rays, any, found);
+}
+
+void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
+    Doubles t_max;
+    for (int i = 0; i < packet_size; ++i)
+        t_max[i] = std::min(rays.t_max[i], hits.t[i]);
+    std::array<TileCrossing, packet_size> found;
+    ScaledRays scaled_rays;
+    trace(rays, t_max, false, found, scaled_rays);
+    for (int i = 0; i < packet_size; ++i) {
+        const TileCrossing& crossing = found[static_cast<std::size_t>(i)];
+        if (rays.active.on[i] == 0 || crossing.t == no_hit) continue;
         hits.t[i] = crossing.t;
         hits.body[i] = body;
         hits.primitive[i] = crossing.node->slot << 16 | crossing.cell;
         hits.u[i] = static_cast<float>(crossing.s);
         hits.v[i] = static_cast<float>(crossing.r);
+        const LevelChoice& choice = scaled_rays.levels[static_cast<std::size_t>(i)];
         if (choice.view == nullptr || choice.view->counts == nullptr) continue;
         DetailCounts& counts = *choice.view->counts;
         ++counts.hits;
         if (!choice.splits(*crossing.node)) continue;
-        ++counts.coarser;
-        counts.worst_ratio = std::max(counts.worst_ratio, choice.coarseness(*crossing.node));
+        const double ratio = choice.coarseness(*crossing.node);
+        for (std::size_t k = 0; k < counts.coarser.size() && ratio > static_cast<double>(1u << k); ++k)
+            ++counts.coarser[k];
     }
 }
 
 void TerrainShape::occlude(RayPacket& rays) const {
-    for (int i = 0; i < packet_size; ++i) {
-        if (rays.active.on[i] == 0) continue;
-        const LevelChoice choice = levels(rays, i);
-        if (TileTracer(tiles_, choice)
-                .first_crossing(scaled(rays.origin.lane(i)), scaled(rays.direction.lane(i)), rays.t_max[i])
-                .t != no_hit)
-            rays.active.on[i] = 0;
-    }
+    std::array<TileCrossing, packet_size> found;
+    ScaledRays scaled_rays;
+    trace(rays, rays.t_max, true, found, scaled_rays);
+    for (int i = 0; i < packet_size; ++i)
+        if (found[static_cast<std::size_t>(i)].t != no_hit) rays.active.on[i] = 0;
 }
 
 void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,

@@ -2,6 +2,7 @@
 // Terrain: an ellipsoid or a plane with heights from layers, traced through tiles in double precision.
 #pragma once
 
+#include "renderer/planets/packet_tracer.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/planets/tile_tracer.hpp"
 #include "renderer/shapes/shape.hpp"
@@ -49,6 +50,9 @@ private:
         return {p.x * inverse_radii_.x, p.y * inverse_radii_.y, p.z * inverse_radii_.z};
     }
 
+    /// Fills `found` for the active lanes, and `scaled_rays`: see first_crossings().
+    void trace(const RayPacket& rays, const Doubles& t_max, bool any,
+               std::array<TileCrossing, packet_size>& found, ScaledRays& scaled_rays) const;
     /// The point, or that above it at a unit height if it is lower.
     [[nodiscard]] Vec3 raised(Vec3 point, double height) const;
 

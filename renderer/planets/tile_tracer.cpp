@@ -1,224 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/tile_tracer.hpp"
 
-#include "terrain/cube_sphere.hpp"
+#include "renderer/planets/tile_rays.hpp"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 
 namespace obscura::renderer {
-namespace {
 
-using terrain::component;
-using terrain::cube_faces;
-using terrain::CubeFace;
-using terrain::pyramid_levels;
-using terrain::tile_cells;
-
-/// Added to the unit height below which a node can be met: far above the rounding of a bilinear height.
-constexpr double margin = 1e-12;
-/// Nodes that wait at once: each step down leaves at most two.
-constexpr std::size_t deepest_stack = 96;
-/// Places on a face are numbered with so many bits to find the node that holds two of them.
-constexpr int place_bits = 31;
-
-/// The part of a ray within a node.
-struct Part {
-    double from, to;
-    SurfaceNode* tile;
-    /// Of its pyramid: (i, j) of 2^level x 2^level cells; `unresolved`: quarter i of the tile, whose own tile
-    /// is not looked up yet.
-    std::int32_t level;
-    std::uint32_t i, j;
-};
-constexpr std::int32_t unresolved = -1;
-
-/// a + b x.
-struct Line {
-    double a, b;
-
-    [[nodiscard]] double operator()(double x) const { return a + b * x; }
-    [[nodiscard]] double root() const { return -a / b; }
-};
-
-/// Two lines' roots, if inside an interval, cut it into at most three.
-struct Cuts {
-    std::array<double, 4> at{};
-    std::size_t count = 0;
-
-    Cuts(double from, double to, double a, double b) {
-        at[count++] = from;
-        const double low = a < b ? a : b, high = a < b ? b : a;
-        // A line parallel to a plane gives inf or NaN, which is not inside.
-        if (low > from && low < to) at[count++] = low;
-        if (high > from && high < to && high != low) at[count++] = high;
-        at[count] = to;
-    }
-};
-
-/// Bilinear patch of one cell in unit heights: H = h + s hs + r hr + s r hsr.
-struct Patch {
-    double h, hs, hr, hsr;
-    double highest;
-
-    [[nodiscard]] double at(double s, double r) const { return h + s * hs + r * (hr + s * hsr); }
-};
-
-Patch patch_of(const SurfaceNode& node, std::uint32_t i, std::uint32_t j, double per_m) {
-    const float* const low = node.tile.vertex(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
-    const float* const high = low + terrain::tile_edge;
-    const double offset_m = node.tile.offset_m;
-    const auto height = [&](float v) { return (offset_m + static_cast<double>(v)) * per_m; };
-    const double a = height(low[0]), b = height(low[1]), c = height(high[0]), d = height(high[1]);
-    return {a, b - a, c - a, (d - c) - (b - a), std::max(std::max(a, b), std::max(c, d))};
-}
-
-/// Components of a ray on a face: u and v are the quotients of their lines by that of w.
-struct FaceLines {
-    Line u, v, w;
-};
-
-} // namespace
-
-/// Ray about its point of closest approach to the centre, where the parameter x is 0: nothing cancels.
-struct TileTracer::SphereRay {
-    Vec3 closest, direction;
-    double miss2;  ///< squared distance of `closest`
-    double speed2; ///< squared length of `direction`
-
-    [[nodiscard]] Vec3 at(double x) const { return closest + x * direction; }
-    /// Half of the chord inside the sphere of that radius; 0: none.
-    [[nodiscard]] double half_chord(double radius) const {
-        const double under = (radius * radius - miss2) / speed2;
-        return under > 0 ? std::sqrt(under) : 0;
-    }
-    /// Height above the reference surface, and its derivative.
-    struct Height {
-        double value, slope;
-    };
-    [[nodiscard]] Height height(double x) const {
-        const double radius = std::sqrt(miss2 + speed2 * (x * x));
-        return {radius - 1, speed2 * x / radius};
-    }
-    /// Narrows an interval to where the ray is below a height; false: nowhere.
-    [[nodiscard]] bool clip(double highest, double& from, double& to) const {
-        const double half = half_chord(1 + highest + margin);
-        from = std::max(from, -half);
-        to = std::min(to, half);
-        return from < to;
-    }
-    [[nodiscard]] FaceLines lines(std::size_t face) const {
-        const CubeFace& f = cube_faces[face];
-        return {{component(closest, f.u_axis), component(direction, f.u_axis)},
-                {component(closest, f.v_axis), component(direction, f.v_axis)},
-                {f.sign * component(closest, f.axis), f.sign * component(direction, f.axis)}};
-    }
-};
-
-/// Ray over the plane z = 0 about the point where it comes near it, where the parameter x is 0.
-struct TileTracer::PlaneRay {
-    Vec3 begin, direction;
-
-    using Height = SphereRay::Height;
-    [[nodiscard]] Vec3 at(double x) const { return begin + x * direction; }
-    [[nodiscard]] Height height(double x) const { return {begin.z + direction.z * x, direction.z}; }
-    [[nodiscard]] bool clip(double highest, double& from, double& to) const {
-        const double above = begin.z - (highest + margin);
-        const double x = -above / direction.z;
-        if (direction.z < 0)
-            from = std::max(from, x);
-        else if (direction.z > 0)
-            to = std::min(to, x);
-        else if (above > 0)
-            return false;
-        return from < to;
-    }
-    [[nodiscard]] FaceLines lines(std::size_t /*face*/) const {
-        return {{begin.x, direction.x}, {begin.y, direction.y}, {1, 0}};
-    }
-};
+using namespace tile_rays;
 
 namespace {
-
-/// Height of a ray above a patch, as a function of the ray's parameter.
-template<typename Ray>
-class Clearance {
-public:
-    struct Value {
-        double height, slope;
-    };
-
-    /// (i, j): the cell's number on the whole face.
-    Clearance(const Ray& ray, const Patch& patch, const FaceLines& lines, double half_cells, double i,
-              double j)
-        : ray_(ray),
-          patch_(patch),
-          lines_(lines),
-          half_cells_(half_cells),
-          i_(half_cells - i),
-          j_(half_cells - j) {}
-
-    [[nodiscard]] double s(double x) const { return lines_.u(x) / lines_.w(x) * half_cells_ + i_; }
-    [[nodiscard]] double r(double x) const { return lines_.v(x) / lines_.w(x) * half_cells_ + j_; }
-
-    [[nodiscard]] Value operator()(double x) const {
-        const double inverse = 1 / lines_.w(x);
-        const double u = lines_.u(x) * inverse, v = lines_.v(x) * inverse;
-        const double s = u * half_cells_ + i_, r = v * half_cells_ + j_;
-        const double s_slope = (lines_.u.b - u * lines_.w.b) * (inverse * half_cells_);
-        const double r_slope = (lines_.v.b - v * lines_.w.b) * (inverse * half_cells_);
-        const auto height = ray_.height(x);
-        return {height.value - patch_.at(s, r), height.slope - s_slope * (patch_.hs + r * patch_.hsr) -
-                                                    r_slope * (patch_.hr + s * patch_.hsr)};
-    }
-
-    /// The first place in [from, to] where the ray is not above the patch (times `side`: not below it);
-    /// no_hit: none. Within a cell the height is a parabola but for the curvature of the body and the
-    /// perspective of the face, so that it has at most one minimum.
-    [[nodiscard]] double first_root(double from, double to, double side) const {
-        const Value low = (*this)(from), high = (*this)(to);
-        if (side * low.height <= 0) return from;
-        if (side * high.height <= 0) return root(from, to, side);
-        if (!(side * low.slope < 0 && side * high.slope > 0)) return no_hit;
-        double a = from, b = to, a_slope = side * low.slope, b_slope = side * high.slope;
-        for (int step = 0; step < 8; ++step) {
-            const double x = a - a_slope * ((b - a) / (b_slope - a_slope));
-            if (!(x > a && x < b)) break;
-            const Value middle = (*this)(x);
-            if (side * middle.height <= 0) return root(from, x, side);
-            const double slope = side * middle.slope;
-            // The height's lower bound by its tangents at both ends.
-            if (std::abs(slope) * (b - a) < side * middle.height) break;
-            (slope < 0 ? a : b) = x;
-            (slope < 0 ? a_slope : b_slope) = slope;
-        }
-        return no_hit;
-    }
-
-private:
-    /// Newton's method, kept within the interval by bisection; side * height is above 0 at `from` and not
-    /// above 0 at `to`.
-    [[nodiscard]] double root(double from, double to, double side) const {
-        double x = (from + to) / 2;
-        for (int step = 0; step < 100; ++step) {
-            const Value value = (*this)(x);
-            (side * value.height > 0 ? from : to) = x;
-            double next = x - value.height / value.slope;
-            if (!(next > from && next < to)) next = (from + to) / 2;
-            if (std::abs(next - x) <= 1e-15 * (std::abs(x) + std::abs(next)) || next == from || next == to)
-                return next;
-            x = next;
-        }
-        return to;
-    }
-
-    const Ray& ray_;
-    const Patch& patch_;
-    const FaceLines& lines_;
-    double half_cells_, i_, j_;
-};
 
 Vec3 axis(int k) {
     return {k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
@@ -281,10 +74,46 @@ private:
     double last_;
 };
 
-/// Number of a coordinate, -1 to 1, among 2^place_bits.
-std::uint32_t place_of(double coordinate) {
-    constexpr double half = double{1u << (place_bits - 1)};
-    return static_cast<std::uint32_t>(std::clamp((coordinate + 1) * half, 0.0, 2 * half - 1));
+/// Where the ray first crosses the surface of a tile within a part, from below.
+template<typename Ray>
+bool cross_tile(const Ray& ray, const FaceLines& lines, double side, double per_m, const Part& whole,
+                TileCrossing& found) {
+    std::array<Part, 2 * pyramid_levels + 4> stack;
+    std::size_t waiting = 0;
+    stack[waiting++] = whole;
+    const SurfaceNode& node = *whole.tile;
+    while (waiting > 0) {
+        Part part = stack[--waiting];
+        Patch cell{};
+        if (part.level == 0) cell = patch_of(node, part.i, part.j, per_m);
+        if (side > 0) { // the part of the ray that is under the node's highest point
+            const double highest =
+                part.level == 0 ? cell.highest : node.tile.maximum_m(part.level, part.i, part.j) * per_m;
+            if (!ray.clip(highest, part.from, part.to)) continue;
+        }
+        if (part.level == 0) {
+            const Clearance<Ray> clearance(ray, cell, lines, node.half_cells,
+                                           static_cast<double>(node.tile.key.i) * tile_cells + part.i,
+                                           static_cast<double>(node.tile.key.j) * tile_cells + part.j);
+            const double x = clearance.first_root(part.from, part.to, side);
+            if (x == no_hit) continue;
+            found = {x, &node, part.j * tile_cells + part.i, std::clamp(clearance.s(x), 0.0, 1.0),
+                     std::clamp(clearance.r(x), 0.0, 1.0)};
+            return true;
+        }
+        const typename TileWalk<Ray>::Middle middle(node, part, lines);
+        const Cuts cuts(part.from, part.to, middle.u.root(), middle.v.root());
+        for (std::size_t k = cuts.count; k-- > 0;) { // the first one last, to be next
+            const double at = (cuts.at[k] + cuts.at[k + 1]) / 2;
+            stack[waiting++] = {cuts.at[k],
+                                cuts.at[k + 1],
+                                part.tile,
+                                part.level - 1,
+                                2 * part.i + (middle.u(at) >= 0 ? 1u : 0u),
+                                2 * part.j + (middle.v(at) >= 0 ? 1u : 0u)};
+        }
+    }
+    return false;
 }
 
 } // namespace
@@ -293,115 +122,25 @@ template<typename Ray>
 bool TileTracer::cross_face(const Ray& ray, std::size_t face, double from, double to, bool inside,
                             TileCrossing& found) const {
     const FaceLines lines = ray.lines(face);
-    const double side = inside ? -1 : 1;
     const double per_m = 1 / tiles_.domain().unit_m();
-
-    // u and v grow or fall along the whole ray: begin at the smallest node with both ends.
-    SurfaceNode* tile = tiles_.root(face);
-    const double w0 = 1 / lines.w(from), w1 = 1 / lines.w(to);
-    const std::uint32_t i = place_of(lines.u(from) * w0), j = place_of(lines.v(from) * w0);
-    const int same = place_bits - static_cast<int>(std::bit_width((i ^ place_of(lines.u(to) * w1)) |
-                                                                  (j ^ place_of(lines.v(to) * w1))));
-    Part start{from, to, tile, pyramid_levels, 0, 0};
-    for (;;) {
-        const int depth = tile->tile.key.level;
-        const bool splits = levels_.splits(*tile);
-        if (splits && depth < same) {
-            const int bit = place_bits - 1 - depth;
-            const unsigned quarter = (i >> bit & 1u) | (j >> bit & 1u) << 1;
-            if (!inside && !ray.clip(tile->child_highest[quarter], start.from, start.to)) return false;
-            if (SurfaceNode* const next = child(*tile, quarter); next != nullptr) {
-                tile = start.tile = next;
-                continue;
-            }
-        }
-        // Within this tile, at most as deep as a quarter that is missing.
-        if (splits && depth >= same) break;
-        const int within = std::min(same - depth, pyramid_levels);
-        start.level = pyramid_levels - within;
-        const int shift = place_bits - depth - within;
-        const std::uint32_t mask = (1u << within) - 1;
-        start.i = i >> shift & mask;
-        start.j = j >> shift & mask;
-        break;
-    }
-
-    std::array<Part, deepest_stack> stack;
-    std::size_t waiting = 0;
-    stack[waiting++] = start;
-    while (waiting > 0) {
-        Part part = stack[--waiting];
-        if (part.level == unresolved) {
-            const unsigned quarter = part.i;
-            if (!inside && !ray.clip(part.tile->child_highest[quarter], part.from, part.to)) continue;
-            if (SurfaceNode* const next = child(*part.tile, quarter); next != nullptr)
-                part = {part.from, part.to, next, pyramid_levels, 0, 0};
-            else
-                part = {part.from, part.to, part.tile, pyramid_levels - 1, quarter & 1u, quarter >> 1};
-        }
-        const SurfaceNode& node = *part.tile;
-        const bool splits = part.level == pyramid_levels && levels_.splits(node);
-        Patch cell{};
-        if (part.level == 0) cell = patch_of(node, part.i, part.j, per_m);
-        if (!inside && !splits) { // the part of the ray that is under the node's highest point
-            const double highest =
-                part.level == 0 ? cell.highest : node.tile.maximum_m(part.level, part.i, part.j) * per_m;
-            if (!ray.clip(highest, part.from, part.to)) continue;
-        }
-        const double first_i = static_cast<double>(node.tile.key.i) * tile_cells,
-                     first_j = static_cast<double>(node.tile.key.j) * tile_cells;
-        if (part.level == 0) {
-            const Clearance<Ray> clearance(ray, cell, lines, node.half_cells, first_i + part.i,
-                                           first_j + part.j);
-            const double x = clearance.first_root(part.from, part.to, side);
-            if (x == no_hit) continue;
-            found = {x, &node, part.j * tile_cells + part.i, std::clamp(clearance.s(x), 0.0, 1.0),
-                     std::clamp(clearance.r(x), 0.0, 1.0)};
-            return true;
-        }
-        // The middle planes of the node.
-        const double half_width = static_cast<double>(1u << (part.level - 1));
-        const double u_middle = (first_i + (2 * part.i + 1) * half_width) / node.half_cells - 1;
-        const double v_middle = (first_j + (2 * part.j + 1) * half_width) / node.half_cells - 1;
-        const Line in_u{lines.u.a - u_middle * lines.w.a, lines.u.b - u_middle * lines.w.b};
-        const Line in_v{lines.v.a - v_middle * lines.w.a, lines.v.b - v_middle * lines.w.b};
-        const Cuts cuts(part.from, part.to, in_u.root(), in_v.root());
-        for (std::size_t k = cuts.count; k-- > 0;) { // the first one last, to be next
-            const double middle = (cuts.at[k] + cuts.at[k + 1]) / 2;
-            const std::uint32_t high_u = in_u(middle) >= 0 ? 1 : 0, high_v = in_v(middle) >= 0 ? 1 : 0;
-            if (splits)
-                stack[waiting++] = {cuts.at[k], cuts.at[k + 1],       part.tile,
-                                    unresolved, high_u | high_v << 1, 0};
-            else
-                stack[waiting++] = {cuts.at[k],     cuts.at[k + 1],      part.tile,
-                                    part.level - 1, 2 * part.i + high_u, 2 * part.j + high_v};
-        }
-    }
+    const auto child_of = [&](SurfaceNode& node, unsigned quarter) {
+        return child(tiles_, levels_, node, quarter);
+    };
+    TileWalk<Ray> walk;
+    walk.start(ray, lines, tiles_.root(face), from, to, inside, levels_, child_of);
+    Part part;
+    while (walk.next(ray, lines, inside, per_m, levels_, child_of, part))
+        if (cross_tile(ray, lines, inside ? -1 : 1, per_m, part, found)) return true;
     return false;
 }
 
 bool TileTracer::cross_shell(const SphereRay& ray, double from, double to, bool inside,
                              TileCrossing& found) const {
     if (!(from < to)) return false;
-    // The planes between the faces.
-    std::array<double, 8> cuts{};
-    std::size_t count = 0;
-    const Vec3 c = ray.closest, d = ray.direction;
-    cuts[count++] = from;
-    for (const Line plane :
-         {Line{c.x - c.y, d.x - d.y}, Line{c.x + c.y, d.x + d.y}, Line{c.y - c.z, d.y - d.z},
-          Line{c.y + c.z, d.y + d.z}, Line{c.z - c.x, d.z - d.x}, Line{c.z + c.x, d.z + d.x}}) {
-        const double x = plane.root();
-        if (!(x > from && x < to)) continue;
-        std::size_t k = count++;
-        for (; cuts[k - 1] > x; --k)
-            cuts[k] = cuts[k - 1];
-        cuts[k] = x;
-    }
-    cuts[count] = to;
-    for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t face = terrain::cube_face_of(ray.at((cuts[k] + cuts[k + 1]) / 2));
-        if (cross_face(ray, face, cuts[k], cuts[k + 1], inside, found)) return true;
+    const FaceCuts cuts(ray, from, to);
+    for (std::size_t k = 0; k < cuts.count; ++k) {
+        const std::size_t face = terrain::cube_face_of(ray.at((cuts.at[k] + cuts.at[k + 1]) / 2));
+        if (cross_face(ray, face, cuts.at[k], cuts.at[k + 1], inside, found)) return true;
     }
     return false;
 }
@@ -417,7 +156,7 @@ TileCrossing TileTracer::below(Vec3 p) const {
     SurfaceNode* tile = tiles_.root(face);
     while (levels_.splits(*tile)) {
         const int bit = place_bits - 1 - tile->tile.key.level;
-        SurfaceNode* const next = child(*tile, (i >> bit & 1u) | (j >> bit & 1u) << 1);
+        SurfaceNode* const next = child(tiles_, levels_, *tile, (i >> bit & 1u) | (j >> bit & 1u) << 1);
         if (next == nullptr) break;
         tile = next;
     }
@@ -457,21 +196,8 @@ TileCrossing TileTracer::first_crossing(Vec3 origin, Vec3 direction, double t_ma
 }
 
 TileCrossing TileTracer::crossing_with_plane(Vec3 origin, Vec3 direction, double t_max) const {
-    // The part of the ray in the box of heights over the square.
     double begin = 0, end = t_max;
-    const auto slab = [&](double at, double step, double low, double high) {
-        if (step == 0) {
-            if (at < low || at > high) end = -1;
-            return;
-        }
-        const double a = (low - at) / step, b = (high - at) / step;
-        begin = std::max(begin, std::min(a, b));
-        end = std::min(end, std::max(a, b));
-    };
-    slab(origin.x, direction.x, -1, 1);
-    slab(origin.y, direction.y, -1, 1);
-    slab(origin.z, direction.z, tiles_.least() - margin, tiles_.largest() + margin);
-    if (!(begin < end)) return {};
+    if (!PlaneRay::clip_to_box(origin, direction, tiles_.least(), tiles_.largest(), begin, end)) return {};
     const PlaneRay ray{origin + begin * direction, direction};
     // Its sides are walls down to the box's bottom: a ray that comes from outside meets them.
     const bool inside = begin == 0 && ray.height(0).value < below(ray.begin).t;

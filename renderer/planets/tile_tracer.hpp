@@ -9,6 +9,10 @@
 
 namespace obscura::renderer {
 
+namespace tile_rays {
+struct SphereRay;
+} // namespace tile_rays
+
 /// Point where a ray meets a terrain.
 struct TileCrossing {
     double t = no_hit; ///< along the ray, in units of its direction
@@ -49,22 +53,22 @@ public:
                                                  const SurfaceNode& node, std::uint32_t cell, double s,
                                                  double r);
 
-private:
-    struct SphereRay;
-    struct PlaneRay;
-    struct FacePlanes;
-
-    [[nodiscard]] SurfaceNode* child(SurfaceNode& node, unsigned quarter) const {
-        return levels_.view == nullptr
-                   ? tiles_.child(node, quarter, true, 0)
-                   : tiles_.child(node, quarter, levels_.view->wait, levels_.view->version);
+    /// The child of a tile that splits, as SurfaceTiles::child(); counts those that are missing.
+    [[nodiscard]] static SurfaceNode* child(const SurfaceTiles& tiles, const LevelChoice& levels,
+                                            SurfaceNode& node, unsigned quarter) {
+        if (levels.view == nullptr) return tiles.child(node, quarter, true, 0);
+        SurfaceNode* const next = tiles.child(node, quarter, levels.view->wait, levels.view->version);
+        if (next == nullptr && levels.view->counts != nullptr) ++levels.view->counts->missed;
+        return next;
     }
-    /// Node of the tree, its level in the tile's pyramid, and place there, that holds two places of a face.
+
+private:
     template<typename Ray>
     bool cross_face(const Ray& ray, std::size_t face, double from, double to, bool inside,
                     TileCrossing& found) const;
     [[nodiscard]] TileCrossing crossing_with_plane(Vec3 origin, Vec3 direction, double t_max) const;
-    bool cross_shell(const SphereRay& ray, double from, double to, bool inside, TileCrossing& found) const;
+    bool cross_shell(const tile_rays::SphereRay& ray, double from, double to, bool inside,
+                     TileCrossing& found) const;
 
     const SurfaceTiles& tiles_;
     const LevelChoice& levels_;

@@ -24,6 +24,7 @@ struct SurfaceTile {
     double offset_m = 0; ///< added to all heights and maxima
     std::array<float, tile_vertices> heights;
     std::array<float, pyramid_size> maxima;
+    float unused; ///< vector registers load pairs
 
     /// Vertex (i, j), -1 to tile_cells + 1 each.
     [[nodiscard]] const float* vertex(std::int32_t i, std::int32_t j) const {

@@ -99,12 +99,14 @@ void TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) const {
     scratch.positions_m.resize(tile_vertices);
     scratch.heights_m.assign(tile_vertices, 0);
     scratch.sample_spacings_m.assign(tile_vertices, std::numeric_limits<double>::infinity());
+    std::array<double, tile_edge> u;
+    for (int i = 0; i < tile_edge; ++i)
+        u[static_cast<std::size_t>(i)] = SurfaceDomain::coordinate(key.level, key.i, i - tile_margin);
     std::size_t place = 0;
-    for (int j = -tile_margin; j <= tile_cells + tile_margin; ++j) {
-        const double v = SurfaceDomain::coordinate(key.level, key.j, j);
-        for (int i = -tile_margin; i <= tile_cells + tile_margin; ++i)
-            scratch.positions_m[place++] =
-                domain_.point(key.face, SurfaceDomain::coordinate(key.level, key.i, i), v);
+    for (int j = 0; j < tile_edge; ++j) {
+        const double v = SurfaceDomain::coordinate(key.level, key.j, j - tile_margin);
+        for (const double at : u)
+            scratch.positions_m[place++] = domain_.point(key.face, at, v);
     }
     const VertexGrid grid{key, scratch.positions_m, domain_.spacing_m(key.level), cap(key)};
     for (const std::shared_ptr<const HeightLayer>& layer : layers_)

@@ -108,3 +108,69 @@ TEST_CASE("A terrain's light changes as little as the camera's place") {
     }
     CHECK(worst < 0.005);
 }
+
+TEST_CASE("Without waiting, frames come at once with coarser tiles, and end up as those that waited") {
+    const TempFolder folder;
+    const std::string file = height_file(folder);
+    const Region all{0, 0, 96, 96};
+    const scene::Scene s = low_orbit(file);
+    const std::vector<float> wanted = render_window(renderer::Renderer(s, {2, 2, 11}), all);
+    for (const double tiles_per_s : {1e-3, 40.0, 0.0}) {
+        renderer::RenderSettings settings{2, 2, 11};
+        settings.wait_for_tiles = false;
+        settings.tiles_per_s = tiles_per_s;
+        const renderer::Renderer r(s, settings);
+        // The pinned tiles are there, no others: much of the ground is coarser than asked for.
+        const std::vector<float> first = render_window(r, all);
+        renderer::RenderWork work = r.work();
+        CHECK(work.surface_hits > 5000);
+        CHECK(work.tiles_missed > 0);
+        CHECK(work.surface_coarser[0] > work.surface_hits / 20);
+        CHECK(work.surface_coarser[1] > 0);
+        CHECK(first != wanted);
+        if (tiles_per_s > 0 && tiles_per_s < 1) continue; // a starved loader makes one tile and no more
+        std::vector<float> last;
+        for (int frame = 0; frame < 100000 && work.tiles_missed > 0; ++frame) {
+            const renderer::RenderWork before = r.work();
+            last = render_window(r, all);
+            work = r.work() - before;
+        }
+        CHECK(work.tiles_missed == 0);
+        CHECK(work.surface_coarser[0] == 0);
+        CHECK(last == wanted);
+    }
+}
+
+TEST_CASE("All rows of a frame see the tiles that were there when it began") {
+    const TempFolder folder;
+    const scene::Scene s = low_orbit(height_file(folder));
+    renderer::RenderSettings settings{1, 2, 11};
+    settings.wait_for_tiles = false;
+    const renderer::Renderer r(s, settings);
+    // The same rows of the same frame, while the loader works: as often as blocks of a frame follow each
+    // other.
+    const std::vector<RowTime> times(96);
+    const auto rows = [&](std::uint64_t frame, std::int32_t first) {
+        renderer::RenderRequest request;
+        request.window = {0, 0, 96, 96};
+        request.first_row = first;
+        request.rows = 32;
+        request.row_times = std::span(times).subspan(0, 32);
+        request.common_mid = renderer::common_mid(times);
+        request.frame_id = frame;
+        std::vector<float> out(96 * 32);
+        r.render(request, out);
+        return out;
+    };
+    int changed = 0;
+    std::vector<float> before;
+    for (std::uint64_t frame = 1; frame < 40; ++frame) {
+        rows(frame, 0);
+        const std::vector<float> once = rows(frame, 48);
+        for (int again = 0; again < 3; ++again)
+            REQUIRE(once == rows(frame, 48));
+        changed += before.empty() || once == before ? 0 : 1;
+        before = once;
+    }
+    CHECK(changed > 0);
+}

@@ -6,6 +6,8 @@
 #include "support.hpp"
 #include "terrain_support.hpp"
 
+#include <hwy/targets.h>
+
 #include <algorithm>
 #include <map>
 
@@ -237,7 +239,7 @@ TEST_CASE("The cells of a terrain are as small as its view asks for, and not muc
         sum += std::log2(node.spacing_m / (0.01 * t));
     }
     CHECK(counts.hits > 2000);
-    CHECK(counts.coarser == 0);
+    CHECK(counts.coarser[0] == 0);
     const double mean = sum / static_cast<double>(counts.hits);
     CHECK(mean > -2.2);
     CHECK(mean < -0.5);
@@ -273,6 +275,73 @@ TEST_CASE("Crossings do not depend on the arena, nor on the order in which tiles
     CHECK(small.tiles()->usage().made > large.tiles()->usage().made);
     CHECK(small.tiles()->usage().tiles < large.tiles()->usage().tiles);
     CHECK(small.tiles()->usage().beyond <= 64);
+}
+
+TEST_CASE("Crossings are the same with all sets of vector instructions, alone and in packets") {
+    const TerrainShape shape(SurfaceDomain::ellipsoid({1000, 900, 800}), layers_of(rough_m, -80, 80));
+    const DetailView detail{.eye_m = {700, 700, 500}, .cell_rad = 0.02};
+    const SurfaceTiles::Pin pin = shape.tiles()->pin();
+    Directions any;
+    std::vector<RayPacket> packets(60);
+    for (RayPacket& rays : packets) {
+        for (int i = 0; i < packet_size; ++i) {
+            const Vec3 origin = i % 2 == 0 ? detail.eye_m : 1100 * any();
+            rays.origin.set(i, origin);
+            rays.direction.set(i, normalized(1000 * any.number() * any() - origin));
+            rays.t_max[i] = no_hit;
+            rays.active.on[i] = -1;
+            rays.level_u[i] = any.number();
+        }
+        rays.detail = &detail;
+    }
+    std::vector<double> alone;
+    for (const RayPacket& rays : packets)
+        for (int i = 0; i < packet_size; ++i)
+            alone.push_back(
+                distance_to(shape, rays.origin.lane(i), rays.direction.lane(i), &detail, rays.level_u[i]));
+    CHECK(std::count(alone.begin(), alone.end(), no_hit) < 900);
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(target);
+        INFO(hwy::TargetName(target));
+        std::vector<double> together;
+        for (const RayPacket& rays : packets) {
+            HitPacket hits;
+            hits.clear();
+            shape.intersect(rays, 0, hits);
+            together.insert(together.end(), hits.t.v, hits.t.v + packet_size);
+        }
+        CHECK(together == alone);
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+TEST_CASE("Packets meet a terrain where single rays do that halve all parts of it") {
+    const TerrainShape shape(SurfaceDomain::ellipsoid({1000, 900, 800}), layers_of(rough_m, -80, 80));
+    const DetailView detail{.eye_m = {700, 700, 500}, .cell_rad = 0.02};
+    const SurfaceTiles::Pin pin = shape.tiles()->pin();
+    Directions any;
+    int met = 0;
+    for (int k = 0; k < 3000; ++k) {
+        // One in three grazes.
+        const Vec3 origin = k % 3 == 0 ? 1085 * any() : 2500 * any();
+        const Vec3 direction = normalized(1050 * any.number() * any() - origin);
+        OneRay ray(origin, direction, &detail, any.number());
+        const double got = ray.meet(shape);
+        const auto scaled = [](Vec3 p) { return Vec3{p.x / 1000, p.y / 900, p.z / 800}; };
+        const LevelChoice levels = shape.levels(ray.rays, OneRay::lane);
+        const double wanted =
+            TileTracer(*shape.tiles(), levels).first_crossing(scaled(origin), scaled(direction), no_hit).t;
+        INFO("ray " << k);
+        if (wanted == no_hit) {
+            REQUIRE(got == no_hit);
+        } else {
+            REQUIRE_THAT(got, WithinAbs(wanted, 1e-8));
+            ++met;
+        }
+    }
+    CHECK(met > 1000);
 }
 
 TEST_CASE("No vertex is above the bounds of its tile, nor above those of the tiles over it") {

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loader of a terrain's tiles: makes those that rays missed and those that the predicted camera will need.
+#pragma once
+
+#include "core/geometry.hpp"
+#include "renderer/planets/surface_tiles.hpp"
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace obscura::renderer {
+
+/// Where a terrain will be seen from: body frame.
+struct PredictedView {
+    Vec3 eye_m;
+    Vec3 boresight;       ///< unit
+    double field_rad = 0; ///< half angle of the field, with a margin
+    double cell_rad = 0;  ///< see DetailView
+};
+
+/// Makes tiles on a thread of ordinary priority, the coarsest first, and publishes each at once.
+class TileLoader {
+public:
+    struct Settings {
+        /// Tiles a second; 0: as many as it can. For tests and slow machines.
+        double tiles_per_s = 0;
+        /// Share of the arena that predicted tiles may take.
+        double predicted_share = 0.75;
+    };
+
+    /// Makes the pinned tiles, takes the arena's memory and starts the thread. `tiles` must outlive it.
+    TileLoader(const SurfaceTiles& tiles, const Settings& settings);
+    ~TileLoader();
+    TileLoader(const TileLoader&) = delete;
+    TileLoader& operator=(const TileLoader&) = delete;
+
+    /// Where the next frames will be seen from. Real-time safe: neither blocks nor allocates; a prediction
+    /// that comes while the thread reads the one before is dropped.
+    void predict(const PredictedView& view) noexcept;
+
+private:
+    /// A tile to be made.
+    struct Request {
+        SurfaceNode* parent;
+        unsigned quarter;
+        int level;
+        bool wanted; ///< by a ray; else predicted
+        double distance_m;
+    };
+
+    void run();
+    void collect();
+    void add_predicted(const PredictedView& view);
+    bool make(const Request& request);
+
+    const SurfaceTiles& tiles_;
+    Settings settings_;
+    std::vector<Request> requests_;
+    std::mutex mutex_; ///< of what follows
+    std::optional<PredictedView> predicted_;
+    bool stop_ = false;
+    std::condition_variable changed_;
+    std::thread thread_;
+};
+
+} // namespace obscura::renderer

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays of a packet in the tiles of a terrain, several at once in vector registers.
+#pragma once
+
+#include "renderer/packets/packet.hpp"
+
+#include <cstdint>
+
+namespace obscura::renderer {
+
+/// Rays of a packet, each in one tile, structure of arrays. A ray goes from node to node of the tile's
+/// pyramid of maxima: over those that it is above of, and down into the others, until it meets the bilinear
+/// patch of a cell or is through. No lane's result depends on another lane, on the width of the registers or
+/// on the instruction set: IEEE operations only, no fused ones.
+struct alignas(64) TileLanes {
+    enum State : std::int64_t {
+        off = 0,     ///< or through: not met in this tile
+        running = 1, ///< to be traced from `x`
+        met = 2,     ///< at `x`, in the cell (i, j)
+        grazing = 3, ///< from `x` to `exit`, the cell (i, j) is met near the least height above it, if at all
+        passed = 4,  ///< that cell was not met: to be traced on from `exit`
+    };
+    Doubles x, to, exit;
+    Doubles ua, ub, va, vb, wa, wb; ///< u and v on the face are quotients of lines: (ua + ub x) / (wa + wb x)
+    /// Sphere: squares of the closest distance and of the speed. Plane: height at x = 0 and its derivative.
+    Doubles miss2, speed2;
+    Doubles offset_m, half_cells, first_i, first_j; ///< of the tile; numbers of its first cells on the face
+    Doubles width, most_width;                      ///< of the node in cells, now and at most
+    Doubles i, j;                                   ///< node, counted in its widths
+    alignas(64) std::int64_t vertices[packet_size]; ///< address of vertex (0, 0)
+    alignas(64) std::int64_t maxima[packet_size];   ///< address of the pyramid
+    alignas(64) std::int64_t state[packet_size];
+};
+
+/// Traces the running lanes until each is off, met or grazing. `per_m`: unit heights per metre.
+void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane);
+
+} // namespace obscura::renderer
