@@ -4,6 +4,8 @@
 #include "core/error.hpp"
 #include "core/memory_budget.hpp"
 #include "images/image.hpp"
+#include "renderer/textures/paged_texture.hpp"
+#include "terrain/obt/obt_file.hpp"
 
 #include <fmt/format.h>
 
@@ -72,11 +74,15 @@ Texture::Texture(std::int32_t width, std::int32_t height, const std::vector<std:
         w = std::max(1, w / 2);
         h = std::max(1, h / 2);
     }
+    level_count_ = levels_.size();
+    width_ = width;
+    height_ = height;
     texels_.resize(texels * planes.size());
     for (std::size_t p = 0; p < planes.size(); ++p) {
         const auto [least, most] = std::minmax_element(planes[p].begin(), planes[p].end());
         const double range = static_cast<double>(*most) - static_cast<double>(*least);
-        planes_.push_back({static_cast<double>(*least), range / code_max});
+        const double offset = static_cast<double>(*least), scale = range / code_max;
+        planes_.push_back({offset, scale, offset, offset + scale * code_max, offset});
         std::vector<float> coarser;
         for (std::size_t k = 0; k < levels_.size(); ++k) {
             const Level& level = levels_[k];
@@ -93,15 +99,24 @@ Texture::Texture(std::int32_t width, std::int32_t height, const std::vector<std:
                 coarser =
                     halved(values, level.width, level.height, levels_[k + 1].width, levels_[k + 1].height);
         }
+        planes_[p].mean = offset + scale * texels_[levels_.back().first + p];
     }
 }
 
-double Texture::mean(std::size_t plane) const {
-    return planes_[plane].offset + planes_[plane].scale * texels_[levels_.back().first + plane];
+Texture::Texture(std::shared_ptr<PagedTexture> paged, Edge edge)
+    : edge_(edge), rgb_(paged->file().metadata().rgb), paged_(std::move(paged)) {
+    const terrain::ObtMetadata& m = paged_->file().metadata();
+    for (std::uint32_t p = 0; p < m.planes; ++p) {
+        const terrain::ObtPlaneStatistics s = paged_->file().statistics(p);
+        planes_.push_back({m.offset, m.scale, s.least, s.largest, s.mean});
+    }
+    level_count_ = paged_->levels();
+    width_ = static_cast<double>(m.width);
+    height_ = static_cast<double>(m.height);
 }
 
-double Texture::largest(std::size_t plane) const {
-    return planes_[plane].offset + planes_[plane].scale * code_max;
+std::size_t Texture::bytes() const {
+    return paged_ ? paged_->bytes() : texels_.size() * sizeof texels_[0];
 }
 
 void Texture::add_bilinear(const Level& level, double u, double v, double weight, double* out) const {
@@ -136,8 +151,8 @@ void Texture::add_bilinear(const Level& level, double u, double v, double weight
 }
 
 void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* out) const {
-    const double w = levels_[0].width;
-    const double h = levels_[0].height;
+    const double w = width_;
+    const double h = height_;
     const auto texels = [&](TextureAxis axis) {
         return std::sqrt(axis.u * axis.u * w * w + axis.v * axis.v * h * h);
     };
@@ -158,7 +173,7 @@ void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* o
     int exponent = 0;
     const double mantissa = std::frexp(std::min(width, 0x1p30), &exponent);
     const double level = static_cast<double>(exponent - 1) + (2 * mantissa - 1);
-    const auto last = static_cast<double>(levels_.size() - 1);
+    const auto last = static_cast<double>(level_count_ - 1);
     const double at = std::min(level, last);
     const auto fine = static_cast<std::size_t>(at);
     const double coarse_share = at - static_cast<double>(fine);
@@ -171,14 +186,45 @@ void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* o
         double pv = v + along * a.v;
         pu -= std::floor(pu);
         pv = edge_ == Edge::repeat ? pv - std::floor(pv) : std::clamp(pv, 0.0, 1.0);
-        add_bilinear(levels_[fine], pu, pv, 1 - coarse_share, out);
-        if (coarse_share > 0) add_bilinear(levels_[fine + 1], pu, pv, coarse_share, out);
+        const auto add = [&](std::size_t at_level, double weight) {
+            if (paged_)
+                paged_->add_bilinear(at_level, pu, pv, edge_ == Edge::repeat, weight, out);
+            else
+                add_bilinear(levels_[at_level], pu, pv, weight, out);
+        };
+        add(fine, 1 - coarse_share);
+        if (coarse_share > 0) add(fine + 1, coarse_share);
     }
     for (std::size_t p = 0; p < planes_.size(); ++p)
         out[p] = planes_[p].offset + planes_[p].scale * out[p] / probes;
 }
 
+namespace {
+
+/// A giant texture: in memory if it is small enough.
+Texture read_obt(const std::filesystem::path& file, Texture::Edge edge) {
+    auto texture = std::make_shared<const terrain::ObtFile>(file);
+    const terrain::ObtMetadata& m = texture->metadata();
+    if (m.height > most_texels / m.width) return {std::make_shared<PagedTexture>(std::move(texture)), edge};
+    const auto texels = static_cast<std::size_t>(m.width * m.height);
+    require_memory(m.planes * texels * (sizeof(float) + 2 * sizeof(std::uint16_t)), file.string());
+    std::vector<std::vector<float>> planes(m.planes, std::vector<float>(texels));
+    for (std::uint32_t p = 0; p < m.planes; ++p) {
+        if (texture->statistics(p).holes)
+            throw InputError(
+                fmt::format("{}: samples of plane {} are missing: textures need all", file.string(), p));
+        texture->read(p, 0, 0, 0, static_cast<int>(m.width), static_cast<int>(m.height), planes[p]);
+        if (!std::all_of(planes[p].begin(), planes[p].end(), [](float v) { return std::abs(v) <= 1e30F; }))
+            throw InputError(
+                fmt::format("{}: a value is not a finite number: textures need all", file.string()));
+    }
+    return {static_cast<std::int32_t>(m.width), static_cast<std::int32_t>(m.height), planes, edge, m.rgb};
+}
+
+} // namespace
+
 Texture read_texture(const std::filesystem::path& file, TextureCoding coding, Texture::Edge edge) {
+    if (terrain::ObtFile::is_one(file)) return read_obt(file, edge);
     const std::vector<std::string> names = images::colour_planes(file);
     if (names.size() > Texture::most_planes)
         throw InputError(fmt::format("{}: {} planes: a texture has at most {}", file.string(), names.size(),

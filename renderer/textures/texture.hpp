@@ -6,9 +6,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 namespace obscura::renderer {
+
+class PagedTexture;
 
 /// Axis of a footprint in texture coordinates (u to the right, v down, 1 each across the image).
 struct TextureAxis {
@@ -21,6 +24,9 @@ struct TextureAxis {
 /// Each mip level halves both sizes (odd sizes rounded down, texels weighted by the area that they cover),
 /// down to one texel: all levels have the same mean. Interpolation is linear between levels and between
 /// texels.
+///
+/// A giant texture has its texels in a file, as they are there (see PagedTexture): its levels are those of
+/// the file, odd sizes rounded up.
 class Texture {
 public:
     enum class Edge : std::uint8_t { repeat, clamp };
@@ -30,17 +36,19 @@ public:
     /// (`edge`).
     Texture(std::int32_t width, std::int32_t height, const std::vector<std::vector<float>>& planes, Edge edge,
             bool rgb = false);
+    /// The texels of a file that is larger than memory.
+    Texture(std::shared_ptr<PagedTexture> paged, Edge edge);
 
     /// Whether the planes are red, green and blue, rather than spectral bands.
     [[nodiscard]] bool rgb() const { return rgb_; }
 
     [[nodiscard]] std::size_t planes() const { return planes_.size(); }
-    [[nodiscard]] std::int32_t width() const { return levels_[0].width; }
-    [[nodiscard]] std::int32_t height() const { return levels_[0].height; }
-    [[nodiscard]] double mean(std::size_t plane) const;
-    [[nodiscard]] double least(std::size_t plane) const { return planes_[plane].offset; }
-    [[nodiscard]] double largest(std::size_t plane) const;
-    [[nodiscard]] std::size_t bytes() const { return texels_.size() * sizeof texels_[0]; }
+    [[nodiscard]] double mean(std::size_t plane) const { return planes_[plane].mean; }
+    [[nodiscard]] double least(std::size_t plane) const { return planes_[plane].least; }
+    [[nodiscard]] double largest(std::size_t plane) const { return planes_[plane].largest; }
+    [[nodiscard]] std::size_t bytes() const;
+    /// Null: all texels are in memory.
+    [[nodiscard]] PagedTexture* paged() const { return paged_.get(); }
 
     /// Anisotropic filtering: means over the parallelogram about (u, v) with the edges `a` and `b`, by up to
     /// 16 probes along the longer edge (as McCormack et al., Feline, SIGGRAPH 1999), each from the mip levels
@@ -53,7 +61,8 @@ private:
         std::size_t first; ///< first texel of the first plane; the others follow
     };
     struct Plane {
-        double offset, scale;
+        double offset, scale; ///< of texels
+        double least, largest, mean;
     };
 
     void add_bilinear(const Level& level, double u, double v, double weight, double* out) const;
@@ -63,6 +72,9 @@ private:
     std::vector<Plane> planes_;
     std::vector<Level> levels_;
     std::vector<std::uint16_t> texels_;
+    std::shared_ptr<PagedTexture> paged_; ///< null: texels_
+    std::size_t level_count_ = 0;
+    double width_ = 0, height_ = 0; ///< texels of the finest level
 };
 
 /// Transfer function from the numbers of a file to factors.
@@ -71,8 +83,9 @@ enum class TextureCoding : std::uint8_t {
     srgb,   ///< display images, IEC 61966-2-1
 };
 
-/// Reads the colour planes of an image (images/image.hpp). Throws InputError if it cannot be read, has more
-/// than 16 planes or 2^26 texels, or a value that is not finite.
+/// Reads the colour planes of an image (images/image.hpp), or opens a giant texture (.obt), whose values are
+/// taken as they are. Throws InputError if it cannot be read, has more than 16 planes, a value that is not
+/// finite or, other than a giant texture, more than 2^26 texels.
 [[nodiscard]] Texture read_texture(const std::filesystem::path& file, TextureCoding coding,
                                    Texture::Edge edge);
 
