@@ -104,6 +104,12 @@ Entry ObtFile::entry_in(const Block& block, const TileName& name) const {
     if (!found) refuse("its entry in the directory is not one");
     const Entry& e = *found;
     if (e.stored == Stored::wide && !metadata_.lattice) refuse("f32 in a file without lattice");
+    const bool whole = metadata_.type != SampleType::f16 && metadata_.type != SampleType::f32;
+    const int finest = metadata_.lattice ? metadata_.finest_exponent : 0;
+    const int coarsest = metadata_.lattice ? metadata_.coarsest_exponent : 0;
+    if (whole && (e.stored == Stored::samples || e.stored == Stored::constant) &&
+        (e.exponent < finest || e.exponent > coarsest))
+        refuse(fmt::format("a step of 2^{}: its header allows 2^{} to 2^{}", e.exponent, finest, coarsest));
     if (e.has_slot() && (e.slot < data_start || e.slot + sample_bytes(metadata_, e) > places_.file_bytes))
         refuse(fmt::format("at byte {}: outside of the file", e.slot));
     return e;
@@ -158,8 +164,9 @@ SampleRange ObtFile::range(std::uint32_t plane, std::int64_t x, std::int64_t y, 
             facts.add(bounds({plane, level, i, j}));
         }
     if (!facts.any()) return all;
-    return {std::max(all.least, static_cast<float>(facts.least)),
-            std::min(all.largest, static_cast<float>(facts.largest))};
+    // Not beyond what float holds, whatever a damaged file says.
+    return {static_cast<float>(std::clamp(facts.least, whole.least, whole.largest)),
+            static_cast<float>(std::clamp(facts.largest, whole.least, whole.largest))};
 }
 
 std::shared_ptr<const ObtTile> ObtFile::cached_tile(const TileName& name) const {
