@@ -57,6 +57,9 @@ void interpolate_table(const float* table, const Doubles& u, Doubles& offset) {
     }
 }
 
+/// Narrower PSFs would need large tables.
+constexpr double least_tabulated_px = 0.02;
+
 /// Hermite's cubic at `t` between the values and slopes `a` and `b`, `stride` apart, of `count` pixels.
 OBSCURA_VECTOR_CLONES
 void interpolate_weights(const double* a, const double* b, std::size_t stride, double t, std::size_t count,
@@ -80,7 +83,7 @@ GaussianAxis::GaussianAxis(double sigma_px) : sigma_px_(sigma_px), reach_px_(0.5
     }
     quantiles_[intervals / 2] = 0;
     reach_px_ = -static_cast<double>(quantiles_[0]);
-    if (sigma_px > 0) make_weights();
+    if (sigma_px >= least_tabulated_px) make_weights();
 }
 
 void GaussianAxis::offsets(const Doubles& u, Doubles& offset) const {
@@ -114,7 +117,7 @@ void GaussianAxis::make_weights() {
 }
 
 void GaussianAxis::weights(double x, std::int32_t first, std::span<double> weights) const {
-    if (sigma_px_ == 0) {
+    if (weights_.empty()) {
         for (std::size_t i = 0; i < weights.size(); ++i)
             weights[i] = weight(x, first + static_cast<std::int32_t>(i));
         return;

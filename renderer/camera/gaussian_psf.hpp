@@ -39,6 +39,7 @@ private:
     std::vector<float> quantiles_;
     /// Weights of points at `positions_` places of a pixel and one at its end, each with the weights of
     /// `columns_` pixels, the point's own after `before_` others, and then their slopes from place to place.
+    /// Empty: the PSF is narrower.
     std::vector<double> weights_;
     double positions_ = 0;
     std::int32_t before_ = 0, columns_ = 0;

@@ -226,6 +226,35 @@ TEST_CASE("Displaced samples and splatted points see the same Gaussian PSF") {
     }
 }
 
+TEST_CASE("Weights of pixels from the table are those of the Gaussian") {
+    // Down to widths that have no table.
+    for (const double sigma : {0.0, 1e-9, 0.019, 0.02, 0.1, 0.3, 0.76, 3.0, 20.0}) {
+        const GaussianAxis psf(sigma);
+        double worst = 0;
+        for (const double x : {-7.3, 0.0, 0.25, 0.5, 0.7654321, 1.0, 2.4999999, 1e4 + 0.1}) {
+            CAPTURE(sigma, x);
+            const auto reach = static_cast<std::int32_t>(std::ceil(psf.splat_reach_px())) + 3;
+            const auto first = static_cast<std::int32_t>(std::floor(x)) - reach;
+            std::vector<double> weights(static_cast<std::size_t>(2 * reach + 2));
+            psf.weights(x, first, weights);
+            double sum = 0;
+            for (std::size_t i = 0; i < weights.size(); ++i) {
+                worst = std::max(worst,
+                                 std::abs(weights[i] - psf.weight(x, first + static_cast<std::int32_t>(i))));
+                sum += weights[i];
+            }
+            CHECK_THAT(sum, WithinAbs(1, 1e-9));
+            // The same of any part of the pixels, one for instance, or none that get light.
+            for (const std::int32_t pixel : {first, first + reach, first + reach + 1, first + 1000}) {
+                double one = -1;
+                psf.weights(x, pixel, {&one, 1});
+                CHECK_THAT(one, WithinAbs(psf.weight(x, pixel), 1e-10));
+            }
+        }
+        CHECK(worst < 1e-10);
+    }
+}
+
 TEST_CASE("The hull of a mesh keeps every ray that may meet it, and drops most that cannot") {
     const TriangleMesh mesh = make_procedural_body({500, {1, 0.8, 0.6}, 3, 4});
     Hull hull;
