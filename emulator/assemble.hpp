@@ -56,9 +56,10 @@ struct Imaging {
 /// Settings of the configuration that decide what a frame costs, for the timing file.
 [[nodiscard]] RenderFacts render_facts(const DaemonConfig& config, const ThreadPlan& threads);
 
-/// Makes the renderer of `scene` with the configured settings. Throws Error.
+/// Makes the renderer of `scene` with the configured settings; `wait_for_tiles`: see
+/// renderer::RenderSettings. Throws Error.
 [[nodiscard]] std::unique_ptr<renderer::Renderer>
-make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads);
+make_renderer(const DaemonConfig& config, scene::Scene scene, const ThreadPlan& threads, bool wait_for_tiles);
 
 /// Scene clock as configured. Throws ConfigError for a bad file of scene times.
 [[nodiscard]] SceneClockSettings scene_clock_settings(const DaemonConfig& config);

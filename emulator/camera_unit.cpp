@@ -120,7 +120,8 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
                "restart "
                "for that";
     if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
-    auto built = std::async(std::launch::async, [&] { return make_renderer(next, next.scene, threads_); });
+    auto built =
+        std::async(std::launch::async, [&] { return make_renderer(next, next.scene, threads_, false); });
     while (built.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready)
         if (meanwhile) meanwhile();
     next_renderer_ = built.get();
