@@ -267,6 +267,20 @@ def label_traps():
     tool("gdal_translate", "-q", "-of", "ISIS3", geotiff("special", cube), folder / "special.cub")
     texture, report = imported(folder / "special.cub")
     check("ISIS: special pixels", np.array_equal(np.isnan(texture.values[0]), cube < -32752) and report["missing"] == 5)
+    # Masks and bands of opacity.
+    shown = np.stack([byte, np.where(byte % 5 == 0, 0, 255).astype("u1")])
+    tool("gdal_translate", "-q", "-b", "1", "-mask", "2", "-co", "PHOTOMETRIC=MINISBLACK", "--config", "GDAL_TIFF_INTERNAL_MASK", "YES", geotiff("shown", shown), folder / "masked.tif")
+    texture, report = imported(folder / "masked.tif", "--albedo")
+    check("internal mask", np.array_equal(np.isnan(texture.values[0]), byte % 5 == 0) and
+          np.array_equal(np.round(texture.numbers[0][byte % 5 != 0]), byte[byte % 5 != 0]), texture.about["type"])
+    tool("gdal_translate", "-q", "-of", "PNG", "-colorinterp", "gray,alpha", geotiff("opaque", shown, srs=None, corners=None), folder / "opaque.png")
+    texture, report = imported(folder / "opaque.png", "--albedo", "--edges=0,360,90,-90")
+    check("band of opacity", np.array_equal(np.isnan(texture.values[0]), byte % 5 == 0) and not report["warnings"], report["said"])
+    # A grid of nodes, the meridian 0 twice.
+    node = np.pad(globe, ((0, 1), (0, 1)), mode="wrap").astype("<i2")
+    texture, report = imported(pds3("NODES", node, keys={"MAP_RESOLUTION": "1 <pix/deg>", "LINE_PROJECTION_OFFSET": 90, "SAMPLE_PROJECTION_OFFSET": 180}))
+    check("nodes", texture.about["registration"] == "node" and angle_near(texture.place("first")[0], 0) and angle_near(texture.place("last")[0], 0) and
+          near(texture.place("first")[1], 90, 1e-9) and np.array_equal(texture.numbers[0], node), texture.about["corners"])
     # A row too low, as one set of public tiles is.
     low, _ = imported(pds3("LOW", globe[:90], keys={"MAXIMUM_LATITUDE": 45, "MINIMUM_LATITUDE": -45, "LINE_PROJECTION_OFFSET": 44.5}), "--shift=0,-1")
     check("--shift", near(low.place("first")[1], 45.5, 1e-9))
@@ -516,6 +530,15 @@ while len(header := sys.stdin.buffer.read(16)) == 16:
     check("interrupted: not there yet", not out.exists() and (folder / "larger.obt.part").exists())
     resumed = json.loads(run(*command[3:], "--json").stdout)
     check("gone on with what was done", resumed["resumed_tiles"] > 0, resumed["resumed_tiles"])
+    # What was done of a file that has changed since is of no use.
+    for file in folder.glob("larger.obt*"):
+        file.unlink()
+    started = begun()
+    started.send_signal(signal.SIGINT)
+    started.communicate(timeout=120)
+    label.touch()
+    resumed = json.loads(run(*command[3:], "--json").stdout)
+    check("begun anew after a change", resumed["resumed_tiles"] == 0, resumed["resumed_tiles"])
     check("interrupted and gone on with: the same bytes", out.exists() and out.read_bytes() == good.read_bytes())
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places of map samples from labels and coordinate systems, each trap of theirs as a label of its own.
 #include "core/error.hpp"
+#include "terrain/maps/map_source.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tools/import/map/georeference.hpp"
@@ -229,6 +230,28 @@ TEST_CASE("polar stereographic labels") {
     std::map<std::string, std::string> north = pole;
     north["CENTER_LATITUDE"] = "90";
     CHECK_THAT(placed(north, 7584, 7584).longitude(3791.5, 4791.5), WithinAbs(0, 1e-9));
+}
+
+TEST_CASE("scenes read the same places from labels") {
+    const std::map<std::string, std::string> as_ldem,
+        west{{"POSITIVE_LONGITUDE_DIRECTION", "\"WEST\""},
+             {"WESTERNMOST_LONGITUDE", "360"},
+             {"EASTERNMOST_LONGITUDE", "0"}},
+        graphic{{"C_AXIS_RADIUS", "1730 <km>"}, {"COORDINATE_SYSTEM_NAME", "PLANETOGRAPHIC"}},
+        pole{{"MAP_PROJECTION_TYPE", "\"POLAR STEREOGRAPHIC\""},
+             {"MAP_RESOLUTION", ""},
+             {"CENTER_LATITUDE", "90"}};
+    for (const auto& keys : {as_ldem, west, graphic, pole}) {
+        const test::TempFolder folder;
+        (void)label(folder, keys);
+        const terrain::MapLabel other = terrain::read_map_label(folder.path() / "map.lbl");
+        REQUIRE(other.projection);
+        REQUIRE(other.transform);
+        const MapFrame theirs(*other.projection, *other.transform, other.registration, 1440, 720);
+        const Placed ours = placed(keys);
+        for (const terrain::SamplePlace at : {terrain::SamplePlace{0, 0}, {1439, 100}, {333, 719}})
+            CHECK(length(theirs.position(at) - ours.frame.position(at)) < 1e-5);
+    }
 }
 
 TEST_CASE("coordinate systems of GDAL") {

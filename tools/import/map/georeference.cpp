@@ -108,7 +108,8 @@ public:
                 fmt::format("{}: the label has no A_AXIS_RADIUS: --radius says the body's", name_));
         // The map's own radii: another reference surface does not change where samples are.
         set_radii(place.projection, place.radii_m.x > 0 ? place.radii_m : radii);
-        if (contains(keys_.text("COORDINATE_SYSTEM_NAME"), "PLANETOGRAPHIC"))
+        if (contains(keys_.text("COORDINATE_SYSTEM_NAME") + keys_.text("PROJECTION_LATITUDE_TYPE"),
+                     "PLANETOGRAPHIC"))
             place.projection.latitudes = Latitudes::planetographic;
         if (settings_.latitudes) place.projection.latitudes = *settings_.latitudes;
         west_ = settings_.west_positive || keys_.text("POSITIVE_LONGITUDE_DIRECTION") == "WEST";

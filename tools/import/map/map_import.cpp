@@ -5,6 +5,7 @@
 #include "tools/import/map/hole_filler.hpp"
 #include "tools/import/map/map_mosaic.hpp"
 #include "tools/import/map/map_values.hpp"
+#include "tools/import/map/read_ahead.hpp"
 #include "tools/import/map/resampled_map.hpp"
 
 #include <fmt/format.h>
@@ -248,7 +249,8 @@ MapImportReport import_map(
             throw Error(exit_failure,
                         fmt::format("{}: interrupted: the same command goes on", task.mask.string()));
     }
-    CountedSource source(*finest);
+    ReadAhead ahead(*finest);
+    CountedSource source(ahead);
     options.progress = [&](std::uint64_t done, std::uint64_t total) {
         return progress(task.output.filename().string(), done, total);
     };
