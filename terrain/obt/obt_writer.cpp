@@ -8,8 +8,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 namespace obscura::terrain {
 
@@ -209,13 +211,34 @@ private:
     }
 
     [[nodiscard]] TileFacts range_of(const SampleBlock& fine, const TileName& tile) const {
+        // Several samples at a time; comparisons with NaN are false.
+        constexpr std::size_t lanes = 16;
+        std::array<float, lanes> least, largest;
+        least.fill(std::numeric_limits<float>::infinity());
+        largest.fill(-std::numeric_limits<float>::infinity());
+        const auto look = [&](float v, std::size_t lane) {
+            least[lane] = v < least[lane] ? v : least[lane];
+            largest[lane] = v > largest[lane] ? v : largest[lane];
+        };
+        const std::int64_t first = tile.i * tile_samples;
+        const auto count = static_cast<std::size_t>(end_column(tile) - first);
+        for (std::int64_t row = tile.j * tile_samples; row < end_row(tile); ++row) {
+            const float* const line =
+                fine.samples.data() +
+                static_cast<std::size_t>(row - fine.y) * static_cast<std::size_t>(fine.columns) +
+                static_cast<std::size_t>(first - fine.x);
+            std::size_t i = 0;
+            for (; i + lanes <= count; i += lanes)
+                for (std::size_t lane = 0; lane < lanes; ++lane)
+                    look(line[i + lane], lane);
+            for (; i < count; ++i)
+                look(line[i], 0);
+        }
         TileFacts facts;
-        for (std::int64_t row = tile.j * tile_samples; row < end_row(tile); ++row)
-            for (std::int64_t column = tile.i * tile_samples; column < end_column(tile); ++column) {
-                const auto v = static_cast<double>(fine.at(column, row));
-                if (v < facts.least) facts.least = v;
-                if (v > facts.largest) facts.largest = v;
-            }
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            facts.least = std::min(facts.least, static_cast<double>(least[lane]));
+            facts.largest = std::max(facts.largest, static_cast<double>(largest[lane]));
+        }
         return facts;
     }
 
