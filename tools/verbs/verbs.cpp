@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/verbs/texture.hpp"
 #include "tools/verbs/verb.hpp"
 
 #include <array>
@@ -21,6 +22,11 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"import stars", make_import_stars},
         VerbEntry{"import ephemeris", make_import_ephemeris},
         VerbEntry{"ephemeris", make_ephemeris},
+        VerbEntry{"texture info", make_texture_info},
+        VerbEntry{"texture sample", make_texture_sample},
+        VerbEntry{"texture check", make_texture_check},
+        VerbEntry{"texture export", make_texture_export},
+        VerbEntry{"texture bake", make_texture_bake},
         VerbEntry{"bench", make_bench},
         VerbEntry{"stimulator", make_stimulator},
         VerbEntry{"sensor", make_sensor},
