@@ -185,7 +185,7 @@ void trace_aovs(const Projection& projection, const RowState& row, std::int32_t 
             pixel.set(Aov::longitude_deg, std::atan2(position.y, position.x) * degrees);
             pixel.set(Aov::latitude_deg,
                       radius > 0 ? std::asin(std::clamp(position.z / radius, -1.0, 1.0)) * degrees : 0);
-            pixel.set(Aov::slope_deg, radius > 0 ? angle_deg(normal, position) : 0);
+            pixel.set(Aov::slope_deg, radius > 0 ? angle_deg(normal, body.shape->up(position)) : 0);
             const bool is_sun = body.material == nullptr;
             pixel.set(Aov::incidence_deg,
                       is_sun ? std::numeric_limits<double>::quiet_NaN() : angle_deg(normal, to_sun));

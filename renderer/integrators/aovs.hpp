@@ -21,7 +21,7 @@ enum class Aov : std::uint8_t {
     normal_z,
     latitude_deg,  ///< planetocentric, body frame: angle from the x-y plane, positive to +z
     longitude_deg, ///< body frame: from +x towards +y, -180 .. 180
-    slope_deg,     ///< between the normal and the direction from the body's origin
+    slope_deg,     ///< between the normal and Shape::up()
     incidence_deg, ///< between the normal and the centre of the Sun
     emission_deg,  ///< between the normal and the camera
     phase_deg,     ///< Sun, surface, camera

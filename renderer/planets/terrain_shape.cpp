@@ -29,8 +29,10 @@ TerrainShape::TerrainShape(const terrain::SurfaceDomain& domain,
     : tiles_(terrain::TileMaker(domain, std::move(layers)), settings.tiles),
       fixed_level_(settings.fixed_level),
       query_level_(settings.query_level),
+      plane_(domain.is_plane()),
       inverse_radii_(inverse_radii(domain)),
-      bounding_radius_m_(bounding_radius(tiles_)) {}
+      bounding_radius_m_(bounding_radius(tiles_)),
+      notes_(settings.notes) {}
 
 LevelChoice TerrainShape::levels(const RayPacket& rays, int i) const {
     if (fixed_level_ >= 0) return {nullptr, 0, fixed_level_};

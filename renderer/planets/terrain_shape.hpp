@@ -10,6 +10,7 @@
 #include "terrain/surface_domain.hpp"
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace obscura::renderer {
@@ -25,6 +26,7 @@ public:
         /// The level of all rays, whatever they ask for; -1: by distance.
         int fixed_level = -1;
         int query_level = 2;
+        std::vector<std::string> notes{}; ///< see Shape::notes()
     };
 
     /// Throws InputError if the layers' bounds are not those of a body.
@@ -40,7 +42,9 @@ public:
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;
+    [[nodiscard]] Vec3 up(Vec3 position_m) const override { return plane_ ? Vec3{0, 0, 1} : position_m; }
     [[nodiscard]] const SurfaceTiles* tiles() const override { return &tiles_; }
+    [[nodiscard]] std::vector<std::string> notes() const override { return notes_; }
 
     /// Which tiles lane `i` takes.
     [[nodiscard]] LevelChoice levels(const RayPacket& rays, int i) const;
@@ -58,8 +62,10 @@ private:
 
     SurfaceTiles tiles_;
     int fixed_level_, query_level_;
+    bool plane_;
     Vec3 inverse_radii_;
     double bounding_radius_m_;
+    std::vector<std::string> notes_;
 };
 
 } // namespace obscura::renderer

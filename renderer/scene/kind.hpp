@@ -2,7 +2,7 @@
 // Declaration of a kind of shape or material: its parameters as keys of scene files, and rules between them.
 #pragma once
 
-#include "config/keys.hpp"
+#include "config/section.hpp"
 #include "renderer/scene/description.hpp"
 
 #include <algorithm>
@@ -46,19 +46,32 @@ struct Kind {
     /// Parameters, bound to those of a description of this kind.
     ParameterList (*parameters)(Description<Family>& description);
     std::vector<Conflict> (*conflicts)(const Description<Family>& description);
+    /// Tables and lists within the body's table, bound to the description; only those of the section count.
+    config::Section (*tables)(Description<Family>& description);
 };
 
 /// The kind whose parameters are a P. Its pair of files declares beside P
 ///     scene::ParameterList declare(P& parameters);
 /// and, if there are rules between parameters,
 ///     std::vector<scene::Conflict> conflicts_in(const P& parameters);
+/// and, if there are tables within that of the body, a section whose tables and lists they are,
+///     config::Section tables_in(P& parameters);
 template<typename P>
 [[nodiscard]] Kind<typename P::Family> kind_of() {
     using Any = Description<typename P::Family>;
-    return {P::kind, P::help, [] { return Any(P{}); }, [](Any& d) { return declare(d.template get<P>()); },
+    return {P::kind,
+            P::help,
+            [] { return Any(P{}); },
+            [](Any& d) { return declare(d.template get<P>()); },
             []([[maybe_unused]] const Any& d) -> std::vector<Conflict> {
                 if constexpr (requires(const P& p) { conflicts_in(p); })
                     return conflicts_in(d.template get<P>());
+                else
+                    return {};
+            },
+            []([[maybe_unused]] Any& d) -> config::Section {
+                if constexpr (requires(P & p) { tables_in(p); })
+                    return tables_in(d.template get<P>());
                 else
                     return {};
             }};

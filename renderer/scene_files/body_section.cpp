@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <array>
 #include <deque>
+#include <functional>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -138,7 +140,14 @@ const K* chosen(const config::Value& table, std::string_view key, const std::vec
                                                              : nullptr;
 }
 
-/// Names of the kinds that have `key`; of materials the laws, not the presets.
+/// Whether the section has a table or a list called `name`.
+bool has_table(const config::Section& section, std::string_view name) {
+    const auto called = [&](const auto& inner) { return inner.name == name; };
+    return std::any_of(section.tables.begin(), section.tables.end(), called) ||
+           std::any_of(section.lists.begin(), section.lists.end(), called);
+}
+
+/// Names of the kinds that have `key`, or a table of that name; of materials the laws, not the presets.
 template<typename K>
 std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::string_view key) {
     std::vector<std::string_view> names;
@@ -149,6 +158,7 @@ std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::strin
         for (const Parameter& p : kind.parameters(description))
             if (p.key.name == key || (p.key.name == "albedo" && key == normal_albedo_name))
                 names.push_back(kind.name);
+        if (has_table(kind.tables(description), key)) names.push_back(kind.name);
     }
     return names;
 }
@@ -164,11 +174,11 @@ bool has(const config::Keys& keys, std::string_view name) {
     return std::any_of(keys.begin(), keys.end(), [&](const config::Key& k) { return k.name == name; });
 }
 
-std::vector<Stranger> strangers_in(const config::Value& table, const config::Keys& known,
+std::vector<Stranger> strangers_in(const config::Value& table, const config::Section& known,
                                    const ShapeKind& shape, const MaterialKind& material) {
     std::vector<Stranger> strangers;
     for (const config::Member& member : table.members) {
-        if (has(known, member.key)) continue;
+        if (has(known.keys, member.key) || has_table(known, member.key)) continue;
         const auto try_kinds = [&](const auto& kinds, std::string_view what, const auto& own) {
             const std::vector<std::string_view> owners = kinds_with(kinds, member.key);
             if (owners.empty()) return false;
@@ -198,6 +208,9 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
     const bool kernel_radii = has_kernel_radii(table, shape);
     for (const Parameter& p : shape.parameters(body.shape))
         section.keys.push_back(kernel_radii && p.key.name == radii_name ? optional(p.key) : p.key);
+    config::Section inside = shape.tables(body.shape);
+    section.tables = std::move(inside.tables);
+    section.lists = std::move(inside.lists);
     const ParameterList parameters = material.parameters(body.material);
     read.textures = textures_of(parameters);
     for (const Parameter& p : parameters) {
@@ -311,7 +324,7 @@ config::Section body_section(Scene& scene, std::size_t index, const std::shared_
     }
     read->material = material->name;
     add_kinds(section, body, *read, *shape, *material, table);
-    std::vector<Stranger> strangers = strangers_in(table, section.keys, *shape, *material);
+    std::vector<Stranger> strangers = strangers_in(table, section, *shape, *material);
     for (const Stranger& stranger : strangers)
         section.elsewhere.push_back(stranger.member->key);
     section.before = [strangers](const config::Value& /*table*/, const config::Where& where,
@@ -352,6 +365,16 @@ std::vector<config::Section> make_examples(std::deque<Example>& bound) {
         Example& example = add(fmt::format("shape = \"{}\"", kind.name), kind.help);
         example.body.shape = kind.make_default();
         sections.back().keys = keys_of(kind.parameters(example.body.shape));
+        // Tables that kinds share are listed with the first of them.
+        const config::Section inside = kind.tables(example.body.shape);
+        const auto listed = [&](const auto& inner) {
+            return std::any_of(sections.begin(), sections.end() - 1,
+                               [&](const config::Section& s) { return has_table(s, inner.name); });
+        };
+        std::copy_if(inside.tables.begin(), inside.tables.end(), std::back_inserter(sections.back().tables),
+                     std::not_fn(listed));
+        std::copy_if(inside.lists.begin(), inside.lists.end(), std::back_inserter(sections.back().lists),
+                     std::not_fn(listed));
     }
     for (const MaterialKind& kind : material_kinds()) {
         Example& example = add(fmt::format("material = \"{}\"", kind.name), kind.help);

@@ -33,6 +33,7 @@ const std::vector<ShapeKind>& shape_kinds() {
         shape<EllipsoidParameters>(),
         shape<MeshFileParameters>(),
         shape<PlanetParameters>(),
+        shape<TerrainParameters>(),
         shape<ProceduralBodyParameters>(),
         shape<PolygonsParameters>(),
         shape<BoxParameters>(),

@@ -5,6 +5,8 @@
 #include "renderer/packets/packet.hpp"
 
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace obscura::renderer {
 
@@ -49,8 +51,14 @@ public:
     /// Samples a point of that area, and the outer normal there, from u, v in [0,1).
     virtual void sample_area(double /*u*/, double /*v*/, Vec3& /*position*/, Vec3& /*normal*/) const {}
 
+    /// Direction that slopes count from: up at a point of the surface, any length.
+    [[nodiscard]] virtual Vec3 up(Vec3 position_m) const { return position_m; }
+
     /// Tiles that rays hold a SurfaceTiles::Pin of while they use a DetailView; null: none.
     [[nodiscard]] virtual const SurfaceTiles* tiles() const { return nullptr; }
+
+    /// Lines on what was found when its files were read, for people.
+    [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
 
     /// Facets of the surface, by primitive; null: it is curved.
     [[nodiscard]] virtual const FacetSet* facets() const { return nullptr; }

@@ -125,6 +125,7 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
             continue;
         }
         body.name = scene.bodies[i].name;
+        body.notes = s.shape->notes();
         if (scene.sun.irradiance_scale > 0) body.phase_rad = angle_between(s.sun_m, s.camera_m);
         out.bodies.push_back(std::move(body));
     }

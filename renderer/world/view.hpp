@@ -32,6 +32,7 @@ struct SeenBody {
     std::optional<double> phase_rad{}; ///< angle Sun, body, camera; none without Sun
     bool in_field = false;             ///< its bounding sphere reaches into the field
     bool around_camera = false;        ///< the camera is inside its closed surface
+    std::vector<std::string> notes{};  ///< of its shape, see Shape::notes()
 };
 
 /// Field of view and what is in it.

@@ -131,10 +131,9 @@ double Coverage::to_holes(SamplePlace at) const {
     return (cells - 0.71) * cell_ - stencil_margin;
 }
 
-double Coverage::distance(Vec3 p) const {
-    const SamplePlace at = raster_->frame().place(p);
+double Coverage::distance(const Raster::Located& located) const {
+    const SamplePlace at = located.place, density = located.density;
     if (!raster_->inside(at)) return 0;
-    const SamplePlace density = raster_->frame().samples_per_radian(p);
     const SamplePlace sides = to_sides(at);
     const double nearest =
         std::min({sides.x / density.x, sides.y / density.y, to_holes(at) / std::max(density.x, density.y)});

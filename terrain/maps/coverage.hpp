@@ -20,7 +20,8 @@ public:
     explicit Coverage(std::shared_ptr<const Raster> raster);
 
     /// The distance at the direction of `p`; 0 beyond the edge.
-    [[nodiscard]] double distance(Vec3 p) const;
+    [[nodiscard]] double distance(Vec3 p) const { return distance(raster_->locate(p)); }
+    [[nodiscard]] double distance(const Raster::Located& located) const;
     /// A lower bound of all distances within the angle `radius` of the direction of `p` (planar: within that
     /// distance).
     [[nodiscard]] double least_distance(Vec3 p, double radius) const;

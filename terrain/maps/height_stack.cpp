@@ -122,7 +122,7 @@ double own_pixel_m(const SurfaceDomain& domain, const Raster& raster) {
     const MapFrame& frame = raster.frame();
     const Vec3 middle =
         frame.position({static_cast<double>(frame.width()) / 2, static_cast<double>(frame.height()) / 2});
-    return raster.pixel(middle) * metres_per_radian(domain, on_surface(domain, middle));
+    return raster.locate(middle).pixel() * metres_per_radian(domain, on_surface(domain, middle));
 }
 
 } // namespace

@@ -167,11 +167,6 @@ bool Raster::inside(SamplePlace at) const {
     return (period_ > 0 || within(at.x, frame_.width())) && within(at.y, frame_.height());
 }
 
-double Raster::pixel(Vec3 p) const {
-    const SamplePlace density = frame_.samples_per_radian(p);
-    return 1 / std::min(density.x, density.y);
-}
-
 Raster::Area Raster::area(Vec3 centre, double radius) const {
     const Area all{{}, {}, true};
     const Projection& projection = frame_.projection();
@@ -456,10 +451,9 @@ double Raster::Reader::level_value(int k, SamplePlace place, double stretch_x, d
     return value;
 }
 
-double Raster::Reader::at(Vec3 p, double footprint) {
-    const SamplePlace place = raster_.frame_.place(p);
+double Raster::Reader::sample(const Located& located, double footprint) {
+    const SamplePlace place = located.place, density = located.density;
     if (!raster_.inside(place)) return std::numeric_limits<double>::quiet_NaN();
-    const SamplePlace density = raster_.frame_.samples_per_radian(p);
     // At a pole pixels have no width.
     const double columns = footprint > 0 ? density.x * footprint : 0, rows = density.y * footprint;
     if (columns <= 1 && rows <= 1) return level_value(0, place, 1, 1);

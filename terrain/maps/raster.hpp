@@ -5,6 +5,7 @@
 #include "terrain/maps/map_frame.hpp"
 #include "terrain/sample_pyramid.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -26,6 +27,14 @@ public:
     /// message, if not, or if a full turn is no whole number of columns.
     Raster(std::shared_ptr<const SamplePyramid> samples, const MapFrame& frame);
 
+    /// A direction in a raster: its place, and samples per radian of arc (planar: per metre) there.
+    struct Located {
+        SamplePlace place, density;
+        /// Radians of arc (planar: metres) of a pixel along its longer side.
+        [[nodiscard]] double pixel() const { return 1 / std::min(density.x, density.y); }
+    };
+    [[nodiscard]] Located locate(Vec3 p) const { return {frame_.place(p), frame_.samples_per_radian(p)}; }
+
     /// Samples a raster at many positions that are near each other, and keeps what it read for the next ones,
     /// up to some MB. Thread-bound; the raster must outlive it.
     class Reader {
@@ -35,7 +44,8 @@ public:
         /// The sample at the direction of `p` (planar: at its x and y). `footprint`: what is shorter than
         /// about twice that is left out, in radians of arc (planar: m); 0: nothing. NaN where the nearest
         /// sample has no data and beyond the raster's edges. Throws InputError if the samples cannot be read.
-        [[nodiscard]] double at(Vec3 p, double footprint);
+        [[nodiscard]] double at(Vec3 p, double footprint) { return sample(raster_.locate(p), footprint); }
+        [[nodiscard]] double sample(const Located& located, double footprint);
         /// The finest level, linear between four samples; NaN if one of them has no data.
         [[nodiscard]] double bilinear(Vec3 p);
 
@@ -70,9 +80,6 @@ public:
         SamplePlace least, largest;
     };
     [[nodiscard]] Densities densities(Vec3 centre, double radius) const;
-    /// Radians of arc (planar: metres) of a pixel at the direction of `p`: along the longer axis.
-    [[nodiscard]] double pixel(Vec3 p) const;
-
     /// Part of a raster: places from `least` to `largest`; `all`: anywhere.
     struct Area {
         SamplePlace least, largest;

@@ -56,9 +56,9 @@ double RasterLayer::footprint(Vec3 position_m, double spacing_m) const {
     return domain_.is_plane() ? spacing_m : spacing_m / length(position_m);
 }
 
-double RasterLayer::weight(Vec3 position_m) const {
+double RasterLayer::weight(const Raster::Located& located, double metres_per_radian) const {
     if (!coverage_) return 1;
-    const double metres = coverage_->distance(position_m) * (domain_.is_plane() ? 1 : length(position_m));
+    const double metres = coverage_->distance(located) * metres_per_radian;
     return feather_m_ > 0 ? smoothstep(metres / feather_m_) : metres > 0 ? 1 : 0;
 }
 
@@ -77,15 +77,25 @@ double RasterLayer::along_normal_m(Raster::Reader& reader, Vec3 position_m, doub
 }
 
 double RasterLayer::height_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const {
+    return height_m(reader, located(position_m), position_m, spacing_m);
+}
+
+double RasterLayer::height_m(Raster::Reader& reader, const Raster::Located& located, Vec3 position_m,
+                             double spacing_m) const {
+    if (source_.meaning == HeightMeaning::normal && !domain_.is_plane())
+        return along_normal_m(reader, position_m, spacing_m);
+    const double value =
+        source_.offset_m + source_.scale_m * reader.sample(located, footprint(position_m, spacing_m));
+    const bool radius = source_.meaning == HeightMeaning::radius && !domain_.is_plane();
+    return radius ? value - length(position_m) : value;
+}
+
+Raster::Located RasterLayer::located(Vec3 position_m) const {
     if (domain_.is_plane() && !coverage_) { // margins of tiles go beyond the plane's edge
         const double edge = domain_.half_edge_m();
         position_m = {std::clamp(position_m.x, -edge, edge), std::clamp(position_m.y, -edge, edge), 0};
     }
-    if (source_.meaning == HeightMeaning::normal && !domain_.is_plane())
-        return along_normal_m(reader, position_m, spacing_m);
-    const double value =
-        source_.offset_m + source_.scale_m * reader.at(position_m, footprint(position_m, spacing_m));
-    return source_.meaning == HeightMeaning::radius ? value - length(position_m) : value;
+    return source_.raster->locate(position_m);
 }
 
 HeightRange RasterLayer::bounds(const Cap& cap, double spacing_m) const {
@@ -143,8 +153,9 @@ HeightRange RasterLayer::range(const Cap& cap, double spacing_m, HeightRange bel
 }
 
 double RasterLayer::sample_spacing_m(Vec3 position_m) const {
-    if (weight(position_m) <= 0) return std::numeric_limits<double>::infinity();
-    return source_.raster->pixel(position_m) * (domain_.is_plane() ? 1 : length(position_m));
+    const double metres = domain_.is_plane() ? 1 : length(position_m);
+    const Raster::Located at = located(position_m);
+    return weight(at, metres) > 0 ? at.pixel() * metres : std::numeric_limits<double>::infinity();
 }
 
 void RasterLayer::apply(const VertexGrid& grid, std::span<double> heights_m,
@@ -156,11 +167,13 @@ void RasterLayer::apply(const VertexGrid& grid, std::span<double> heights_m,
     Raster::Reader reader(*source_.raster);
     for (std::size_t i = 0; i < grid.positions_m.size(); ++i) {
         const Vec3 p = grid.positions_m[i];
-        const double w = weight(p);
+        const double metres = domain_.is_plane() ? 1 : length(p);
+        const Raster::Located at = located(p);
+        const double w = weight(at, metres);
         if (w <= 0) continue;
-        const double height = height_m(reader, p, grid.spacing_m);
+        const double height = height_m(reader, at, p, grid.spacing_m);
         if (std::isnan(height)) continue;
-        const double own = source_.raster->pixel(p) * (domain_.is_plane() ? 1 : length(p));
+        const double own = at.pixel() * metres;
         heights_m[i] = w < 1 ? heights_m[i] + w * (height - heights_m[i]) : height;
         sample_spacings_m[i] = w < 1 ? 1 / ((1 - w) / sample_spacings_m[i] + w / own) : own;
     }

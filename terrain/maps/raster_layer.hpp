@@ -34,11 +34,14 @@ public:
     /// Height above the reference surface along the direction from its centre at a point of it, m; NaN where
     /// the raster has none. `reader`: of the source's raster.
     [[nodiscard]] double height_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const;
-    /// Share of the raster's height in the result, 0 to 1.
-    [[nodiscard]] double weight(Vec3 position_m) const;
     [[nodiscard]] const Raster& raster() const { return *source_.raster; }
 
 private:
+    [[nodiscard]] Raster::Located located(Vec3 position_m) const;
+    /// Share of the raster's height in the result, 0 to 1.
+    [[nodiscard]] double weight(const Raster::Located& located, double metres_per_radian) const;
+    [[nodiscard]] double height_m(Raster::Reader& reader, const Raster::Located& located, Vec3 position_m,
+                                  double spacing_m) const;
     [[nodiscard]] double footprint(Vec3 position_m, double spacing_m) const;
     [[nodiscard]] double along_normal_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const;
     /// Bounds of height_m() in a cap; least above largest if there are no samples.

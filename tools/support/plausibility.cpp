@@ -325,6 +325,8 @@ std::vector<Plausibility::Line> Plausibility::lines() const {
             text +=
                 fmt::format(", outside the field ({:.4g} deg from the boresight)", degrees(b.boresight_rad));
         line("body " + b.name, std::move(text));
+        for (const std::string& note : b.notes)
+            line("heights of " + b.name, note);
     }
     if (view_.bodies.size() > most_bodies)
         line("bodies", fmt::format("{} more", view_.bodies.size() - most_bodies));
@@ -380,6 +382,7 @@ std::string Plausibility::json() const {
         body["boresight_deg"] = number(degrees(b.boresight_rad));
         body["in_field"] = b.in_field;
         body["around_camera"] = b.around_camera;
+        if (!b.notes.empty()) body["notes"] = b.notes;
         out["bodies"].push_back(std::move(body));
     }
     out["sun_in_field"] = view_.sun_in_field;

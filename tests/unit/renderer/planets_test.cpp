@@ -25,36 +25,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180;
 
-/// A raster of a function of the direction.
-template<typename F>
-HeightMap map_of(std::int32_t height, double left_rad, F&& f) {
-    std::vector<float> samples;
-    for (std::int32_t j = 0; j < height; ++j)
-        for (std::int32_t i = 0; i < 2 * height; ++i)
-            samples.push_back(static_cast<float>(
-                f(at_latitude((0.5 - (j + 0.5) / height) * pi, left_rad + (i + 0.5) / height * pi))));
-    return {2 * height, height, std::move(samples), left_rad};
-}
-
 } // namespace
-
-TEST_CASE("A height map is its function across its seam and its poles") {
-    const auto f = [](Vec3 p) { return 1000 * (p.x * p.y + 0.7 * p.z * p.z * p.z - 0.4 * p.y); };
-    const HeightMap map = map_of(180, 20 * degree, f);
-    Directions any;
-    for (int k = 0; k < 20000; ++k) {
-        Vec3 p = any();
-        if (k % 4 == 1)
-            p = at_latitude(std::copysign(90 - 2 * any.number(), p.z) * degree, 360 * any.number());
-        if (k % 4 == 2) p = at_latitude(pi * (any.number() - 0.5), (20 + 0.5 * any.number()) * degree);
-        // Cubics leave a share of (step)^3 of third derivatives of some hundred metres.
-        REQUIRE_THAT(map.at(2.5 * p), WithinAbs(f(p), 0.02));
-    }
-    // Samples are met at the middles of their pixels, of one degree.
-    const Vec3 middle = at_latitude(0.5 * degree, 20.5 * degree);
-    CHECK_THAT(map.at(middle), WithinAbs(static_cast<float>(f(middle)), 1e-9));
-    CHECK_THAT(map.at({0, 0, 1}), WithinAbs(700, 0.02));
-}
 
 TEST_CASE("A scene's planet takes heights or radii, and says what is wrong with a file") {
     const TempFolder folder;
@@ -71,24 +42,55 @@ TEST_CASE("A scene's planet takes heights or radii, and says what is wrong with 
     };
     PlanetParameters p;
     p.radii_m = {1000, 900, 800};
-    p.height_file = write("heights.fits", 16, 8, 50);
+    CHECK_THAT(distance_to(*shape_of(p), {0, 0, 2000}, {0, 0, -1}), WithinAbs(1200, 1e-3)); // no map
+    p.relief.heights = {whole_body_map(write("heights.fits", 16, 8, 50))};
     CHECK_THAT(distance_to(*shape_of(p), {0, 0, 2000}, {0, 0, -1}), WithinAbs(1150, 1e-3));
     CHECK_THAT(distance_to(*shape_of(p), {0, -2000, 0}, {0, 1, 0}), WithinAbs(1050, 1e-3));
-    p.height_scale_m = 2;
+    CHECK(shape_of(p)->notes().empty());
+    p.relief.heights[0].map.scale_m = 2;
     CHECK_THAT(distance_to(*shape_of(p), {2000, 0, 0}, {-1, 0, 0}), WithinAbs(900, 1e-3));
-    p.height_scale_m = 1;
-    p.height_file = write("radii.fits", 16, 8, 950);
+    p.relief.heights = {whole_body_map(write("radii.fits", 16, 8, 950))};
     CHECK_THROWS_WITH(shape_of(p),
-                      ContainsSubstring("radii.fits: heights up to 950 m on a body of radius 800 m; if "
-                                        "they are distances from the centre, set height_values"));
-    p.values = HeightMap::Values::radius;
+                      ContainsSubstring("radii.fits: heights from 950 to 950 m on a body of radius 800 m; if "
+                                        "they are distances from the centre, set values"));
+    p.relief.heights[0].map.meaning = terrain::HeightMeaning::radius;
     CHECK_THAT(distance_to(*shape_of(p), {0, 0, 2000}, {0, 0, -1}), WithinAbs(1050, 1e-3));
-    p.height_file = write("square.fits", 8, 8, 950);
-    CHECK_THROWS_WITH(shape_of(p), ContainsSubstring("square.fits: 8 x 8 pixels; a height map covers"));
-    p.height_file = write("hole.fits", 16, 8, std::numeric_limits<float>::quiet_NaN());
-    CHECK_THROWS_WITH(shape_of(p), ContainsSubstring("hole.fits: pixel 0, 0 has no height"));
-    p.height_file = (folder.path() / "absent.fits").string();
+    p.relief.heights[0].map.projection.reset();
+    CHECK_THROWS_WITH(shape_of(p), ContainsSubstring("radii.fits: the file has no label with its place"));
+    p.relief.heights = {whole_body_map(write("hole.fits", 16, 8, std::numeric_limits<float>::quiet_NaN()))};
+    CHECK_THROWS_WITH(shape_of(p), ContainsSubstring("hole.fits: no pixel has data"));
+    p.relief.heights = {whole_body_map((folder.path() / "absent.fits").string())};
     CHECK_THROWS_AS(shape_of(p), InputError);
+    // A patch over a map, whose overlap is stated.
+    p.relief.heights = {whole_body_map(write("heights.fits", 16, 8, 50)),
+                        whole_body_map(write("patch.fits", 40, 40, 60))};
+    HeightTable& patch = p.relief.heights[1];
+    patch.map.left_rad = -0.2;
+    patch.map.right_rad = 0.2;
+    patch.map.top_rad = 0.2;
+    patch.map.bottom_rad = -0.2;
+    patch.priority = 1;
+    patch.feather_m = 20;
+    CHECK_THAT(distance_to(*shape_of(p), {2000, 0, 0}, {-1, 0, 0}), WithinAbs(940, 1e-3));
+    CHECK_THAT(distance_to(*shape_of(p), {-2000, 0, 0}, {1, 0, 0}), WithinAbs(950, 1e-3));
+    REQUIRE(shape_of(p)->notes().size() == 1);
+    CHECK_THAT(shape_of(p)->notes()[0], ContainsSubstring("mean 10.00 m, rms 10.00 m; blended over 20 m"));
+    // A plane, with and without a map.
+    TerrainParameters plane;
+    plane.half_edge_m = 50;
+    ShapeContext context;
+    CHECK_THAT(distance_to(*make(plane, context), {10, 20, 30}, {0, 0, -1}), WithinAbs(30, 1e-9));
+    HeightTable ground;
+    ground.file = write("ground.fits", 20, 20, 4);
+    ground.map.projection = terrain::ProjectionKind::planar;
+    ground.map.left_m = -50;
+    ground.map.top_m = 50;
+    ground.map.pixel_m = 5;
+    plane.relief.heights = {ground};
+    CHECK_THAT(distance_to(*make(plane, context), {10, 20, 30}, {0, 0, -1}), WithinAbs(26, 1e-3));
+    CHECK_THAT(distance_to(*make(plane, context), {-49.9, 49.9, 30}, {0, 0, -1}), WithinAbs(26, 1e-3));
+    plane.half_edge_m = 51;
+    CHECK_THROWS_WITH(make(plane, context), ContainsSubstring("ground.fits: does not cover the corner"));
 }
 
 TEST_CASE("The Moon of LOLA has its extremes where they are") {
@@ -97,9 +99,8 @@ TEST_CASE("The Moon of LOLA has its extremes where they are") {
     ShapeContext context;
     PlanetParameters p;
     p.radii_m = {1737400, 1737400, 1737400};
-    p.height_file = file->string();
-    p.values = HeightMap::Values::radius;
-    p.left_longitude_rad = 0;
+    p.relief.heights.emplace_back();
+    p.relief.heights[0].file = file->string();
     const std::shared_ptr<const Shape> moon = make(p, context);
     const auto altitude = [&](double latitude_deg, double longitude_deg) {
         const Vec3 up = at_latitude(latitude_deg * degree, longitude_deg * degree);

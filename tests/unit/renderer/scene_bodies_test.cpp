@@ -9,6 +9,7 @@
 #include "renderer/materials/material.hpp"
 #include "renderer/materials/presets.hpp"
 #include "renderer/materials/registry.hpp"
+#include "renderer/planets/planet_parameters.hpp"
 #include "renderer/scene_files/scene_file.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -225,4 +226,44 @@ TEST_CASE("Impossible bodies are refused with file and place") {
     CHECK_THAT(refusal(folder, "[[body]]\nshape = \"box\"\nsize_m = [0, 1, 1]\nalbedo = 0.1\n"),
                Catch::Matchers::ContainsSubstring("s.toml:3:") &&
                    Catch::Matchers::ContainsSubstring("size_m"));
+}
+
+TEST_CASE("Height maps are tables of planets and terrains") {
+    const test::TempFolder folder;
+    (void)folder.write("a.png", "");
+    (void)folder.write("b.tif", "");
+    const std::string planet = "[[body]]\nshape = \"planet\"\nradii_m = [2, 2, 2]\nalbedo = 0.1\n";
+    const auto file =
+        folder.write("good.toml", planet + "[[body.height]]\nfile = \"a.png\"\nprojection = "
+                                           "\"simple_cylindrical\"\nleft_deg = 0\nright_deg = 360\n"
+                                           "[[body.height]]\nfile = \"b.tif\"\npriority = 2\nmatch = "
+                                           "\"offset\"\nvalues = \"radius\"\n"
+                                           "[[body]]\nname = \"other\"\nshape = \"terrain\"\nhalf_edge_m = "
+                                           "7\nalbedo = 0.1\n");
+    const scene::Scene s = scene::load_scene(file);
+    const auto& relief = s.bodies[0].shape.get<renderer::PlanetParameters>().relief;
+    REQUIRE(relief.heights.size() == 2);
+    CHECK(relief.heights[0].map.projection == terrain::ProjectionKind::simple_cylindrical);
+    CHECK(relief.heights[0].map.right_rad == 2 * std::numbers::pi);
+    CHECK(relief.heights[1].priority == 2);
+    CHECK(relief.heights[1].match == terrain::PatchMatch::offset);
+    CHECK(relief.heights[1].map.meaning == terrain::HeightMeaning::radius);
+    CHECK(s.bodies[1].shape.get<renderer::TerrainParameters>().relief.heights.empty());
+
+    const auto refused = [&](const std::string& rest) { return refusal(folder, planet + rest); };
+    CHECK(refused("[[body.height]]\nfile = \"c.png\"\n") ==
+          "s.toml:6:8: body[0].height[0].file: c.png: no such file");
+    CHECK(refused("[[body.height]]\npriority = 3\n") ==
+          "s.toml:5:1: body[0].height[0]: the key \"file\" is missing");
+    CHECK(refused("[[body.height]]\nfile = \"a.png\"\n[[body.height]]\nfile = \"b.tif\"\nleft_deg = 3\n") ==
+          "s.toml:9:12: body[0].height[1].left_deg: goes without projection = \"file\"");
+    CHECK(refused("[[body.height]]\nfile = \"a.png\"\nprojection = \"south_polar_stereographic\"\n") ==
+          "s.toml:5:1: body[0].height[0].pixel_m: wanted above 0 with projection = "
+          "\"south_polar_stereographic\"");
+    CHECK(
+        refusal(folder,
+                "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nalbedo = 0.1\n[[body.height]]\nfile = "
+                "\"a.png\"\n") == "s.toml:5:1: body[0].height: belongs to shape = \"planet\" or \"terrain\", "
+                                  "this body's is \"ellipsoid\"");
+    CHECK_THAT(refused("height = 3\n"), Catch::Matchers::ContainsSubstring("s.toml:5:"));
 }

@@ -89,8 +89,9 @@ TEST_CASE("every shape and material is documented with unit, range, help and def
         for (const config::Key& key : table.keys)
             check_documented(key);
     }
-    CHECK(headings == std::set<std::string>{"", "[sun]", "[stars]", "[camera]", "[[body]]", "[[lamp]]",
-                                            "[[band]]", "[[stray_light]]", "[[landmark]]", "[[sky_object]]"});
+    CHECK(headings == std::set<std::string>{"", "[sun]", "[stars]", "[camera]", "[[body]]", "[[body.height]]",
+                                            "[[lamp]]", "[[band]]", "[[stray_light]]", "[[landmark]]",
+                                            "[[sky_object]]"});
     const auto check_kind = [&](const std::string& variant, const scene::ParameterList& parameters) {
         INFO(variant);
         const config::DocumentedTable* table = table_of(tables, variant);
@@ -192,7 +193,8 @@ joint_angle_deg = 3
 TEST_CASE("of a body whose kind is not known only the common keys are judged") {
     const test::TempFolder folder;
     CHECK(refusal(folder, "[[body]]\nshape = \"cube\"\nsize_m = [1, 1, 1]\nspin_rate_deg_per_s = 1e9\n") ==
-          "s.toml:2:9: body[0].shape: \"cube\" is not known, allowed ellipsoid, mesh, planet, procedural, "
+          "s.toml:2:9: body[0].shape: \"cube\" is not known, allowed ellipsoid, mesh, planet, terrain, "
+          "procedural, "
           "polygons, "
           "box, disc, cone\n"
           "s.toml:4:23: body[0].spin_rate_deg_per_s: 1000000000 is out of range, allowed -36000 to 36000 "

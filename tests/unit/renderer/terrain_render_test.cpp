@@ -35,8 +35,8 @@ scene::Scene low_orbit(const std::string& file, std::uint32_t tile_memory_mib = 
     scene::Scene s;
     renderer::PlanetParameters planet;
     planet.radii_m = {1737400, 1737400, 1737400};
-    planet.height_file = file;
-    planet.tile_memory_mib = tile_memory_mib;
+    planet.relief.heights = {whole_body_map(file)};
+    planet.relief.tile_memory_mib = tile_memory_mib;
     s.bodies.push_back({"moon", planet, renderer::LambertParameters{0.3}, {}});
     s.sun.position_m = astronomical_unit_m * at_latitude(0, 75 * degree);
     const Vec3 place = (1737400 + 60e3) * Vec3{1, 0, 0};

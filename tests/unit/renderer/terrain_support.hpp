@@ -2,6 +2,7 @@
 // Terrain of a function and rays for tests of terrains.
 #pragma once
 
+#include "renderer/planets/height_tables.hpp"
 #include "renderer/planets/terrain_shape.hpp"
 #include "terrain/cube_sphere.hpp"
 #include "tests/support/catch.hpp"
@@ -39,6 +40,14 @@ private:
 inline std::vector<std::shared_ptr<const terrain::HeightLayer>>
 layers_of(std::function<double(Vec3)> height_m, double least_m, double largest_m) {
     return {std::make_shared<FunctionLayer>(std::move(height_m), least_m, largest_m)};
+}
+
+/// Table of a map of the whole body without a label, from -180 to 180 degrees.
+inline HeightTable whole_body_map(const std::string& file) {
+    HeightTable table;
+    table.file = file;
+    table.map.projection = terrain::ProjectionKind::simple_cylindrical;
+    return table;
 }
 
 inline TerrainShape::Settings at_level(int level, std::uint64_t arena_bytes = std::uint64_t{512} << 20) {

@@ -3,10 +3,12 @@
 #include "core/error.hpp"
 #include "terrain/maps/height_stack.hpp"
 #include "terrain/maps/map_source.hpp"
+#include "terrain/obt/obt_writer.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -190,6 +192,79 @@ TEST_CASE("Labels of PDS3 maps place them") {
     (void)open(pds3(folder.path(), cylindrical + " MAP_SCALE = 1300 <km/pix>\r\n"), &warnings);
     REQUIRE(warnings.size() == 1);
     CHECK_THAT(warnings[0], ContainsSubstring("MAP_SCALE 1.3e+06 m/pixel contradicts MAP_RESOLUTION"));
+}
+
+TEST_CASE("A giant texture is a map, in either registration, at any footprint") {
+    const TempFolder folder;
+    const auto smooth = [](Vec3 p) { return 1000 * (p.x * p.y + 0.7 * p.z * p.z * p.z - 0.4 * p.y); };
+    for (const Registration registration : {Registration::pixel, Registration::node}) {
+        const bool nodes = registration == Registration::node;
+        ObtMetadata metadata;
+        metadata.type = SampleType::f32;
+        metadata.width = nodes ? 1441 : 1440;
+        metadata.height = nodes ? 721 : 720;
+        metadata.semi_axes_m = {moon_m, moon_m, moon_m};
+        const MapFrame frame = MapFrame::by_edges(
+            Projection::of_sphere(ProjectionKind::simple_cylindrical, moon_m), registration, metadata.width,
+            metadata.height, -40 * degree, 320 * degree, 90 * degree, -90 * degree);
+        metadata.registration = registration;
+        metadata.transform = frame.transform();
+        metadata.projection = frame.projection();
+        class Source final : public ObtSource {
+        public:
+            Source(const MapFrame& frame, double (*height)(Vec3)) : frame_(frame), height_(height) {}
+            void read(std::uint32_t /*plane*/, std::int64_t x, std::int64_t y, int columns, int rows,
+                      std::span<float> out) override {
+                for (int j = 0; j < rows; ++j)
+                    for (int i = 0; i < columns; ++i)
+                        out[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
+                            static_cast<std::size_t>(i)] =
+                            static_cast<float>(height_(
+                                frame_.position({static_cast<double>(x + i), static_cast<double>(y + j)})));
+            }
+
+        private:
+            const MapFrame& frame_;
+            double (*height_)(Vec3);
+        } source(frame, smooth);
+        const auto file = folder.path() / (nodes ? "nodes.obt" : "pixels.obt");
+        (void)write_obt(file, metadata, source);
+        const HeightRaster map = open(file);
+        CHECK(map.meaning == HeightMeaning::height);
+        CHECK(map.raster->whole());
+        Raster::Reader reader(*map.raster);
+        for (int k = 0; k < 3000; ++k) {
+            const Vec3 p = direction(k * 137.508 - 180, 89 * std::sin(0.73 * k));
+            CHECK(std::abs(reader.at(p, 0) - smooth(p)) < 0.01);
+            // At the seam, the first and the last node of reduced levels miss their neighbours beyond it.
+            const bool seam = nodes && std::abs(std::remainder(std::atan2(p.y, p.x) / degree + 40, 360)) < 4;
+            for (const double pixels : {1.5, 3.7, 8.0}) {
+                const double footprint = pixels * 0.25 * degree;
+                CAPTURE(nodes, k, pixels);
+                const bool polar = std::abs(p.z) > std::cos(8 * footprint);
+                const double tolerance = 0.05 + 15 * footprint + 900 * footprint * footprint +
+                                         (polar  ? 100
+                                          : seam ? 300
+                                                 : 0) *
+                                             footprint;
+                REQUIRE(std::abs(reader.at(p, footprint) - smooth(p)) < tolerance);
+            }
+        }
+    }
+    // Not a map of heights.
+    ObtMetadata metadata;
+    metadata.kind = ObtKind::albedo;
+    metadata.type = SampleType::u8;
+    metadata.width = metadata.height = 4;
+    metadata.projection.kind = ProjectionKind::planar;
+    class Nothing final : public ObtSource {
+        void read(std::uint32_t, std::int64_t, std::int64_t, int, int, std::span<float> out) override {
+            std::fill(out.begin(), out.end(), 1.0F);
+        }
+    } nothing;
+    (void)write_obt(folder.path() / "albedo.obt", metadata, nothing);
+    CHECK_THROWS_WITH(open(folder.path() / "albedo.obt"),
+                      ContainsSubstring("a giant texture of albedo, wanted is one of heights"));
 }
 
 TEST_CASE("Files that are no map are refused by name") {
