@@ -1,0 +1,266 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Case study: a flyby down to the lunar south pole over three nested height maps.
+
+Usage: lunar_south_pole.py OBSCURA [--size N] [--samples N] [--sheet FRAMES,SIZE,SAMPLES] [--output FOLDER] [--json FILE]
+Flies along 222.5 E from 60 S at 100 km to 89.46 S at 500 m above the ridge between Shackleton and de Gerlache, over LDEM_4 (7.6 km),
+a strip of GLD100 (474 m) and Site01 (10 m) of OBSCURA_DATA (default ../shared/data). Renders four altitudes and a contact sheet,
+says what each frame costs, and holds the points met against the maps, which it reads, interpolates and blends on its own. Exit status 1 where a figure is further off than it may be, 77 where data or numpy are missing. With
+--output also the pictures and the table of docs/cases/lunar-south-pole.md.
+"""
+import argparse
+import importlib.util
+import json
+import math
+import pathlib
+import resource
+import sys
+import tempfile
+import zlib
+
+if not importlib.util.find_spec("numpy"):
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
+import numpy as np
+
+import case_files
+from case_report import Report
+
+RADIUS_M = 1737400.0
+LONGITUDE, START_LATITUDE, END_LATITUDE = 222.5, -60.0, -89.46
+START_M, END_M, FIELD_DEG = 100e3, 500.0, 70.0
+GLOBAL = "dem_moon_lola_ldem4/LDEM_4.LBL"
+STRIP = "dem_moon_southpole/gld100_64ppd_216-232E_42-90S.tif"
+SITE = "dem_moon_southpole/lola_site01_10m.tif"
+SUN_ELEVATION_DEG = 8.0  # at the end of the path
+SHOWN = (0.0, 0.55, 0.86, 1.0)  # places of the four pictures, as shares of the path
+DETAIL = ""  # tables of the scene
+
+
+def at(longitude_deg, latitude_deg):
+    b, l = math.radians(latitude_deg), math.radians(longitude_deg)
+    return np.array([math.cos(b) * math.cos(l), math.cos(b) * math.sin(l), math.sin(b)])
+
+
+class Path:
+    """Latitude in equal steps of arc, altitude above the ground falling with the power that reaches 500 m at the end."""
+
+    def __init__(self, ground_m):
+        self.ground_m = ground_m
+
+    def latitude(self, share):
+        return START_LATITUDE + share * (END_LATITUDE - START_LATITUDE)
+
+    def altitude(self, share):
+        return START_M * (END_M / START_M)**(share**1.6)
+
+    def place(self, share):
+        return (RADIUS_M + self.ground_m + self.altitude(share)) * at(LONGITUDE, self.latitude(share))
+
+    def camera(self, share, size):
+        """Looks ahead along the meridian, 35 degrees below the horizon."""
+        place = self.place(share)
+        up = place / np.linalg.norm(place)
+        ahead = at(LONGITUDE, self.latitude(share) - 90)
+        ahead -= (ahead @ up) * up
+        ahead /= np.linalg.norm(ahead)
+        look = math.cos(math.radians(35)) * ahead - math.sin(math.radians(35)) * up
+        return place, look, up, 2 * math.tan(math.radians(FIELD_DEG / 2)) / size
+
+
+def sun_direction(elevation_deg):
+    """At the end of the path, from the right of the path."""
+    up = at(LONGITUDE, END_LATITUDE)
+    side = at(LONGITUDE + 90, 0)
+    side -= (side @ up) * up
+    side /= np.linalg.norm(side)
+    return math.sin(math.radians(elevation_deg)) * up + math.cos(math.radians(elevation_deg)) * side
+
+
+def scene_text(files, path, share, size, elevation_deg, detail):
+    place, look, up, pixel = path.camera(share, size)
+    heights = "".join(f'[[body.height]]\nfile = "{file}"\n{more}' for file, more in zip(
+        files, ("", "priority = 1\nfeather_m = 4000\n", "priority = 2\nfeather_m = 1500\n")))
+    return f"""name = "lunar south pole"
+[sun]
+direction = {list(map(float, sun_direction(elevation_deg)))}
+distance_au = 1
+[camera]
+width = {size}
+height = {size}
+pixel_pitch_um = 10
+focal_length_mm = {0.01 / pixel}
+position_m = {list(map(float, place))}
+boresight = {list(map(float, look))}
+up = {list(map(float, up))}
+[[body]]
+name = "moon"
+shape = "planet"
+radii_m = [{RADIUS_M}, {RADIUS_M}, {RADIUS_M}]
+material = "moon"
+{heights}
+{detail}
+"""
+
+
+def read_tiff(file):
+    """One plane of a little-endian TIFF in deflated tiles with horizontal differences, and the tags that place it."""
+    data = file.read_bytes()
+    at_entry = int.from_bytes(data[4:8], "little")
+    sizes, kinds = {1: 1, 2: 1, 3: 2, 4: 4, 12: 8}, {3: "<u2", 4: "<u4", 12: "<f8", 1: "u1", 2: "u1"}
+    tags = {}
+    for k in range(int.from_bytes(data[at_entry:at_entry + 2], "little")):
+        entry = data[at_entry + 2 + 12 * k:at_entry + 14 + 12 * k]
+        tag, kind, count = (int.from_bytes(entry[a:b], "little") for a, b in ((0, 2), (2, 4), (4, 8)))
+        where = int.from_bytes(entry[8:12], "little") if sizes[kind] * count > 4 else at_entry + 10 + 12 * k
+        tags[tag] = np.frombuffer(data, kinds[kind], count, where)
+    width, height, tile = int(tags[256][0]), int(tags[257][0]), int(tags[322][0])
+    signed = int(tags.get(339, [1])[0]) == 2
+    across = -(-width // tile)
+    image = np.zeros((-(-height // tile) * tile, across * tile), "<i2" if signed else "<u2")
+    for k, (offset, count) in enumerate(zip(tags[324], tags[325])):
+        block = np.frombuffer(zlib.decompress(data[int(offset):int(offset) + int(count)]), "<u2").reshape(tile, tile)
+        block = np.cumsum(block, axis=1, dtype=np.uint16).view(image.dtype)
+        image[k // across * tile:(k // across + 1) * tile, k % across * tile:(k % across + 1) * tile] = block
+    return image[:height, :width].astype(float)
+
+
+class Maps:
+    """The three maps and how the scene lays them over each other, with cubics and weights of its own."""
+
+    def __init__(self, files):
+        self.ldem = np.frombuffer(files[0].with_suffix(".IMG").read_bytes(), "<i2").reshape(720, 1440) * 0.5
+        self.strip = read_tiff(files[1])
+        self.site = -523.2 + 0.0378835736629282 * read_tiff(files[2])
+
+    def height(self, p):
+        """Above the sphere, of directions in rows."""
+        radius = np.linalg.norm(p, axis=1)
+        longitude = np.degrees(np.arctan2(p[:, 1], p[:, 0])) % 360
+        latitude = np.degrees(np.arcsin(p[:, 2] / radius))
+        height = cubic(self.ldem, longitude * 4 - 0.5, (90 - latitude) * 4 - 0.5, wraps=True)
+        # Distances from the sides, two samples inside them, in metres on the sphere.
+        x, y = (longitude - 216) * 64 - 0.5, (-42 - latitude) * 64 - 0.5
+        pixel = RADIUS_M * math.radians(1 / 64)
+        aside = (np.minimum(x, 1023 - x) - 1.5) * pixel * np.cos(np.radians(latitude))
+        along = (np.minimum(y, 3070 - y) - 1.5) * pixel
+        w = smoothstep(np.minimum(aside, along) / 4000)
+        inside = w > 0
+        height[inside] += w[inside] * (cubic(self.strip, x[inside], y[inside]) - height[inside])
+        rho = 2 * RADIUS_M * np.tan(np.radians(90 + latitude) / 2)
+        i = (rho * np.sin(np.radians(longitude)) + 19000) / 10 - 0.5
+        j = (-4000 - rho * np.cos(np.radians(longitude))) / 10 - 0.5
+        scale = 1 + (rho / (2 * RADIUS_M))**2  # of the projection
+        w = smoothstep((np.minimum(np.minimum(i, 1599 - i), np.minimum(j, 1599 - j)) - 1.5) * 10 / scale / 1500)
+        inside = (w > 0) & (latitude < -80)
+        height[inside] += w[inside] * (cubic(self.site, i[inside], j[inside]) - height[inside])
+        return height
+
+
+def smoothstep(t):
+    t = np.clip(t, 0, 1)
+    return t * t * (3 - 2 * t)
+
+
+def cubic(values, x, y, wraps=False):
+    """Catmull-Rom between samples."""
+    def weights(t):
+        return (-0.5 * t**3 + t**2 - 0.5 * t, 1.5 * t**3 - 2.5 * t**2 + 1, -1.5 * t**3 + 2 * t**2 + 0.5 * t, 0.5 * t**3 - 0.5 * t**2)
+    i, j = np.floor(x).astype(int), np.floor(y).astype(int)
+    across, down = weights(x - i), weights(y - j)
+    height, width = values.shape
+    total = 0
+    for b in range(4):
+        row = np.clip(j + b - 1, 0, height - 1)
+        for a in range(4):
+            column = (i + a - 1) % width if wraps else np.clip(i + a - 1, 0, width - 1)
+            total = total + down[b] * across[a] * values[row, column]
+    return total
+
+
+def render(obscura, folder, name, text, samples, *more):
+    scene, image = folder / f"{name}.toml", folder / f"{name}.fits"
+    scene.write_text(text)
+    told = json.loads(case_files.run(obscura, "render", scene, "-o", image, "--samples", samples, "--json", *more))
+    return {key.lower(): value for key, value in case_files.read_fits(image)[1].items()}, told
+
+
+def check_points(report, maps, path, share, size, layers):
+    """The points met lie on the surface that the maps make."""
+    place, look, up, pixel = path.camera(share, size)
+    x = np.cross(look, up)
+    x /= np.linalg.norm(x)
+    axes = np.stack([x, np.cross(look, x), look], axis=1)
+    middle = (np.arange(size) - (size - 1) / 2) * pixel
+    u, v = np.meshgrid(middle, middle)
+    rays = np.stack([u, v, np.ones_like(u)], axis=-1)
+    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True) @ axes.T
+    reach = layers["range_m"]
+    hit = np.isfinite(reach) & (reach > 0)
+    points = place + reach[hit][:, None] * rays[hit]
+    off = np.abs(np.linalg.norm(points, axis=1) - RADIUS_M - maps.height(points)) / (reach[hit] * pixel)
+    report.add(f"points met from {path.altitude(share) / 1000:.3g} km", f"{hit.sum()} of them, median {np.median(off):.4f}, 99 % within "
+               f"{np.percentile(off, 99):.3f} of a pixel's width", "the maps, interpolated and blended on their own", np.percentile(off, 99), 0.5, "px")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("obscura")
+    parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--sheet", default="24,192,16", help="frames of the contact sheet, their size and samples")
+    parser.add_argument("--output", type=pathlib.Path)
+    parser.add_argument("--json", type=pathlib.Path)
+    options = parser.parse_args()
+    files = [case_files.data_file(name) for name in (GLOBAL, STRIP, SITE)]
+    report, maps = Report(), Maps(files)
+    ground = maps.height(at(LONGITUDE, END_LATITUDE)[None])[0]
+    path = Path(float(ground))
+    frames, sheet_size, sheet_samples = map(int, options.sheet.split(","))
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        notes = []
+        for share in SHOWN:
+            layers, told = render(options.obscura, folder, "points", scene_text(files, path, share, 160, SUN_ELEVATION_DEG, ""), 1, "--layers")
+            check_points(report, maps, path, share, 160, layers)
+            notes = [note for body in told["plausibility"]["bodies"] for note in body.get("notes", [])]
+        for note in notes:
+            report.say("overlap", note.rsplit("/", 1)[-1], "stated by `obscura render`")
+        pictures = []
+        for share in SHOWN:
+            layers, told = render(options.obscura, folder, "shown", scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL),
+                                  options.samples)
+            pictures.append(layers[""])
+            light = layers[""][layers[""] > 0]
+            report.say(f"frame at {path.altitude(share) / 1000:.3g} km, {-path.latitude(share):.2f} S",
+                       f"{told['render_cpu_s']:.1f} s of processor time, {told['samples'] / 1e6:.1f} M samples, {told['rays'] / 1e6:.1f} M rays",
+                       f"{options.size}² pixels, {options.samples} samples; {100 * light.size / layers[''].size:.0f} % of the pixels lit")
+        sheet, costs = [], []
+        for k in range(frames):
+            share = k / max(frames - 1, 1)
+            layers, told = render(options.obscura, folder, "sheet", scene_text(files, path, share, sheet_size, SUN_ELEVATION_DEG, DETAIL), sheet_samples)
+            sheet.append(layers[""])
+            costs.append(told["render_cpu_s"])
+        report.say("contact sheet", f"{np.median(costs):.2f} s of processor time a frame, the costliest {max(costs):.2f}",
+                   f"{frames} frames of {sheet_size}² pixels, {sheet_samples} samples")
+        report.say("memory of the renderer", f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MiB at most", "tile_memory_mib is 512")
+        if options.output:
+            case_files.write_png(options.output / "lunar-south-pole.png", case_files.beside(*(shown(p) for p in pictures)))
+            columns = 6
+            rows = [case_files.beside(*(shown(p) for p in sheet[r:r + columns])) for r in range(0, len(sheet), columns)]
+            gap = np.full((6, rows[0].shape[1]), 255, np.uint8)
+            stacked = [part for row in rows if row.shape == rows[0].shape for part in (row, gap)][:-1]
+            case_files.write_png(options.output / "lunar-south-pole-sheet.png", np.concatenate(stacked))
+            report.into_page(options.output / "lunar-south-pole.md")
+    report.print()
+    if options.json:
+        options.json.write_text(json.dumps(report.figures))
+    return 0 if report.good else 1
+
+
+def shown(image):
+    return case_files.grey(image, 0, np.percentile(image[image > 0], 99.5) if (image > 0).any() else 1, 1.8)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
