@@ -34,6 +34,7 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
 config::Section tables_of(ReliefParameters& relief) {
     config::Section section;
     section.lists.push_back(height_list(relief.heights));
+    section.tables.push_back(detail_section(relief.detail));
     return section;
 }
 
@@ -45,14 +46,17 @@ std::vector<scene::Conflict> conflicts_of(const ReliefParameters& relief) {
 
 std::shared_ptr<const Shape> make_relief(const std::string& surface, const terrain::SurfaceDomain& domain,
                                          const ReliefParameters& relief, ShapeContext& context) {
-    const std::string key = fmt::format("{} {} {}\n{}", surface, relief.cells_per_face,
-                                        relief.tile_memory_mib, identity_of(relief.heights));
+    const std::string key =
+        fmt::format("{} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.tile_memory_mib,
+                    identity_of(relief.heights), identity_of(relief.detail));
     return context.shared(key, [&] {
         TerrainShape::Settings settings;
         settings.tiles.arena_bytes = std::uint64_t{relief.tile_memory_mib} << 20;
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);
         std::vector<std::shared_ptr<const terrain::HeightLayer>> layers =
             open_heights(relief.heights, domain, settings.notes);
+        const DetailLayers detail = make_detail(relief.detail, domain, !layers.empty());
+        layers.insert(layers.end(), detail.layers.begin(), detail.layers.end());
         return std::make_shared<TerrainShape>(domain, std::move(layers), settings);
     });
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "renderer/planets/detail_parameters.hpp"
 #include "renderer/planets/height_tables.hpp"
 #include "renderer/scene/kind.hpp"
 #include "renderer/scene/scene.hpp"
@@ -19,6 +20,7 @@ constexpr std::uint32_t most_cells_per_face = std::uint32_t{1} << 20;
 /// What planets and terrains have in common.
 struct ReliefParameters {
     std::vector<HeightTable> heights;
+    DetailParameters detail;
     std::uint32_t cells_per_face = 0;    ///< 0: by distance
     std::uint32_t tile_memory_mib = 512; ///< of the arena of tiles
 };
