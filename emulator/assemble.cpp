@@ -102,8 +102,10 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     renderer = make_renderer(config, std::move(scene), threads, !real_time);
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
-    // A simulator's poses are known at the trigger only.
-    camera.expects_frames = !config.simulator.enabled;
+    // In lockstep time comes with the trigger; and of lamps nobody says how far their light has moved.
+    const bool lockstep = std::any_of(config.trigger.lines.begin(), config.trigger.lines.end(),
+                                      [](const auto& line) { return line.source == "lockstep"; });
+    camera.expects_frames = !lockstep && !(config.simulator.enabled && !config.scene.lamps.empty());
     camera.ahead_tolerance_px = config.render.ahead_tolerance_px;
     std::function<void()> enter_render;
     if (ahead == RenderAhead::automatic)
@@ -119,6 +121,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                                                             .run = run_word(config),
                                                             .same_run = config.daemon.run >= 0,
                                                             .scene_truth = truth.scene_entries > 0,
+                                                            .live_poses = config.simulator.enabled,
                                                             .enter_render = enter_render});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));

@@ -327,7 +327,8 @@ bool Camera::expect_next(ExpectedFrame& next) noexcept {
                  .edge = *edge,
                  .tai_offset_ns = clock_.tai_offset_ns()},
                 next.order);
-    next.tolerance_px = follows ? config_.ahead_tolerance_px : 0;
+    next.tolerance_px = config_.ahead_tolerance_px;
+    next.exact_time = !follows;
     return true;
 }
 

@@ -36,7 +36,7 @@ struct CameraConfig {
     SceneClockSettings scene{};
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
-    double ahead_tolerance_px = 0;   ///< see ExpectedFrame; for scenes that follow the edges
+    double ahead_tolerance_px = 0;   ///< see ExpectedFrame
     bool expects_frames = true;      ///< what the next frame shows can be known before its trigger
     ThreadSettings thread{};         ///< pipeline
     ThreadSettings trigger_thread{}; ///< free-run timer, alarms

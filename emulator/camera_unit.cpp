@@ -59,7 +59,7 @@ CameraUnit::CameraUnit(const emulator::DaemonConfig& config, const ThreadPlan& t
     timing_.set_render(render_facts(config, threads));
     if (config.simulator.enabled)
         simulator_ = std::make_unique<SimulatorServer>(config.simulator.listen, imaging_->poses, *camera_,
-                                                       imaging_->clock);
+                                                       imaging_->clock, threads.render);
     const auto line = [low = config.outputs.active_low](const char* key, const std::string& name) {
         return [=]() -> std::unique_ptr<sync::OutputLine> {
             return name.empty() ? nullptr : sync::open_gpio_output(key, name, low);

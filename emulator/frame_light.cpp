@@ -6,9 +6,10 @@
 namespace obscura::emulator {
 
 std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) const noexcept {
-    if (renderer != other.renderer || frame_id != other.frame_id || push_broom != other.push_broom ||
-        windows != other.windows || blocks != other.blocks || rows.size() != other.rows.size() ||
-        common_mid.has_value() != other.common_mid.has_value() || rows.empty())
+    if (renderer != other.renderer || frame_id != other.frame_id || live != other.live ||
+        push_broom != other.push_broom || windows != other.windows || blocks != other.blocks ||
+        rows.size() != other.rows.size() || common_mid.has_value() != other.common_mid.has_value() ||
+        rows.empty())
         return std::nullopt;
     const std::int64_t later_ns = rows.front().reset - other.rows.front().reset;
     const auto shifted = [later_ns](const RowTime& a, const RowTime& b) {

@@ -40,6 +40,7 @@ struct FrameLight {
 
     const renderer::Renderer* renderer = nullptr;
     std::uint64_t frame_id = 0;
+    bool live = false;       ///< poses come from a stream: what is rendered depends on when, too
     bool push_broom = false; ///< every row is the same row of the array at another time
     std::vector<Window> windows;
     std::vector<RowTime> rows; ///< of the composed image, in the time of the scene that is rendered
@@ -50,6 +51,8 @@ struct FrameLight {
     /// By how much all rows of this frame come later than those of `other`, ns, if the frames are equal
     /// otherwise.
     [[nodiscard]] std::optional<std::int64_t> later_than(const FrameLight& other) const noexcept;
+    /// Middle of the exposure, half way between the first reset and the last read.
+    [[nodiscard]] Time mid() const noexcept { return midpoint(rows.front().reset, rows.back().read); }
     [[nodiscard]] std::int32_t width(const RowBlock& block) const noexcept {
         return block.halo_left + windows[block.window].sensor.width + block.halo_right;
     }

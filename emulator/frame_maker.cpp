@@ -210,18 +210,21 @@ void FrameMaker::render_ahead(const ExpectedFrame& frame) noexcept {
         return;
     const renderer::Renderer* const next = next_renderer_.load();
     describe_light(expected, expected_plan_, next != nullptr ? *next : current(), expected_light_);
-    render_thread_->expect(expected_light_, still_ns(expected_light_, frame.tolerance_px));
+    render_thread_->expect(expected_light_, tolerance(frame));
 }
 
-/// For how long nothing in the frame moves by more than the tolerance.
-std::int64_t FrameMaker::still_ns(const FrameLight& light, double tolerance_px) const noexcept {
+/// For how long nothing in the frame moves by more than the tolerance, if it may come at another time at all.
+RenderThread::Tolerance FrameMaker::tolerance(const ExpectedFrame& frame) const noexcept {
     constexpr std::int64_t span_ns = ns_per_ms;
     constexpr std::int64_t most_ns = 100 * ns_per_ms;
-    if (!(tolerance_px > 0)) return 0;
-    const Time mid = midpoint(light.rows.front().reset, light.rows.back().read);
-    const double moved_px = light.renderer->image_motion_px({mid - span_ns / 2, mid + span_ns / 2});
-    const double still = tolerance_px / moved_px * static_cast<double>(span_ns);
-    return still < static_cast<double>(most_ns) ? static_cast<std::int64_t>(still) : most_ns;
+    RenderThread::Tolerance t{.image_px = frame.tolerance_px};
+    if (expected_light_.live || frame.exact_time || !(frame.tolerance_px > 0)) return t;
+    const Time mid = expected_light_.mid();
+    t.px_per_ns = expected_light_.renderer->image_motion_px({mid - span_ns / 2, mid + span_ns / 2}) /
+                  static_cast<double>(span_ns);
+    const double still_ns = frame.tolerance_px / t.px_per_ns;
+    t.time_ns = still_ns < static_cast<double>(most_ns) ? static_cast<std::int64_t>(still_ns) : most_ns;
+    return t;
 }
 
 bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* cancel, FrameWork* work,
@@ -230,7 +233,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     frame_ = &frame;
     sink_ = sink;
     work_ = work;
-    if (render_thread_ != nullptr) render_thread_->claim(light_);
+    if (render_thread_ != nullptr) render_thread_->claim(light_, frame.info.truth);
     const renderer::RenderWork work_before = work != nullptr ? current().work() : renderer::RenderWork{};
     frame_start_ = posted_.load(std::memory_order_relaxed);
     frame.info.render_begin = clock_.now();
@@ -247,7 +250,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
                 work->render = current().work() - work_before;
                 if (render_thread_ != nullptr && render_thread_->took_all()) {
                     work->render = render_thread_->work();
-                    work->ahead_error_ns = render_thread_->later_ns();
+                    work->ahead_error_px = render_thread_->error_px();
                     work->ahead_ns =
                         std::max<std::int64_t>(0, frame.info.trigger_edge - render_thread_->ended());
                 }
@@ -304,6 +307,7 @@ void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutP
                                 const renderer::Renderer& renderer, FrameLight& light) const noexcept {
     light.renderer = &renderer;
     light.frame_id = order.frame_id;
+    light.live = settings_.live_poses;
     light.push_broom = readout_.shutter == Shutter::push_broom;
     light.windows.clear();
     for (const FrameWindow& window : plan.windows)

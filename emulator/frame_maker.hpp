@@ -44,11 +44,12 @@ struct FrameOrder {
     CameraSettings settings;
 };
 
-/// The frame that is expected next. It is taken for the one of a trigger that comes so much earlier or later
-/// that nothing in the image moves by more than `tolerance_px` meanwhile.
+/// The frame that is expected next. It is taken for that of a trigger if nothing in the image has moved by
+/// more than `tolerance_px`: because the edge came earlier or later, or other poses came meanwhile.
 struct ExpectedFrame {
     FrameOrder order; ///< its stamps of the trigger are not used
     double tolerance_px = 0;
+    bool exact_time = true; ///< what it shows does not depend on the edge: it must come at that scene time
 };
 
 /// Receiver of the detector's progress.
@@ -68,6 +69,7 @@ struct FrameMakerSettings {
     std::uint32_t run = 0;       ///< run word of the first acquisition
     bool same_run = true;        ///< every acquisition has this run word; false: each the next one
     bool scene_truth = false;    ///< frames have truth tables
+    bool live_poses = false;     ///< a simulator moves the scene
     /// Frames are rendered on a thread of their own, which calls this first, expected ones before their
     /// trigger; empty: on the calling thread.
     std::function<void()> enter_render{};
@@ -104,6 +106,10 @@ public:
     void render_ahead(const ExpectedFrame& expected) noexcept;
     /// Whether an expected frame can be rendered before its order is complete.
     [[nodiscard]] bool renders_ahead() const noexcept { return render_thread_ != nullptr; }
+    /// Whether the expected frame has been rendered.
+    [[nodiscard]] bool expected_is_ready() const noexcept {
+        return render_thread_ != nullptr && render_thread_->ready();
+    }
     /// Stops rendering a frame that is not expected any more. Thread-safe.
     void forget_expected() noexcept {
         if (render_thread_ != nullptr) render_thread_->cancel();
@@ -161,7 +167,7 @@ private:
     void describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
                         const renderer::Renderer& renderer, FrameLight& light) const noexcept;
     void list_row_blocks(FrameLight& light) const noexcept;
-    [[nodiscard]] std::int64_t still_ns(const FrameLight& light, double tolerance_px) const noexcept;
+    [[nodiscard]] RenderThread::Tolerance tolerance(const ExpectedFrame& frame) const noexcept;
     void wait_for_buffer(std::uint32_t number, FrameWork* work) const noexcept;
     [[nodiscard]] std::span<const float> render_block(std::uint32_t number, const std::atomic<bool>* cancel,
                                                       FrameWork* work);

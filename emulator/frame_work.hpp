@@ -13,8 +13,8 @@ struct FrameWork {
     renderer::RenderWork render;       ///< of this frame
     std::int64_t detector_wait_ns = 0; ///< rendering waited for a buffer that the detector still used
     std::int64_t detector_ns = 0;      ///< the detector thread was at work
-    std::int64_t ahead_error_ns = 0;   ///< the frame shows the scene that much before its rows' own times
-    std::int64_t ahead_ns = 0;         ///< rendering had ended this long before the trigger; 0: it had not
+    double ahead_error_px = 0; ///< largest apparent motion from what the frame shows to what it should show
+    std::int64_t ahead_ns = 0; ///< rendering had ended this long before the trigger; 0: it had not
 };
 
 /// What the chip and the acquisition say of a frame.

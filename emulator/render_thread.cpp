@@ -4,6 +4,7 @@
 #include "core/clock.hpp"
 #include "core/realtime.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -41,10 +42,10 @@ RenderThread::~RenderThread() {
     thread_.join();
 }
 
-void RenderThread::expect(const FrameLight& light, std::int64_t tolerance_ns) noexcept {
+void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance) noexcept {
     discard();
     begin(light);
-    tolerance_ns_ = tolerance_ns;
+    tolerance_ = tolerance;
     expected_.store(jobs_.load(std::memory_order_relaxed));
     begun_.fetch_add(1, std::memory_order_relaxed);
 }
@@ -68,6 +69,7 @@ void RenderThread::begin(const FrameLight& light) noexcept {
         used += floats;
     }
     s.ready.store(0, std::memory_order_relaxed);
+    s.seen.store(0, std::memory_order_relaxed);
     s.stopped.store(false, std::memory_order_relaxed);
     s.cancel.store(false, std::memory_order_relaxed);
     rendering_with_.store(s.light.renderer);
@@ -87,12 +89,30 @@ void RenderThread::cancel() noexcept {
     if (const std::uint32_t jobs = expected_.load(); jobs != 0) store(jobs - 1).cancel = true;
 }
 
-void RenderThread::claim(const FrameLight& light) noexcept {
+/// How far the image that is rendered in `s` is from that of `light`; none if it is too far, or another one.
+std::optional<double> RenderThread::error_of(const Store& s, const FrameLight& light,
+                                             const GroundTruth& truth) const noexcept {
+    const std::optional<std::int64_t> later_ns = light.later_than(s.light);
+    if (!later_ns) return std::nullopt;
+    if (!light.live) {
+        const auto shift_ns = static_cast<double>(std::abs(*later_ns));
+        if (std::abs(*later_ns) > tolerance_.time_ns) return std::nullopt;
+        return shift_ns * tolerance_.px_per_ns;
+    }
+    // What is rendered later sees the poses of today, or newer ones.
+    double error_px = 0;
+    for (std::size_t i = 0; i < s.seen.load(std::memory_order_acquire); ++i)
+        error_px = std::max(error_px, light.renderer->image_change_px(s.states[i], truth));
+    if (!(error_px <= tolerance_.image_px)) return std::nullopt;
+    return error_px;
+}
+
+void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noexcept {
     if (const std::uint32_t jobs = expected_.load(); jobs != 0) {
         const Store& s = store(jobs - 1);
-        const std::optional<std::int64_t> later_ns = light.later_than(s.light);
-        if (!s.cancel.load() && later_ns && std::abs(*later_ns) <= tolerance_ns_) {
-            later_ns_ = *later_ns;
+        const std::optional<double> error_px = error_of(s, light, truth);
+        if (!s.cancel.load() && error_px) {
+            error_px_ = *error_px;
             expected_.store(0);
             used_.fetch_add(1, std::memory_order_relaxed);
             if (s.ready.load(std::memory_order_acquire) == light.blocks.size())
@@ -103,7 +123,7 @@ void RenderThread::claim(const FrameLight& light) noexcept {
         discard();
     }
     begin(light);
-    later_ns_ = 0;
+    error_px_ = 0;
     claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
 }
 
@@ -137,8 +157,16 @@ void RenderThread::run() noexcept {
     }
 }
 
+void RenderThread::note_state(Store& s) noexcept {
+    if (!s.light.live) return;
+    const std::size_t seen = s.seen.load(std::memory_order_relaxed);
+    s.light.renderer->fill_truth(s.light.mid(), s.states[seen]);
+    s.seen.store(seen + 1, std::memory_order_release);
+}
+
 void RenderThread::render(Store& s) noexcept {
     const renderer::RenderWork before = s.light.renderer->work();
+    note_state(s);
     for (std::size_t i = 0; i < s.offsets.size(); ++i) {
         const RowBlock& block = s.light.blocks[i];
         if (!blocks_.render(s.light, block, std::span(s.floats).subspan(s.offsets[i], s.light.floats(block)),
@@ -147,6 +175,7 @@ void RenderThread::render(Store& s) noexcept {
         if (i + 1 == s.light.blocks.size()) {
             s.work = s.light.renderer->work() - before;
             s.ended = clock_.now();
+            note_state(s);
         }
         s.ready.store(i + 1, std::memory_order_release);
         changed_.notify();

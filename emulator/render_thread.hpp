@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/event_count.hpp"
+#include "core/frame.hpp"
 #include "core/time.hpp"
 #include "emulator/frame_light.hpp"
 #include "renderer/render_work.hpp"
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <thread>
 
@@ -42,21 +44,33 @@ public:
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
 
+    /// How far the light of the frame of a trigger may be from that of the expected one.
+    struct Tolerance {
+        double image_px = 0;      ///< apparent motion in the image, of live scenes
+        std::int64_t time_ns = 0; ///< its rows come earlier or later
+        double px_per_ns = 0;     ///< image motion of scenes that are not live
+    };
     /// Begins to render the frame that is expected next, which replaces an earlier one that was not claimed.
-    /// It is the frame of a trigger whose rows come up to `tolerance_ns` earlier or later, too.
-    void expect(const FrameLight& light, std::int64_t tolerance_ns) noexcept;
+    void expect(const FrameLight& light, const Tolerance& tolerance) noexcept;
     /// Stops rendering what no frame has claimed; it is discarded by the next expect() or claim().
     /// Thread-safe.
     void cancel() noexcept;
 
-    /// A frame with `light` is made now: take() gives its light. If that is not the expected frame, what was
-    /// rendered is discarded, and this one begins.
-    void claim(const FrameLight& light) noexcept;
+    /// Whether the last frame begun has been rendered.
+    [[nodiscard]] bool ready() const noexcept {
+        const std::uint32_t jobs = jobs_.load(std::memory_order_relaxed);
+        const Store& last = stores_[(jobs + stores_.size() - 1) % stores_.size()];
+        return jobs > 0 && last.ready.load(std::memory_order_acquire) == last.light.blocks.size();
+    }
+
+    /// A frame with `light` is made now, with the scene in the state `truth`: take() gives its light. If that
+    /// is not the expected frame, what was rendered is discarded, and this one begins.
+    void claim(const FrameLight& light, const GroundTruth& truth) noexcept;
     /// Waits for block `index` of the claimed frame and returns its light; empty if the caller must render
     /// it, or if `cancel` became true.
     [[nodiscard]] std::span<const float> take(std::size_t index, const std::atomic<bool>* cancel) noexcept;
-    /// By how much the rows of the claimed frame come later than those that it shows, ns.
-    [[nodiscard]] std::int64_t later_ns() const noexcept { return later_ns_; }
+    /// Largest apparent motion between what the claimed frame shows and what it should show, pixels.
+    [[nodiscard]] double error_px() const noexcept { return error_px_; }
     /// True if all blocks of the claimed frame have been rendered here.
     [[nodiscard]] bool took_all() const noexcept {
         return claimed().ready.load(std::memory_order_acquire) == claimed().light.blocks.size();
@@ -80,6 +94,9 @@ private:
         std::atomic<std::size_t> ready{0}; ///< blocks that are rendered
         std::atomic<bool> stopped{true};   ///< no further block follows
         std::atomic<bool> cancel{false};
+        /// Live scenes: their states when rendering began and when it had ended, as many as are `seen`.
+        std::array<GroundTruth, 2> states;
+        std::atomic<std::size_t> seen{0};
         // Valid when the last block is ready.
         renderer::RenderWork work;
         Time ended;
@@ -89,14 +106,17 @@ private:
     void render(Store& store) noexcept;
     void begin(const FrameLight& light) noexcept;
     void discard() noexcept;
+    void note_state(Store& store) noexcept;
+    [[nodiscard]] std::optional<double> error_of(const Store& store, const FrameLight& light,
+                                                 const GroundTruth& truth) const noexcept;
     [[nodiscard]] Store& store(std::uint32_t job) noexcept { return stores_[job % stores_.size()]; }
     [[nodiscard]] const Store& claimed() const noexcept { return stores_[claimed_job_ % stores_.size()]; }
 
     const Clock& clock_;
     BlockRenderer blocks_;
     std::array<Store, 2> stores_;
-    std::int64_t tolerance_ns_ = 0;          ///< of the expected frame
-    std::int64_t later_ns_ = 0;              ///< of the claimed frame
+    Tolerance tolerance_;                    ///< of the expected frame
+    double error_px_ = 0;                    ///< of the claimed frame
     std::atomic<std::uint32_t> expected_{0}; ///< jobs begun with the expected frame; 0: none, or claimed
     std::uint32_t claimed_job_ = 0;          ///< number of the claimed job
     std::atomic<std::uint32_t> jobs_{0};     ///< begun so far

@@ -67,12 +67,16 @@ PoseRings attach_pose_rings(scene::Scene& scene, double max_extrapolation_s) {
     return rings;
 }
 
-SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock)
+SimulatorServer::SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock,
+                                 const RenderScheduling& render)
     : listen_(std::move(listen)),
       rings_(std::move(rings)),
       unknown_name_(explain_unknown_name(rings_)),
       camera_(camera),
-      clock_(clock) {}
+      clock_(clock),
+      scheduling_(render) {
+    if (scheduling_.has_priority()) ++scheduling_.priority;
+}
 
 SimulatorServer::~SimulatorServer() {
     stop();
@@ -126,6 +130,7 @@ SimulatorCounters SimulatorServer::counters() const noexcept {
 
 void SimulatorServer::work() {
     name_this_thread(heartbeat_.name().c_str());
+    if (scheduling_.has_priority()) schedule_this_thread(scheduling_);
     while (!stopping_) {
         heartbeat_.beat();
         std::vector<pollfd> watched{

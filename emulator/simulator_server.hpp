@@ -7,6 +7,7 @@
 #include "core/time.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/pose_ring.hpp"
+#include "emulator/render_scheduling.hpp"
 #include "emulator/simulator_protocol.hpp"
 #include "sync/software.hpp"
 
@@ -41,7 +42,10 @@ struct SimulatorCounters {
 class SimulatorServer {
 public:
     /// `camera` and `clock` must outlive the server. `listen` is "ADDRESS:PORT"; port 0: any.
-    SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock);
+    /// `render`: how the camera's frames are rendered. Where that goes before ordinary programs, so does the
+    /// thread of this server, before rendering: poses that wait for it would come too late for the frame.
+    SimulatorServer(std::string listen, PoseRings rings, Camera& camera, const Clock& clock,
+                    const RenderScheduling& render = {});
     ~SimulatorServer();
     SimulatorServer(const SimulatorServer&) = delete;
     SimulatorServer& operator=(const SimulatorServer&) = delete;
@@ -89,6 +93,7 @@ private:
     const std::string unknown_name_; ///< answer to a pose of something that the scene does not have
     Camera& camera_;
     const Clock& clock_;
+    RenderScheduling scheduling_;
     std::atomic<sync::SoftwareTrigger*> source_{nullptr};
     std::atomic<bool> stopping_{false}, stepping_{false};
     FileDescriptor tcp_, udp_, wake_;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <ostream>
 #include <utility>
@@ -64,7 +65,7 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
         fmt::format_to(to, ",{},{},{},{},{},{},{},{},{},{}", t.work.render.measured_ns,
                        t.work.render.measured_cpu_ns, t.work.render.preemptions, t.work.render.instants,
                        t.work.render.samples, t.work.render.rays, t.work.detector_wait_ns, t.work.detector_ns,
-                       t.work.ahead_ns, t.work.ahead_error_ns);
+                       t.work.ahead_ns, std::llround(1e6 * t.work.ahead_error_px));
         for (std::size_t slot = 0; slot < transports_.size(); ++slot)
             fmt::format_to(to, ",{},{},{}", t.transmit != nullptr ? t.transmit->first(slot).ns : 0,
                            t.transmit != nullptr ? t.transmit->last(slot).ns : 0,
@@ -93,7 +94,7 @@ std::string TimingLog::header() const {
                        "worst_row,flags,acquisition,min_period_ns,width,height,render_threads,render_cores,"
                        "samples_per_pixel,target_error_ppm,max_instants,rendered_rows,setup_ns,sampling_ns,"
                        "grid_ns,wings_ns,points_ns,rest_ns,measured_ns,measured_cpu_ns,preemptions,"
-                       "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_ns";
+                       "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_upx";
     for (const std::string& kind : transports_)
         line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns,{0}_pace_ns", kind);
     return line + ",row_lateness_us\n";

@@ -747,6 +747,10 @@ double Renderer::image_motion_px(const RowTime& span) const noexcept {
     return renderer::motion_px(impl_->scene, impl_->bodies, *impl_->lens, impl_->splatter.reach_px(), span);
 }
 
+double Renderer::image_change_px(const GroundTruth& from, const GroundTruth& to) const noexcept {
+    return change_px(impl_->scene, impl_->bodies, *impl_->lens, impl_->splatter.reach_px(), from, to);
+}
+
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     const double time_s = to_seconds(t.ns);
     truth.mid_exposure = t;

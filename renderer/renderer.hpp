@@ -120,6 +120,10 @@ public:
     /// Thread-safe, real-time safe.
     [[nodiscard]] double image_motion_px(const RowTime& span) const noexcept;
 
+    /// The same from one state of the scene to another, as fill_truth() gives them; infinite if they have no
+    /// room for all bodies.
+    [[nodiscard]] double image_change_px(const GroundTruth& from, const GroundTruth& to) const noexcept;
+
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;
 

@@ -106,16 +106,18 @@ config::Section section_of(RenderSection& s) {
             .help(
                 "auto: frames are rendered on a thread of their own, and the next one before its trigger "
                 "where "
-                "what it shows is known: not with automatic exposure, exposure as long as a pulse, or poses "
-                "from a simulator. With scene time nominal or replayed the frames are the same bytes; with "
-                "clock or tai the edge is predicted (ahead_tolerance_px). Takes memory for the light of two "
-                "frames. off: rendering begins at the trigger"),
+                "what it shows is known: not with automatic exposure, exposure as long as a pulse, or in "
+                "lockstep. With scene time nominal or replayed the frames are the same bytes; with clock or "
+                "tai the edge is predicted, and poses of a simulator are extrapolated "
+                "(ahead_tolerance_px). Takes memory for the light of two frames. off: rendering begins at "
+                "the trigger"),
         key("ahead_tolerance_px", &s.ahead_tolerance_px)
             .unit("px")
             .range(0, 10)
-            .help("With scene_time clock or tai: a frame that was rendered for a predicted edge is shown if "
-                  "nothing in it moves by more than this between that edge and the true one; else it is "
-                  "rendered anew"),
+            .help(
+                "A frame that was rendered for a predicted edge or extrapolated poses is shown if nothing in "
+                "it has moved by more than this at the true edge and by newer poses; else it is rendered "
+                "anew"),
     };
     return section;
 }

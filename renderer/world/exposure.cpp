@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace obscura::renderer {
 namespace {
@@ -57,6 +58,25 @@ double sky_motion_rad(const scene::Scene& scene, const std::vector<BuiltBody>& b
     return most_rad;
 }
 
+/// Apparent motion of a body along successive poses, without the rotation of the camera; 0 if it stays out of
+/// the field, a cone of half angle `field_rad`.
+double motion_in_field_rad(std::span<const Pose> camera, std::span<const Pose> body, double radius_m,
+                           double field_rad) {
+    double moved_rad = 0;
+    for (std::size_t i = 0; i + 1 < body.size(); ++i)
+        moved_rad += body_angle(camera[i], camera[i + 1], body[i], body[i + 1], radius_m);
+    // It may cross the field between the poses.
+    for (std::size_t i = 0; i < body.size(); ++i) {
+        const Vec3 to_body = body[i].position_m - camera[i].position_m;
+        const double distance = length(to_body);
+        if (distance <= radius_m ||
+            std::acos(std::clamp(dot(rotate(camera[i].orientation, {0, 0, 1}), to_body) / distance, -1.0,
+                                 1.0)) < field_rad + moved_rad + std::asin(radius_m / distance))
+            return moved_rad;
+    }
+    return 0;
+}
+
 } // namespace
 
 double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
@@ -75,22 +95,25 @@ double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies
         std::array<Pose, 3> body;
         for (std::size_t i = 0; i < 3; ++i)
             body[i] = apparent_pose(scene, bodies, b, camera[i].position_m, times[i]);
-        double moved_rad = 0;
-        for (std::size_t i = 0; i < 2; ++i)
-            moved_rad += body_angle(camera[i], camera[i + 1], body[i], body[i + 1], radius_m);
-        // It may cross the field between the poses.
-        bool near = false;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Vec3 to_body = body[i].position_m - camera[i].position_m;
-            const double distance = length(to_body);
-            near = near || distance <= radius_m ||
-                   std::acos(std::clamp(dot(rotate(camera[i].orientation, {0, 0, 1}), to_body) / distance,
-                                        -1.0, 1.0)) < field_rad + moved_rad + std::asin(radius_m / distance);
-        }
-        if (near) most_rad = std::max(most_rad, moved_rad);
+        most_rad = std::max(most_rad, motion_in_field_rad(camera, body, radius_m, field_rad));
     }
     if (scene.sky_objects) most_rad = std::max(most_rad, sky_motion_rad(scene, bodies, times, camera));
     return (turn_rad + most_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
+}
+
+double change_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                 const Projection& projection, double reach_px, const GroundTruth& from,
+                 const GroundTruth& to) {
+    if (bodies.size() > max_truth_bodies) return std::numeric_limits<double>::infinity();
+    const std::array camera{from.camera, to.camera};
+    const double turn_rad = angle_between(camera[0].orientation, camera[1].orientation);
+    const double field_rad = projection.field_angle_rad(reach_px) + turn_rad;
+    double most_rad = 0;
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        most_rad =
+            std::max(most_rad, motion_in_field_rad(camera, std::array{from.bodies[b].pose, to.bodies[b].pose},
+                                                   bodies[b].shape->bounding_radius_m(), field_rad));
+    return (most_rad + turn_rad) / (projection.pixel_angle_rad() * scene.camera.pixel_flattening());
 }
 
 Exposure Exposure::of(const RowTime& row, double motion_px, std::uint32_t most) {

@@ -18,6 +18,12 @@ namespace obscura::renderer {
 [[nodiscard]] double motion_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
                                const Projection& projection, double reach_px, const RowTime& row);
 
+/// The same between two states of the scene; infinite if a GroundTruth has no room for all its bodies. Lamps
+/// and the Sun are not looked at.
+[[nodiscard]] double change_px(const scene::Scene& scene, const std::vector<BuiltBody>& bodies,
+                               const Projection& projection, double reach_px, const GroundTruth& from,
+                               const GroundTruth& to);
+
 /// Instants that share the exposure of one row, each in the middle of its interval. Stars and sub-pixel
 /// bodies are splatted at each of them; each sample of a pixel takes one.
 struct Exposure {

@@ -69,7 +69,7 @@ constexpr NumberColumn later_columns[] = {
     {"detector_wait_ns", &TimingRow::detector_wait},
     {"detector_ns", &TimingRow::detector},
     {"ahead_ns", &TimingRow::ahead},
-    {"ahead_error_ns", &TimingRow::ahead_error},
+    {"ahead_error_upx", &TimingRow::ahead_error},
 };
 constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
                            lateness_column = "row_lateness_us", first_byte_suffix = "_first_byte_ns",

@@ -32,8 +32,9 @@ inline CameraSettings whole_sensor(const SensorDescription& sensor) {
     return s;
 }
 
-/// What renders: the thread that makes frames, or one of its own, which may do so ahead of triggers.
-enum class RendersOn { calling_thread, own_thread };
+/// What renders: the thread that makes frames, or one of its own, which may do so ahead of triggers; with
+/// poses from a stream.
+enum class RendersOn { calling_thread, own_thread, own_thread_live };
 
 /// Renderer, detector and maker for `sensor`.
 struct MakerBench {
@@ -45,7 +46,9 @@ struct MakerBench {
           maker(renderer, detector, sensor, clock,
                 {.band_rows = band_rows,
                  .seed = 7,
-                 .enter_render = renders == RendersOn::own_thread ? std::function<void()>([] {}) : nullptr}),
+                 .live_poses = renders == RendersOn::own_thread_live,
+                 .enter_render =
+                     renders == RendersOn::calling_thread ? nullptr : std::function<void()>([] {})}),
           pool(6, static_cast<std::size_t>(sensor.readout.width * sensor.readout.height),
                static_cast<std::size_t>(sensor.readout.height)) {}
 

@@ -286,6 +286,46 @@ TEST_CASE("an edge further off than the tolerance has its frame rendered anew") 
     CHECK(nominal.used == 4);
 }
 
+TEST_CASE("newer poses of a simulator confirm a frame within the tolerance only") {
+    MakerBench bench(small_sensor(), band_rows, RendersOn::own_thread_live);
+    const std::uint32_t blocks = blocks_of(bench.sensor);
+    std::uint64_t id = 1;
+    // The poses when rendering begins, while it goes on, and at the edge: whether it begins anew, and the
+    // error.
+    const auto made_anew = [&](double before_px, double during_px, double at_edge_px, double* error_px) {
+        const FrameOrder order = order_for(bench, ++id);
+        const std::uint32_t bands = render_gate().bands;
+        live_px = before_px;
+        {
+            const ClosedGate closed;
+            bench.maker.render_ahead({.order = order, .tolerance_px = 0.02});
+            render_gate().wait_for_render();
+            live_px = during_px;
+        }
+        wait_rendered(bands, blocks);
+        while (!bench.maker.expected_is_ready())
+            std::this_thread::yield();
+        live_px = at_edge_px;
+        FrameWork work;
+        const FrameRef frame = bench.pool.acquire();
+        REQUIRE(bench.maker.prepare(order, *frame).empty());
+        REQUIRE(bench.maker.fill(*frame, nullptr, nullptr, &work));
+        if (error_px != nullptr) *error_px = work.ahead_error_px;
+        return render_gate().bands - bands > blocks;
+    };
+    double error_px = -1;
+    CHECK_FALSE(made_anew(0, 0, 0, &error_px));
+    CHECK(error_px == 0);
+    CHECK_FALSE(made_anew(1, 1.005, 1.015, &error_px));
+    CHECK_THAT(error_px, Catch::Matchers::WithinAbs(0.015, 1e-9));
+    CHECK(made_anew(1, 1, 1.03, nullptr));
+    CHECK_FALSE(made_anew(1, 1.03, 1.015, nullptr));
+    CHECK(made_anew(1, 1.05, 1.015, nullptr)); // astray while the last rows were rendered
+    CHECK(made_anew(5, 1, 1, nullptr));        // or before the first
+    CHECK(bench.maker.ahead_counters().discarded == 3);
+    live_px = 0;
+}
+
 TEST_CASE("nothing is expected when the frame is known at its edge only") {
     const std::vector<std::int64_t> edges{0, 20 * ms, 40 * ms};
     CHECK(counters_of(SceneTime::nominal, edges, false).begun == 4);

@@ -3,6 +3,7 @@
 
 #include "renderer/renderer.hpp"
 
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -62,9 +63,13 @@ double Renderer::image_motion_px(const RowTime& span) const noexcept {
     return test::motion_px_per_s * static_cast<double>(span.read - span.reset) * 1e-9;
 }
 
+double Renderer::image_change_px(const GroundTruth& from, const GroundTruth& to) const noexcept {
+    return std::abs(to.camera.position_m.y - from.camera.position_m.y);
+}
+
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.mid_exposure = t;
-    truth.camera.position_m = {to_seconds(t.ns), 0, 0};
+    truth.camera.position_m = {to_seconds(t.ns), test::live_px.load(), 0};
 }
 void Renderer::list_truth(const TruthRequest& /*request*/, SceneTruth& /*truth*/) const {}
 std::uint64_t Renderer::rays_traced() const noexcept {

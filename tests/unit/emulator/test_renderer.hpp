@@ -29,6 +29,9 @@ RenderGate& render_gate();
 /// Apparent motion in every scene.
 inline constexpr double motion_px_per_s = 10;
 
+/// Where the scene's live poses are now: an image of another place is so many pixels off.
+inline std::atomic<double> live_px{0};
+
 /// What the test renderer shows: W/m2 at sensor pixel (x, y) seen at scene time `mid_ns` in frame `frame_id`.
 float test_irradiance(std::int32_t x, std::int32_t y, std::int64_t mid_ns, std::uint64_t frame_id);
 
