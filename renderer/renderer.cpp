@@ -176,6 +176,9 @@ struct Renderer::Impl {
             for (const SurfaceTiles* const tiles : terrains)
                 loaders.push_back(
                     std::make_unique<TileLoader>(*tiles, TileLoader::Settings{settings.tiles_per_s}));
+        if (!settings.wait_for_tiles)
+            for (const BuiltBody& body : bodies)
+                if (body.textures) body.textures->stop_waiting();
         if (settings.enter_worker) observer.emplace(arena, settings.enter_worker);
         if (threads > std::thread::hardware_concurrency())
             more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
@@ -844,6 +847,8 @@ RenderWork Renderer::work() const noexcept {
     work.samples = samples_taken();
     work.surface_hits = impl_->surface_hits.load(std::memory_order_relaxed);
     work.tiles_missed = impl_->tiles_missed.load(std::memory_order_relaxed);
+    for (const BuiltBody& body : impl_->bodies)
+        if (body.textures) work.tiles_missed += body.textures->missed_tiles();
     for (std::size_t k = 0; k < work.surface_coarser.size(); ++k)
         work.surface_coarser[k] = impl_->surface_coarser[k].load(std::memory_order_relaxed);
     return work;

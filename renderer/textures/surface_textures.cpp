@@ -2,6 +2,7 @@
 #include "renderer/textures/surface_textures.hpp"
 
 #include "renderer/lights/spectrum.hpp"
+#include "renderer/textures/paged_texture.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -99,6 +100,30 @@ void SurfaceTextures::set_maps(std::vector<Map> maps, std::vector<double> consta
 void SurfaceTextures::set_emission(std::shared_ptr<const Texture> texture) {
     emission_ = std::move(texture);
     emission_weights_ = plane_weights(*emission_, spectral_bands_);
+}
+
+template<typename Use>
+void SurfaceTextures::for_each_paged(const Use& use) const {
+    const auto each = [&](const std::shared_ptr<const Texture>& texture) {
+        if (texture && texture->paged() != nullptr) use(*texture->paged());
+    };
+    for (const Slot& slot : slots_) {
+        each(slot.albedo);
+        each(slot.normal);
+    }
+    for (const Map& map : maps_)
+        each(map.texture);
+    each(emission_);
+}
+
+void SurfaceTextures::stop_waiting() const {
+    for_each_paged([](PagedTexture& paged) { paged.set_waiting(false); });
+}
+
+std::uint64_t SurfaceTextures::missed_tiles() const {
+    std::uint64_t missed = 0;
+    for_each_paged([&](const PagedTexture& paged) { missed += paged.coarser_lookups(); });
+    return missed;
 }
 
 void SurfaceTextures::texture_coordinates(const Shape& shape, const HitPacket& hits, std::int32_t body,

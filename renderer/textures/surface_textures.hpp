@@ -76,6 +76,12 @@ public:
     [[nodiscard]] double mean_factor() const { return mean_factor_; }
     [[nodiscard]] std::size_t slots() const { return slots_.size(); }
 
+    /// Lets look-ups in giant textures take coarser levels while tiles are missing, instead of waiting for
+    /// the file: they are real-time safe then. Not real-time safe itself.
+    void stop_waiting() const;
+    /// Look-ups that took a coarser level so far. Real-time safe.
+    [[nodiscard]] std::uint64_t missed_tiles() const;
+
     /// Sets `factor[0, channels)`, by which the reflectance is multiplied, at the hits of `body`, seen by
     /// rays `width_m` wide there, and applies the normal map to the normals of `surface`. Other lanes get 1.
     /// Fills all 16 lanes of `varied` if varies().
@@ -91,6 +97,9 @@ public:
                              const SurfacePacket& surface, UvPacket& out) const;
 
 private:
+    /// Calls `use(paged)` for the textures that are larger than memory.
+    template<typename Use>
+    void for_each_paged(const Use& use) const;
     [[nodiscard]] std::size_t slot_of(const Shape& shape, std::uint32_t primitive) const {
         return slots_.size() == 1 ? 0 : shape.material_slot(primitive);
     }

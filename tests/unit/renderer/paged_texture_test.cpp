@@ -2,8 +2,10 @@
 // Giant textures as textures: from memory and tile by tile, against the same raster as an image.
 #include "core/error.hpp"
 #include "images/writers/fits.hpp"
+#include "renderer/materials/lambert.hpp"
 #include "renderer/textures/paged_texture.hpp"
 #include "renderer/textures/texture.hpp"
+#include "support.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tests/unit/terrain/obt_support.hpp"
@@ -193,6 +195,35 @@ TEST_CASE("Threads that share a small cache get what one gets") {
     for (std::thread& thread : threads)
         thread.join();
     CHECK(wrong == 0);
+}
+
+TEST_CASE("Renderers wait for texels, or count what they missed until it is there") {
+    const TempFolder folder;
+    // 2^26 texels and a row more; grey but for the part about longitude and latitude 0.
+    const auto file =
+        write(folder, planar_metadata(SampleType::u8, 16384, 4097), [](auto, std::int64_t x, std::int64_t y) {
+            const bool there = std::abs(x - 8192) < 500 && std::abs(y - 2048) < 500;
+            return there ? static_cast<float>((x / 3 + y / 5) % 2) : 0.F;
+        });
+    scene::Scene s;
+    s.bodies.push_back({"ball", EllipsoidParameters{{1, 1, 1}}, LambertParameters{1}, {}});
+    s.bodies[0].textures.albedo = file.string();
+    s.sun.position_m = {astronomical_unit_m, 0, 0};
+    s.camera = camera_at({50, 0, 0}, 48, 1e-5);
+    const std::vector<float> expected = render(Renderer(s, {4, 2, 1})).values;
+    const auto [least, most] = std::minmax_element(expected.begin(), expected.end());
+    CHECK(*most > 1.5F * *least);
+    RenderSettings settings{4, 2, 1};
+    settings.wait_for_tiles = false;
+    const Renderer now(s, settings);
+    std::vector<float> image = render(now).values;
+    CHECK(now.work().tiles_missed > 0);
+    CHECK(image != expected);
+    for (int k = 0; k < 1000 && image != expected; ++k) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        image = render(now).values;
+    }
+    CHECK(image == expected);
 }
 
 TEST_CASE("Giant textures that are no textures are refused by name") {
