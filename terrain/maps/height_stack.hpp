@@ -47,6 +47,7 @@ struct Overlap {
 /// "patch.tif: 250000 points over what is below: mean -2.06 m, rms 6.76 m; blended over 1897 m".
 [[nodiscard]] std::string to_string(const Overlap& overlap);
 
+/// Height sources of a terrain as layers.
 struct HeightStack {
     std::vector<std::shared_ptr<const HeightLayer>> layers; ///< from the lowest upwards
     std::vector<Overlap> overlaps;                          ///< of each source but the lowest

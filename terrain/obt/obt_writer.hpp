@@ -25,6 +25,7 @@ public:
     [[nodiscard]] virtual bool by_rows() const { return false; }
 };
 
+/// How a giant texture is written.
 struct ObtWriteOptions {
     /// Continue what an interrupted build of the same description left. False: begin anew.
     bool resume = true;
@@ -37,6 +38,7 @@ struct ObtWriteOptions {
     std::uint64_t shard_bytes = std::uint64_t{1} << 40;
 };
 
+/// What writing a giant texture came to.
 struct ObtWriteReport {
     bool finished = false;      ///< false: interrupted
     std::uint64_t tiles = 0;    ///< with samples, written by this run or found intact
