@@ -102,7 +102,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     renderer = make_renderer(config, std::move(scene), threads, !real_time);
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
-    // In lockstep time comes with the trigger; and of lamps nobody says how far their light has moved.
+    // In lockstep time comes with the trigger; and ground truth has no lamps to compare.
     const bool lockstep = std::any_of(config.trigger.lines.begin(), config.trigger.lines.end(),
                                       [](const auto& line) { return line.source == "lockstep"; });
     camera.expects_frames = !lockstep && !(config.simulator.enabled && !config.scene.lamps.empty());

@@ -27,8 +27,8 @@ struct RowBlock {
     [[nodiscard]] std::int32_t lines() const noexcept { return halo_above + rows + halo_below; }
 };
 
-/// Everything that the irradiance of a frame depends on: frames with equal FrameLight have equal irradiance,
-/// byte for byte, unless the scene takes poses from a stream. Copies allocate only if the target's vectors
+/// Everything that the irradiance of a frame depends on: equal frames have equal irradiance, byte for
+/// byte, unless the scene takes poses from a stream. Copies allocate only if the target's vectors
 /// lack capacity.
 struct FrameLight {
     struct Window {
@@ -47,7 +47,6 @@ struct FrameLight {
     std::vector<RowBlock> blocks;
     std::optional<Time> common_mid; ///< of `rows`
 
-    [[nodiscard]] bool operator==(const FrameLight&) const noexcept = default;
     /// By how much all rows of this frame come later than those of `other`, ns, if the frames are equal
     /// otherwise.
     [[nodiscard]] std::optional<std::int64_t> later_than(const FrameLight& other) const noexcept;

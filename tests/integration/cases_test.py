@@ -5,41 +5,26 @@
 Usage: cases_test.py OBSCURA
 Exit status 77 where the data or numpy are missing.
 """
-import importlib.util
-import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 
-CASES = pathlib.Path(__file__).resolve().parents[1] / "cases"
-obscura = sys.argv[1]
-if not importlib.util.find_spec("numpy"):
-    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
-    sys.exit(77)
-sys.path.insert(0, str(CASES))
 sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from case_runs import CASES, SKIPPED, check, failures, obscura  # noqa: E402
+import case_runs  # noqa: E402
+
+sys.path.insert(0, str(CASES))
 import numpy as np  # noqa: E402
-
-failures = []
-
-
-def check(what, good, detail=""):
-    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
-    if not good:
-        failures.append(what)
 
 
 def case(script, *arguments):
-    """Exit status, what it printed and its figures."""
-    with tempfile.TemporaryDirectory() as folder:
-        figures = pathlib.Path(folder) / "figures.json"
-        done = subprocess.run([sys.executable, "-B", CASES / script, obscura, "--json", figures, *map(str, arguments)],
-                              capture_output=True, text=True, check=False)
-        if done.returncode == 77:
-            print(done.stdout.strip())
-            sys.exit(77)
-        return done.returncode, done.stdout + done.stderr, json.loads(figures.read_text()) if figures.exists() else {}
+    """As case_runs.case(); ends the test where the data are missing."""
+    status, said, figures = case_runs.case(script, *arguments)
+    if status == SKIPPED:
+        print(said.strip())
+        sys.exit(SKIPPED)
+    return status, said, figures
 
 
 def made_up_frame(file, right_px, down_px, factor):

@@ -28,7 +28,7 @@ namespace {
 
 using namespace obscura::tools;
 
-/// What the other side is told in a line.
+/// A refusal, which is sent to the other process as one line of text.
 class Refusal : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

@@ -269,7 +269,7 @@ TEST_CASE("a scene that follows the clock is rendered for the edge that is predi
 
 TEST_CASE("an edge further off than the tolerance has its frame rendered anew") {
     // The scene moves by 10 px/s, the tolerance of the bench's camera is 0.02 px: 2 ms.
-    // Ten edges make the loop so calm that the eleventh does not disturb the twelfth.
+    // After ten edges the loop averages so many that an outlier hardly moves the prediction of the next.
     std::vector<std::int64_t> edges;
     for (int i = 0; i < 12; ++i)
         edges.push_back(20 * ms * i);

@@ -51,7 +51,7 @@ inline MadeTile make_tile(const SurfaceDomain& domain, TileKey key,
     return tile;
 }
 
-/// A tile of a level that is told by a number: evenly over all of them.
+/// Tile of that level for any number; numbers are spread evenly over all tiles of the level.
 inline TileKey tile_of_number(const SurfaceDomain& domain, int level, std::uint64_t number) {
     number *= 0x9E3779B97F4A7C15ull;
     const std::uint32_t mask = (1u << level) - 1;

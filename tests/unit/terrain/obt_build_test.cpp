@@ -167,8 +167,8 @@ TEST_CASE("Shards hold what one file would") {
         REQUIRE_THAT(static_cast<double>(row[static_cast<std::size_t>(x)]),
                      WithinAbs(static_cast<double>(rough(0, x, 1234)), 0.032));
     // Replaced by a smaller one, whose shards are fewer.
-    FunctionSource calm([](auto, auto, auto) { return 1.F; });
-    (void)write_obt(folder.path() / "a.obt", lattice_metadata(300, 200), calm, options);
+    FunctionSource constant([](auto, auto, auto) { return 1.F; });
+    (void)write_obt(folder.path() / "a.obt", lattice_metadata(300, 200), constant, options);
     CHECK(others_than(folder, "a.obt") == 0);
     // One shard is not there.
     (void)write_obt(folder.path() / "a.obt", m, source, options);

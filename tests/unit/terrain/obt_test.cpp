@@ -225,7 +225,7 @@ TEST_CASE("Halves are within half a unit of their last place") {
 
 TEST_CASE("Lattices of heights take the finest step that spans a tile, and f32 beyond the coarsest") {
     const TempFolder folder;
-    // Calm on the left, a cliff of 9 km in the middle, one of 200 km on the right.
+    // Smooth on the left, a cliff of 9 km in the middle, one of 200 km on the right.
     const auto f = [](std::uint32_t plane, std::int64_t x, std::int64_t y) {
         return hills(plane, x, y) + (x % 512 > 256 ? static_cast<float>(x / 512) * 9000 : 0) +
                (x > 1300 ? 200000.F * noise_at(1, x, y) : 0);

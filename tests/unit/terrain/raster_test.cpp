@@ -223,7 +223,7 @@ TEST_CASE("No value lies outside of the bounds of its area") {
                                MapFrame(Projection::of_sphere(ProjectionKind::south_polar_stereographic, 1),
                                         {-0.3, 0.004, 0, 0.4, 0, -0.004}, Registration::pixel, 150, 200)};
     for (const MapFrame& frame : frames) {
-        // Calm but for a part, so that bounds differ from place to place.
+        // Smooth but for one part, so that the bounds differ between places.
         auto samples = noise(static_cast<std::size_t>(frame.width() * frame.height()), 9);
         for (std::size_t i = 0; i < samples.size(); ++i)
             if (static_cast<std::int64_t>(i) / frame.width() > frame.height() / 3) samples[i] *= 0.01F;
