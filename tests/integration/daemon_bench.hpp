@@ -62,6 +62,7 @@ struct DaemonOptions {
     std::string daemon_more;   ///< further keys of [daemon]
     std::int64_t run = 0;      ///< run word; -1: random
     std::string trigger_more;  ///< further keys of [trigger]
+    std::string render_more;   ///< further keys of [render]
     bool several = false;      ///< no [camera]: `more` has [[camera]] elements
 };
 
@@ -76,7 +77,7 @@ inline std::filesystem::path write_configuration(const TempFolder& folder, const
     std::string text = "[scene]\nfile = \"" + scene + "\"\n";
     text +=
         "[daemon]\nseed = 11\npool_frames = 16\n" + o.daemon_more + "\nrun = " + std::to_string(o.run) + "\n";
-    text += "[render]\nsamples_per_pixel = 1\n";
+    text += "[render]\nsamples_per_pixel = 1\n" + o.render_more;
     text += "[trigger]\nrate_hz = " + std::to_string(o.rate_hz) + "\n" + o.trigger_more;
     if (!o.several) text += "[camera]\nexposure_us = 5000\n" + o.camera_more;
     text += o.address.empty()

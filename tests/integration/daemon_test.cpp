@@ -393,6 +393,8 @@ TEST_CASE("obscura timing names what frames of fast motion cost, for each acquis
     options.address = own_address(41);
     options.size = 128;
     options.rate_hz = 20;
+    // A frame made ahead of its trigger has no rendering after it.
+    options.render_more = "ahead = \"off\"\n";
     std::string scene = light_scene;
     scene.replace(scene.find("STARS"), 5, OBSCURA_SOURCE_DIR "/config/stars/bright.csv");
     // A quarter of a right angle and more in the exposure of 5 ms.
