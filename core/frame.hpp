@@ -5,6 +5,7 @@
 #include "core/clock_state.hpp"
 #include "core/enum_names.hpp"
 #include "core/event_count.hpp"
+#include "core/frame_quality.hpp"
 #include "core/geometry.hpp"
 #include "core/heartbeat.hpp"
 #include "core/intrinsics.hpp"
@@ -95,6 +96,8 @@ enum FrameFlag : std::uint32_t {
     /// Image lag is not that of the frame before, which was not exposed: the first frame of an acquisition,
     /// or the frame after one without pixels.
     frame_lag_unknown = 1u << 5,
+    frame_degraded = 1u << 6, ///< at least one row is not of QualityLevel::full, see FrameInfo::quality
+    frame_biased = 1u << 7,   ///< at least one row is of a biased level, see is_biased()
 };
 
 /// Name and pose of a body at mid-exposure of the frame, in the scene's inertial frame.
@@ -164,6 +167,8 @@ struct FrameInfo {
     // Time stamps of the processing steps, scheduling clock; 0 for a step not reached. `pose`: the scene's
     // poses at mid-exposure have been sampled.
     Time seen, pose, render_begin, render_end, detector_end;
+    /// Final before the last row is published, as are the flags frame_degraded and frame_biased.
+    FrameQuality quality;
     /// Transmit timestamps; null when timing is not recorded; outlives the frame.
     TransmitTimestamps* transmit = nullptr;
 
