@@ -167,7 +167,8 @@ SurfaceNode* SurfaceTiles::fill(terrain::TileKey key, SurfaceNode* parent, Surfa
     }
     if (!scratch) scratch = std::make_unique<terrain::TileMaker::Scratch>();
     // Nested parallel loops of a layer must not take other work, which may need the tile that is made here.
-    tbb::this_task_arena::isolate([&] { maker_.make(key, *scratch, slot->tile); });
+    tbb::this_task_arena::isolate(
+        [&] { clamped_.fetch_add(maker_.make(key, *scratch, slot->tile), std::memory_order_relaxed); });
     const double per_m = 1 / domain().unit_m();
     const terrain::Cap cap = maker_.cap(key);
     slot->centre_m = cap.centre_m;
@@ -251,7 +252,8 @@ SurfaceTiles::Pin SurfaceTiles::pin() const {
 
 SurfaceTiles::Usage SurfaceTiles::usage() const {
     const std::lock_guard lock(mutex_);
-    return {slots_, tiles_, beyond_, clock_.load(std::memory_order_relaxed) - 1};
+    return {slots_, tiles_, beyond_, clock_.load(std::memory_order_relaxed) - 1,
+            clamped_.load(std::memory_order_relaxed)};
 }
 
 } // namespace obscura::renderer

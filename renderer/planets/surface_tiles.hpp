@@ -159,6 +159,9 @@ public:
     struct Usage {
         std::size_t slots = 0, tiles = 0, beyond = 0;
         std::uint64_t made = 0; ///< since the beginning
+        /// Vertices since the beginning whose heights were beyond the layers' bounds, which is a fault of a
+        /// layer: see terrain::TileMaker::make().
+        std::uint64_t clamped = 0;
     };
     [[nodiscard]] Usage usage() const;
     [[nodiscard]] static std::size_t slot_bytes();
@@ -195,6 +198,7 @@ private:
     mutable std::vector<std::unique_ptr<terrain::TileMaker::Scratch>> scratch_;
 
     mutable std::atomic<std::uint64_t> clock_{1}; ///< tiles made
+    mutable std::atomic<std::uint64_t> clamped_{0};
     mutable std::atomic<std::uint64_t> version_{1};
     mutable std::array<std::atomic<std::uint64_t>, 16> frames_{}; ///< key in the upper half, version
     mutable std::atomic<std::uint64_t> epoch_{1};

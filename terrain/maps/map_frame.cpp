@@ -41,7 +41,10 @@ MapFrame::MapFrame(const Projection& projection, const PixelTransform& transform
           std::abs(p.true_scale_latitude_rad) <= std::numbers::pi / 2 + 1e-9))
         throw std::invalid_argument("a map on a spheroid whose radii or parallels are out of range");
     first_pole_y_ = last_pole_y_ = std::numeric_limits<double>::quiet_NaN();
-    if (p.kind != ProjectionKind::simple_cylindrical) return;
+    if (p.kind != ProjectionKind::simple_cylindrical) {
+        make_formula();
+        return;
+    }
     if (transform[2] != 0 || transform[4] != 0)
         throw std::invalid_argument("a simple cylindrical map whose rows do not follow parallels");
     if (!(std::cos(p.true_scale_latitude_rad) > 1e-6))
@@ -70,6 +73,62 @@ MapFrame::MapFrame(const Projection& projection, const PixelTransform& transform
     const auto snap = [](double y) { return std::round(2 * y) / 2; };
     if (!std::isnan(first_pole_y_)) first_pole_y_ = snap(first_pole_y_);
     if (!std::isnan(last_pole_y_)) last_pole_y_ = snap(last_pole_y_);
+    make_formula();
+}
+
+void MapFrame::make_formula() {
+    const Projection& p = projection_;
+    const PixelTransform& t = transform_;
+    MapFormula& f = formula_;
+    const bool spheroid =
+        p.latitudes == Latitudes::planetographic && p.equatorial_radius_m != p.polar_radius_m;
+    const double offset = offset_of(registration_);
+    f.xx = t[5] / determinant_;
+    f.xy = -t[2] / determinant_;
+    f.yx = -t[4] / determinant_;
+    f.yy = t[1] / determinant_;
+    f.x0 = -(f.xx * t[0] + f.xy * t[3]) - offset;
+    f.y0 = -(f.yx * t[0] + f.yy * t[3]) - offset;
+    f.density_x = 1 / std::hypot(t[1], t[4]);
+    f.density_y = 1 / std::hypot(t[2], t[5]);
+    switch (p.kind) {
+    case ProjectionKind::planar:
+        f.kind = MapFormula::Kind::planar;
+        return;
+    case ProjectionKind::simple_cylindrical: {
+        const double flat = spheroid ? p.equatorial_radius_m / p.polar_radius_m : 1;
+        f.kind = MapFormula::Kind::cylindrical;
+        f.latitude_z = flat * flat;
+        f.scale_x = p.equatorial_radius_m * std::cos(p.true_scale_latitude_rad);
+        f.scale_y = p.equatorial_radius_m;
+        f.middle_x = middle_x_m_;
+        f.turn = p.turn_m();
+        f.centre_x = f.scale_x * p.centre_longitude_rad;
+        return;
+    }
+    case ProjectionKind::north_polar_stereographic:
+    case ProjectionKind::south_polar_stereographic:
+        if (spheroid) return; // its conformal latitudes need powers
+        f.kind = MapFormula::Kind::polar;
+        f.sine_sign = p.kind == ProjectionKind::north_polar_stereographic ? 1 : -1;
+        f.scale_x = p.polar_distance_m(0);
+        f.cosine = std::cos(p.centre_longitude_rad);
+        f.sine = std::sin(p.centre_longitude_rad);
+        return;
+    }
+}
+
+void MapFrame::locate(MapBlock& block) const {
+    terrain::locate(formula_, block);
+    if (formula_.kind != MapFormula::Kind::none) return;
+    for (std::size_t n = 0; n < block.count; ++n) {
+        const Vec3 p{block.x[n], block.y[n], block.z[n]};
+        const SamplePlace at = place(p), density = samples_per_radian(p);
+        block.place_x[n] = at.x;
+        block.place_y[n] = at.y;
+        block.density_x[n] = density.x;
+        block.density_y[n] = density.y;
+    }
 }
 
 MapFrame MapFrame::by_edges(Projection projection, Registration registration, std::int64_t width,

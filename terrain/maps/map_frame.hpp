@@ -2,6 +2,7 @@
 // Place of a raster's samples on a body: projection, transform of pixels to the map, registration, extent.
 #pragma once
 
+#include "terrain/maps/map_block.hpp"
 #include "terrain/maps/projection.hpp"
 
 #include <array>
@@ -68,6 +69,9 @@ public:
     /// Columns and rows per radian of arc of the direction of `p` along x and y of the raster (planar: per
     /// metre).
     [[nodiscard]] SamplePlace samples_per_radian(Vec3 p) const;
+    /// Fills the block's places and densities as place() and samples_per_radian() have them, up to rounding;
+    /// those of a position do not depend on what else is in the block.
+    void locate(MapBlock& block) const;
 
     /// Columns of a full turn of longitude if the raster covers it (its first column follows on its last or
     /// is the same again); 0: it does not.
@@ -77,6 +81,8 @@ public:
     [[nodiscard]] double last_pole_y() const { return last_pole_y_; }
 
 private:
+    void make_formula();
+
     Projection projection_{};
     PixelTransform transform_{0, 1, 0, 0, 0, -1};
     Registration registration_ = Registration::pixel;
@@ -84,6 +90,7 @@ private:
     double determinant_ = -1;
     double period_ = 0, middle_x_m_ = 0;
     double first_pole_y_ = 0, last_pole_y_ = 0;
+    MapFormula formula_;
 };
 
 } // namespace obscura::terrain

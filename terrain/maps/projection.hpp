@@ -69,6 +69,8 @@ struct Projection {
     /// (of conformal maps the same in all directions; planar: 1, per metre). Infinite at the poles of a
     /// simple cylindrical map.
     [[nodiscard]] MapPoint metres_per_radian(Vec3 p) const;
+    /// Distance of a parallel from the pole of a stereographic map, m.
+    [[nodiscard]] double polar_distance_m(double latitude_rad) const;
 
     constexpr bool operator==(const Projection&) const = default;
 
@@ -77,7 +79,6 @@ private:
         return latitudes == Latitudes::planetographic && equatorial_radius_m != polar_radius_m;
     }
     [[nodiscard]] double eccentricity() const;
-    [[nodiscard]] double polar_distance_m(double latitude_rad) const;
 };
 
 } // namespace obscura::terrain

@@ -15,7 +15,8 @@ namespace {
 
 /// Blocks have this many samples along an edge, and further ones around so that each stencil of four by four
 /// lies in one block.
-constexpr std::int64_t block_cells = 64;
+constexpr int block_bits = 6;
+constexpr std::int64_t block_cells = std::int64_t{1} << block_bits;
 constexpr std::int64_t block_edge = block_cells + 3;
 /// About 9 MB.
 constexpr std::size_t most_blocks = 512;
@@ -51,9 +52,6 @@ double cubic(double distance) {
 std::int64_t floor_mod(std::int64_t value, std::int64_t divisor) {
     const std::int64_t r = value % divisor;
     return r < 0 ? r + divisor : r;
-}
-std::int64_t floor_div(std::int64_t value, std::int64_t divisor) {
-    return (value - floor_mod(value, divisor)) / divisor;
 }
 
 /// How an axis of a level ends.
@@ -347,8 +345,7 @@ void Raster::Reader::fill(int k, std::int64_t block_x, std::int64_t block_y, Blo
 }
 
 const float* Raster::Reader::stencil(int k, std::int64_t column, std::int64_t row) {
-    const std::int64_t block_x = floor_div(column + 1, block_cells),
-                       block_y = floor_div(row + 1, block_cells);
+    const std::int64_t block_x = (column + 1) >> block_bits, block_y = (row + 1) >> block_bits;
     const std::uint64_t key = static_cast<std::uint64_t>(k) << 58 |
                               static_cast<std::uint64_t>(block_y + 2) << 29 |
                               static_cast<std::uint64_t>(block_x + 2);
@@ -392,6 +389,9 @@ double Raster::Reader::wide(int k, double x, double y, double stretch_x, double 
     const auto begin_y = static_cast<std::int64_t>(std::ceil(y - 2 * stretch_y));
     const auto end_y = static_cast<std::int64_t>(std::floor(y + 2 * stretch_y));
     double sum = 0, weights = 0, missing = 0;
+    across_.clear();
+    for (std::int64_t i = begin_x; i <= end_x; ++i)
+        across_.push_back(cubic((static_cast<double>(i) - x) / stretch_x));
     for (std::int64_t j = begin_y; j <= end_y; ++j) {
         const double down = cubic((static_cast<double>(j) - y) / stretch_y);
         if (down == 0) continue;
@@ -405,7 +405,7 @@ double Raster::Reader::wide(int k, double x, double y, double stretch_x, double 
                 run = std::min(
                     {block_cells - floor_mod(column + 1, block_cells), end_x - i + 1, level.width - column});
             for (std::int64_t r = 0; r < run; ++r) {
-                const double weight = down * cubic((static_cast<double>(i + r) - x) / stretch_x);
+                const double weight = down * across_[static_cast<std::size_t>(i + r - begin_x)];
                 if (std::isnan(s[r]))
                     missing += std::abs(weight);
                 else {
@@ -466,6 +466,61 @@ double Raster::Reader::sample(const Located& located, double footprint) {
     if (share == 0 || std::isnan(fine)) return fine;
     const double coarse = level_value(k + 1, place, columns * scale, rows * scale);
     return std::isnan(coarse) ? fine : fine + share * (coarse - fine);
+}
+
+bool Raster::Reader::plain(SamplePlace place, SamplePlace density, double footprint) const {
+    if (!raster_.inside(place)) return false;
+    if (footprint > 0 && !(density.x * footprint <= 1 && density.y * footprint <= 1)) return false;
+    const MapFrame& frame = raster_.frame_;
+    return !(raster_.first_pole_ && place.y - frame.first_pole_y() < 0.5) &&
+           !(raster_.last_pole_ && frame.last_pole_y() - place.y < 0.5);
+}
+
+void Raster::Reader::sample(const MapBlock& block, std::span<const double> footprints,
+                            std::span<double> out) {
+    static constexpr std::array<float, static_cast<std::size_t>(4 * block_edge)> nothing{};
+    // None is thrown out while others are looked up.
+    if (blocks_.size() + map_block_size > most_blocks) {
+        blocks_.clear();
+        last_key_ = ~std::uint64_t{0};
+    }
+    StencilBlock stencils;
+    std::array<std::uint8_t, map_block_size> others;
+    std::size_t other_count = 0;
+    const double shift = raster_.samples_->levels_of_nodes() ? 0 : 0.5;
+    const std::int64_t width = raster_.level(0).width;
+    for (std::size_t n = 0; n < map_block_size; ++n) {
+        stencils.first[n] = reinterpret_cast<std::int64_t>(nothing.data());
+        stencils.t[n] = stencils.u[n] = 0;
+        if (n >= block.count) continue;
+        const SamplePlace place{block.place_x[n], block.place_y[n]};
+        if (!plain(place, {block.density_x[n], block.density_y[n]}, footprints[n])) {
+            others[other_count++] = static_cast<std::uint8_t>(n);
+            continue;
+        }
+        const double x = (place.x + shift) - shift, y = (place.y + shift) - shift;
+        const double left = std::floor(x), top = std::floor(y);
+        auto column = static_cast<std::int64_t>(left);
+        if (raster_.period_ > 0 && (column < 0 || column >= width)) column = floor_mod(column, width);
+        stencils.first[n] =
+            reinterpret_cast<std::int64_t>(stencil(0, column - 1, static_cast<std::int64_t>(top) - 1));
+        stencils.t[n] = x - left;
+        stencils.u[n] = y - top;
+    }
+    alignas(64) std::array<double, map_block_size> values;
+    if (other_count < block.count)
+        sample_stencils(stencils, block.count, static_cast<std::size_t>(block_edge), values);
+    for (std::size_t n = 0; n < block.count; ++n)
+        if (std::isnan(values[n]) && plain({block.place_x[n], block.place_y[n]},
+                                           {block.density_x[n], block.density_y[n]}, footprints[n]))
+            others[other_count++] = static_cast<std::uint8_t>(n);
+    for (std::size_t n = 0; n < block.count; ++n)
+        out[n] = values[n];
+    for (std::size_t k = 0; k < other_count; ++k) {
+        const std::size_t n = others[k];
+        out[n] = sample({{block.place_x[n], block.place_y[n]}, {block.density_x[n], block.density_y[n]}},
+                        footprints[n]);
+    }
 }
 
 double Raster::Reader::bilinear(Vec3 p) {

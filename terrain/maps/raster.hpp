@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -46,6 +47,8 @@ public:
         /// sample has no data and beyond the raster's edges. Throws InputError if the samples cannot be read.
         [[nodiscard]] double at(Vec3 p, double footprint) { return sample(raster_.locate(p), footprint); }
         [[nodiscard]] double sample(const Located& located, double footprint);
+        /// The same at each place of a block, over `footprints`, bit for bit: `sample` for each.
+        void sample(const MapBlock& block, std::span<const double> footprints, std::span<double> out);
         /// The finest level, linear between four samples; NaN if one of them has no data.
         [[nodiscard]] double bilinear(Vec3 p);
 
@@ -56,6 +59,8 @@ public:
 
         [[nodiscard]] double level_value(int level, SamplePlace place, double stretch_x, double stretch_y);
         [[nodiscard]] double narrow(int level, double x, double y);
+        /// Whether the value at a place is that of the finest level's plain cubic.
+        [[nodiscard]] bool plain(SamplePlace place, SamplePlace density, double footprint) const;
         [[nodiscard]] double wide(int level, double x, double y, double stretch_x, double stretch_y);
         /// First sample of the four by four from (column, row) and the distance of rows.
         [[nodiscard]] const float* stencil(int level, std::int64_t column, std::int64_t row);
@@ -66,6 +71,7 @@ public:
         std::unordered_map<std::uint64_t, Block> blocks_;
         std::uint64_t last_key_ = ~std::uint64_t{0};
         const Block* last_ = nullptr;
+        std::vector<double> across_; ///< weights of columns
     };
 
     [[nodiscard]] const SamplePyramid& samples() const { return *samples_; }

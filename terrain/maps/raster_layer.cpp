@@ -2,6 +2,7 @@
 #include "terrain/maps/raster_layer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -33,6 +34,10 @@ Foot foot_of(Vec3 x, Vec3 radii) {
     }
     const Vec3 g{x.x / (squares.x + t), x.y / (squares.y + t), x.z / (squares.z + t)};
     return {{squares.x * g.x, squares.y * g.y, squares.z * g.z}, t * length(g), normalized(g)};
+}
+
+Raster::Located in_block(const MapBlock& block, std::size_t n) {
+    return {{block.place_x[n], block.place_y[n]}, {block.density_x[n], block.density_y[n]}};
 }
 
 double smoothstep(double t) {
@@ -77,15 +82,10 @@ double RasterLayer::along_normal_m(Raster::Reader& reader, Vec3 position_m, doub
 }
 
 double RasterLayer::height_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const {
-    return height_m(reader, located(position_m), position_m, spacing_m);
-}
-
-double RasterLayer::height_m(Raster::Reader& reader, const Raster::Located& located, Vec3 position_m,
-                             double spacing_m) const {
     if (source_.meaning == HeightMeaning::normal && !domain_.is_plane())
         return along_normal_m(reader, position_m, spacing_m);
-    const double value =
-        source_.offset_m + source_.scale_m * reader.sample(located, footprint(position_m, spacing_m));
+    const double value = source_.offset_m + source_.scale_m * reader.sample(located(position_m),
+                                                                            footprint(position_m, spacing_m));
     const bool radius = source_.meaning == HeightMeaning::radius && !domain_.is_plane();
     return radius ? value - length(position_m) : value;
 }
@@ -96,6 +96,29 @@ Raster::Located RasterLayer::located(Vec3 position_m) const {
         position_m = {std::clamp(position_m.x, -edge, edge), std::clamp(position_m.y, -edge, edge), 0};
     }
     return source_.raster->locate(position_m);
+}
+
+void RasterLayer::load(std::span<const Vec3> positions, MapBlock& block) const {
+    block.load(positions);
+    if (domain_.is_plane() && !coverage_) { // as located()
+        const double edge = domain_.half_edge_m();
+        for (std::size_t n = 0; n < map_block_size; ++n) {
+            block.x[n] = std::clamp(block.x[n], -edge, edge);
+            block.y[n] = std::clamp(block.y[n], -edge, edge);
+        }
+    }
+    source_.raster->frame().locate(block);
+}
+
+bool RasterLayer::covers(const Cap& cap) const {
+    if (!coverage_) return true;
+    const double away = length(cap.centre_m);
+    const bool plane = domain_.is_plane();
+    if (!plane && cap.radius_m >= away) return false;
+    const double radius = plane ? cap.radius_m : std::asin(cap.radius_m / away);
+    const double nearest = plane ? 1 : away - cap.radius_m;
+    const double metres = coverage_->least_distance(cap.centre_m, radius) * nearest;
+    return metres > 0 && metres >= feather_m_;
 }
 
 HeightRange RasterLayer::bounds(const Cap& cap, double spacing_m) const {
@@ -140,14 +163,7 @@ HeightRange RasterLayer::range(const Cap& cap, double spacing_m, HeightRange bel
     const HeightRange own = bounds(cap, spacing_m);
     if (!coverage_) return own;
     if (!(own.least <= own.largest)) return below;
-    const double away = length(cap.centre_m);
-    const bool plane = domain_.is_plane();
-    if (plane || cap.radius_m < away) {
-        const double radius = plane ? cap.radius_m : std::asin(cap.radius_m / away);
-        const double nearest = plane ? 1 : away - cap.radius_m;
-        const double metres = coverage_->least_distance(cap.centre_m, radius) * nearest;
-        if (metres > 0 && metres >= feather_m_) return own;
-    }
+    if (covers(cap)) return own;
     return {std::min(below.least, own.least), std::max(below.largest, own.largest),
             std::max(below.sample_spacing_m, own.sample_spacing_m)};
 }
@@ -165,17 +181,40 @@ void RasterLayer::apply(const VertexGrid& grid, std::span<double> heights_m,
         if (!(own.least <= own.largest)) return;
     }
     Raster::Reader reader(*source_.raster);
-    for (std::size_t i = 0; i < grid.positions_m.size(); ++i) {
-        const Vec3 p = grid.positions_m[i];
-        const double metres = domain_.is_plane() ? 1 : length(p);
-        const Raster::Located at = located(p);
-        const double w = weight(at, metres);
-        if (w <= 0) continue;
-        const double height = height_m(reader, at, p, grid.spacing_m);
-        if (std::isnan(height)) continue;
-        const double own = at.pixel() * metres;
-        heights_m[i] = w < 1 ? heights_m[i] + w * (height - heights_m[i]) : height;
-        sample_spacings_m[i] = w < 1 ? 1 / ((1 - w) / sample_spacings_m[i] + w / own) : own;
+    MapBlock block;
+    std::array<double, map_block_size> footprints, samples, shares;
+    const bool plane = domain_.is_plane();
+    const bool along_normal = source_.meaning == HeightMeaning::normal && !plane;
+    const bool radius = source_.meaning == HeightMeaning::radius && !plane;
+    const bool whole = covers(grid.cap);
+    for (std::size_t begin = 0; begin < grid.positions_m.size(); begin += map_block_size) {
+        const auto positions =
+            grid.positions_m.subspan(begin, std::min(map_block_size, grid.positions_m.size() - begin));
+        load(positions, block);
+        bool any = false;
+        for (std::size_t n = 0; n < block.count; ++n) {
+            footprints[n] = plane ? grid.spacing_m : grid.spacing_m / block.distance[n];
+            shares[n] = whole ? 1 : weight(in_block(block, n), plane ? 1 : block.distance[n]);
+            any = any || shares[n] > 0;
+        }
+        if (!any) continue;
+        if (along_normal)
+            for (std::size_t n = 0; n < block.count; ++n)
+                samples[n] = shares[n] > 0 ? along_normal_m(reader, positions[n], grid.spacing_m) : 0;
+        else
+            reader.sample(block, footprints, samples);
+        for (std::size_t n = 0; n < block.count; ++n) {
+            const double w = shares[n];
+            double height = samples[n];
+            if (!along_normal) height = source_.offset_m + source_.scale_m * height;
+            if (radius) height -= block.distance[n];
+            if (!(w > 0) || std::isnan(height)) continue;
+            double& h = heights_m[begin + n];
+            double& spacing = sample_spacings_m[begin + n];
+            const double own = in_block(block, n).pixel() * (plane ? 1 : block.distance[n]);
+            h = w < 1 ? h + w * (height - h) : height;
+            spacing = w < 1 ? 1 / ((1 - w) / spacing + w / own) : own;
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include "terrain/height_layer.hpp"
 #include "terrain/maps/coverage.hpp"
+#include "terrain/maps/map_block.hpp"
 #include "terrain/maps/raster.hpp"
 
 #include <memory>
@@ -38,10 +39,11 @@ public:
 
 private:
     [[nodiscard]] Raster::Located located(Vec3 position_m) const;
+    void load(std::span<const Vec3> positions, MapBlock& block) const;
+    /// Whether all positions of the cap take the raster's height alone.
+    [[nodiscard]] bool covers(const Cap& cap) const;
     /// Share of the raster's height in the result, 0 to 1.
     [[nodiscard]] double weight(const Raster::Located& located, double metres_per_radian) const;
-    [[nodiscard]] double height_m(Raster::Reader& reader, const Raster::Located& located, Vec3 position_m,
-                                  double spacing_m) const;
     [[nodiscard]] double footprint(Vec3 position_m, double spacing_m) const;
     [[nodiscard]] double along_normal_m(Raster::Reader& reader, Vec3 position_m, double spacing_m) const;
     /// Bounds of height_m() in a cap; least above largest if there are no samples.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terrain/tiles/tile_maker.hpp"
 
+#include "terrain/tiles/tile_kernels.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,14 +40,8 @@ void make_pyramid(SurfaceTile& tile) {
     float* const finest = tile.maxima.data() + SurfaceTile::pyramid_offset(1);
     for (std::uint32_t j = 0; j < edge; ++j) {
         const auto row = static_cast<std::int32_t>(2 * j);
-        const float* const a = tile.vertex(0, row);
-        const float* const b = tile.vertex(0, row + 1);
-        const float* const c = tile.vertex(0, row + 2);
-        std::array<float, tile_cells + 1> column;
-        for (std::size_t i = 0; i <= tile_cells; ++i)
-            column[i] = std::max(std::max(a[i], b[i]), c[i]);
-        for (std::uint32_t i = 0; i < edge; ++i)
-            finest[j * edge + i] = std::max(std::max(column[2 * i], column[2 * i + 1]), column[2 * i + 2]);
+        make_row_maxima(tile.vertex(0, row), tile.vertex(0, row + 1), tile.vertex(0, row + 2),
+                        finest + std::size_t{j} * edge);
     }
     for (int level = 2; level <= pyramid_levels; ++level) {
         const float* const finer = tile.maxima.data() + SurfaceTile::pyramid_offset(level - 1);
@@ -95,42 +91,51 @@ ReducedRange TileMaker::range(TileKey key) const {
             metres.largest * (metres.largest > 0 ? near : far) + step};
 }
 
-void TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) const {
+void TileMaker::make_positions(TileKey key, Scratch& scratch) const {
     scratch.positions_m.resize(tile_vertices);
-    scratch.heights_m.assign(tile_vertices, 0);
-    scratch.sample_spacings_m.assign(tile_vertices, std::numeric_limits<double>::infinity());
-    std::array<double, tile_edge> u;
+    scratch.reductions.resize(tile_vertices);
+    const auto beyond = [](double coordinate) { return std::abs(coordinate) > 1; };
+    TileRow u{};
     for (int i = 0; i < tile_edge; ++i)
         u[static_cast<std::size_t>(i)] = SurfaceDomain::coordinate(key.level, key.i, i - tile_margin);
-    std::size_t place = 0;
     for (int j = 0; j < tile_edge; ++j) {
         const double v = SurfaceDomain::coordinate(key.level, key.j, j - tile_margin);
-        for (const double at : u)
-            scratch.positions_m[place++] = domain_.point(key.face, at, v);
+        const std::size_t row = static_cast<std::size_t>(j) * tile_edge;
+        const auto one_by_one = [&](std::size_t i) {
+            const Vec3 p = domain_.point(key.face, u[i], v);
+            scratch.positions_m[row + i] = p;
+            scratch.reductions[row + i] = domain_.is_plane() ? 1 : domain_.unit_m() / length(p);
+        };
+        if (domain_.is_plane() || beyond(v)) {
+            for (std::size_t i = 0; i < std::size_t{tile_edge}; ++i)
+                one_by_one(i);
+            continue;
+        }
+        make_row_points(domain_, key.face, u, v, scratch.positions_m.data() + row,
+                        scratch.reductions.data() + row);
+        for (const std::size_t i : {std::size_t{0}, std::size_t{tile_edge - 1}})
+            if (beyond(u[i])) one_by_one(i);
     }
+}
+
+std::size_t TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) const {
+    scratch.heights_m.assign(tile_vertices, 0);
+    scratch.sample_spacings_m.assign(tile_vertices, std::numeric_limits<double>::infinity());
+    make_positions(key, scratch);
     const VertexGrid grid{key, scratch.positions_m, domain_.spacing_m(key.level), cap(key)};
     for (const std::shared_ptr<const HeightLayer>& layer : layers_)
         layer->apply(grid, scratch.heights_m, scratch.sample_spacings_m);
 
-    const double unit_m = domain_.unit_m();
     const double step = height_step_m(domain_, key.level);
     const ReducedRange bounds = range(key);
-    double least = bounds.largest, largest = bounds.least;
-    for (std::size_t k = 0; k < tile_vertices; ++k) {
-        double h = scratch.heights_m[k];
-        if (!domain_.is_plane()) h *= unit_m / length(scratch.positions_m[k]);
-        h = step * std::nearbyint(h / step);
-        // Not a number becomes the least height.
-        h = h > bounds.least ? std::min(h, bounds.largest) : bounds.least;
-        scratch.heights_m[k] = h;
-        least = std::min(least, h);
-        largest = std::max(largest, h);
-    }
+    const QuantizedRange made =
+        quantize({step, bounds.least, bounds.largest}, scratch.heights_m.data(),
+                 domain_.is_plane() ? nullptr : scratch.reductions.data(), tile_vertices);
     out.key = key;
-    out.offset_m = step * std::nearbyint((least + largest) / 2 / step);
-    for (std::size_t k = 0; k < tile_vertices; ++k)
-        out.heights[k] = static_cast<float>(scratch.heights_m[k] - out.offset_m);
+    out.offset_m = step * std::nearbyint((made.least + made.largest) / 2 / step);
+    store_heights(scratch.heights_m.data(), out.offset_m, tile_vertices, out.heights.data());
     make_pyramid(out);
+    return made.outside;
 }
 
 } // namespace obscura::terrain

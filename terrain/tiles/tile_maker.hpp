@@ -23,7 +23,7 @@ public:
     /// Scratch space of one call, to be used again.
     struct Scratch {
         std::vector<Vec3> positions_m;
-        std::vector<double> heights_m, sample_spacings_m;
+        std::vector<double> heights_m, sample_spacings_m, reductions;
     };
 
     TileMaker(SurfaceDomain domain, std::vector<std::shared_ptr<const HeightLayer>> layers);
@@ -31,14 +31,16 @@ public:
     [[nodiscard]] const SurfaceDomain& domain() const { return domain_; }
 
     /// Fills `out`. Heights beyond range() of the tile are set to its nearer end, so that rays can rely on
-    /// the bounds of a layer that states them wrongly.
-    void make(TileKey key, Scratch& scratch, SurfaceTile& out) const;
+    /// the bounds of a layer that states them wrongly; returns how many there were, which is a fault of the
+    /// layer.
+    std::size_t make(TileKey key, Scratch& scratch, SurfaceTile& out) const;
     /// From the layers' own bounds, without making anything.
     [[nodiscard]] ReducedRange range(TileKey key) const;
     /// Part of the reference surface that the tile and its margin lie in.
     [[nodiscard]] Cap cap(TileKey key) const;
 
 private:
+    void make_positions(TileKey key, Scratch& scratch) const;
     [[nodiscard]] HeightRange layers_range(const Cap& cap, double spacing_m) const;
 
     SurfaceDomain domain_;

@@ -2,7 +2,7 @@
 // Rays per second of processor time on a planet of tiles, as JSON on standard output: with cells of half a
 // pixel, and with the same grid everywhere. Options: --level N, finest grid, of 256 * 2^N cells per face (5).
 // --mesh N: also the mesh of the vertices of that level, through Embree. --map FILE: heights of the whole
-// Moon with a PDS3 label; without it, waves.
+// Moon with a PDS3 label; without it, waves. --tiles N: only makes N tiles of each of some levels.
 #include "renderer/planets/terrain_shape.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
 #include "terrain/cube_sphere.hpp"
@@ -163,14 +163,29 @@ private:
     terrain::HeightRange range_;
 };
 
+/// Milliseconds of processor time to make a tile of that level.
+double tile_ms(const terrain::TileMaker& maker, int level, int count) {
+    terrain::TileMaker::Scratch scratch;
+    const auto tile = std::make_unique<terrain::SurfaceTile>();
+    const double begin = cpu_seconds();
+    for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(count); ++k) {
+        const std::uint32_t mask = (1u << level) - 1, mixed = (k + 1) * 0x9e3779b9u;
+        maker.make({static_cast<std::uint8_t>(k % 6), static_cast<std::uint8_t>(level), mixed >> 16 & mask,
+                    mixed >> 4 & mask},
+                   scratch, *tile);
+    }
+    return 1e3 * (cpu_seconds() - begin) / count;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-    int finest = 5, mesh_level = -1;
+    int finest = 5, mesh_level = -1, tiles = 0;
     std::optional<std::string> map;
     for (int i = 1; i + 1 < argc; i += 2) {
         if (std::strcmp(argv[i], "--level") == 0) finest = std::atoi(argv[i + 1]);
         if (std::strcmp(argv[i], "--mesh") == 0) mesh_level = std::atoi(argv[i + 1]);
+        if (std::strcmp(argv[i], "--tiles") == 0) tiles = std::atoi(argv[i + 1]);
         if (std::strcmp(argv[i], "--map") == 0) map = argv[i + 1];
     }
     const auto domain = terrain::SurfaceDomain::ellipsoid({radius_m, radius_m, radius_m});
@@ -183,6 +198,18 @@ int main(int argc, char** argv) {
     } else {
         layers.push_back(std::make_shared<FunctionLayer>(
             [](Vec3 p) { return radius_m * waves(p / radius_m); }, -0.0013 * radius_m, 0.0013 * radius_m));
+    }
+    if (tiles > 0) {
+        const terrain::TileMaker maker(domain, layers);
+        const char* comma = "";
+        fmt::print("{{\n  \"tile_cpu_ms\": [");
+        for (const int level : {0, 2, 3, 5, 8, 12}) {
+            fmt::print("{}\n    {{\"level\": {}, \"cpu_ms\": {:.2f}}}", comma, level,
+                       tile_ms(maker, level, tiles));
+            comma = ",";
+        }
+        fmt::print("\n  ]\n}}\n");
+        return 0;
     }
     const auto shape_at = [&](int level) {
         TerrainShape::Settings settings;

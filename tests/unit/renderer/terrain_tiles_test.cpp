@@ -372,6 +372,7 @@ TEST_CASE("No vertex is above the bounds of its tile, nor above those of the til
         }
     }
     CHECK(wrong == 0);
+    CHECK(tiles.usage().clamped == 0);
 }
 
 TEST_CASE("Vertices that tiles and faces share decode alike, and are the function's") {
