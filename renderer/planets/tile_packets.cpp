@@ -136,9 +136,16 @@ void trace_lanes(TileLanes& lanes, int first, double per_m_value) {
     const VI vertices = hn::Load(i64, lanes.vertices + first), maxima = hn::Load(i64, lanes.maxima + first);
     V x = load(lanes.x), exit = load(lanes.exit), i = load(lanes.i), j = load(lanes.j),
       width = load(lanes.width);
-    // u grows along the whole ray, or falls.
-    const V steps_u = hn::IfThenElseZero(hn::Ge(hn::Sub(hn::Mul(ub, wa), hn::Mul(ua, wb)), zero), one);
-    const V steps_v = hn::IfThenElseZero(hn::Ge(hn::Sub(hn::Mul(vb, wa), hn::Mul(va, wb)), zero), one);
+    // u grows along the whole ray, or falls, or does not change but for rounding: as seen from a point of an
+    // axis of the body.
+    const V u_up = hn::Mul(ub, wa), u_down = hn::Mul(ua, wb), v_up = hn::Mul(vb, wa),
+            v_down = hn::Mul(va, wb);
+    const V steps_u = hn::IfThenElseZero(hn::Ge(hn::Sub(u_up, u_down), zero), one);
+    const V steps_v = hn::IfThenElseZero(hn::Ge(hn::Sub(v_up, v_down), zero), one);
+    const auto changes = [](V up, V down) {
+        return hn::Gt(hn::Abs(hn::Sub(up, down)), hn::Mul(set(1e-14), hn::Add(hn::Abs(up), hn::Abs(down))));
+    };
+    const M u_changes = changes(u_up, u_down), v_changes = changes(v_up, v_down);
     const V side_u = hn::Sub(hn::Add(steps_u, steps_u), one),
             side_v = hn::Sub(hn::Add(steps_v, steps_v), one);
     VI result = state;
@@ -153,7 +160,8 @@ void trace_lanes(TileLanes& lanes, int first, double per_m_value) {
             hn::Sub(hn::Mul(hn::Add(first_i, hn::Mul(hn::Add(i, steps_u), width)), per_half), one);
         const V plane_v =
             hn::Sub(hn::Mul(hn::Add(first_j, hn::Mul(hn::Add(j, steps_v), width)), per_half), one);
-        const V x_u = reach(plane_u, ua, ub, wa, wb, x), x_v = reach(plane_v, va, vb, wa, wb, x);
+        const V x_u = hn::IfThenElse(u_changes, reach(plane_u, ua, ub, wa, wb, x), set(no_hit));
+        const V x_v = hn::IfThenElse(v_changes, reach(plane_v, va, vb, wa, wb, x), set(no_hit));
         exit = hn::Max(x, hn::Min(hn::Min(x_u, x_v), to));
 
         // The highest vertex of the node.
