@@ -13,6 +13,7 @@
 #include "renderer/integrators/path_tracer.hpp"
 #include "renderer/integrators/point_splatter.hpp"
 #include "renderer/integrators/sample_grid.hpp"
+#include "renderer/integrators/sparse_grid.hpp"
 #include "renderer/integrators/tracer.hpp"
 #include "renderer/integrators/wing_maps.hpp"
 #include "renderer/lights/lighting.hpp"
@@ -49,15 +50,27 @@
 #include <numeric>
 #include <optional>
 #include <thread>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace obscura::renderer {
 namespace {
 
+/// States of the scene at the instants of a row.
+struct RowSetUp {
+    std::vector<RowState> rows;   ///< and unused ones
+    std::vector<SweptBody> swept; ///< over those instants
+    /// The request and exposure that they are set up for; request 0: none.
+    std::uint64_t request = 0;
+    RowTime time{};
+    std::uint32_t instants = 0;
+};
+
 /// Scratch memory of one thread, kept between rows so that nothing is allocated after the first.
 struct Scratch {
-    std::vector<RowState> rows;            ///< at the instants of the exposure, and unused ones
-    std::vector<SweptBody> swept;          ///< over those instants
+    RowSetUp whole;                        ///< at the instants of the exposure
+    RowSetUp fewer;                        ///< at those of a level with fewer
     std::optional<MovingLens> moving_lens; ///< with aberration
     const Projection* lens = nullptr;      ///< of the row begun last: moving_lens or the camera's
     std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
@@ -77,9 +90,6 @@ struct Scratch {
     std::uint64_t frame = 0;             ///< see frame_key()
     RowTime measured{};                  ///< the exposure that `motion` belongs to
     double motion = 0;                   ///< see motion_px()
-    /// The request and exposure that `rows` and `swept` are set up for; request 0: none.
-    std::uint64_t set_up_for = 0;
-    RowTime set_up_time{};
 };
 
 /// Small bodies of a frame whose rows all have the same exposure, as points of the image.
@@ -96,9 +106,28 @@ struct RowBlock {
     StarsInView stars;
     std::optional<SampleGridKernel> kernel; ///< of `grid`; empty: no shared samples
     SampleGrid grid;
-    std::optional<WingMaps> wings; ///< empty: the PSF has none
-    std::vector<RowTime> middles;  ///< scratch space of fill_wings()
+    std::vector<std::uint8_t> grid_filled; ///< by its rows
+    std::array<SparseGrid, 3> sparse;      ///< from QualityLevel::grid on
+    std::array<bool, 3> sparse_begun{};    ///< those have been reset for this frame
+    std::vector<std::int32_t> grid_jobs;   ///< rows of a grid to be filled
+    std::uint64_t kept_by = 0;             ///< number of the renderer of kept samples
+    bool kept = false;                     ///< the samples belong to a frame that has begun
+    std::optional<WingMaps> wings;         ///< empty: the PSF has none
+    std::vector<RowTime> middles;          ///< scratch space of fill_wings()
 };
+
+} // namespace
+
+struct FrameSamples::Impl {
+    RowBlock rows;
+};
+FrameSamples::FrameSamples() : impl_(std::make_unique<Impl>()) {}
+FrameSamples::~FrameSamples() = default;
+void FrameSamples::begin_frame() noexcept {
+    impl_->rows.kept = false;
+}
+
+namespace {
 
 /// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
 constexpr double least_variance = std::numeric_limits<double>::min();
@@ -106,6 +135,28 @@ constexpr double least_variance = std::numeric_limits<double>::min();
 /// First samples of pixels of adaptive sampling where something moves: with fewer, too many of those that an
 /// edge crosses during the exposure see only one side of it (measured by noise_estimate_test.cpp).
 constexpr std::uint32_t least_moving_samples = 8;
+
+/// QualityLevel::goal: of the target error, or of the samples per pixel without one.
+constexpr double larger_error = 2.5;
+constexpr std::uint32_t fewer_samples = 4;
+/// QualityLevel::instants.
+constexpr std::uint32_t fewer_instants = 4;
+
+/// Index of the sparse grid of a level in RowBlock::sparse, and its spacing. At QualityLevel::grid it serves
+/// where no grid is shared.
+std::size_t sparse_index(QualityLevel level) {
+    return static_cast<std::size_t>(level) - static_cast<std::size_t>(QualityLevel::grid);
+}
+std::int32_t sparse_step(QualityLevel level) {
+    return 1 << sparse_index(level);
+}
+
+/// Whether any body is small enough to be lost between the points of a grid, but larger than pixels.
+bool has_small(std::span<const RowState> rows) {
+    return std::any_of(rows.begin(), rows.end(), [](const RowState& row) {
+        return std::any_of(row.bodies.begin(), row.bodies.end(), [](const BodyState& b) { return b.small; });
+    });
+}
 
 /// Whether any body in the field, all of which is within `field_rad` of the boresight, is larger than pixels.
 bool resolves_any(const RowState& row, double field_rad) {
@@ -138,7 +189,8 @@ struct Renderer::Impl {
     double field_rad;             ///< largest angle of a pixel's centre to the boresight
     std::vector<double> sun_w_m2; ///< per band, at 1 au
     Lighting lighting;
-    bool plain = true; ///< direct sunlight on grey surfaces: one channel is enough
+    Lighting lighting_few_bounces; ///< of QualityLevel::bounces
+    bool plain = true;             ///< direct sunlight on grey surfaces: one channel is enough
     std::unique_ptr<const WingKernels> wing_kernels; ///< null: the PSF has no wings
     /// Raises the limit of TBB, one worker per core by default, to the number of threads.
     std::optional<tbb::global_control> more_threads;
@@ -147,6 +199,8 @@ struct Renderer::Impl {
     mutable tbb::enumerable_thread_specific<Scratch> scratch;
     /// Per thread that calls render().
     mutable tbb::enumerable_thread_specific<RowBlock> block_scratch;
+    std::uint64_t number = next_number.fetch_add(1); ///< of this renderer, for what others keep
+    static inline std::atomic<std::uint64_t> next_number{1};
     mutable std::atomic<std::uint64_t> requests{0};
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
@@ -189,6 +243,8 @@ struct Renderer::Impl {
         for (const SpectralBand& band : scene.bands)
             sun_w_m2.push_back(sun_irradiance_w_m2(band) * scene.sun.irradiance_scale);
         lighting = make_lighting(scene, area_lights_of(bodies), sun_w_m2, settings.max_bounces);
+        lighting_few_bounces = lighting;
+        lighting_few_bounces.max_bounces = std::min(lighting.max_bounces, 1U);
         plain = settings.max_bounces == 0 && scene.lamps.empty() && !(psf && psf->chromatic()) &&
                 std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
                     return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey());
@@ -209,7 +265,13 @@ struct Renderer::Impl {
     /// `frame`: see frame_key().
     template<typename DoRow>
     bool for_rows(RenderPart part, std::int32_t rows, std::uint64_t frame, const std::atomic<bool>* cancel,
-                  const DoRow& do_row) const;
+                  const DoRow& do_row) const {
+        return for_rows(part, rows, frame, cancel, nullptr, do_row);
+    }
+    /// With a gate, which is asked for row `row_of(r)` of its request before row r: in the order of the rows.
+    template<typename Wanted, typename DoRow>
+    bool for_rows(RenderPart part, std::int32_t rows, std::uint64_t frame, const std::atomic<bool>* cancel,
+                  const Wanted& wanted, const DoRow& do_row) const;
     /// What all requests of a frame have in common, for the tiles that it shows; 0: those that are there.
     [[nodiscard]] std::uint64_t frame_key(const RenderRequest& request) const {
         if (loaders.empty()) return 0;
@@ -240,11 +302,15 @@ struct Renderer::Impl {
         s.lens = lens.get();
         if (length(beta) > 0) s.lens = &s.moving_lens.emplace(*lens, beta);
     }
-    /// Sets the lens and state `i` of Scratch::rows.
+    /// Sets the lens and state `i` of a set-up, of Scratch::whole if none is given.
     RowState& begin_row(double time_s, Scratch& s, std::size_t i = 0, std::uint32_t least_samples = 1) const {
-        s.set_up_for = 0;
-        if (s.rows.size() <= i) s.rows.resize(i + 1);
-        RowState& row = s.rows[i];
+        return begin_row(time_s, s, s.whole, i, least_samples);
+    }
+    RowState& begin_row(double time_s, Scratch& s, RowSetUp& states, std::size_t i,
+                        std::uint32_t least_samples) const {
+        states.request = 0;
+        if (states.rows.size() <= i) states.rows.resize(i + 1);
+        RowState& row = states.rows[i];
         row.beta = camera_beta(scene, bodies, time_s);
         set_lens(row.beta, s);
         set_row_state(scene, bodies, *s.lens, sample_reach_px(),
@@ -260,25 +326,63 @@ struct Renderer::Impl {
         s.work.lap(RenderPart::setup);
         return row;
     }
-    /// Sets up Scratch::rows and Scratch::swept at the instants of a row, unless they are those of the row of
-    /// the same request before: the rows of a global shutter are exposed together.
-    void begin_rows(std::uint64_t request, const Exposure& when, Scratch& s) const {
-        if (s.set_up_for == request && s.set_up_time == when.row) return;
+    /// Sets up `states` at the instants of a row, unless they are those of the row of the same request
+    /// before: the rows of a global shutter are exposed together.
+    void begin_rows(std::uint64_t request, const Exposure& when, Scratch& s, RowSetUp& states) const {
+        if (states.request == request && states.time == when.row && states.instants == when.instants) return;
         const std::uint32_t least_samples = least_samples_of(when);
         for (std::uint32_t i = 0; i < when.instants; ++i)
-            begin_row(when.time_s(i), s, i, least_samples);
-        join_instants({s.rows.data(), when.instants}, s.swept);
-        s.set_up_for = request;
-        s.set_up_time = when.row;
+            begin_row(when.time_s(i), s, states, i, least_samples);
+        join_instants({states.rows.data(), when.instants}, states.swept);
+        states.request = request;
+        states.time = when.row;
+        states.instants = when.instants;
     }
     /// Calls `use(tracer)` with the tracer for the scene: direct sunlight only, or paths.
     template<typename Use>
-    void with_tracer(const Instants& instants, Scratch& s, const Use& use) const;
+    void with_tracer(const Instants& instants, Scratch& s, const Use& use,
+                     QualityLevel level = QualityLevel::full) const;
+    [[nodiscard]] static QualityLevel level_of(const RenderRequest& request, std::int32_t r) {
+        return request.levels.empty() ? QualityLevel::full : request.levels[static_cast<std::size_t>(r)];
+    }
+    /// Instants at which the pixels of a row are sampled at a level.
+    [[nodiscard]] Exposure exposure_at(QualityLevel level, const RowTime& row, Scratch& s) const {
+        Exposure when = exposure(row, s);
+        if (level >= QualityLevel::grid) return {row, 1};
+        if (level >= QualityLevel::instants) when.instants = std::max(1U, when.instants / fewer_instants);
+        return when;
+    }
     /// Whether a row takes the sample grid of its frame: its only instant is that of the frame's rows.
     /// Depends on the row alone, whatever other rows the request has.
-    [[nodiscard]] bool shares_samples(const RenderRequest& request, const RowTime& row, Scratch& s) const;
+    [[nodiscard]] bool shares_samples(const RenderRequest& request, const RowTime& row, QualityLevel level,
+                                      Scratch& s) const;
     bool fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                           RowBlock& rows) const;
+    bool fill_sparse_grid(const RenderRequest& request, QualityLevel level, const std::atomic<bool>* cancel,
+                          RowBlock& rows) const;
+    /// Traces Scratch-independent rows of points: job i belongs to row `row_of(i)` of the request, for its
+    /// gate; `flag(i)` is 1 when it is done.
+    template<typename RowOf, typename Fill, typename Flag>
+    bool fill_rows(RenderPart part, const RenderRequest& request, const RowBlock& rows,
+                   const std::atomic<bool>* cancel, const RowOf& row_of, const Fill& fill,
+                   const Flag& flag) const;
+    /// Adds a block of a row's pixels.
+    void trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block, BlockTracer& blocks,
+                     NoiseSums* noise, const SampleGridKernel* kernel, const SampleGrid* grid,
+                     std::size_t channels, Scratch& s) const;
+    /// Rows of a shared grid above and below a pixel that it needs.
+    [[nodiscard]] static std::int32_t grid_margin(const SampleGridKernel& kernel) {
+        return std::max(kernel.reach, 1);
+    }
+    /// Whether the grids have what row `r` needs.
+    [[nodiscard]] bool grids_ready(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
+                                   Scratch& s) const;
+    /// Interpolates the row's pixels from a sparse grid.
+    void take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
+                     std::size_t channels, Scratch& s) const;
+    /// Traces the blocks with small bodies as at QualityLevel::full.
+    void trace_small_bodies(const RenderRequest& request, std::int32_t y, const Instants& instants,
+                            Tracer& tracer, Scratch& s) const;
     /// Traces the small bodies that the request's rows share; false when cancelled.
     bool fill_points(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
     /// Adds the small bodies at instant `instant` of the row's exposure.
@@ -287,15 +391,27 @@ struct Renderer::Impl {
     /// Makes the wings of the request's rows ready; false when cancelled.
     bool fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
     bool fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const;
+    [[nodiscard]] static std::int32_t plane_rows(const RenderRequest& request) {
+        return request.plane_rows > 0 ? request.plane_rows : request.rows;
+    }
     void render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                     std::span<float> irradiance, Scratch& s) const;
     /// Adds the light of the row's pixel samples.
     void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
-                      const Instants& instants, Tracer& tracer, Scratch& s) const;
+                      const Instants& instants, std::span<const SweptBody> swept, QualityLevel level,
+                      Tracer& tracer, Scratch& s) const;
     /// Estimates the variance of a row from Scratch::noise and what Scratch::variance has of the grid.
     void estimate_variance(const RenderRequest& request, Scratch& s, std::span<float> variance) const;
-    [[nodiscard]] Sampling sampling(const RenderRequest& request) const {
-        return {settings.seed, request.frame_id, settings.max_samples_per_pixel, settings.target_error};
+    [[nodiscard]] Sampling sampling(const RenderRequest& request,
+                                    QualityLevel level = QualityLevel::full) const {
+        Sampling how{settings.seed, request.frame_id, settings.max_samples_per_pixel, settings.target_error};
+        if (level == QualityLevel::full) return how;
+        how.target_error *= larger_error;
+        if (settings.target_error == 0)
+            how.most_samples = std::max(1U, settings.samples_per_pixel / fewer_samples);
+        if (level < QualityLevel::grid) return how;
+        how.grid_only = true;
+        return how;
     }
     /// Largest displacement of a camera sample by the PSF, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
@@ -305,19 +421,28 @@ struct Renderer::Impl {
     }
 };
 
-template<typename DoRow>
+template<typename Wanted, typename DoRow>
 bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, std::uint64_t frame,
-                              const std::atomic<bool>* cancel, const DoRow& do_row) const {
+                              const std::atomic<bool>* cancel, const Wanted& wanted,
+                              const DoRow& do_row) const {
+    constexpr bool gated = !std::is_null_pointer_v<Wanted>;
     std::atomic<bool> complete{true};
+    std::atomic<std::int32_t> next{0}; // gated: rows are taken in their order
     const auto do_rows = [&](std::int32_t begin, std::int32_t end, Scratch& local) {
         const FlushDenormals flush;
         local.work.start(part);
-        for (std::int32_t r = begin; r != end; ++r) {
+        for (std::int32_t r = gated ? next.fetch_add(1) : begin; r < end;
+             r = gated ? next.fetch_add(1) : r + 1) {
+            if constexpr (gated)
+                if (!wanted(r)) {
+                    complete.store(false, std::memory_order_relaxed);
+                    continue;
+                }
             if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
                 complete.store(false, std::memory_order_relaxed);
                 break;
             }
-            if (local.frame != frame) local.set_up_for = 0;
+            if (local.frame != frame) local.whole.request = local.fewer.request = 0;
             local.frame = frame;
             local.pins.clear();
             for (const SurfaceTiles* const tiles : terrains)
@@ -344,39 +469,52 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, std::uint
         workers.emplace_back([&, i] {
             if (settings.enter_worker) settings.enter_worker();
             Scratch own;
-            do_rows(first_row_of(i), first_row_of(i + 1), own);
+            if constexpr (gated)
+                do_rows(0, row_count, own);
+            else
+                do_rows(first_row_of(i), first_row_of(i + 1), own);
         });
     workers.clear();
 #else
     arena.execute([&] {
-        tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, row_count),
-                          [&](const tbb::blocked_range<std::int32_t>& rows) {
-                              do_rows(rows.begin(), rows.end(), scratch.local());
-                          });
+        if constexpr (gated)
+            tbb::parallel_for(
+                tbb::blocked_range<std::int32_t>(0, static_cast<std::int32_t>(threads), 1),
+                [&](const tbb::blocked_range<std::int32_t>&) { do_rows(0, row_count, scratch.local()); },
+                tbb::simple_partitioner());
+        else
+            tbb::parallel_for(tbb::blocked_range<std::int32_t>(0, row_count),
+                              [&](const tbb::blocked_range<std::int32_t>& rows) {
+                                  do_rows(rows.begin(), rows.end(), scratch.local());
+                              });
     });
 #endif
     return complete.load();
 }
 
 template<typename Use>
-void Renderer::Impl::with_tracer(const Instants& instants, Scratch& s, const Use& use) const {
+void Renderer::Impl::with_tracer(const Instants& instants, Scratch& s, const Use& use,
+                                 QualityLevel level) const {
     const double ray_width_rad = pixel_width_rad() / std::sqrt(settings.samples_per_pixel);
     if (plain) {
         Tracer tracer(instants, scene.sun, s.counts);
         tracer.set_ray_width(ray_width_rad);
         use(tracer);
     } else {
-        PathTracer tracer(instants, lighting, scene.sun, s.counts);
+        PathTracer tracer(instants, level == QualityLevel::bounces ? lighting_few_bounces : lighting,
+                          scene.sun, s.counts);
         tracer.set_ray_width(ray_width_rad);
         use(tracer);
     }
 }
 
-bool Renderer::Impl::shares_samples(const RenderRequest& request, const RowTime& row, Scratch& s) const {
+bool Renderer::Impl::shares_samples(const RenderRequest& request, const RowTime& row, QualityLevel level,
+                                    Scratch& s) const {
+    if (level >= QualityLevel::quarter) return false;
     // Share samples only at <= 2 spp: a higher count is an explicit request.
     return settings.target_error > 0 && settings.samples_per_pixel <= 2 && !psf &&
            request.common_mid == row.mid() && SampleGridKernel::fits(gaussian_psf) &&
-           exposure(row, s).instants == 1;
+           exposure_at(level, row, s).instants == 1;
 }
 
 void Renderer::Impl::predict_views(const RenderRequest& request) const {
@@ -400,28 +538,195 @@ void Renderer::Impl::predict_views(const RenderRequest& request) const {
 
 bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                                       RowBlock& rows) const {
-    rows.kernel.reset();
     Scratch& own = scratch.local();
-    if (std::none_of(request.row_times.begin(), request.row_times.end(),
-                     [&](const RowTime& row) { return shares_samples(request, row, own); }))
-        return true;
-    rows.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
+    const auto shares = [&](std::int32_t r) {
+        return shares_samples(request, request.row_times[static_cast<std::size_t>(r)], level_of(request, r),
+                              own);
+    };
+    std::int32_t first = 0;
+    while (first < request.rows && !shares(first))
+        ++first;
+    if (first == request.rows) return true;
     SampleGrid& grid = rows.grid;
-    grid.reset(request.window, request.first_row, request.rows, plain ? 1 : scene.bands.size(),
-               rows.kernel->reach);
+    if (!rows.kernel) {
+        rows.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
+        const bool whole = request.kept != nullptr;
+        const Region window{request.window.x, whole ? request.frame_y : request.window.y,
+                            request.window.width, request.window.height};
+        grid.reset(window, whole ? 0 : request.first_row,
+                   whole ? static_cast<std::int32_t>(request.frame_times.size()) : request.rows,
+                   plain ? 1 : scene.bands.size(), rows.kernel->reach);
+        rows.grid_filled.assign(static_cast<std::size_t>(grid.height()), 0);
+    }
+    // Rows of points about those pixels, in their order.
+    const std::int32_t margin = grid_margin(*rows.kernel);
+    const std::int32_t top = request.window.y + request.first_row - grid.first_y();
+    rows.grid_jobs.clear();
+    for (std::int32_t r = first; r < request.rows; ++r) {
+        if (!shares(r)) continue;
+        for (std::int32_t at = top + r - margin; at <= top + r + margin; ++at)
+            if (std::uint8_t& filled = rows.grid_filled[static_cast<std::size_t>(at)]; filled == 0) {
+                filled = 2; // listed
+                rows.grid_jobs.push_back(at);
+            }
+    }
     const double time_s = to_seconds(request.common_mid->ns);
-    return for_rows(
-        RenderPart::grid, grid.height(), frame_key(request), cancel, [&](std::int32_t r, Scratch& s) {
-            const RowState& row = begin_row(time_s, s);
-            if (!resolves_any(row, field_rad)) return;
+    const auto fill = [&](std::int32_t job, Scratch& s) {
+        const std::int32_t r = rows.grid_jobs[static_cast<std::size_t>(job)];
+        const RowState& row = begin_row(time_s, s);
+        if (resolves_any(row, field_rad))
             with_tracer(row, s, [&](Tracer& tracer) {
                 const Sampling how = sampling(request);
                 BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
-                const std::int32_t first = BlockTracer::block_of(grid.first_x());
+                const std::int32_t first_block = BlockTracer::block_of(grid.first_x());
                 for (std::int32_t block = 0; block < grid.width() / packet_size; ++block)
-                    blocks.trace_grid(first + block, grid.first_y() + r, *rows.kernel, grid);
+                    blocks.trace_grid(first_block + block, grid.first_y() + r, *rows.kernel, grid);
             });
+        rows.grid_filled[static_cast<std::size_t>(r)] = 1;
+    };
+    return fill_rows(
+        RenderPart::grid, request, rows, cancel,
+        [&](std::int32_t job) {
+            return std::clamp(rows.grid_jobs[static_cast<std::size_t>(job)] - margin - top, first,
+                              request.rows - 1);
+        },
+        fill,
+        [&](std::int32_t job) -> std::uint8_t& {
+            return rows.grid_filled[static_cast<std::size_t>(rows.grid_jobs[static_cast<std::size_t>(job)])];
         });
+}
+
+bool Renderer::Impl::fill_sparse_grid(const RenderRequest& request, QualityLevel level,
+                                      const std::atomic<bool>* cancel, RowBlock& rows) const {
+    const auto index = sparse_index(level);
+    Scratch& own = scratch.local();
+    const auto asks = [&](std::int32_t r) {
+        return level_of(request, r) == level &&
+               !shares_samples(request, request.row_times[static_cast<std::size_t>(r)], level, own);
+    };
+    std::int32_t first = 0;
+    while (first < request.rows && !asks(first))
+        ++first;
+    if (first == request.rows) return true;
+    SparseGrid& grid = rows.sparse[index];
+    const std::int32_t top = request.window.y + request.first_row;
+    const bool whole = !request.frame_times.empty();
+    const std::span<const RowTime> times = whole ? request.frame_times : request.row_times;
+    const std::int32_t times_y = whole ? request.frame_y : top;
+    if (!rows.sparse_begun[index]) {
+        const bool kept = request.kept != nullptr;
+        grid.reset(sparse_step(level), request.window.x, request.window.width, kept ? request.frame_y : top,
+                   kept ? static_cast<std::int32_t>(times.size()) : request.rows,
+                   plain ? 1 : scene.bands.size(), settings.seed, request.frame_id);
+        rows.sparse_begun[index] = true;
+    }
+    rows.grid_jobs.clear();
+    for (std::int32_t r = first; r < request.rows; ++r) {
+        if (!asks(r)) continue;
+        const std::int32_t about = grid.row_about(top + r);
+        for (const std::int32_t at : {about, about + 1})
+            if (std::uint8_t& filled = grid.filled(at); filled == 0) {
+                filled = 2;
+                rows.grid_jobs.push_back(at);
+            }
+    }
+    const auto fill = [&](std::int32_t job, Scratch& s) {
+        const std::int32_t r = rows.grid_jobs[static_cast<std::size_t>(job)];
+        const double y = grid.y_of(r);
+        const auto nearest = static_cast<std::int32_t>(std::floor(y + 0.5)) - times_y;
+        const RowTime& time = times[static_cast<std::size_t>(
+            std::clamp(nearest, 0, static_cast<std::int32_t>(times.size()) - 1))];
+        const RowState& row = begin_row(to_seconds(time.mid().ns), s);
+        if (resolves_any(row, field_rad))
+            with_tracer(row, s, [&](Tracer& tracer) {
+                const Sampling how = sampling(request);
+                BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
+                for (std::int32_t c = 0; c < grid.columns(); c += packet_size)
+                    blocks.trace_points(grid.x_of(c), y, grid.step(), grid.row(r) + c, grid.plane());
+            });
+        grid.filled(r) = 1;
+    };
+    return fill_rows(
+        RenderPart::grid, request, rows, cancel,
+        [&](std::int32_t job) {
+            const double y = grid.y_of(rows.grid_jobs[static_cast<std::size_t>(job)]);
+            return std::clamp(static_cast<std::int32_t>(y) - grid.step() - top, first, request.rows - 1);
+        },
+        fill,
+        [&](std::int32_t job) -> std::uint8_t& {
+            return grid.filled(rows.grid_jobs[static_cast<std::size_t>(job)]);
+        });
+}
+
+template<typename RowOf, typename Fill, typename Flag>
+bool Renderer::Impl::fill_rows(RenderPart part, const RenderRequest& request, const RowBlock& rows,
+                               const std::atomic<bool>* cancel, const RowOf& row_of, const Fill& fill,
+                               const Flag& flag) const {
+    const auto jobs = static_cast<std::int32_t>(rows.grid_jobs.size());
+    if (request.gate == nullptr) return for_rows(part, jobs, frame_key(request), cancel, fill);
+    for_rows(
+        part, jobs, frame_key(request), cancel,
+        [&](std::int32_t job) { return request.gate->wants(row_of(job)); }, fill);
+    for (std::int32_t job = 0; job < jobs; ++job)
+        if (std::uint8_t& filled = flag(job); filled != 1) filled = 0;
+    // Rows of pixels that lack points are left out one by one.
+    return cancel == nullptr || !cancel->load(std::memory_order_relaxed);
+}
+
+bool Renderer::Impl::grids_ready(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
+                                 Scratch& s) const {
+    const QualityLevel level = level_of(request, r);
+    const std::int32_t y = request.window.y + request.first_row + r;
+    const bool shared =
+        rows.kernel && shares_samples(request, request.row_times[static_cast<std::size_t>(r)], level, s);
+    if (!shared) return level < QualityLevel::grid || rows.sparse[sparse_index(level)].ready(y);
+    const std::int32_t margin = grid_margin(*rows.kernel);
+    const auto at = rows.grid_filled.begin() + (y - rows.grid.first_y());
+    return std::all_of(at - margin, at + margin + 1, [](std::uint8_t filled) { return filled == 1; });
+}
+
+void Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
+                                 std::size_t channels, Scratch& s) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    for (std::size_t c = 0; c < channels; ++c)
+        grid.interpolate(c, request.window.x, y, std::span(s.light).subspan(c * width, width));
+    if (!request.variance.empty()) {
+        grid.variance(channels, request.window.x, y, std::span(s.variance).first(width));
+        for (std::size_t x = 0; x < width; ++x)
+            s.variance[x] = s.light[x] > 0 ? std::max(s.variance[x], least_variance) : 0;
+    }
+    if (!request.samples.empty()) {
+        const auto row = static_cast<std::size_t>(y - request.window.y - request.first_row);
+        const float share = 1 / static_cast<float>(grid.step() * grid.step());
+        for (std::size_t x = 0; x < width; ++x)
+            if (s.light[x] > 0) request.samples[row * width + x] = share;
+    }
+}
+
+void Renderer::Impl::trace_small_bodies(const RenderRequest& request, std::int32_t y,
+                                        const Instants& instants, Tracer& tracer, Scratch& s) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    const Sampling how = sampling(request);
+    BlockTracer blocks(instants.one() ? *s.lens : *lens, gaussian_psf, psf.get(), how, instants,
+                       s.whole.swept, tracer, s.candidates);
+    const std::int32_t first = BlockTracer::block_of(request.window.x);
+    const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
+    for (std::int32_t block = first; block <= last; ++block) {
+        if (!blocks.small_near(block, y)) continue;
+        for (int i = 0; i < packet_size; ++i) {
+            const std::int32_t column = block * packet_size + i - request.window.x;
+            if (column < 0 || column >= request.window.width) continue;
+            for (std::size_t c = 0; c < tracer.channels(); ++c)
+                s.light[c * width + static_cast<std::size_t>(column)] = 0;
+            if (!request.variance.empty()) s.variance[static_cast<std::size_t>(column)] = 0;
+            if (!request.samples.empty())
+                request.samples[static_cast<std::size_t>(y - request.window.y - request.first_row) * width +
+                                static_cast<std::size_t>(column)] = 0;
+        }
+        NoiseSums* noise = nullptr;
+        if (!request.variance.empty()) (noise = &s.noise[static_cast<std::size_t>(block - first)])->reset();
+        trace_block(request, y, block, blocks, noise, nullptr, nullptr, tracer.channels(), s);
+    }
 }
 
 bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic<bool>* cancel,
@@ -551,44 +856,50 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
     return true;
 }
 
+void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block,
+                                 BlockTracer& blocks, NoiseSums* noise, const SampleGridKernel* kernel,
+                                 const SampleGrid* grid, std::size_t channels, Scratch& s) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    BlockResult result;
+    if (!blocks.trace(block, y, result, noise, kernel, grid)) return;
+    for (int i = 0; i < packet_size; ++i) {
+        const std::int32_t column = block * packet_size + i - request.window.x;
+        if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
+        const auto pixel = static_cast<std::size_t>(column);
+        for (std::size_t c = 0; c < channels; ++c)
+            s.light[c * width + pixel] += result.mean[c][i];
+        const std::size_t at =
+            static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
+        if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
+        // From the grid; the variance of a pixel's own samples follows when all blocks are done.
+        if (noise != nullptr && noise->count(i) == 0)
+            s.variance[pixel] = std::max(result.variance[i], least_variance);
+    }
+}
+
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
-                                  const Instants& instants, Tracer& tracer, Scratch& s) const {
+                                  const Instants& instants, std::span<const SweptBody> swept,
+                                  QualityLevel level, Tracer& tracer, Scratch& s) const {
     if (std::none_of(instants.states().begin(), instants.states().end(),
                      [&](const RowState& row) { return resolves_any(row, field_rad); }))
         return;
-    const auto width = static_cast<std::size_t>(request.window.width);
-    const Sampling how = sampling(request);
     s.sunlight_only = tracer.sunlight_only();
-    BlockTracer blocks(instants.one() ? *s.lens : *lens, gaussian_psf, psf.get(), how, instants, s.swept,
-                       tracer, s.candidates);
     const bool shared =
         rows.kernel &&
         shares_samples(request,
                        request.row_times[static_cast<std::size_t>(y - request.window.y - request.first_row)],
-                       s);
+                       level, s);
+    if (level >= QualityLevel::grid && !shared)
+        return take_sparse(request, y, rows.sparse[sparse_index(level)], tracer.channels(), s);
+    const Sampling how = sampling(request, level);
+    BlockTracer blocks(instants.one() ? *s.lens : *lens, gaussian_psf, psf.get(), how, instants, swept,
+                       tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     const std::int32_t first = BlockTracer::block_of(request.window.x);
-    for (std::int32_t block = first; block <= last; ++block) {
-        BlockResult result;
-        NoiseSums* const noise =
-            request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)];
-        if (!blocks.trace(block, y, result, noise, shared ? &*rows.kernel : nullptr,
-                          shared ? &rows.grid : nullptr))
-            continue;
-        for (int i = 0; i < packet_size; ++i) {
-            const std::int32_t column = block * packet_size + i - request.window.x;
-            if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
-            const auto pixel = static_cast<std::size_t>(column);
-            for (std::size_t c = 0; c < tracer.channels(); ++c)
-                s.light[c * width + pixel] += result.mean[c][i];
-            const std::size_t at =
-                static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
-            if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
-            // From the grid; the variance of a pixel's own samples follows when all blocks are done.
-            if (noise != nullptr && noise->count(i) == 0)
-                s.variance[pixel] = std::max(result.variance[i], least_variance);
-        }
-    }
+    for (std::int32_t block = first; block <= last; ++block)
+        trace_block(request, y, block, blocks,
+                    request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)],
+                    shared ? &*rows.kernel : nullptr, shared ? &rows.grid : nullptr, tracer.channels(), s);
 }
 
 void Renderer::Impl::estimate_variance(const RenderRequest& request, Scratch& s,
@@ -644,11 +955,24 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
             noise.reset();
     }
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
-    begin_rows(rows.request, when, s);
-    const std::span states(s.rows.data(), when.instants);
-    const Instants instants(states);
+    const QualityLevel level = level_of(request, r);
+    const Exposure traced = exposure_at(level, when.row, s);
+    RowSetUp& set_up = traced.instants == when.instants ? s.whole : s.fewer;
+    begin_rows(rows.request, traced, s, set_up);
+    if (&set_up == &s.fewer) set_lens(set_up.rows[0].beta, s);
     s.work.row_set_up(when.instants);
-    with_tracer(instants, s, [&](Tracer& tracer) { trace_pixels(request, y, rows, instants, tracer, s); });
+    const Instants sampled(std::span(set_up.rows.data(), traced.instants));
+    with_tracer(
+        sampled, s,
+        [&](Tracer& tracer) { trace_pixels(request, y, rows, sampled, set_up.swept, level, tracer, s); },
+        level);
+    begin_rows(rows.request, when, s, s.whole);
+    const std::span states(s.whole.rows.data(), when.instants);
+    if (level != QualityLevel::full && has_small(states)) {
+        set_lens(states[0].beta, s);
+        with_tracer(Instants(states), s,
+                    [&](Tracer& tracer) { trace_small_bodies(request, y, Instants(states), tracer, s); });
+    }
     s.work.lap(RenderPart::sampling);
     for (std::uint32_t i = 0; i < when.instants; ++i) {
         set_lens(states[i].beta, s);
@@ -677,8 +1001,9 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     for (const StrayMap& map : stray)
         map.add(request.window.x, y, sun_at_camera(states.back()), scene.bands.size(), s.starlight);
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {
-        float* out = irradiance.data() +
-                     (b * static_cast<std::size_t>(request.rows) + static_cast<std::size_t>(r)) * width;
+        float* out =
+            irradiance.data() +
+            (b * static_cast<std::size_t>(plane_rows(request)) + static_cast<std::size_t>(r)) * width;
         const double* light = s.light.data() + (plain ? 0 : b * width);
         const double unit = plain ? sun_w_m2[b] : 1;
         for (std::size_t x = 0; x < width; ++x)
@@ -702,24 +1027,62 @@ std::size_t Renderer::band_count() const noexcept {
 
 bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
-    assert(irradiance.size() == band_count() * static_cast<std::size_t>(request.rows) *
-                                    static_cast<std::size_t>(request.window.width));
+    assert(request.plane_rows > 0 || irradiance.size() == band_count() *
+                                                              static_cast<std::size_t>(request.rows) *
+                                                              static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
-    RowBlock& rows = impl_->block_scratch.local();
-    rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
-    if (!impl_->loaders.empty() && request.first_row == 0) {
-        for (const SurfaceTiles* const tiles : impl_->terrains)
-            tiles->begin_frame(impl_->frame_key(request));
-        impl_->predict_views(request);
+    assert(request.levels.empty() || request.levels.size() == request.row_times.size());
+    RowBlock& rows = request.kept != nullptr ? request.kept->impl_->rows : impl_->block_scratch.local();
+    if (request.kept == nullptr || !rows.kept) {
+        rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
+        rows.kernel.reset();
+        rows.sparse_begun = {};
+        rows.kept = request.kept != nullptr;
+        // What it keeps between frames refers to its renderer.
+        if (std::exchange(rows.kept_by, impl_->number) != impl_->number) rows.wings.reset();
+        if (!impl_->loaders.empty() && request.first_row == 0) {
+            for (const SurfaceTiles* const tiles : impl_->terrains)
+                tiles->begin_frame(impl_->frame_key(request));
+            impl_->predict_views(request);
+        }
     }
     impl_->splatter.star_rows().assign(request.row_times, request.window,
                                        request.window.y + request.first_row, rows.stars);
-    return impl_->fill_sample_grid(request, cancel, rows) && impl_->fill_points(request, cancel, rows) &&
-           impl_->fill_wings(request, cancel, rows) &&
-           impl_->for_rows(RenderPart::rest, request.rows, impl_->frame_key(request), cancel,
-                           [&](std::int32_t r, Scratch& scratch) {
-                               impl_->render_row(request, rows, r, irradiance, scratch);
-                           });
+    if (!impl_->fill_sample_grid(request, cancel, rows) ||
+        !impl_->fill_sparse_grid(request, QualityLevel::grid, cancel, rows) ||
+        !impl_->fill_sparse_grid(request, QualityLevel::quarter, cancel, rows) ||
+        !impl_->fill_sparse_grid(request, QualityLevel::sixteenth, cancel, rows) ||
+        !impl_->fill_points(request, cancel, rows) || !impl_->fill_wings(request, cancel, rows))
+        return false;
+    const auto render_row = [&](std::int32_t r, Scratch& s) {
+        impl_->render_row(request, rows, r, irradiance, s);
+        if (request.gate != nullptr) request.gate->done(r);
+    };
+    if (request.gate == nullptr)
+        return impl_->for_rows(RenderPart::rest, request.rows, impl_->frame_key(request), cancel, render_row);
+    return impl_->for_rows(
+        RenderPart::rest, request.rows, impl_->frame_key(request), cancel,
+        [&](std::int32_t r) {
+            return request.gate->wants(r) && impl_->grids_ready(request, rows, r, impl_->scratch.local());
+        },
+        render_row);
+}
+
+bool Renderer::has_level(QualityLevel level) const noexcept {
+    switch (level) {
+    case QualityLevel::goal:
+        return impl_->settings.target_error > 0 || impl_->settings.samples_per_pixel > 1;
+    case QualityLevel::instants:
+        return impl_->settings.max_instants > 1;
+    case QualityLevel::bounces:
+        return impl_->lighting.max_bounces > 1;
+    default:
+        return level <= QualityLevel::sixteenth;
+    }
+}
+
+std::uint32_t Renderer::bounces_at(QualityLevel level) const noexcept {
+    return (level == QualityLevel::bounces ? impl_->lighting_few_bounces : impl_->lighting).max_bounces;
 }
 
 bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
@@ -799,8 +1162,8 @@ private:
         if (time_s != time_s_) impl_.begin_row(time_s, scratch_);
         time_s_ = time_s;
         BandLight light{};
-        impl_.with_tracer(scratch_.rows[0], scratch_,
-                          [&](Tracer& tracer) { trace(scratch_.rows[0], tracer, light); });
+        impl_.with_tracer(scratch_.whole.rows[0], scratch_,
+                          [&](Tracer& tracer) { trace(scratch_.whole.rows[0], tracer, light); });
         if (impl_.plain) {
             const double per_sun = light[0];
             for (std::size_t b = 0; b < impl_.sun_w_m2.size(); ++b)

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/frame_quality.hpp"
 #include "core/geometry.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
@@ -64,8 +65,38 @@ struct RenderSettings {
     double tiles_per_s = 0; ///< without waiting: at most so many are made a second; 0: as many as can be
 };
 
+/// Follows the rows of a request that has a deadline. All calls come from render threads and must be
+/// real-time safe.
+class RowGate {
+public:
+    virtual ~RowGate() = default;
+    /// Whether row `r` of the request is still wanted; asked in the order of the rows before each unit of
+    /// their work. A row that is not wanted is left as it was.
+    virtual bool wants(std::int32_t r) noexcept = 0;
+    /// Row `r` has been written.
+    virtual void done(std::int32_t r) noexcept = 0;
+};
+
+/// Samples that the requests of one frame share, so that rendering it in parts costs no more than in one
+/// request. Requests that use it come one after the other.
+class FrameSamples {
+public:
+    FrameSamples();
+    ~FrameSamples();
+    FrameSamples(const FrameSamples&) = delete;
+    FrameSamples& operator=(const FrameSamples&) = delete;
+    /// Forgets them: another frame, or another state of the scene.
+    void begin_frame() noexcept;
+
+private:
+    friend class Renderer;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
 /// Request for some rows of a window, each at its own time. The result depends only on the scene, the
-/// settings and these fields: neither on how rows are grouped into row blocks nor on the number of threads.
+/// settings and these fields: neither on how rows are grouped into row blocks nor on the number of threads,
+/// `kept` or `gate`.
 struct RenderRequest {
     Region window;              ///< in sensor pixels; the image is `window.width` wide
     std::int32_t first_row = 0; ///< rows [first_row, first_row + rows) of the window
@@ -79,6 +110,17 @@ struct RenderRequest {
     /// variance of the mean of its bands, in the square of the image's unit: 0 only where no ray was traced
     /// (renderer/integrators/noise_estimate.hpp). Sub-pixel bodies and stars are not included.
     std::span<float> samples{}, variance{};
+    /// Level of each requested row, of those that render; empty: full. Where a level differs in nothing from
+    /// a better one in this scene, it gives that one's result.
+    std::span<const QualityLevel> levels{};
+    /// With levels: times of all rows of the frame's window, requested or not, from row `frame_y` of the
+    /// sensor. Sparse grids reach beyond the requested rows.
+    std::span<const RowTime> frame_times{};
+    std::int32_t frame_y = 0;
+    /// Rows of a plane of the irradiance, at least `rows`; 0: `rows`.
+    std::int32_t plane_rows = 0;
+    FrameSamples* kept = nullptr;
+    RowGate* gate = nullptr;
 };
 
 /// Middle of the exposure if it is the same for all rows of a frame, as with a global shutter.
@@ -102,9 +144,13 @@ public:
 
     [[nodiscard]] const scene::Scene& scene() const noexcept;
     [[nodiscard]] std::size_t band_count() const noexcept;
+    /// Whether rows of that level can differ from those of the next better one.
+    [[nodiscard]] bool has_level(QualityLevel level) const noexcept;
+    /// Reflections after the first, and instants of a row, at a level.
+    [[nodiscard]] std::uint32_t bounces_at(QualityLevel level) const noexcept;
 
-    /// Fills `irradiance` (bands x rows x window.width floats). Returns false if `cancel` became true
-    /// meanwhile.
+    /// Fills `irradiance` (bands x rows x window.width floats). Returns false if `cancel` became true, or
+    /// the gate left out rows, meanwhile.
     bool render(const RenderRequest& request, std::span<float> irradiance,
                 const std::atomic<bool>* cancel = nullptr) const;
 

@@ -99,6 +99,7 @@ NearBodies BlockTracer::find_near() {
             if (near.on[i] != 0) found.covered = static_cast<std::uint16_t>(found.covered | 1u << i);
         found.samples = std::max(found.samples, body.samples);
         found.large = found.large && body.large;
+        found.small = found.small || body.small;
         found.reference = std::max(found.reference, tracer_.reference_radiance(brightest));
     };
     Lanes near;
@@ -286,7 +287,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     if (grid != nullptr) {
         near = grid->near(block * packet_size, y);
         // Small bodies need more than one grid point per pixel.
-        if (!near.large) grid = nullptr;
+        if (near.small || !(near.large || sampling_.grid_only)) grid = nullptr;
     }
     if (grid != nullptr && near.samples == 0) {
         std::fill(std::begin(result.covered), std::end(result.covered), false);
@@ -311,14 +312,17 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     int round = 0;
     if (grid != nullptr) {
         take_smooth(*kernel, *grid, near, result, wanted);
+        if (sampling_.grid_only) return true;
         if (std::all_of(std::begin(wanted), std::end(wanted), [](std::uint32_t n) { return n == 0; }))
             return true;
         // The grid knows only whether bodies are near; list them.
         near = find_near();
         round = 1;
     } else {
+        const std::uint32_t first =
+            near.small ? near.samples : std::min(near.samples, sampling_.most_samples);
         for (int i = 0; i < packet_size; ++i)
-            wanted[i] = result.covered[i] ? near.samples : 0;
+            wanted[i] = result.covered[i] ? first : 0;
     }
     sample(wanted, sums);
 
@@ -363,6 +367,40 @@ void BlockTracer::trace_grid(std::int32_t block, std::int32_t y, const SampleGri
             out[i] =
                 active.on[i] != 0 ? static_cast<float>(rays.radiance.v[c].v[i] * solid_angle.v[i]) : 0.0F;
     }
+}
+
+void BlockTracer::trace_points(double x, double y, double step, float* out, std::size_t plane) {
+    Doubles point_x;
+    Doubles point_y;
+    for (int i = 0; i < packet_size; ++i) {
+        point_x.v[i] = x + i * step;
+        point_y.v[i] = y;
+    }
+    projection_.rays(point_x, point_y, centre_, solid_angle_);
+    const auto column = static_cast<std::int32_t>(std::floor(x));
+    pixel_seeds(sampling_.seed, sampling_.frame_id, column, static_cast<std::int32_t>(std::floor(y)),
+                lens_seed_, light_seed_);
+    const NearBodies near = find_near();
+    CameraRays rays;
+    rays.index = {};
+    rays.light_seed = light_seed_;
+    Lanes active;
+    for (int i = 0; i < packet_size; ++i)
+        active.on[i] = (near.covered >> i & 1u) != 0 ? -1 : 0;
+    if (near.samples == 0) return;
+    Doubles solid_angle;
+    intersect(point_x, point_y, active, rays, solid_angle);
+    tracer_.radiance({&rays, 1});
+    for (std::size_t c = 0; c < tracer_.channels(); ++c)
+        for (int i = 0; i < packet_size; ++i)
+            out[c * plane + static_cast<std::size_t>(i)] =
+                active.on[i] != 0 ? static_cast<float>(rays.radiance.v[c].v[i] * solid_angle.v[i]) : 0.0F;
+}
+
+bool BlockTracer::small_near(std::int32_t block, std::int32_t y) {
+    set_block(block, y);
+    const NearBodies near = find_near();
+    return near.samples > 0 && near.small;
 }
 
 void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums) {

@@ -12,6 +12,7 @@
 #include "renderer/world/instants.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct Sampling {
     std::uint64_t frame_id = 0;
     std::uint32_t max_samples = 4; ///< per pixel, unless the row's bodies require more
     double target_error = 0;       ///< 0: the samples that the row's bodies require
+    /// Upper limit of those where no body near is BodyState::small.
+    std::uint32_t most_samples = std::numeric_limits<std::uint32_t>::max();
+    bool grid_only = false; ///< there, no samples beyond the shared grid
 };
 
 /// Means over the pixels of a block: radiance of the tracer times solid angle of the pixel.
@@ -68,6 +72,12 @@ public:
 
     /// Traces the grid's points of that block.
     void trace_grid(std::int32_t block, std::int32_t y, const SampleGridKernel& kernel, SampleGrid& grid);
+
+    /// Traces 16 points of a row of a sparse grid, `step` apart from (x, y); their values to `out`, one plane
+    /// of `plane` floats for each channel.
+    void trace_points(double x, double y, double step, float* out, std::size_t plane);
+    /// Whether a body that is BodyState::small may be seen in the block's pixels.
+    [[nodiscard]] bool small_near(std::int32_t block, std::int32_t y);
 
     /// The block that holds column `x`.
     static std::int32_t block_of(std::int32_t x) {

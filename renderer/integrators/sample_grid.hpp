@@ -38,6 +38,7 @@ struct NearBodies {
     std::uint16_t covered = 0; ///< bit i: a body may be seen in pixel i
     std::uint32_t samples = 0; ///< per pixel, as the bodies require; 0: no body is near
     bool large = true;         ///< all bodies near are BodyState::large
+    bool small = false;        ///< some body near is BodyState::small
     double reference = 0;      ///< brightest of the bodies' reference radiances
 };
 

@@ -101,6 +101,7 @@ void join_instants(std::span<RowState> states, std::vector<SweptBody>& swept) {
             if (body.brightest == nullptr || s.reference_radiance > body.brightest->reference_radiance)
                 body.brightest = &s;
             body.large = body.large && s.large;
+            body.small = body.small || s.small;
         }
         body.reach_chord2 = chord * chord;
         swept.push_back(body);

@@ -57,6 +57,7 @@ struct SweptBody {
     double reach_chord2 = 5; ///< as BodyState::reach_chord2, about that direction
     std::uint32_t samples = 0;
     bool large = true;
+    bool small = false; ///< at some instant
     /// Its state of the largest reference radiance; null: targeted at all instants.
     const BodyState* brightest = nullptr;
 };

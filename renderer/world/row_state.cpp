@@ -162,6 +162,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
             s.solid_angle_sr = 4 * std::numbers::pi;
             s.targeted = false;
             s.large = true;
+            s.small = false;
             s.samples = samples_per_pixel;
             continue;
         }
@@ -188,6 +189,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
             s.thin_crescent = true;
         }
         s.large = radius_px > large_radius_px;
+        s.small = !s.targeted && radius_px <= small_radius_px;
         s.samples = 0;
         if (!s.targeted) {
             const double pixels = std::numbers::pi * radius_px * radius_px * scene.camera.pixel_flattening();

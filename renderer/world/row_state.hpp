@@ -72,6 +72,7 @@ struct BodyState {
     double reference_radiance = 0;
     DetailView detail;     ///< of terrain; else its cells are 0
     bool large = false;    ///< larger than large_radius_px: few limb pixels
+    bool small = false;    ///< not targeted, at most small_radius_px: complete at every QualityLevel
     bool targeted = false; ///< sub-pixel: its directions are sampled, then splatted
     /// The lit part of its disc is too thin for pixel samples: sampled and splatted as a targeted body is.
     bool thin_crescent = false;
@@ -114,6 +115,8 @@ struct RowState {
 constexpr double targeted_radius_px = 3;
 /// Bodies with a larger bounding sphere have few limb pixels, whose error may be larger: see BlockTracer.
 constexpr double large_radius_px = 128;
+/// Radius of bodies that sparse grids could lose, or whose centroids they would move.
+constexpr double small_radius_px = 16;
 /// Least number of samples of a resolved body in all, so that its noise does not depend on its size.
 constexpr double samples_per_body = 16384;
 /// Largest width of a terrain's cells, in pixels.
