@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Truth table of a frame: where stars, bodies, limbs, terminators and landmarks are in its pixels.
+// Truth table of a frame: where stars, bodies, limbs, terminators, landmarks, craters and boulders are in its
+// pixels.
 #pragma once
 
 #include "core/enum_names.hpp"
@@ -23,6 +24,8 @@ enum class TruthKind : std::uint8_t {
     limb,       ///< point of a body's outline
     terminator, ///< point of a body where the centre of the Sun is on the horizon
     galaxy,     ///< centre of an extended object at infinite distance
+    crater,     ///< middle of a crater that procedural detail made: of its floor
+    boulder,    ///< middle of a boulder that procedural detail made: of its top
 };
 constexpr auto enum_names(TruthKind /*type*/) {
     return std::array{EnumName{TruthKind::star, "star"},
@@ -30,7 +33,9 @@ constexpr auto enum_names(TruthKind /*type*/) {
                       EnumName{TruthKind::landmark, "landmark"},
                       EnumName{TruthKind::limb, "limb"},
                       EnumName{TruthKind::terminator, "terminator"},
-                      EnumName{TruthKind::galaxy, "galaxy"}};
+                      EnumName{TruthKind::galaxy, "galaxy"},
+                      EnumName{TruthKind::crater, "crater"},
+                      EnumName{TruthKind::boulder, "boulder"}};
 }
 
 /// Visibility of an object in a frame.
@@ -74,11 +79,14 @@ struct TruthEntry {
     TruthVisibility visibility = TruthVisibility::visible;
     /// Its brightest pixel reaches full well or the end of the ADC's range, by its own light alone.
     bool saturated = false;
-    bool lit = true; ///< landmarks and limb points: the centre of the Sun is above the horizon
+    /// Landmarks, limb points, craters and boulders: the centre of the Sun is above the horizon.
+    bool lit = true;
     std::uint16_t window = 0;
     std::int32_t object = 0; ///< index of the star or body in the scene; the Sun comes after the bodies
-    std::int32_t item = 0;   ///< landmark: its index; limb and terminator: number along the curve
-    TruthName name;          ///< stars have none
+    /// Landmark: its index; limb and terminator: number along the curve; crater and boulder: number on its
+    /// body in this frame, the largest in the picture first.
+    std::int32_t item = 0;
+    TruthName name; ///< stars have none; crater and boulder: 16 hexadecimal digits, the same in all frames
     /// Centroid of its light in the composed image, px: centre of pixel (0, 0) at (0, 0). All effects of the
     /// image are in it.
     double x_px = unknown, y_px = unknown;
@@ -92,6 +100,10 @@ struct TruthEntry {
     double signal_e = unknown;         ///< expected electrons in all its pixels
     double peak_e = unknown;           ///< expected electrons in its brightest pixel; landmarks: in its pixel
     double snr = unknown;              ///< of a fit of its image, see docs/truth.md
+    /// Landmark, crater and boulder: planetocentric, longitude from -180 to 180; not of planes.
+    double latitude_deg = unknown, longitude_deg = unknown;
+    double diameter_m = unknown;             ///< crater and boulder
+    Vec3 point_m{unknown, unknown, unknown}; ///< landmark, crater and boulder: in the body frame
 };
 
 /// Pose of the camera or of a body as the camera sees it (light time), at mid-exposure of the frame.
@@ -107,7 +119,7 @@ struct SceneTruth {
     Time mid_exposure; ///< half way between the first reset and the last read
     Vec3 sun_position_m;
     std::vector<TruthPose> poses; ///< the camera, then all bodies
-    /// Bodies with the Sun, landmarks, stars, sky objects, limbs with terminators.
+    /// Bodies with the Sun, landmarks, stars, sky objects, limbs with terminators, craters and boulders.
     std::vector<TruthEntry> entries;
     std::uint64_t entries_left_out = 0; ///< further ones, for which there was no room
 };

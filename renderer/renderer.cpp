@@ -85,11 +85,12 @@ struct Scratch {
     std::vector<std::int32_t> candidates;
     RayCounts counts;
     WorkClock work;
-    std::vector<SurfaceTiles::Pin> pins; ///< of all terrains, while a row is rendered
-    DetailCounts detail;                 ///< of the row
-    std::uint64_t frame = 0;             ///< see frame_key()
-    RowTime measured{};                  ///< the exposure that `motion` belongs to
-    double motion = 0;                   ///< see motion_px()
+    std::vector<SurfaceTiles::Pin> pins;      ///< of all terrains, while a row is rendered
+    std::vector<std::uint64_t> tile_versions; ///< of the bodies, for the truth of a frame
+    DetailCounts detail;                      ///< of the row
+    std::uint64_t frame = 0;                  ///< see frame_key()
+    RowTime measured{};                       ///< the exposure that `motion` belongs to
+    double motion = 0;                        ///< see motion_px()
 };
 
 /// Small bodies of a frame whose rows all have the same exposure, as points of the image.
@@ -274,9 +275,12 @@ struct Renderer::Impl {
                   const Wanted& wanted, const DoRow& do_row) const;
     /// What all requests of a frame have in common, for the tiles that it shows; 0: those that are there.
     [[nodiscard]] std::uint64_t frame_key(const RenderRequest& request) const {
+        return frame_key(request.frame_id, request.common_mid);
+    }
+    [[nodiscard]] std::uint64_t frame_key(std::uint64_t frame_id, std::optional<Time> common_mid) const {
         if (loaders.empty()) return 0;
-        const auto mid = static_cast<std::uint64_t>(request.common_mid ? request.common_mid->ns : 0);
-        return (request.frame_id * 0x9e3779b97f4a7c15ull ^ mid * 0xc2b2ae3d27d4eb4full) | 1;
+        const auto mid = static_cast<std::uint64_t>(common_mid ? common_mid->ns : 0);
+        return (frame_id * 0x9e3779b97f4a7c15ull ^ mid * 0xc2b2ae3d27d4eb4full) | 1;
     }
     /// Tells the loaders where the next second's frames will be seen from.
     void predict_views(const RenderRequest& request) const;
@@ -1180,7 +1184,16 @@ private:
 void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const {
     StarsInView& in_view = impl_->block_scratch.local().stars;
     impl_->splatter.star_rows().find(request.rows, in_view);
-    Impl::TracedLight light(*impl_, impl_->scratch.local());
+    Scratch& scratch = impl_->scratch.local();
+    scratch.frame = impl_->frame_key(request.frame_id, common_mid(request.rows));
+    scratch.tile_versions.assign(impl_->bodies.size(), 0);
+    for (std::size_t b = 0; b < impl_->bodies.size(); ++b)
+        if (const SurfaceTiles* const tiles = impl_->bodies[b].shape->tiles(); tiles != nullptr)
+            scratch.tile_versions[b] = tiles->version_of(scratch.frame);
+    scratch.pins.clear();
+    for (const SurfaceTiles* const tiles : impl_->terrains)
+        scratch.pins.push_back(tiles->pin());
+    Impl::TracedLight light(*impl_, scratch);
     const TruthScene scene{impl_->scene,
                            impl_->bodies,
                            *impl_->lens,
@@ -1192,8 +1205,13 @@ void Renderer::list_truth(const TruthRequest& request, SceneTruth& truth) const 
                            impl_->sun_w_m2,
                            impl_->settings.max_instants,
                            impl_->splatter.reach_px(),
+                           impl_->field_rad,
+                           scratch.tile_versions,
+                           impl_->settings.wait_for_tiles,
                            &light};
     renderer::list_truth(scene, request, truth);
+    scratch.pins.clear();
+    scratch.detail = {}; // not of a picture
 }
 
 std::uint64_t Renderer::rays_traced() const noexcept {

@@ -22,6 +22,9 @@ struct Cap {
     double radius_m = 0;
 };
 
+/// Part of the reference surface that a tile with its margin lies in.
+[[nodiscard]] Cap cap_of(const SurfaceDomain& domain, TileKey key);
+
 /// Vertices at which heights are asked for. A height depends on the vertex's position and on the spacing
 /// alone, never on what else is asked for with it: neighbouring tiles agree at shared vertices, bit for bit,
 /// and tiles may be made in any order, by any thread.
@@ -36,6 +39,9 @@ struct VertexGrid {
     /// Contains all positions.
     Cap cap;
 };
+
+class FeatureSearch;
+struct SurfaceFeature;
 
 /// Layers are applied from the coarsest map upwards. Immutable; thread-safe. Called by loader threads and, in
 /// offline rendering, by render threads; may allocate and read files.
@@ -57,6 +63,15 @@ public:
     /// detail at every scale. A layer above may fill in what is between the samples.
     [[nodiscard]] virtual double sample_spacing_m(Vec3 /*position_m*/) const {
         return std::numeric_limits<double>::infinity();
+    }
+
+    /// Lists the layer's own features, such as craters. Takes no memory but that of the search.
+    virtual void find_features(FeatureSearch& /*search*/) const {}
+    /// Share of one of its features that is left at its centre, where samples of the layers below are
+    /// `sample_spacing_m` apart: later ones of the same layer, and samples, take the rest.
+    [[nodiscard]] virtual double share_left(const SurfaceFeature& /*feature*/,
+                                            double /*sample_spacing_m*/) const {
+        return 1;
     }
 };
 

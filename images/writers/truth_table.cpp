@@ -62,6 +62,18 @@ constexpr std::array columns{
                 [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.psf_x_px; }},
     TruthColumn{"psf_y_px", "px", "1D",
                 [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.psf_y_px; }},
+    TruthColumn{"latitude_deg", "deg", "1D",
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.latitude_deg; }},
+    TruthColumn{"longitude_deg", "deg", "1D",
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.longitude_deg; }},
+    TruthColumn{"diameter_m", "m", "1D",
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.diameter_m; }},
+    TruthColumn{"point_x_m", "m", "1D",
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.point_m.x; }},
+    TruthColumn{"point_y_m", "m", "1D",
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.point_m.y; }},
+    TruthColumn{"point_z_m", "m", "1D",
+                [](const SceneTruth&, const TruthEntry& e) -> TruthCell { return e.point_m.z; }},
 };
 
 /// Columns of poses, after those of objects in CSV files.

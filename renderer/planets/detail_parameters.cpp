@@ -69,6 +69,14 @@ config::Keys keys_of(DetailParameters& d) {
             .range(0, 1000)
             .help("Boulders at the rim of a crater that was just made, over those elsewhere, less 1; fewer "
                   "with the distance and with the age of the crater, up to 0.3 Ga"),
+        config::key("truth_least_px", &d.truth_least_px)
+            .unit("px")
+            .range(3, 1e6)
+            .help("Craters and boulders of at least this diameter in the picture are listed in its truth "
+                  "table (docs/truth.md)"),
+        config::key("truth_most", &d.truth_most)
+            .range(0, 4096)
+            .help("Of those, so many are listed, the largest in the picture; 0: none"),
     };
 }
 

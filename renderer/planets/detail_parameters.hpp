@@ -33,6 +33,8 @@ struct DetailParameters {
     double crater_least_m = 1, crater_largest_m = terrain::CraterLaw::largest_diameter_m;
     double boulders_per_m2 = 0; ///< N(>1 m); 0: no boulders
     double boulder_index = 2.482, boulder_least_m = 0.2, boulder_largest_m = 10, boulder_ejecta = 20;
+    double truth_least_px = 8;      ///< of craters and boulders that the truth of frames lists
+    std::uint32_t truth_most = 100; ///< of those
 };
 
 /// The table [body.detail]; `detail` must outlive it.

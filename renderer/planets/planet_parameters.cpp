@@ -52,6 +52,7 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
     return context.shared(key, [&] {
         TerrainShape::Settings settings;
         settings.tiles.arena_bytes = std::uint64_t{relief.tile_memory_mib} << 20;
+        settings.tiles.listed = {relief.detail.truth_least_px, relief.detail.truth_most};
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);
         std::vector<std::shared_ptr<const terrain::HeightLayer>> layers =
             open_heights(relief.heights, domain, settings.notes);

@@ -64,6 +64,12 @@ struct LevelChoice {
     [[nodiscard]] double coarseness(const SurfaceNode& node) const;
 };
 
+/// Which craters and boulders of a terrain the truth of a frame lists.
+struct FeatureLimits {
+    double least_px = 8; ///< diameter in the picture
+    std::size_t most = 100;
+};
+
 /// The first tiles, of level 0 and of the pinned levels, stay. All others are made when a ray of a DetailView
 /// with `wait` meets their bounds, or by a TileLoader; when the arena is full, those that were used least
 /// recently go.
@@ -78,6 +84,7 @@ public:
     struct Settings {
         std::uint64_t arena_bytes = std::uint64_t{512} << 20;
         int pinned_levels = 3; ///< levels 0, 1 and 2 stay once made
+        FeatureLimits listed{};
     };
     class Pin;
 
@@ -87,6 +94,7 @@ public:
     SurfaceTiles& operator=(const SurfaceTiles&) = delete;
 
     [[nodiscard]] const terrain::TileMaker& maker() const { return maker_; }
+    [[nodiscard]] FeatureLimits listed() const { return settings_.listed; }
     [[nodiscard]] const terrain::SurfaceDomain& domain() const { return maker_.domain(); }
     /// Bounds of the unit heights of the whole terrain.
     [[nodiscard]] double least() const { return least_; }

@@ -26,7 +26,7 @@ Vec3 inverse(Vec3 a) {
 }
 
 /// The outermost surface seen from `camera_m`, body frame, in the half plane of the azimuth `a`.
-std::optional<Vec3> outermost(const Shape& shape, Vec3 camera_m, double a) {
+std::optional<Vec3> outermost(const Shape& shape, const DetailView* detail, Vec3 camera_m, double a) {
     const double distance = length(camera_m), radius = shape.bounding_radius_m();
     if (!(distance > radius)) return std::nullopt;
     const Vec3 axis = camera_m / -distance;
@@ -44,7 +44,7 @@ std::optional<Vec3> outermost(const Shape& shape, Vec3 camera_m, double a) {
         const auto radius_of = [&](std::size_t i) { return outer - step * (static_cast<double>(i) + 1); };
         for (std::size_t i = 0; i < rays.size(); ++i)
             rays[i] = towards(radius_of(i));
-        distances_along(shape, camera_m, rays, ranges);
+        distances_along(shape, camera_m, rays, ranges, detail);
         const auto hit = std::find_if(ranges.begin(), ranges.end(), [](double r) { return r != no_hit; });
         const auto index = static_cast<std::size_t>(hit - ranges.begin());
         if (hit != ranges.end()) inner = radius_of(index);
@@ -57,7 +57,7 @@ std::optional<Vec3> outermost(const Shape& shape, Vec3 camera_m, double a) {
     if (!found) return std::nullopt;
     for (int i = 0; i < divisions; ++i)
         narrow((outer - inner) / (packet_size + 1));
-    return camera_m + distance_along(shape, camera_m, towards(inner)) * towards(inner);
+    return camera_m + distance_along(shape, camera_m, towards(inner), detail) * towards(inner);
 }
 
 } // namespace
@@ -72,8 +72,11 @@ BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, 
       found_(&memory) {
     if (radii_m_.x > 0) return;
     found_.resize(points);
+    const DetailView view = detail_of(scene, middle, body);
+    const DetailView* const detail = view.cell_rad > 0 ? &view : nullptr;
     for (std::uint32_t i = 0; i < points; ++i)
-        found_[i] = outermost(*scene.bodies[body].shape, viewer_m(middle), 2 * std::numbers::pi * i / points);
+        found_[i] =
+            outermost(*scene.bodies[body].shape, detail, viewer_m(middle), 2 * std::numbers::pi * i / points);
 }
 
 Vec3 BodyCurve::viewer_m(const TruthState& state) const {
@@ -100,14 +103,16 @@ Vec3 BodyCurve::point_m(const TruthState& state, std::uint32_t i) const {
 
 bool BodyCurve::near_side(const TruthState& state, std::uint32_t i) const {
     if (kind_ == TruthKind::limb) return true;
-    if (!(radii_m_.x > 0)) return faces_camera(scene_, state, body_, point_m(state, i));
+    if (!(radii_m_.x > 0))
+        return faces_camera(scene_, state, body_, point_m(state, i), surface_slack_m(scene_, body_));
     const Vec3 scale = inverse(radii_m_);
     const Vec3 camera = product(to_local(state.bodies[body_], state.camera.position_m), scale);
     return dot(product(point_m(state, i), scale), camera) > 1;
 }
 
 bool BodyCurve::lit(const TruthState& state, std::uint32_t i) const {
-    if (!(radii_m_.x > 0)) return is_lit(scene_, state, body_, point_m(state, i));
+    if (!(radii_m_.x > 0))
+        return is_lit(scene_, state, body_, point_m(state, i), surface_slack_m(scene_, body_));
     const Vec3 scale = inverse(radii_m_);
     const Vec3 sun = product(to_local(state.bodies[body_], state.sun_m), scale);
     return dot(product(point_m(state, i), scale), sun) > 1;

@@ -3,17 +3,20 @@
 
 #include "core/solar_spectrum.hpp"
 #include "renderer/integrators/star_rows.hpp"
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/scene_tree.hpp"
 #include "renderer/scene/star_catalogue.hpp"
 #include "renderer/shapes/single_ray.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/curves.hpp"
+#include "renderer/truth/features.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "renderer/truth/sight.hpp"
 #include "renderer/truth/signal.hpp"
 #include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory_resource>
 #include <numbers>
@@ -58,6 +61,19 @@ ImagePoint on_sensor(const FrameWindow& window, const Landing& landing) {
     return {landing.at.x + window.sensor.x - landing.psf_shift.x,
             landing.at.y - window.image_y + window.sensor.y - landing.psf_shift.y};
 }
+
+/// Identity of a crater or boulder as 16 hexadecimal digits.
+class FeatureName {
+public:
+    explicit FeatureName(std::uint64_t id) {
+        for (std::size_t i = digits_.size(); i-- > 0; id >>= 4)
+            digits_[i] = "0123456789abcdef"[id & 15];
+    }
+    [[nodiscard]] std::string_view view() const { return {digits_.data(), digits_.size()}; }
+
+private:
+    std::array<char, 16> digits_{};
+};
 
 class Lister {
 public:
@@ -177,6 +193,17 @@ public:
         }
     }
 
+    void add_features() {
+        use_sunlight();
+        for (std::size_t b = 0; b < scene_.scene.bodies.size(); ++b) {
+            if (scene_.bodies[b].shape->tiles() == nullptr) continue;
+            FeatureFinder finder(scene_, states_, b);
+            std::int32_t number = 0;
+            for (const FeatureInView& found : finder.find())
+                add_feature(b, found, number++);
+        }
+    }
+
 private:
     /// Light of the next entries, in each band.
     void use_light(std::span<const double> irradiance_w_m2) {
@@ -261,13 +288,33 @@ private:
         }
     }
 
+    /// Sets where a point of a body is on it.
+    void set_point(TruthEntry& entry, std::size_t body, Vec3 point_m) const {
+        constexpr double degree = std::numbers::pi / 180;
+        entry.point_m = point_m;
+        const SurfaceTiles* const tiles = scene_.bodies[body].shape->tiles();
+        if (tiles != nullptr && tiles->domain().is_plane()) return;
+        entry.latitude_deg = std::atan2(point_m.z, std::hypot(point_m.x, point_m.y)) / degree;
+        entry.longitude_deg = std::atan2(point_m.y, point_m.x) / degree;
+    }
+
+    /// Point of a landmark; of a terrain where the frame's tiles have it, if a direction was given.
+    [[nodiscard]] Vec3 landmark_m(std::size_t i, std::size_t body) {
+        const Vec3 point_m = scene_.landmarks_m[i];
+        if (scene_.bodies[body].shape->tiles() == nullptr || scene_.scene.landmarks[i].position_m)
+            return point_m;
+        return surface_point(scene_, states_.middle_of(0), body, point_m).value_or(point_m);
+    }
+
     void add_landmark(std::size_t i) {
         const scene::Landmark& landmark = scene_.scene.landmarks[i];
         const auto body = static_cast<std::size_t>(scene::index_of(scene_.scene.bodies, landmark.body));
-        const Vec3 point_m = scene_.landmarks_m[i];
+        const Vec3 point_m = landmark_m(i, body);
+        const double slack_m = surface_slack_m(scene_, body);
         const auto towards = [&](const TruthState& s) { return towards_point(s, body, point_m); };
         const auto seen = [&](const TruthState& s, Vec3 d) {
-            return faces_camera(scene_, s, body, point_m) && !is_hidden(scene_, s, d, length(d), body);
+            return faces_camera(scene_, s, body, point_m, slack_m) &&
+                   !is_hidden(scene_, s, d, length(d), body);
         };
         TruthEntry entry;
         entry.kind = TruthKind::landmark;
@@ -275,6 +322,7 @@ private:
         entry.object = static_cast<std::int32_t>(body);
         entry.item = static_cast<std::int32_t>(i);
         entry.name.set(landmark.name);
+        set_point(entry, body, point_m);
         std::optional<TruthEntry> outside;
         bool added = false;
         for (std::size_t w = 0; w < request_.windows.size(); ++w) {
@@ -283,7 +331,7 @@ private:
             TruthEntry here = entry;
             if (landing) set_place(here, w, *landing);
             here.range_m = length(towards(state));
-            here.lit = is_lit(scene_, state, body, point_m);
+            here.lit = is_lit(scene_, state, body, point_m, slack_m);
             here.visible_share = landing ? landing->seen : 0;
             here.visibility =
                 landing ? visibility_of(landing->seen, landing->inside) : TruthVisibility::outside;
@@ -296,6 +344,36 @@ private:
             added = true;
         }
         if (!added && outside) push(*outside);
+    }
+
+    void add_feature(std::size_t body, const FeatureInView& found, std::int32_t number) {
+        const auto towards = [&](const TruthState& s) { return towards_point(s, body, found.point_m); };
+        // Its point is one of the surface that hides it, but for the rounding of the ray.
+        const double slack_m =
+            detail_of(scene_, states_.middle_of(0), body).cell_rad * length(towards(states_.middle_of(0))) +
+            1e-9 * scene_.bodies[body].shape->bounding_radius_m();
+        const auto seen = [&](const TruthState& s, Vec3 d) {
+            return faces_camera(scene_, s, body, found.point_m, slack_m) &&
+                   !is_hidden(scene_, s, d, length(d), body);
+        };
+        TruthEntry entry;
+        entry.kind =
+            found.feature.kind == terrain::FeatureKind::crater ? TruthKind::crater : TruthKind::boulder;
+        entry.object = static_cast<std::int32_t>(body);
+        entry.item = number;
+        entry.name.set(FeatureName(found.feature.id).view());
+        entry.diameter_m = found.feature.diameter_m;
+        set_point(entry, body, found.point_m);
+        for (std::size_t w = 0; w < request_.windows.size(); ++w) {
+            const std::optional<Landing> landing = states_.land(w, towards, seen);
+            if (!landing || landing->inside == 0) continue;
+            set_place(entry, w, *landing);
+            entry.range_m = length(towards(*landing->state));
+            entry.lit = is_lit(scene_, *landing->state, body, found.point_m, slack_m);
+            entry.visible_share = landing->seen;
+            entry.visibility = visibility_of(landing->seen, landing->inside);
+            push(entry);
+        }
     }
 
     /// Share of a body's disc that is seen on the window's pixels, at one instant, and that without what
@@ -427,6 +505,7 @@ void list_truth(const TruthScene& scene, const TruthRequest& request, SceneTruth
     lister.add_sky();
     lister.add_galaxies();
     lister.add_curves();
+    lister.add_features();
 }
 
 } // namespace obscura::renderer

@@ -1,9 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/truth/sight.hpp"
 
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/shapes/single_ray.hpp"
 
 namespace obscura::renderer {
+namespace {
+
+/// As distance_along(), of a body as the frame shows it.
+double range_to(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 origin,
+                Vec3 direction) {
+    const DetailView detail = detail_of(scene, state, body);
+    return distance_along(*scene.bodies[body].shape, origin, direction,
+                          detail.cell_rad > 0 ? &detail : nullptr);
+}
+
+} // namespace
+
+DetailView detail_of(const TruthScene& scene, const TruthState& state, std::size_t body) {
+    DetailView detail;
+    if (scene.bodies[body].shape->tiles() == nullptr) return detail;
+    detail.eye_m = to_local(state.bodies[body], state.camera.position_m);
+    detail.cell_rad = terrain_cell_px * scene.lens.pixel_angle_rad();
+    detail.wait = scene.wait_for_tiles;
+    detail.version = scene.tile_versions[body];
+    return detail;
+}
+
+double surface_slack_m(const TruthScene& scene, std::size_t body) {
+    return 1e-4 * scene.bodies[body].shape->bounding_radius_m();
+}
+
+std::optional<Vec3> surface_point(const TruthScene& scene, const TruthState& state, std::size_t body,
+                                  Vec3 towards) {
+    const Shape& shape = *scene.bodies[body].shape;
+    const SurfaceTiles* const tiles = shape.tiles();
+    const bool plane = tiles != nullptr && tiles->domain().is_plane();
+    const double from_m = 1.01 * shape.bounding_radius_m();
+    const Vec3 up = plane ? Vec3{0, 0, 1} : normalized(towards);
+    const Vec3 origin = plane ? Vec3{towards.x, towards.y, from_m} : from_m * up;
+    const double range_m = range_to(scene, state, body, origin, -up);
+    // Beyond the centre it is the surface of the other side.
+    if (!(range_m <= (plane ? 2 : 1) * from_m)) return std::nullopt;
+    return origin - range_m * up;
+}
 
 bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction, double range_m,
                std::size_t but) {
@@ -19,30 +59,28 @@ bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction,
             (along < 0 || length_squared(cross(to_body, unit)) > radius * radius))
             continue;
         const Quat own = conjugate(state.bodies[b].orientation);
-        if (distance_along(shape, rotate(own, -to_body), rotate(own, unit)) < range_m) return true;
+        if (range_to(scene, state, b, rotate(own, -to_body), rotate(own, unit)) < range_m) return true;
     }
     return false;
 }
 
-bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m) {
-    const Shape& shape = *scene.bodies[body].shape;
+bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,
+                  double slack_m) {
     const Vec3 camera = to_local(state.bodies[body], state.camera.position_m);
     const double range = length(point_m - camera);
-    return !(distance_along(shape, camera, (point_m - camera) / range) <
-             range - surface_slack * shape.bounding_radius_m());
+    return !(range_to(scene, state, body, camera, (point_m - camera) / range) < range - slack_m);
 }
 
-bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m) {
+bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,
+            double slack_m) {
     if (!(scene.scene.sun.irradiance_scale > 0)) return false;
     const Vec3 surface = to_parent(state.bodies[body], point_m);
     const Vec3 to_sun = normalized(state.sun_m - surface);
-    const Vec3 point = surface + surface_slack * scene.bodies[body].shape->bounding_radius_m() * to_sun;
-    for (std::size_t b = 0; b < scene.scene.bodies.size(); ++b) {
-        const Shape& shape = *scene.bodies[b].shape;
-        if (distance_along(shape, to_local(state.bodies[b], point),
-                           rotate(conjugate(state.bodies[b].orientation), to_sun)) != no_hit)
+    const Vec3 point = surface + slack_m * to_sun;
+    for (std::size_t b = 0; b < scene.scene.bodies.size(); ++b)
+        if (range_to(scene, state, b, to_local(state.bodies[b], point),
+                     rotate(conjugate(state.bodies[b].orientation), to_sun)) != no_hit)
             return false;
-    }
     return true;
 }
 

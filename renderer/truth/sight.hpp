@@ -5,6 +5,7 @@
 #include "renderer/truth/row_states.hpp"
 
 #include <cstddef>
+#include <optional>
 
 namespace obscura::renderer {
 
@@ -15,16 +16,25 @@ constexpr std::size_t no_body = static_cast<std::size_t>(-1);
 [[nodiscard]] bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction, double range_m,
                              std::size_t but = no_body);
 
-/// A point of a surface may lie so far beneath it, of the radius of the bounding sphere.
-constexpr double surface_slack = 1e-4;
+/// Level of detail of a terrain, as the frame shows it; its cells are 0 for other shapes. Of use while the
+/// pins of Renderer::list_truth() last.
+[[nodiscard]] DetailView detail_of(const TruthScene& scene, const TruthState& state, std::size_t body);
+
+/// How far a point of a surface may lie beneath it, m: landmarks that were given by position.
+[[nodiscard]] double surface_slack_m(const TruthScene& scene, std::size_t body);
+
+/// The outermost surface of a body in a direction from its centre, or above a point of a plane; empty: none.
+[[nodiscard]] std::optional<Vec3> surface_point(const TruthScene& scene, const TruthState& state,
+                                                std::size_t body, Vec3 towards);
 
 /// Whether the body's own surface does not hide its point `point_m` (body frame) from the camera.
 [[nodiscard]] bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t body,
-                                Vec3 point_m);
+                                Vec3 point_m, double slack_m);
 
 /// Whether the centre of the Sun is seen from a point of the surface of body `body`, body frame, over all
 /// bodies. False without a Sun.
-[[nodiscard]] bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m);
+[[nodiscard]] bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,
+                          double slack_m);
 
 /// From the camera to a point of a body (body frame), camera axes, m.
 [[nodiscard]] inline Vec3 towards_point(const TruthState& state, std::size_t body, Vec3 point_m) {

@@ -44,6 +44,53 @@ Boulders::Boulders(const SurfaceDomain& domain, const Settings& settings, std::u
       craters_(std::move(craters)),
       field_(domain, seed, boulder_stream, boulder_octaves(settings, craters_ != nullptr)) {}
 
+double Boulders::diameter_m(const Feature& feature) const {
+    // N(>D) within the octave, from that of twice the smallest to that of the smallest.
+    const double few = exact_exp2(-settings_.index);
+    const double left = few + uniform_double(feature.random[0]) * (1 - few);
+    return std::ldexp(1.0, field_.octaves()[feature.octave].exponent) * exact_pow(left, -1 / settings_.index);
+}
+
+bool Boulders::stands(const Feature& feature, std::span<const Crater> around) const {
+    if (craters_ == nullptr) return true;
+    const double least = std::ldexp(ejecta_sizes, field_.octaves()[feature.octave].exponent);
+    double more = 0;
+    for (const Crater& crater : around) {
+        const double radius = crater.diameter_m / 2;
+        const double square = length_squared(feature.position_m - crater.position_m) / (radius * radius);
+        if (crater.diameter_m < least || square > ejecta_radii * ejecta_radii) continue;
+        const double r = std::sqrt(square);
+        const double fresh = 1 - crater.age_ga / gone_ga;
+        more = std::max(more, fresh * exact_exp(-std::max(0.0, r - 1) / ejecta_fall));
+    }
+    return uniform_double(feature.random[1]) * (1 + settings_.ejecta) <= 1 + settings_.ejecta * more;
+}
+
+void Boulders::find_features(FeatureSearch& search) const {
+    // Craters around are looked for once for so many cells along an edge.
+    constexpr int together = 4;
+    std::pmr::vector<Crater> around(&search.memory());
+    const auto wants = [&](TileKey square, std::size_t octave, int finer) {
+        const double low = std::ldexp(1.0, field_.octaves()[octave].exponent);
+        if (!search.wants(square, 2 * low)) return false;
+        if (craters_ != nullptr && (finer == together || (finer < together && square.level == 0))) {
+            around.clear();
+            craters_->add_young(cap_of(field_.domain(), square), ejecta_sizes * low, gone_ga, ejecta_radii,
+                                around);
+        }
+        return true;
+    };
+    field_.visit(0, field_.octaves().size(), wants, [&](const Feature& feature) {
+        const double diameter = diameter_m(feature);
+        if (exists(diameter) && search.wants(feature.position_m, diameter) && stands(feature, around))
+            search.add({FeatureKind::boulder, feature.id, feature.position_m, diameter});
+    });
+}
+
+double Boulders::share_left(const SurfaceFeature& /*feature*/, double sample_spacing_m) const {
+    return Craters::share(settings_.largest_diameter_m, sample_spacing_m);
+}
+
 std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diameter_m) const {
     const std::vector<FeatureOctave>& octaves = field_.octaves();
     std::size_t first = 0;
@@ -61,30 +108,11 @@ std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diamete
         std::erase_if(around, [](const Crater& crater) { return crater.age_ga >= gone_ga; });
     }
     for (const Feature& feature : features) {
-        const double low = std::ldexp(1.0, octaves[feature.octave].exponent);
-        // N(>D) within the octave, from that of twice the smallest to that of the smallest.
-        const double few = exact_exp2(-settings_.index);
-        const double left = few + uniform_double(feature.random[0]) * (1 - few);
-        const double diameter = low * exact_pow(left, -1 / settings_.index);
-        if (diameter < least_diameter_m || diameter < settings_.least_diameter_m ||
-            diameter > settings_.largest_diameter_m)
-            continue;
+        const double diameter = diameter_m(feature);
+        if (diameter < least_diameter_m || !exists(diameter)) continue;
         const double limit = cap.radius_m + diameter / 2;
         if (length_squared(feature.position_m - cap.centre_m) > limit * limit) continue;
-        if (craters_ != nullptr) {
-            double more = 0;
-            for (const Crater& crater : around) {
-                const double radius = crater.diameter_m / 2;
-                const double square =
-                    length_squared(feature.position_m - crater.position_m) / (radius * radius);
-                if (crater.diameter_m < ejecta_sizes * low || square > ejecta_radii * ejecta_radii) continue;
-                const double r = std::sqrt(square);
-                const double fresh = 1 - crater.age_ga / gone_ga;
-                more = std::max(more, fresh * exact_exp(-std::max(0.0, r - 1) / ejecta_fall));
-            }
-            if (uniform_double(feature.random[1]) * (1 + settings_.ejecta) > 1 + settings_.ejecta * more)
-                continue;
-        }
+        if (!stands(feature, around)) continue;
         Dome dome;
         const double share = uniform_double(feature.random[2] << 16);
         dome.boulder = {feature.id, feature.position_m, diameter,

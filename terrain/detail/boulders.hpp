@@ -4,10 +4,12 @@
 
 #include "terrain/detail/craters.hpp"
 #include "terrain/detail/scattered_features.hpp"
+#include "terrain/feature_search.hpp"
 #include "terrain/height_layer.hpp"
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace obscura::terrain {
@@ -44,6 +46,9 @@ public:
     [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
     [[nodiscard]] double sample_spacing_m(Vec3 /*position_m*/) const override { return 0; }
 
+    void find_features(FeatureSearch& search) const override;
+    [[nodiscard]] double share_left(const SurfaceFeature& feature, double sample_spacing_m) const override;
+
     /// Boulders of at least a diameter that touch the cap.
     [[nodiscard]] std::vector<Boulder> near(const Cap& cap, double least_diameter_m) const;
 
@@ -54,6 +59,12 @@ private:
         Vec3 along, across; ///< over the semi-axes: the unit circle is its foot
     };
     [[nodiscard]] std::vector<Dome> domes(const Cap& cap, double least_diameter_m) const;
+    [[nodiscard]] bool exists(double diameter_m) const {
+        return diameter_m >= settings_.least_diameter_m && diameter_m <= settings_.largest_diameter_m;
+    }
+    [[nodiscard]] double diameter_m(const Feature& feature) const;
+    /// Whether there is a boulder in that place, by the craters around.
+    [[nodiscard]] bool stands(const Feature& feature, std::span<const Crater> around) const;
 
     bool plane_;
     Settings settings_;

@@ -367,6 +367,54 @@ std::vector<Crater> Craters::near(const Cap& cap, double least_diameter_m, doubl
     return craters;
 }
 
+void Craters::find_features(FeatureSearch& search) const {
+    const auto wants = [&](TileKey square, std::size_t octave, int /*finer*/) {
+        return search.wants(square, std::ldexp(2.0, field_.octaves()[octave].exponent));
+    };
+    field_.visit(0, field_.octaves().size(), wants, [&](const Feature& feature) {
+        const Stamp stamp = stamp_of(feature);
+        if (!exists(stamp) || !search.wants(feature.position_m, stamp.diameter_m)) return;
+        search.add({FeatureKind::crater, feature.id, feature.position_m, stamp.diameter_m});
+    });
+}
+
+double Craters::share_left(const SurfaceFeature& feature, double sample_spacing_m) const {
+    const Stamp own = stamp_of(field_.feature(feature.id));
+    const std::size_t octave = own.feature.octave;
+    CraterProfile now{}, fresh{};
+    profiles_[octave].at(wear(own), now.data());
+    profiles_[octave].at(0, fresh.data());
+    double left = octave_share(octave, sample_spacing_m) * now[0] / fresh[0];
+    const double reach_share = std::sqrt(kept_squared) / CraterProfiles::reach;
+    field_.visit_near({own.feature.position_m, 0}, octave + 1, field_.octaves().size(), reach_share,
+                      [&](const Feature& other) {
+                          const Stamp later = stamp_of(other);
+                          if (!exists(later) || !older(own, later)) return;
+                          const double radius = later.diameter_m / 2;
+                          const double square =
+                              length_squared(own.feature.position_m - other.position_m) / (radius * radius);
+                          left *= 1 - octave_share(other.octave, sample_spacing_m) * removed(square);
+                      });
+    return left;
+}
+
+void Craters::add_young(const Cap& cap, double least_diameter_m, double age_ga, double radii,
+                        std::pmr::vector<Crater>& craters) const {
+    const std::vector<FeatureOctave>& octaves = field_.octaves();
+    std::size_t first = 0;
+    while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_diameter_m)
+        ++first;
+    field_.visit_near(cap, first, octaves.size(), radii / CraterProfiles::reach, [&](const Feature& feature) {
+        const Stamp stamp = stamp_of(feature);
+        const double reach = cap.radius_m + radii * stamp.diameter_m / 2;
+        const double age = law_.age_of(stamp.chronology);
+        if (!exists(stamp) || stamp.diameter_m < least_diameter_m || age >= age_ga ||
+            length_squared(feature.position_m - cap.centre_m) > reach * reach)
+            return;
+        craters.push_back({feature.id, feature.position_m, stamp.diameter_m, age});
+    });
+}
+
 double Craters::deviation_m2(double baseline_m) const {
     // Campbell's theorem: craters are independent, so each adds its own integral over the plane.
     constexpr double step = 0.2;

@@ -4,10 +4,12 @@
 
 #include "terrain/detail/crater_law.hpp"
 #include "terrain/detail/scattered_features.hpp"
+#include "terrain/feature_search.hpp"
 #include "terrain/height_layer.hpp"
 
 #include <array>
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 namespace obscura::terrain {
@@ -43,8 +45,16 @@ public:
     [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
     [[nodiscard]] double sample_spacing_m(Vec3 /*position_m*/) const override { return 0; }
 
+    void find_features(FeatureSearch& search) const override;
+    /// Depth in the middle over that of a fresh one, less what later, larger craters removed.
+    [[nodiscard]] double share_left(const SurfaceFeature& feature, double sample_spacing_m) const override;
+
     /// Craters of at least a diameter whose rims, or `radii` times their radii, reach into the cap.
     [[nodiscard]] std::vector<Crater> near(const Cap& cap, double least_diameter_m, double radii = 1) const;
+    /// Appends the craters of at least a diameter that are younger than an age and whose radii, `radii`
+    /// times, reach into the cap.
+    void add_young(const Cap& cap, double least_diameter_m, double age_ga, double radii,
+                   std::pmr::vector<Crater>& craters) const;
     /// Share of a crater of a diameter that is added over samples of that spacing.
     [[nodiscard]] static double share(double diameter_m, double sample_spacing_m);
     /// Mean square difference of heights at a distance that the craters make, m2, without the removal of
@@ -80,6 +90,10 @@ private:
     /// Range of an octave's sum.
     [[nodiscard]] HeightRange clamp_of(std::size_t octave) const;
     [[nodiscard]] double octave_share(std::size_t octave, double sample_spacing_m) const;
+
+    [[nodiscard]] bool exists(const Stamp& stamp) const {
+        return stamp.diameter_m >= least_diameter_m_ && stamp.diameter_m <= largest_diameter_m_;
+    }
 
     bool over_maps_;
     double least_diameter_m_, largest_diameter_m_;

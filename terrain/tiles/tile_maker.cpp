@@ -62,16 +62,7 @@ TileMaker::TileMaker(SurfaceDomain domain, std::vector<std::shared_ptr<const Hei
     : domain_(domain), layers_(std::move(layers)) {}
 
 Cap TileMaker::cap(TileKey key) const {
-    const auto at = [&](int i, int j) {
-        return domain_.point(key.face, SurfaceDomain::coordinate(key.level, key.i, i),
-                             SurfaceDomain::coordinate(key.level, key.j, j));
-    };
-    Cap cap{at(tile_cells / 2, tile_cells / 2), 0};
-    for (const int i : {-1, tile_cells / 2, tile_cells + 1})
-        for (const int j : {-1, tile_cells / 2, tile_cells + 1})
-            cap.radius_m = std::max(cap.radius_m, length(at(i, j) - cap.centre_m));
-    cap.radius_m *= 1 + 1e-3;
-    return cap;
+    return cap_of(domain_, key);
 }
 
 HeightRange TileMaker::layers_range(const Cap& cap, double spacing_m) const {

@@ -29,6 +29,8 @@ public:
     TileMaker(SurfaceDomain domain, std::vector<std::shared_ptr<const HeightLayer>> layers);
 
     [[nodiscard]] const SurfaceDomain& domain() const { return domain_; }
+    /// In the order in which they are applied.
+    [[nodiscard]] const std::vector<std::shared_ptr<const HeightLayer>>& layers() const { return layers_; }
 
     /// Fills `out`. Heights beyond range() of the tile are set to its nearer end, so that rays can rely on
     /// the bounds of a layer that states them wrongly; returns how many there were, which is a fault of the

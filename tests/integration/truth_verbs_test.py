@@ -223,7 +223,7 @@ check("OpenEXR: header and entries", "CAM_QW" in found["header"] and len(found["
 
 # Damaged input.
 run("truth", "fits/frame_000002.fits", "--table", "absent.csv", status=66, has="absent.csv")
-(folder / "cut.fits").write_bytes((folder / "png/truth.fits").read_bytes()[:9000])
+(folder / "cut.fits").write_bytes((folder / "png/truth.fits").read_bytes()[:14000])
 run("truth", "cut.fits", status=66, has="cut.fits")
 (folder / "short.csv").write_text("frame,kind,name\n1,star\n")
 run("truth", "short.csv", status=66, has="short.csv:2: 2 cells: allowed are 3")
