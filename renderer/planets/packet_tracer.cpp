@@ -3,26 +3,27 @@
 
 #include "renderer/planets/tile_packets.hpp"
 #include "renderer/planets/tile_rays.hpp"
+#include "renderer/planets/tile_walk.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace obscura::renderer {
 namespace {
 
 using namespace tile_rays;
 
-/// One lane on its way through faces and tiles.
-template<typename Ray>
-struct Lane {
-    Ray ray;
-    double along = 0; ///< t where the ray's parameter is 0
-    FaceCuts cuts;
-    std::size_t next_cut = 0;
-    FaceLines lines;
-    TileWalk<Ray> walk;
-    SurfaceNode* tile = nullptr;
-};
+/// Calls `use` with the number of each lane of a set.
+template<typename Use>
+void for_lanes(std::uint32_t lanes, const Use& use) {
+    for (; lanes != 0; lanes &= lanes - 1)
+        use(std::countr_zero(lanes));
+}
 
+/// All rays of a packet go down the quadtree of tiles together, front to back as the first of them does;
+/// each keeps its own interval, and waits with the tile that it takes until all of them have one or a further
+/// one follows: then those are traced at once. A ray's crossing is the nearest in any of its tiles, so that
+/// it does not depend on the other rays.
 template<typename Ray>
 class PacketTracer {
 public:
@@ -33,78 +34,201 @@ public:
         : tiles_(tiles), rays_(rays), any_(any), found_(found), per_m_(1 / tiles.domain().unit_m()) {}
 
     void trace() {
-        bool more = false;
+        begin();
+        if (begun_ == 0) return;
         for (int i = 0; i < packet_size; ++i) {
             // Lanes that are off read a tile all the same.
             point_to(i, *tiles_.root(0));
             segments_.state[i] = TileLanes::off;
-            if (rays_.active.on[i] == 0 || !begin(i)) continue;
-            more = next_tile(i) || more;
+            best_[i] = no_hit;
         }
-        while (more) {
-            trace_tile_lanes(segments_, per_m_, plane);
-            more = false;
-            for (int i = 0; i < packet_size; ++i)
-                if (walking_.on[i] != 0) more = go_on(i) || more;
-        }
+        segments_.miss2 = walk_.miss2;
+        segments_.speed2 = walk_.speed2;
+        view_ = rays_.levels[static_cast<std::size_t>(std::countr_zero(begun_))].view;
+        for_lanes(begun_, [&](int i) { reach_[i] = levels(i).reach; });
+        if constexpr (plane)
+            trace_face(0, {walk_.from, walk_.to});
+        else
+            trace_faces();
+        for_lanes(begun_, [&](int i) { report(i); });
     }
 
 private:
-    /// Sets up a ray; false: it meets nothing, or has met something already.
-    bool begin(int i) {
-        Lane<Ray>& lane = lanes_[static_cast<std::size_t>(i)];
-        const Vec3 origin = rays_.origin.lane(i), direction = rays_.direction.lane(i);
-        double from = 0, to = 0;
-        const auto scalar = [&] {
-            found_[static_cast<std::size_t>(i)] =
-                TileTracer(tiles_, levels(i)).first_crossing(origin, direction, rays_.t_max[i]);
-            return false;
-        };
+    /// Parts of a ray that are in front of others, and where they are: on a face, a node that is made, or one
+    /// that is still to be looked up.
+    struct Entry {
+        SurfaceNode* node;
+        int quarter; ///< of the node; -1: the node itself
+        WalkParts parts;
+    };
+
+    /// Sets up the rays: `begun_` are those that may meet something and have not done so yet.
+    void begin() {
+        std::uint32_t alone = 0;
+        begun_ = 0;
         if constexpr (plane) {
-            double begin = 0, end = rays_.t_max[i];
-            if (!PlaneRay::clip_to_box(origin, direction, tiles_.least(), tiles_.largest(), begin, end))
-                return false;
-            if (!any_ && begin == 0) return scalar(); // it may begin below the surface
-            lane.ray = {origin + begin * direction, direction};
-            lane.along = begin;
-            to = end - begin;
-            lane.cuts.count = 1;
-            lane.cuts.at[0] = 0;
-            lane.cuts.at[1] = to;
-        } else {
-            lane.ray = {{}, direction, 0, length_squared(direction)};
-            lane.along = -dot(origin, direction) / lane.ray.speed2;
-            lane.ray.closest = origin + lane.along * direction;
-            lane.ray.miss2 = length_squared(lane.ray.closest);
-            const double outer = lane.ray.half_chord(1 + tiles_.largest() + margin),
-                         inner = lane.ray.half_chord(1 + tiles_.least() - margin);
-            from = std::max(-outer, -lane.along);
-            to = std::min(outer, rays_.t_max[i] - lane.along);
-            if (!(from < to)) return false;
-            if (std::abs(from) < inner || (!any_ && from > -outer)) {
-                if (std::abs(from) < inner) return scalar();
-                const LevelChoice choice = levels(i);
-                if (lane.ray.height(from).value < TileTracer(tiles_, choice).below(lane.ray.at(from)).t)
-                    return scalar();
+            for (int i = 0; i < packet_size; ++i) {
+                walk_.from[i] = 1;
+                walk_.to[i] = -1;
+                walk_.miss2[i] = walk_.speed2[i] = 0;
+                walk_.near.set(i, {});
+                walk_.direction.set(i, {});
+                if (rays_.active.on[i] == 0) continue;
+                const Vec3 origin = rays_.origin.lane(i), direction = rays_.direction.lane(i);
+                double from = 0, to = rays_.t_max[i];
+                if (!PlaneRay::clip_to_box(origin, direction, tiles_.least(), tiles_.largest(), from, to))
+                    continue;
+                if (!any_ && from == 0) { // it may begin below the surface
+                    alone |= 1u << i;
+                    continue;
+                }
+                const PlaneRay ray{origin + from * direction, direction};
+                walk_.near.set(i, ray.begin);
+                walk_.direction.set(i, direction);
+                walk_.along[i] = from;
+                walk_.miss2[i] = ray.begin.z;
+                walk_.speed2[i] = direction.z;
+                walk_.from[i] = 0;
+                walk_.to[i] = to - from;
+                begun_ |= 1u << i;
             }
-            // Nothing is met within the inner sphere, and what begins outside has met something before it.
-            if (inner > 0 && from < inner) to = std::min(to, -inner);
-            if (!(from < to)) return false;
-            lane.cuts = FaceCuts(lane.ray, from, to);
+        } else {
+            begin_walk(rays_.origin, rays_.direction, rays_.t_max, rays_.active, tiles_.least(),
+                       tiles_.largest(), walk_);
+            for (int i = 0; i < packet_size; ++i) {
+                const double from = walk_.from[i];
+                if (!(from < walk_.to[i])) continue;
+                const bool beneath = std::abs(from) < walk_.inner[i];
+                // It begins in the shell of heights, where it may be below the surface.
+                const bool in_shell = !any_ && from == -walk_.along[i];
+                if (beneath || (in_shell && ray(i).height(from).value <
+                                                TileTracer(tiles_, levels(i)).below(ray(i).at(from)).t)) {
+                    alone |= 1u << i;
+                    walk_.from[i] = 1;
+                    walk_.to[i] = -1;
+                } else {
+                    begun_ |= 1u << i;
+                }
+            }
         }
-        lane.next_cut = 0;
-        walking_.on[i] = -1;
-        segments_.miss2[i] = ray_constant(lane.ray);
-        segments_.speed2[i] = ray_slope(lane.ray);
-        return true;
+        for_lanes(alone, [&](int i) {
+            found_[static_cast<std::size_t>(i)] =
+                TileTracer(tiles_, levels(i))
+                    .first_crossing(rays_.origin.lane(i), rays_.direction.lane(i), rays_.t_max[i]);
+        });
     }
 
-    static double ray_constant(const SphereRay& ray) { return ray.miss2; }
-    static double ray_slope(const SphereRay& ray) { return ray.speed2; }
-    static double ray_constant(const PlaneRay& ray) { return ray.begin.z; }
-    static double ray_slope(const PlaneRay& ray) { return ray.direction.z; }
-
+    [[nodiscard]] Ray ray(int i) const {
+        if constexpr (plane)
+            return {walk_.near.lane(i), walk_.direction.lane(i)};
+        else
+            return {walk_.near.lane(i), walk_.direction.lane(i), walk_.miss2[i], walk_.speed2[i]};
+    }
     [[nodiscard]] const LevelChoice& levels(int i) const { return rays_.levels[static_cast<std::size_t>(i)]; }
+
+    void trace_faces() {
+        // Where the ends of a ray's part are on one face, all of it is: faces are convex.
+        std::array<WalkParts, terrain::cube_face_count> faces;
+        std::array<std::size_t, terrain::cube_face_count> order{};
+        std::array<bool, terrain::cube_face_count> met{};
+        std::size_t count = 0;
+        const auto add = [&](int i, std::size_t face, double from, double to) {
+            if (!met[face]) {
+                met[face] = true;
+                order[count++] = face;
+                for (int k = 0; k < packet_size; ++k) {
+                    faces[face].from[k] = 1;
+                    faces[face].to[k] = -1;
+                }
+            }
+            // Parts of one face follow on each other.
+            if (!(faces[face].from[i] < faces[face].to[i])) faces[face].from[i] = from;
+            faces[face].to[i] = to;
+        };
+        for_lanes(begun_, [&](int i) {
+            const Ray one = ray(i);
+            const double from = walk_.from[i], to = walk_.to[i];
+            const std::size_t face = terrain::cube_face_of(one.at(from));
+            if (face == terrain::cube_face_of(one.at(to))) return add(i, face, from, to);
+            const FaceCuts cuts(one, from, to);
+            for (std::size_t k = 0; k < cuts.count; ++k)
+                add(i, terrain::cube_face_of(one.at((cuts.at[k] + cuts.at[k + 1]) / 2)), cuts.at[k],
+                    cuts.at[k + 1]);
+        });
+        for (std::size_t k = 0; k < count; ++k)
+            trace_face(order[k], faces[order[k]]);
+    }
+
+    void trace_face(std::size_t face, const WalkParts& parts) {
+        std::uint32_t left = lanes_left(parts, best_);
+        if (left == 0) return;
+        for (int i = 0; i < packet_size; ++i) {
+            const FaceLines lines = ray(i).lines(face);
+            lines_.ua[i] = lines.u.a;
+            lines_.ub[i] = lines.u.b;
+            lines_.va[i] = lines.v.a;
+            lines_.vb[i] = lines.v.b;
+            lines_.wa[i] = lines.w.a;
+            lines_.wb[i] = lines.w.b;
+        }
+        segments_.lines = lines_;
+        // Front to back for rays along which u and v change as along the first.
+        const int lead = std::countr_zero(left);
+        const std::uint32_t first =
+            (lines_.ub[lead] * lines_.wa[lead] < lines_.ua[lead] * lines_.wb[lead] ? 1u : 0u) |
+            (lines_.vb[lead] * lines_.wa[lead] < lines_.va[lead] * lines_.wb[lead] ? 2u : 0u);
+        std::size_t waiting = 0;
+        stack_[waiting++] = {tiles_.root(face), -1, parts};
+        WalkSplit split;
+        while (waiting > 0) {
+            Entry& entry = stack_[--waiting];
+            left = lanes_left(entry.parts, best_);
+            if ((left & pending_) != 0) {
+                flush();
+                left = lanes_left(entry.parts, best_);
+            }
+            if (left == 0) continue;
+            SurfaceNode* node = entry.node;
+            if (entry.quarter >= 0) {
+                const auto quarter = static_cast<unsigned>(entry.quarter);
+                node = TileTracer::child(tiles_, levels(std::countr_zero(left)), *node, quarter);
+                if (node == nullptr) {
+                    for_lanes(left, [&](int i) { add(i, *entry.node, entry.parts, 1, quarter); });
+                    continue;
+                }
+            }
+            WalkParts here = entry.parts;
+            split_walk(walk_, lines_, reach_, best_, walk_tile(*node), plane, here, split);
+            for_lanes(split.here, [&](int i) { add(i, *node, here, 0, 0); });
+            for (std::uint32_t k = 4; k-- > 0;) { // the first one last, to be next
+                const std::uint32_t quarter = first ^ k;
+                if (split.lanes[quarter] != 0)
+                    stack_[waiting++] = {node, static_cast<int>(quarter), split.quarter[quarter]};
+            }
+        }
+        flush();
+    }
+
+    [[nodiscard]] WalkTile walk_tile(const SurfaceNode& node) const {
+        const terrain::TileKey key = node.tile.key;
+        const double half = tile_cells / 2.0;
+        WalkTile tile{(static_cast<double>(key.i) * tile_cells + half) / node.half_cells - 1,
+                      (static_cast<double>(key.j) * tile_cells + half) / node.half_cells - 1,
+                      0,
+                      node.radius_m,
+                      node.spacing_m,
+                      node.child_highest,
+                      false,
+                      -1};
+        if (view_ == nullptr) {
+            tile.fixed_reach = 0;
+            tile.can_split = levels(std::countr_zero(begun_)).splits(node);
+        } else {
+            tile.distance2_m2 = length_squared(node.centre_m - view_->eye_m);
+            tile.can_split = key.level < terrain::deepest_level;
+        }
+        return tile;
+    }
 
     void point_to(int i, const SurfaceNode& node) {
         const terrain::SurfaceTile& tile = node.tile;
@@ -112,76 +236,82 @@ private:
         segments_.half_cells[i] = node.half_cells;
         segments_.first_i[i] = static_cast<double>(tile.key.i) * tile_cells;
         segments_.first_j[i] = static_cast<double>(tile.key.j) * tile_cells;
+        segments_.highest[i] = node.own_highest;
+        segments_.least[i] = node.own_least;
         segments_.vertices[i] = reinterpret_cast<std::int64_t>(tile.vertex(0, 0));
         segments_.maxima[i] = reinterpret_cast<std::int64_t>(tile.maxima.data());
+        tile_[static_cast<std::size_t>(i)] = &node;
     }
 
-    /// Takes the ray to the next tile that it may meet; false: there is none.
-    bool next_tile(int i) {
-        Lane<Ray>& lane = lanes_[static_cast<std::size_t>(i)];
-        const LevelChoice& choice = levels(i);
-        const auto child_of = [&](SurfaceNode& node, unsigned quarter) {
-            return TileTracer::child(tiles_, choice, node, quarter);
-        };
-        for (;;) {
-            Part part;
-            if (lane.next_cut > 0 &&
-                lane.walk.next(lane.ray, lane.lines, false, per_m_, choice, child_of, part)) {
-                if (lane.tile != part.tile) point_to(i, *part.tile);
-                lane.tile = part.tile;
-                segments_.x[i] = part.from;
-                segments_.to[i] = part.to;
-                segments_.width[i] = segments_.most_width[i] = static_cast<double>(1u << part.level);
-                segments_.i[i] = part.i;
-                segments_.j[i] = part.j;
-                segments_.state[i] = TileLanes::running;
-                return true;
-            }
-            if (lane.next_cut == lane.cuts.count) {
-                walking_.on[i] = 0;
-                return false;
-            }
-            const double from = lane.cuts.at[lane.next_cut], to = lane.cuts.at[lane.next_cut + 1];
-            ++lane.next_cut;
-            const std::size_t face = plane ? 0 : terrain::cube_face_of(lane.ray.at((from + to) / 2));
-            lane.lines = lane.ray.lines(face);
-            segments_.ua[i] = lane.lines.u.a;
-            segments_.ub[i] = lane.lines.u.b;
-            segments_.va[i] = lane.lines.v.a;
-            segments_.vb[i] = lane.lines.v.b;
-            segments_.wa[i] = lane.lines.w.a;
-            segments_.wb[i] = lane.lines.w.b;
-            lane.walk.start(lane.ray, lane.lines, tiles_.root(face), from, to, false, choice, child_of);
+    /// The ray is to be traced in a tile, or in a quarter of it (`depth` 1).
+    void add(int i, const SurfaceNode& node, const WalkParts& parts, int depth, unsigned quarter) {
+        if (tile_[static_cast<std::size_t>(i)] != &node) point_to(i, node);
+        segments_.x[i] = parts.from[i];
+        segments_.to[i] = std::min(parts.to[i], best_[i]);
+        segments_.width[i] = segments_.most_width[i] = static_cast<double>(tile_cells >> depth);
+        segments_.i[i] = quarter & 1u;
+        segments_.j[i] = quarter >> 1;
+        segments_.state[i] = TileLanes::running;
+        pending_ |= 1u << i;
+    }
+
+    /// Traces the rays that wait with a tile.
+    void flush() {
+        while (pending_ != 0) {
+            trace_tile_lanes(segments_, per_m_, plane, !any_);
+            for_lanes(pending_, [&](int i) { finish(i); });
         }
     }
 
-    /// After a trace of the tile; false: the lane is done.
-    bool go_on(int i) {
+    void finish(int i) {
         const std::int64_t state = segments_.state[i];
-        if (state == TileLanes::off) return next_tile(i);
-        Lane<Ray>& lane = lanes_[static_cast<std::size_t>(i)];
-        const SurfaceNode& node = *lane.tile;
+        if (state == TileLanes::grazing) {
+            const double x = clearance(
+                i, [&](const auto& c) { return c.first_root(segments_.x[i], segments_.exit[i], 1); });
+            if (x == no_hit) {
+                segments_.state[i] = TileLanes::passed;
+                return;
+            }
+            segments_.x[i] = x;
+        }
+        if (state != TileLanes::off) {
+            best_[i] = any_ ? -no_hit : segments_.x[i];
+            const std::size_t lane = static_cast<std::size_t>(i);
+            crossing_[lane] = {segments_.x[i], tile_[lane],
+                               static_cast<std::uint32_t>(segments_.j[i]) * tile_cells +
+                                   static_cast<std::uint32_t>(segments_.i[i]),
+                               0, 0};
+            if (!any_) {
+                const auto [s, r] = clearance(
+                    i, [&](const auto& c) { return std::pair(c.s(segments_.x[i]), c.r(segments_.x[i])); });
+                crossing_[lane].s = std::clamp(s, 0.0, 1.0);
+                crossing_[lane].r = std::clamp(r, 0.0, 1.0);
+            }
+        }
+        segments_.state[i] = TileLanes::off;
+        pending_ &= ~(1u << i);
+    }
+
+    /// Calls `use` with the height of a ray above the patch of its cell.
+    template<typename Use>
+    auto clearance(int i, const Use& use) const {
+        const SurfaceNode& node = *tile_[static_cast<std::size_t>(i)];
         const auto ci = static_cast<std::uint32_t>(segments_.i[i]),
                    cj = static_cast<std::uint32_t>(segments_.j[i]);
         const Patch patch = patch_of(node, ci, cj, per_m_);
-        const Clearance<Ray> clearance(lane.ray, patch, lane.lines, node.half_cells,
-                                       segments_.first_i[i] + ci, segments_.first_j[i] + cj);
-        double x = segments_.x[i];
-        if (state == TileLanes::grazing) {
-            x = clearance.first_root(x, segments_.exit[i], 1);
-            if (x == no_hit) {
-                segments_.state[i] = TileLanes::passed;
-                return true;
-            }
-        }
-        walking_.on[i] = 0;
-        segments_.state[i] = TileLanes::off;
-        const double t = x + lane.along;
-        if ((t > 0 || any_) && t < rays_.t_max[i])
-            found_[static_cast<std::size_t>(i)] = {t, &node, cj * tile_cells + ci,
-                                                   std::clamp(clearance.s(x), 0.0, 1.0),
-                                                   std::clamp(clearance.r(x), 0.0, 1.0)};
-        return false;
+        const FaceLines lines{
+            {lines_.ua[i], lines_.ub[i]}, {lines_.va[i], lines_.vb[i]}, {lines_.wa[i], lines_.wb[i]}};
+        const Ray one = ray(i);
+        return use(Clearance<Ray>(one, patch, lines, node.half_cells, segments_.first_i[i] + ci,
+                                  segments_.first_j[i] + cj));
+    }
+
+    void report(int i) {
+        if (best_[i] == no_hit) return;
+        TileCrossing crossing = crossing_[static_cast<std::size_t>(i)];
+        crossing.t += walk_.along[i];
+        if ((crossing.t > 0 || any_) && crossing.t < rays_.t_max[i])
+            found_[static_cast<std::size_t>(i)] = crossing;
     }
 
     const SurfaceTiles& tiles_;
@@ -189,9 +319,16 @@ private:
     bool any_;
     std::array<TileCrossing, packet_size>& found_;
     double per_m_;
-    Lanes walking_{};
+    const DetailView* view_ = nullptr;
+    std::uint32_t begun_ = 0, pending_ = 0;
+    WalkRays walk_;
+    WalkLines lines_;
+    Doubles reach_{}, best_;
     TileLanes segments_;
-    std::array<Lane<Ray>, packet_size> lanes_;
+    std::array<const SurfaceNode*, packet_size> tile_;
+    std::array<TileCrossing, packet_size> crossing_;
+    /// Each step down leaves at most three more.
+    std::array<Entry, 3 * terrain::deepest_level + 8> stack_;
 };
 
 } // namespace

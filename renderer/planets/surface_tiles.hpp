@@ -26,6 +26,7 @@ struct SurfaceNode {
     double spacing_m = 0;    ///< of its vertices, at most
     double half_cells = 0;   ///< cells per unit of u and v
     double own_highest = 0;  ///< unit height of its highest vertex
+    double own_least = 0;    ///< and of its lowest
     double least = 0;        ///< bound of the unit heights of the tile and all below it
     double child_highest[4]; ///< bounds of the unit heights of each child and all below it
     SurfaceNode* parent = nullptr;

@@ -50,6 +50,26 @@ struct Patches {
     V ua, ub, va, vb, wa, wb, miss2, speed2;
     V h, hs, hr, hsr, half, first_i, first_j; ///< first: half_cells less the cell's number on the face
 
+    /// Takes over the patches of some lanes, with their rays.
+    HWY_INLINE void take(M lanes, const Patches& other) {
+        const auto pick = [&](V& mine, V theirs) { mine = hn::IfThenElse(lanes, theirs, mine); };
+        ua = other.ua;
+        ub = other.ub;
+        va = other.va;
+        vb = other.vb;
+        wa = other.wa;
+        wb = other.wb;
+        miss2 = other.miss2;
+        speed2 = other.speed2;
+        half = other.half;
+        pick(h, other.h);
+        pick(hs, other.hs);
+        pick(hr, other.hr);
+        pick(hsr, other.hsr);
+        pick(first_i, other.first_i);
+        pick(first_j, other.first_j);
+    }
+
     HWY_INLINE void at(V x, V& height, V& slope) const {
         V inverse, u, v;
         if constexpr (plane) {
@@ -115,73 +135,160 @@ HWY_INLINE V reach(V at, V ua, V ub, V wa, V wb, V x) {
     return hn::IfThenElse(real, hn::Max(root, x), set(no_hit));
 }
 
+/// Narrows an interval to where rays are between two heights, or come from above into what is between them.
 template<bool plane>
-void trace_lanes(TileLanes& lanes, int first, double per_m_value) {
+HWY_INLINE void narrow_to_heights(V miss2, V speed2, V highest, V least, V& from, V& to) {
     const D d;
-    const I i64;
-    const auto load = [&](const Doubles& from) { return hn::Load(d, from.v + first); };
-    const VI state = hn::Load(i64, lanes.state + first);
-    M passed =
-        hn::MaskFromVec(hn::BitCast(d, hn::VecFromMask(i64, hn::Eq(state, hn::Set(i64, TileLanes::passed)))));
-    M active = hn::Or(passed, hn::MaskFromVec(hn::BitCast(
-                                  d, hn::VecFromMask(i64, hn::Eq(state, hn::Set(i64, TileLanes::running))))));
-    if (hn::AllFalse(d, active)) return;
+    const V zero = hn::Zero(d);
+    const V top = hn::Add(highest, set(1e-12)), bottom = hn::Sub(least, set(1e-12));
+    V through; // where a ray is below all
+    if constexpr (plane) {
+        const V x = hn::Div(hn::Sub(top, miss2), speed2);
+        from = hn::IfThenElse(hn::Lt(speed2, zero), hn::Max(from, x), from);
+        to = hn::IfThenElse(hn::Gt(speed2, zero), hn::Min(to, x), to);
+        through = hn::IfThenElse(hn::Lt(speed2, zero), hn::Div(hn::Sub(bottom, miss2), speed2), to);
+    } else {
+        const auto half_chord = [&](V height) {
+            const V radius = hn::Add(set(1), height);
+            return hn::Sqrt(hn::Max(hn::Div(hn::Sub(hn::Mul(radius, radius), miss2), speed2), zero));
+        };
+        const V half = half_chord(top);
+        from = hn::Max(from, hn::Neg(half));
+        to = hn::Min(to, half);
+        const V inner = half_chord(bottom);
+        through = hn::IfThenElse(hn::Gt(inner, zero), hn::Neg(inner), to);
+    }
+    // A ray that comes in below all meets a wall at once.
+    to = hn::IfThenElse(hn::Gt(through, from), hn::Min(to, through), to);
+}
 
-    const V zero = hn::Zero(d), one = set(1), half = set(0.5), per_m = set(per_m_value);
-    const V ua = load(lanes.ua), ub = load(lanes.ub), va = load(lanes.va), vb = load(lanes.vb),
-            wa = load(lanes.wa), wb = load(lanes.wb), miss2 = load(lanes.miss2), speed2 = load(lanes.speed2),
-            to = load(lanes.to), offset = load(lanes.offset_m), half_cells = load(lanes.half_cells),
-            first_i = load(lanes.first_i), first_j = load(lanes.first_j), most_width = load(lanes.most_width);
-    const V per_half = hn::Div(one, half_cells); // exact: a power of two
-    const VI vertices = hn::Load(i64, lanes.vertices + first), maxima = hn::Load(i64, lanes.maxima + first);
-    V x = load(lanes.x), exit = load(lanes.exit), i = load(lanes.i), j = load(lanes.j),
-      width = load(lanes.width);
-    // u grows along the whole ray, or falls, or does not change but for rounding: as seen from a point of an
-    // axis of the body.
-    const V u_up = hn::Mul(ub, wa), u_down = hn::Mul(ua, wb), v_up = hn::Mul(vb, wa),
-            v_down = hn::Mul(va, wb);
-    const V steps_u = hn::IfThenElseZero(hn::Ge(hn::Sub(u_up, u_down), zero), one);
-    const V steps_v = hn::IfThenElseZero(hn::Ge(hn::Sub(v_up, v_down), zero), one);
-    const auto changes = [](V up, V down) {
-        return hn::Gt(hn::Abs(hn::Sub(up, down)), hn::Mul(set(1e-14), hn::Add(hn::Abs(up), hn::Abs(down))));
-    };
-    const M u_changes = changes(u_up, u_down), v_changes = changes(v_up, v_down);
-    const V side_u = hn::Sub(hn::Add(steps_u, steps_u), one),
-            side_v = hn::Sub(hn::Add(steps_v, steps_v), one);
-    VI result = state;
-    const auto finish = [&](M which, std::int64_t with) {
-        result = hn::IfThenElse(hn::MaskFromVec(hn::BitCast(i64, hn::VecFromMask(d, which))),
-                                hn::Set(i64, with), result);
-        active = hn::AndNot(which, active);
-    };
+/// The lanes of a packet that fit a register. Several groups take their steps in turn, so that one's loads
+/// and divisions run while another waits for its own.
+template<bool plane>
+class Group {
+public:
+    void begin(const TileLanes& lanes, int first, double per_m_value) {
+        const D d;
+        const I i64;
+        const auto load = [&](const Doubles& from) { return hn::Load(d, from.v + first); };
+        result_ = hn::Load(i64, lanes.state + first);
+        const auto in_state = [&](TileLanes::State state) {
+            return hn::MaskFromVec(
+                hn::BitCast(d, hn::VecFromMask(i64, hn::Eq(result_, hn::Set(i64, state)))));
+        };
+        passed_ = in_state(TileLanes::passed);
+        const M fresh = in_state(TileLanes::running);
+        active_ = hn::Or(passed_, fresh);
+        crossed_ = hn::MaskFromVec(hn::Zero(d));
+        begun_ = running();
+        if (!begun_) return;
+        const V zero = hn::Zero(d), one = set(1), half = set(0.5);
+        const WalkLines& walk = lanes.lines;
+        ua_ = load(walk.ua);
+        ub_ = load(walk.ub);
+        va_ = load(walk.va);
+        vb_ = load(walk.vb);
+        wa_ = load(walk.wa);
+        wb_ = load(walk.wb);
+        miss2_ = load(lanes.miss2);
+        speed2_ = load(lanes.speed2);
+        per_m_ = set(per_m_value);
+        offset_ = load(lanes.offset_m);
+        half_cells_ = load(lanes.half_cells);
+        per_half_ = hn::Div(one, half_cells_); // exact: a power of two
+        first_i_ = load(lanes.first_i);
+        first_j_ = load(lanes.first_j);
+        vertices_ = hn::Load(i64, lanes.vertices + first);
+        maxima_ = hn::Load(i64, lanes.maxima + first);
+        x_ = load(lanes.x);
+        to_ = load(lanes.to);
+        exit_ = load(lanes.exit);
+        i_ = load(lanes.i);
+        j_ = load(lanes.j);
+        width_ = load(lanes.width);
+        per_width_ = hn::Div(one, width_); // exact, likewise
+        most_width_ = load(lanes.most_width);
+        // u grows along the whole ray, or falls, or does not change but for rounding: as seen from a point of
+        // an axis of the body.
+        const V u_up = hn::Mul(ub_, wa_), u_down = hn::Mul(ua_, wb_), v_up = hn::Mul(vb_, wa_),
+                v_down = hn::Mul(va_, wb_);
+        steps_u_ = hn::IfThenElseZero(hn::Ge(hn::Sub(u_up, u_down), zero), one);
+        steps_v_ = hn::IfThenElseZero(hn::Ge(hn::Sub(v_up, v_down), zero), one);
+        const auto changes = [](V up, V down) {
+            return hn::Gt(hn::Abs(hn::Sub(up, down)),
+                          hn::Mul(set(1e-14), hn::Add(hn::Abs(up), hn::Abs(down))));
+        };
+        u_changes_ = changes(u_up, u_down);
+        v_changes_ = changes(v_up, v_down);
+        if (hn::AllFalse(d, fresh)) return;
 
-    while (!hn::AllFalse(d, active)) {
+        V from = x_, end = to_;
+        narrow_to_heights<plane>(miss2_, speed2_, load(lanes.highest), load(lanes.least), from, end);
+        finish(hn::AndNot(hn::Lt(from, end), fresh), TileLanes::off);
+        const M narrowed = hn::And(fresh, active_);
+        x_ = hn::IfThenElse(narrowed, from, x_);
+        to_ = hn::IfThenElse(narrowed, end, to_);
+        // Begin at the smallest node that holds both ends.
+        const auto cell = [&](V a, V b, V at, V before, V number) {
+            const V place = hn::Div(hn::Add(a, hn::Mul(b, at)), hn::Add(wa_, hn::Mul(wb_, at)));
+            const V least = hn::Mul(number, width_);
+            const V most = hn::Sub(hn::Add(least, width_), one);
+            const V in_tile = hn::Floor(hn::Sub(hn::Mul(hn::Add(place, one), half_cells_), before));
+            return hn::Min(hn::Max(in_tile, least), most);
+        };
+        const V i0 = cell(ua_, ub_, x_, first_i_, i_), i1 = cell(ua_, ub_, to_, first_i_, i_);
+        const V j0 = cell(va_, vb_, x_, first_j_, j_), j1 = cell(va_, vb_, to_, first_j_, j_);
+        M same = narrowed;
+        for (int cells = 1; cells < terrain::tile_cells; cells *= 2) {
+            const V finer = hn::Mul(width_, half), per_finer = hn::Add(per_width_, per_width_);
+            const V ni = hn::Floor(hn::Mul(i0, per_finer)), nj = hn::Floor(hn::Mul(j0, per_finer));
+            same = hn::And(same, hn::And(hn::Eq(ni, hn::Floor(hn::Mul(i1, per_finer))),
+                                         hn::Eq(nj, hn::Floor(hn::Mul(j1, per_finer)))));
+            same = hn::And(same, hn::Ge(finer, one));
+            if (hn::AllFalse(d, same)) break;
+            width_ = hn::IfThenElse(same, finer, width_);
+            per_width_ = hn::IfThenElse(same, per_finer, per_width_);
+            i_ = hn::IfThenElse(same, ni, i_);
+            j_ = hn::IfThenElse(same, nj, j_);
+        }
+        most_width_ = hn::IfThenElse(narrowed, width_, most_width_);
+    }
+
+    [[nodiscard]] HWY_INLINE bool running() const { return !hn::AllFalse(D(), active_); }
+
+    /// One node further.
+    HWY_INLINE void step() {
+        const D d;
+        const I i64;
+        const V zero = hn::Zero(d), one = set(1), half = set(0.5);
+        const V side_u = hn::Sub(hn::Add(steps_u_, steps_u_), one),
+                side_v = hn::Sub(hn::Add(steps_v_, steps_v_), one);
         const V plane_u =
-            hn::Sub(hn::Mul(hn::Add(first_i, hn::Mul(hn::Add(i, steps_u), width)), per_half), one);
+            hn::Sub(hn::Mul(hn::Add(first_i_, hn::Mul(hn::Add(i_, steps_u_), width_)), per_half_), one);
         const V plane_v =
-            hn::Sub(hn::Mul(hn::Add(first_j, hn::Mul(hn::Add(j, steps_v), width)), per_half), one);
-        const V x_u = hn::IfThenElse(u_changes, reach(plane_u, ua, ub, wa, wb, x), set(no_hit));
-        const V x_v = hn::IfThenElse(v_changes, reach(plane_v, va, vb, wa, wb, x), set(no_hit));
-        exit = hn::Max(x, hn::Min(hn::Min(x_u, x_v), to));
+            hn::Sub(hn::Mul(hn::Add(first_j_, hn::Mul(hn::Add(j_, steps_v_), width_)), per_half_), one);
+        const V x_u = hn::IfThenElse(u_changes_, reach(plane_u, ua_, ub_, wa_, wb_, x_), set(no_hit));
+        const V x_v = hn::IfThenElse(v_changes_, reach(plane_v, va_, vb_, wa_, wb_, x_), set(no_hit));
+        exit_ = hn::IfThenElse(active_, hn::Max(x_, hn::Min(hn::Min(x_u, x_v), to_)), exit_);
 
         // The highest vertex of the node.
-        const M leaf = hn::And(hn::Eq(width, one), active);
-        const M inner = hn::AndNot(leaf, active);
+        const M leaf = hn::And(hn::Eq(width_, one), active_);
+        const M inner = hn::AndNot(leaf, active_);
         V highest = zero, h00 = zero, h10 = zero, h01 = zero, h11 = zero;
         if (!hn::AllFalse(d, inner)) {
-            const V edge = hn::Div(set(terrain::tile_cells), width);
+            const V edge = hn::Mul(set(terrain::tile_cells), per_width_);
             const V before = hn::Round(hn::Mul(hn::Sub(hn::Mul(edge, edge), one), set(1.0 / 3)));
-            const V number = hn::IfThenElseZero(inner, hn::Add(hn::Add(before, hn::Mul(j, edge)), i));
-            const VI at = hn::Add(maxima, hn::ShiftLeft<2>(to_integers(number)));
-            highest = hn::Mul(hn::Add(offset, first_floats(load_pairs(at))), per_m);
+            const V number = hn::IfThenElseZero(inner, hn::Add(hn::Add(before, hn::Mul(j_, edge)), i_));
+            const VI at = hn::Add(maxima_, hn::ShiftLeft<2>(to_integers(number)));
+            highest = hn::Mul(hn::Add(offset_, first_floats(load_pairs(at))), per_m_);
         }
         if (!hn::AllFalse(d, leaf)) {
-            const V number = hn::IfThenElseZero(leaf, hn::Add(hn::Mul(j, set(terrain::tile_edge)), i));
-            const VI at = hn::Add(vertices, hn::ShiftLeft<2>(to_integers(number)));
+            const V number = hn::IfThenElseZero(leaf, hn::Add(hn::Mul(j_, set(terrain::tile_edge)), i_));
+            const VI at = hn::Add(vertices_, hn::ShiftLeft<2>(to_integers(number)));
             const VI low = load_pairs(at),
                      high = load_pairs(
                          hn::Add(at, hn::Set(i64, terrain::tile_edge * std::int64_t{sizeof(float)})));
-            const auto height = [&](V value) { return hn::Mul(hn::Add(offset, value), per_m); };
+            const auto height = [&](V value) { return hn::Mul(hn::Add(offset_, value), per_m_); };
             h00 = height(first_floats(low));
             h10 = height(second_floats(low));
             h01 = height(first_floats(high));
@@ -193,103 +300,156 @@ void trace_lanes(TileLanes& lanes, int first, double per_m_value) {
         M over;
         const V limit = hn::Add(highest, set(1e-12));
         if constexpr (plane) {
-            const V at_x = hn::Add(miss2, hn::Mul(speed2, x)),
-                    at_exit = hn::Add(miss2, hn::Mul(speed2, exit));
+            const V at_x = hn::Add(miss2_, hn::Mul(speed2_, x_)),
+                    at_exit = hn::Add(miss2_, hn::Mul(speed2_, exit_));
             over = hn::Gt(hn::Min(at_x, at_exit), limit);
         } else {
-            const V lowest = hn::Max(x, hn::Min(exit, zero));
-            const V radius2 = hn::Add(miss2, hn::Mul(hn::Mul(speed2, lowest), lowest));
+            const V lowest = hn::Max(x_, hn::Min(exit_, zero));
+            const V radius2 = hn::Add(miss2_, hn::Mul(hn::Mul(speed2_, lowest), lowest));
             const V above = hn::Add(one, limit);
             over = hn::Gt(radius2, hn::Mul(above, above));
         }
-        over = hn::And(active, hn::Or(over, passed));
-        passed = hn::MaskFromVec(zero);
+        over = hn::And(active_, hn::Or(over, passed_));
+        passed_ = hn::MaskFromVec(zero);
 
         // Patches that may be met.
         M through = over;
         const M tested = hn::AndNot(over, leaf);
         if (!hn::AllFalse(d, tested)) {
             const V hs = hn::Sub(h10, h00), hr = hn::Sub(h01, h00);
-            const Patches<plane> patches{ua,
-                                         ub,
-                                         va,
-                                         vb,
-                                         wa,
-                                         wb,
-                                         miss2,
-                                         speed2,
+            const Patches<plane> patches{ua_,
+                                         ub_,
+                                         va_,
+                                         vb_,
+                                         wa_,
+                                         wb_,
+                                         miss2_,
+                                         speed2_,
                                          h00,
                                          hs,
                                          hr,
                                          hn::Sub(hn::Sub(h11, h01), hs),
-                                         half_cells,
-                                         hn::Sub(half_cells, hn::Add(first_i, i)),
-                                         hn::Sub(half_cells, hn::Add(first_j, j))};
+                                         half_cells_,
+                                         hn::Sub(half_cells_, hn::Add(first_i_, i_)),
+                                         hn::Sub(half_cells_, hn::Add(first_j_, j_))};
             V low, low_slope, high, high_slope;
-            patches.at(x, low, low_slope);
-            patches.at(exit, high, high_slope);
+            patches.at(x_, low, low_slope);
+            patches.at(exit_, high, high_slope);
             const M at_once = hn::And(tested, hn::Le(low, zero));
             const M crossed = hn::AndNot(at_once, hn::And(tested, hn::Le(high, zero)));
             const M dips =
                 hn::AndNot(hn::Or(at_once, crossed),
                            hn::And(tested, hn::And(hn::Lt(low_slope, zero), hn::Gt(high_slope, zero))));
-            if (!hn::AllFalse(d, crossed))
-                x = hn::IfThenElse(crossed, patches.root(x, exit, low, high, crossed), x);
+            if (!hn::AllFalse(d, crossed)) {
+                // All at once in the end.
+                patches_.take(crossed, patches);
+                low_ = hn::IfThenElse(crossed, low, low_);
+                high_ = hn::IfThenElse(crossed, high, high_);
+                crossed_ = hn::Or(crossed_, crossed);
+            }
             finish(hn::Or(at_once, crossed), TileLanes::met);
             finish(dips, TileLanes::grazing);
             through = hn::Or(through, hn::AndNot(hn::Or(hn::Or(at_once, crossed), dips), tested));
         }
 
         // Down into the quarter that the ray is in.
-        const M down = hn::AndNot(hn::Or(through, leaf), active);
+        const M down = hn::AndNot(hn::Or(through, leaf), active_);
         if (!hn::AllFalse(d, down)) {
-            const V finer = hn::Mul(width, half);
-            const V i2 = hn::Add(i, i), j2 = hn::Add(j, j);
-            const V u = hn::Sub(hn::Mul(hn::Add(first_i, hn::Mul(hn::Add(i2, one), finer)), per_half), one);
-            const V v = hn::Sub(hn::Mul(hn::Add(first_j, hn::Mul(hn::Add(j2, one), finer)), per_half), one);
-            const V in_u = hn::Add(hn::Sub(ua, hn::Mul(u, wa)), hn::Mul(hn::Sub(ub, hn::Mul(u, wb)), x));
-            const V in_v = hn::Add(hn::Sub(va, hn::Mul(v, wa)), hn::Mul(hn::Sub(vb, hn::Mul(v, wb)), x));
-            width = hn::IfThenElse(down, finer, width);
-            i = hn::IfThenElse(down, hn::Add(i2, hn::IfThenElseZero(hn::Ge(in_u, zero), one)), i);
-            j = hn::IfThenElse(down, hn::Add(j2, hn::IfThenElseZero(hn::Ge(in_v, zero), one)), j);
+            const V finer = hn::Mul(width_, half);
+            const V i2 = hn::Add(i_, i_), j2 = hn::Add(j_, j_);
+            const V u = hn::Sub(hn::Mul(hn::Add(first_i_, hn::Mul(hn::Add(i2, one), finer)), per_half_), one);
+            const V v = hn::Sub(hn::Mul(hn::Add(first_j_, hn::Mul(hn::Add(j2, one), finer)), per_half_), one);
+            const V in_u = hn::Add(hn::Sub(ua_, hn::Mul(u, wa_)), hn::Mul(hn::Sub(ub_, hn::Mul(u, wb_)), x_));
+            const V in_v = hn::Add(hn::Sub(va_, hn::Mul(v, wa_)), hn::Mul(hn::Sub(vb_, hn::Mul(v, wb_)), x_));
+            width_ = hn::IfThenElse(down, finer, width_);
+            per_width_ = hn::IfThenElse(down, hn::Add(per_width_, per_width_), per_width_);
+            i_ = hn::IfThenElse(down, hn::Add(i2, hn::IfThenElseZero(hn::Ge(in_u, zero), one)), i_);
+            j_ = hn::IfThenElse(down, hn::Add(j2, hn::IfThenElseZero(hn::Ge(in_v, zero), one)), j_);
         }
 
-        // On to the next node, and up if that is in another quarter.
-        through = hn::And(through, active);
+        // On to_ the next node, and up if that is in another quarter.
+        through = hn::And(through, active_);
         if (!hn::AllFalse(d, through)) {
-            const M ends = hn::And(through, hn::Ge(exit, to));
+            const M ends = hn::And(through, hn::Ge(exit_, to_));
             const M in_u = hn::And(through, hn::Le(x_u, x_v)), in_v = hn::AndNot(in_u, through);
-            const V next_i = hn::IfThenElse(in_u, hn::Add(i, side_u), i);
-            const V next_j = hn::IfThenElse(in_v, hn::Add(j, side_v), j);
+            const V next_i = hn::IfThenElse(in_u, hn::Add(i_, side_u), i_);
+            const V next_j = hn::IfThenElse(in_v, hn::Add(j_, side_v), j_);
             const V up_i = hn::Floor(hn::Mul(next_i, half)), up_j = hn::Floor(hn::Mul(next_j, half));
-            const M leaves =
-                hn::Or(hn::Ne(up_i, hn::Floor(hn::Mul(i, half))), hn::Ne(up_j, hn::Floor(hn::Mul(j, half))));
-            const M up = hn::And(hn::And(through, leaves), hn::Lt(width, most_width));
-            x = hn::IfThenElse(through, exit, x);
-            i = hn::IfThenElse(up, up_i, next_i);
-            j = hn::IfThenElse(up, up_j, next_j);
-            width = hn::IfThenElse(up, hn::Add(width, width), width);
-            const V last = hn::Sub(hn::Div(set(terrain::tile_cells), width), one);
-            const M outside =
-                hn::Or(hn::Or(hn::Lt(i, zero), hn::Gt(i, last)), hn::Or(hn::Lt(j, zero), hn::Gt(j, last)));
+            const M leaves = hn::Or(hn::Ne(up_i, hn::Floor(hn::Mul(i_, half))),
+                                    hn::Ne(up_j, hn::Floor(hn::Mul(j_, half))));
+            const M up = hn::And(hn::And(through, leaves), hn::Lt(width_, most_width_));
+            x_ = hn::IfThenElse(through, exit_, x_);
+            i_ = hn::IfThenElse(up, up_i, next_i);
+            j_ = hn::IfThenElse(up, up_j, next_j);
+            width_ = hn::IfThenElse(up, hn::Add(width_, width_), width_);
+            per_width_ = hn::IfThenElse(up, hn::Mul(per_width_, half), per_width_);
+            const V last = hn::Sub(hn::Mul(set(terrain::tile_cells), per_width_), one);
+            const M outside = hn::Or(hn::Or(hn::Lt(i_, zero), hn::Gt(i_, last)),
+                                     hn::Or(hn::Lt(j_, zero), hn::Gt(j_, last)));
             finish(hn::Or(ends, hn::And(through, outside)), TileLanes::off);
         }
     }
-    hn::Store(x, d, lanes.x.v + first);
-    hn::Store(exit, d, lanes.exit.v + first);
-    hn::Store(i, d, lanes.i.v + first);
-    hn::Store(j, d, lanes.j.v + first);
-    hn::Store(width, d, lanes.width.v + first);
-    hn::Store(result, i64, lanes.state + first);
+
+    /// `roots`: crossings are to be found within their cells; else they are anywhere in them.
+    void end(TileLanes& lanes, int first, bool roots) {
+        if (!begun_) return;
+        const D d;
+        if (roots && !hn::AllFalse(d, crossed_))
+            x_ = hn::IfThenElse(crossed_, patches_.root(x_, exit_, low_, high_, crossed_), x_);
+        const auto store = [&](V value, Doubles& to) { hn::Store(value, d, to.v + first); };
+        store(x_, lanes.x);
+        store(exit_, lanes.exit);
+        store(i_, lanes.i);
+        store(j_, lanes.j);
+        store(width_, lanes.width);
+        store(most_width_, lanes.most_width);
+        store(to_, lanes.to);
+        hn::Store(result_, I(), lanes.state + first);
+    }
+
+private:
+    HWY_INLINE void finish(M which, std::int64_t with) {
+        const D d;
+        const I i64;
+        result_ = hn::IfThenElse(hn::MaskFromVec(hn::BitCast(i64, hn::VecFromMask(d, which))),
+                                 hn::Set(i64, with), result_);
+        active_ = hn::AndNot(which, active_);
+    }
+
+    V ua_, ub_, va_, vb_, wa_, wb_, miss2_, speed2_, per_m_, offset_, half_cells_, per_half_, first_i_,
+        first_j_;
+    bool begun_ = false;
+    VI vertices_, maxima_, result_;
+    V x_, to_, exit_, i_, j_, width_, per_width_, most_width_, steps_u_, steps_v_;
+    M active_, passed_, u_changes_, v_changes_;
+    M crossed_; ///< rays that cross `patches_` between x and exit, where their heights are `low_` and `high_`
+    Patches<plane> patches_;
+    V low_, high_;
+};
+
+template<bool plane>
+void trace_groups(TileLanes& lanes, double per_m, bool roots) {
+    constexpr int size = static_cast<int>(hn::MaxLanes(D())), count = packet_size / size;
+    Group<plane> groups[count];
+    for (int k = 0; k < count; ++k)
+        groups[k].begin(lanes, k * size, per_m);
+    for (bool more = true; more;) {
+        more = false;
+        for (Group<plane>& group : groups)
+            if (group.running()) {
+                group.step();
+                more = true;
+            }
+    }
+    for (int k = 0; k < count; ++k)
+        groups[k].end(lanes, k * size, roots);
 }
 
-void trace_all(TileLanes& lanes, double per_m, bool plane) {
-    const D d;
-    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d)))
-        if (plane)
-            trace_lanes<true>(lanes, first, per_m);
-        else
-            trace_lanes<false>(lanes, first, per_m);
+void trace_all(TileLanes& lanes, double per_m, bool plane, bool roots) {
+    if (plane)
+        trace_groups<true>(lanes, per_m, roots);
+    else
+        trace_groups<false>(lanes, per_m, roots);
 }
 
 } // namespace
@@ -301,8 +461,8 @@ namespace obscura::renderer {
 
 HWY_EXPORT(trace_all);
 
-void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane) {
-    HWY_DYNAMIC_DISPATCH(trace_all)(lanes, per_m, plane);
+void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane, bool roots) {
+    HWY_DYNAMIC_DISPATCH(trace_all)(lanes, per_m, plane, roots);
 }
 
 } // namespace obscura::renderer

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/packets/packet.hpp"
+#include "renderer/planets/tile_walk.hpp"
 
 #include <cstdint>
 
@@ -15,16 +16,17 @@ namespace obscura::renderer {
 struct alignas(64) TileLanes {
     enum State : std::int64_t {
         off = 0,     ///< or through: not met in this tile
-        running = 1, ///< to be traced from `x`
+        running = 1, ///< to be traced from `x` to `to`, in the node (i, j) of width `most_width`
         met = 2,     ///< at `x`, in the cell (i, j)
         grazing = 3, ///< from `x` to `exit`, the cell (i, j) is met near the least height above it, if at all
         passed = 4,  ///< that cell was not met: to be traced on from `exit`
     };
     Doubles x, to, exit;
-    Doubles ua, ub, va, vb, wa, wb; ///< u and v on the face are quotients of lines: (ua + ub x) / (wa + wb x)
+    WalkLines lines;
     /// Sphere: squares of the closest distance and of the speed. Plane: height at x = 0 and its derivative.
     Doubles miss2, speed2;
     Doubles offset_m, half_cells, first_i, first_j; ///< of the tile; numbers of its first cells on the face
+    Doubles highest, least;                         ///< unit heights of the tile's vertices
     Doubles width, most_width;                      ///< of the node in cells, now and at most
     Doubles i, j;                                   ///< node, counted in its widths
     alignas(64) std::int64_t vertices[packet_size]; ///< address of vertex (0, 0)
@@ -32,7 +34,8 @@ struct alignas(64) TileLanes {
     alignas(64) std::int64_t state[packet_size];
 };
 
-/// Traces the running lanes until each is off, met or grazing. `per_m`: unit heights per metre.
-void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane);
+/// Traces the running lanes until each is off, met or grazing. `per_m`: unit heights per metre. Without
+/// `roots`, `x` of met lanes is anywhere in the cell up to the crossing.
+void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane, bool roots);
 
 } // namespace obscura::renderer

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays per second of processor time on a planet of tiles, as JSON on standard output: with cells of half a
-// pixel, and with the same grid everywhere. Options: --level N, finest grid, of 256 * 2^N cells per face (5).
+// Rays per second of processor time on a planet of tiles, as JSON on standard output: with cells by distance,
+// of at most --cell PX (1) pixels, and with the same grid everywhere. Options: --level N, finest grid, of 256
+// * 2^N cells per face (5).
 // --mesh N: also the mesh of the vertices of that level, through Embree. --map FILE: heights of the whole
 // Moon with a PDS3 label; without it, waves. --tiles N: only makes N tiles of each of some levels.
 #include "renderer/planets/terrain_shape.hpp"
@@ -181,10 +182,12 @@ double tile_ms(const terrain::TileMaker& maker, int level, int count) {
 
 int main(int argc, char** argv) {
     int finest = 5, mesh_level = -1, tiles = 0;
+    double cell_px = 1;
     std::optional<std::string> map;
     for (int i = 1; i + 1 < argc; i += 2) {
         if (std::strcmp(argv[i], "--level") == 0) finest = std::atoi(argv[i + 1]);
         if (std::strcmp(argv[i], "--mesh") == 0) mesh_level = std::atoi(argv[i + 1]);
+        if (std::strcmp(argv[i], "--cell") == 0) cell_px = std::atof(argv[i + 1]);
         if (std::strcmp(argv[i], "--tiles") == 0) tiles = std::atoi(argv[i + 1]);
         if (std::strcmp(argv[i], "--map") == 0) map = argv[i + 1];
     }
@@ -233,7 +236,7 @@ int main(int argc, char** argv) {
         const auto show = [&](const char* view_name, double altitude_m, double off_nadir, double half_field,
                               bool shadows) {
             const Vec3 from = (radius_m + altitude_m) * up;
-            const DetailView detail{.eye_m = from, .cell_rad = half_field / frame};
+            const DetailView detail{.eye_m = from, .cell_rad = cell_px * 2 * half_field / frame};
             const auto packets = view(from, normalized(std::sin(off_nadir) * east - std::cos(off_nadir) * up),
                                       half_field, &detail);
             double met = 0;
@@ -263,7 +266,7 @@ int main(int argc, char** argv) {
         const double begin = cpu_seconds();
         shape->tiles()->make_pinned();
         const double tile_s = (cpu_seconds() - begin) / 120;
-        measure("half a pixel", *shape);
+        measure(fmt::format("cells of at most {} px", cell_px).c_str(), *shape);
         const SurfaceTiles::Usage usage = shape->tiles()->usage();
         fmt::print("\n  ],\n  \"tile_cpu_ms\": {:.2f}, \"tiles\": {}, \"arena_MiB\": {:.0f},\n  \"grids\": [",
                    1e3 * tile_s, usage.tiles,

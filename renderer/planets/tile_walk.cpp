@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/planets/tile_walk.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "renderer/planets/tile_walk.cpp"
+#include <hwy/foreach_target.h>
+// Must follow foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace obscura::renderer::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using D = hn::CappedTag<double, packet_size>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+
+/// Added to unit heights: far above the rounding of a bilinear height.
+constexpr double margin = 1e-12;
+
+HWY_INLINE V set(double value) {
+    return hn::Set(D(), value);
+}
+HWY_INLINE V load(const Doubles& from, int first) {
+    return hn::Load(D(), from.v + first);
+}
+HWY_INLINE void store(V value, Doubles& to, int first) {
+    hn::Store(value, D(), to.v + first);
+}
+HWY_INLINE std::uint32_t bits(M mask, int first) {
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(D(), mask, bytes);
+    return static_cast<std::uint32_t>(bytes[0]) << first;
+}
+HWY_INLINE V dot(V ax, V ay, V az, V bx, V by, V bz) {
+    return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+}
+
+HWY_INLINE V half_chord(double radius, V miss2, V speed2) {
+    const V under = hn::Div(hn::Sub(set(radius * radius), miss2), speed2);
+    return hn::Sqrt(hn::Max(under, hn::Zero(D())));
+}
+
+void begin_all(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
+               double least, double largest, WalkRays& rays) {
+    const D d;
+    const hn::Rebind<std::int32_t, D> narrow;
+    const hn::RebindToSigned<D> wide;
+    rays.direction = direction;
+    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d))) {
+        const V ox = load(origin.x, first), oy = load(origin.y, first), oz = load(origin.z, first);
+        const V dx = load(direction.x, first), dy = load(direction.y, first), dz = load(direction.z, first);
+        const V speed2 = dot(dx, dy, dz, dx, dy, dz);
+        const V along = hn::Div(hn::Neg(dot(ox, oy, oz, dx, dy, dz)), speed2);
+        const V nx = hn::Add(ox, hn::Mul(along, dx)), ny = hn::Add(oy, hn::Mul(along, dy)),
+                nz = hn::Add(oz, hn::Mul(along, dz));
+        const V miss2 = dot(nx, ny, nz, nx, ny, nz);
+        const V outer = half_chord(1 + largest + margin, miss2, speed2);
+        const V inner = half_chord(1 + least - margin, miss2, speed2);
+        const V from = hn::Max(hn::Neg(outer), hn::Neg(along));
+        V to = hn::Min(outer, hn::Sub(load(t_max, first), along));
+        // Nothing is met within the inner sphere, and what begins outside has met something before it.
+        const M through = hn::And(hn::Gt(inner, hn::Zero(d)), hn::Le(from, hn::Neg(inner)));
+        to = hn::IfThenElse(through, hn::Min(to, hn::Neg(inner)), to);
+        const M on =
+            hn::MaskFromVec(hn::BitCast(d, hn::PromoteTo(wide, hn::Load(narrow, active.on + first))));
+        store(nx, rays.near.x, first);
+        store(ny, rays.near.y, first);
+        store(nz, rays.near.z, first);
+        store(along, rays.along, first);
+        store(miss2, rays.miss2, first);
+        store(speed2, rays.speed2, first);
+        store(inner, rays.inner, first);
+        store(hn::IfThenElse(on, from, set(1)), rays.from, first);
+        store(hn::IfThenElse(on, to, set(-1)), rays.to, first);
+    }
+}
+
+/// Where a line is not below 0 (`low` false) and not above it (`low` true), in [from, to].
+struct Halves {
+    V root, slope;
+    M high_side; ///< the line does not depend on x: on the high side
+
+    HWY_INLINE Halves(V a, V b)
+        : root(hn::Neg(hn::Div(a, b))), slope(b), high_side(hn::Ge(a, hn::Zero(D()))) {}
+
+    HWY_INLINE void narrow(bool low, V& from, V& to) const {
+        const V zero = hn::Zero(D());
+        const M rises = hn::Gt(slope, zero), falls = hn::Lt(slope, zero);
+        const M begins = low ? falls : rises, ends = low ? rises : falls;
+        const M flat = hn::AndNot(hn::Or(rises, falls), low ? high_side : hn::Not(high_side));
+        from = hn::IfThenElse(begins, hn::Max(from, root), from);
+        to = hn::IfThenElse(ends, hn::Min(to, root), to);
+        to = hn::IfThenElse(flat, from, to);
+    }
+};
+
+template<bool plane>
+void split_all(const WalkRays& rays, const WalkLines& lines, const Doubles& reaches, const Doubles& best,
+               const WalkTile& tile, WalkParts& parts, WalkSplit& split) {
+    const D d;
+    const V zero = hn::Zero(d);
+    split.here = 0;
+    for (std::uint32_t& lanes : split.lanes)
+        lanes = 0;
+    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d))) {
+        const V from = load(parts.from, first);
+        const V to = hn::Min(load(parts.to, first), load(best, first));
+        store(to, parts.to, first);
+        const M active = hn::Lt(from, to);
+        M splits = active;
+        if (!tile.can_split) {
+            splits = hn::MaskFromVec(zero);
+        } else if (tile.fixed_reach < 0) {
+            const V near_m = hn::Add(set(tile.radius_m), hn::Mul(set(tile.spacing_m), load(reaches, first)));
+            splits = hn::And(active, hn::Lt(set(tile.distance2_m2), hn::Mul(near_m, near_m)));
+        }
+        split.here |= bits(hn::AndNot(splits, active), first);
+        if (hn::AllFalse(d, splits)) {
+            for (WalkParts& quarter : split.quarter) {
+                store(zero, quarter.from, first);
+                store(zero, quarter.to, first);
+            }
+            continue;
+        }
+        const V wa = load(lines.wa, first), wb = load(lines.wb, first);
+        const V mu = set(tile.u_middle), mv = set(tile.v_middle);
+        const Halves u(hn::Sub(load(lines.ua, first), hn::Mul(mu, wa)),
+                       hn::Sub(load(lines.ub, first), hn::Mul(mu, wb)));
+        const Halves v(hn::Sub(load(lines.va, first), hn::Mul(mv, wa)),
+                       hn::Sub(load(lines.vb, first), hn::Mul(mv, wb)));
+        const V miss2 = load(rays.miss2, first), speed2 = load(rays.speed2, first);
+        for (std::size_t q = 0; q < 4; ++q) {
+            V begin = from, end = to;
+            u.narrow((q & 1) == 0, begin, end);
+            v.narrow((q & 2) == 0, begin, end);
+            M in = hn::And(splits, hn::Lt(begin, end));
+            // Not above everything all the way.
+            const double highest = tile.child_highest[q] + margin;
+            if constexpr (plane) {
+                const V lowest = hn::Min(hn::Mul(speed2, begin), hn::Mul(speed2, end));
+                in = hn::And(in, hn::Le(hn::Add(miss2, lowest), set(highest)));
+            } else {
+                const V lowest = hn::Max(begin, hn::Min(end, zero));
+                const V radius2 = hn::Add(miss2, hn::Mul(hn::Mul(speed2, lowest), lowest));
+                in = hn::And(in, hn::Le(radius2, set((1 + highest) * (1 + highest))));
+            }
+            store(begin, split.quarter[q].from, first);
+            store(hn::IfThenElse(in, end, begin), split.quarter[q].to, first);
+            split.lanes[q] |= bits(in, first);
+        }
+    }
+}
+
+void split_any(const WalkRays& rays, const WalkLines& lines, const Doubles& reach, const Doubles& best,
+               const WalkTile& tile, bool plane, WalkParts& parts, WalkSplit& split) {
+    if (plane)
+        split_all<true>(rays, lines, reach, best, tile, parts, split);
+    else
+        split_all<false>(rays, lines, reach, best, tile, parts, split);
+}
+
+std::uint32_t left_all(const WalkParts& parts, const Doubles& best) {
+    const D d;
+    std::uint32_t lanes = 0;
+    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d)))
+        lanes |=
+            bits(hn::Lt(load(parts.from, first), hn::Min(load(parts.to, first), load(best, first))), first);
+    return lanes;
+}
+
+} // namespace
+} // namespace obscura::renderer::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace obscura::renderer {
+
+HWY_EXPORT(begin_all);
+HWY_EXPORT(split_any);
+HWY_EXPORT(left_all);
+
+void begin_walk(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
+                double least, double largest, WalkRays& rays) {
+    HWY_DYNAMIC_DISPATCH(begin_all)(origin, direction, t_max, active, least, largest, rays);
+}
+
+void split_walk(const WalkRays& rays, const WalkLines& lines, const Doubles& reach, const Doubles& best,
+                const WalkTile& tile, bool plane, WalkParts& parts, WalkSplit& split) {
+    HWY_DYNAMIC_DISPATCH(split_any)(rays, lines, reach, best, tile, plane, parts, split);
+}
+
+std::uint32_t lanes_left(const WalkParts& parts, const Doubles& best) {
+    return HWY_DYNAMIC_DISPATCH(left_all)(parts, best);
+}
+
+} // namespace obscura::renderer
+#endif
