@@ -34,6 +34,7 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
 config::Section tables_of(ReliefParameters& relief) {
     config::Section section;
     section.lists.push_back(height_list(relief.heights));
+    section.lists.push_back(albedo_list(relief.albedos));
     section.tables.push_back(detail_section(relief.detail));
     return section;
 }
@@ -42,6 +43,14 @@ std::vector<scene::Conflict> conflicts_of(const ReliefParameters& relief) {
     const std::uint32_t cells = relief.cells_per_face;
     if (cells == 0 || (cells >= terrain::tile_cells && std::has_single_bit(cells))) return {};
     return {{"cells_per_face", fmt::format("{}: allowed is 0 or a power of two from 256", cells)}};
+}
+
+/// The reference surface as text.
+std::string surface_of(const PlanetParameters& p) {
+    return fmt::format("planet {} {} {}", p.radii_m.x, p.radii_m.y, p.radii_m.z);
+}
+std::string surface_of(const TerrainParameters& p) {
+    return fmt::format("terrain {}", p.half_edge_m);
 }
 
 std::shared_ptr<const Shape> make_relief(const std::string& surface, const terrain::SurfaceDomain& domain,
@@ -83,9 +92,12 @@ std::vector<scene::Conflict> conflicts_in(const PlanetParameters& p) {
     return conflicts_of(p.relief);
 }
 
+terrain::SurfaceDomain domain_of(const PlanetParameters& p) {
+    return terrain::SurfaceDomain::ellipsoid(p.radii_m);
+}
+
 std::shared_ptr<const Shape> make(const PlanetParameters& p, ShapeContext& context) {
-    return make_relief(fmt::format("planet {} {} {}", p.radii_m.x, p.radii_m.y, p.radii_m.z),
-                       terrain::SurfaceDomain::ellipsoid(p.radii_m), p.relief, context);
+    return make_relief(surface_of(p), domain_of(p), p.relief, context);
 }
 
 scene::ParameterList declare(TerrainParameters& p) {
@@ -105,9 +117,12 @@ std::vector<scene::Conflict> conflicts_in(const TerrainParameters& p) {
     return conflicts_of(p.relief);
 }
 
+terrain::SurfaceDomain domain_of(const TerrainParameters& p) {
+    return terrain::SurfaceDomain::plane(p.half_edge_m);
+}
+
 std::shared_ptr<const Shape> make(const TerrainParameters& p, ShapeContext& context) {
-    return make_relief(fmt::format("terrain {}", p.half_edge_m), terrain::SurfaceDomain::plane(p.half_edge_m),
-                       p.relief, context);
+    return make_relief(surface_of(p), domain_of(p), p.relief, context);
 }
 
 } // namespace obscura::renderer

@@ -3,11 +3,13 @@
 #pragma once
 
 #include "core/geometry.hpp"
+#include "renderer/planets/albedo_tables.hpp"
 #include "renderer/planets/detail_parameters.hpp"
 #include "renderer/planets/height_tables.hpp"
 #include "renderer/scene/kind.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/shapes/shape_context.hpp"
+#include "terrain/surface_domain.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -20,6 +22,7 @@ constexpr std::uint32_t most_cells_per_face = std::uint32_t{1} << 20;
 /// What planets and terrains have in common.
 struct ReliefParameters {
     std::vector<HeightTable> heights;
+    std::vector<AlbedoTable> albedos;
     DetailParameters detail;
     std::uint32_t cells_per_face = 0;    ///< 0: by distance
     std::uint32_t tile_memory_mib = 512; ///< of the arena of tiles
@@ -37,6 +40,8 @@ struct PlanetParameters {
 [[nodiscard]] scene::ParameterList declare(PlanetParameters& p);
 [[nodiscard]] config::Section tables_in(PlanetParameters& p);
 [[nodiscard]] std::vector<scene::Conflict> conflicts_in(const PlanetParameters& p);
+/// The surface that heights count from.
+[[nodiscard]] terrain::SurfaceDomain domain_of(const PlanetParameters& p);
 /// Bodies of the same files and settings share one shape. Throws InputError.
 [[nodiscard]] std::shared_ptr<const Shape> make(const PlanetParameters& p, ShapeContext& context);
 
@@ -53,6 +58,7 @@ struct TerrainParameters {
 [[nodiscard]] scene::ParameterList declare(TerrainParameters& p);
 [[nodiscard]] config::Section tables_in(TerrainParameters& p);
 [[nodiscard]] std::vector<scene::Conflict> conflicts_in(const TerrainParameters& p);
+[[nodiscard]] terrain::SurfaceDomain domain_of(const TerrainParameters& p);
 [[nodiscard]] std::shared_ptr<const Shape> make(const TerrainParameters& p, ShapeContext& context);
 
 } // namespace obscura::renderer

@@ -200,6 +200,15 @@ bool has_kernel_radii(const config::Value& table, const ShapeKind& shape) {
            table.find(radii_name) == nullptr;
 }
 
+constexpr std::string_view albedo_name = "albedo";
+
+/// Whether the table gives tables [[body.albedo]], rather than a number or nothing.
+bool has_albedo_tables(const config::Value& table) {
+    const config::Member* const member = table.find(albedo_name);
+    return member != nullptr && member->value.kind == config::Value::Kind::array &&
+           !member->value.items.empty() && member->value.items.front().kind == config::Value::Kind::table;
+}
+
 /// Adds the keys of the kinds of shape and material to `section`.
 void add_kinds(config::Section& section, Body& body, BodyKeys& read, const ShapeKind& shape,
                const MaterialKind& material, const config::Value& table) {
@@ -211,9 +220,16 @@ void add_kinds(config::Section& section, Body& body, BodyKeys& read, const Shape
     config::Section inside = shape.tables(body.shape);
     section.tables = std::move(inside.tables);
     section.lists = std::move(inside.lists);
+    // "albedo" is a number of the law, or tables of maps of that number: the law's own is 1 then.
+    const bool maps = has_albedo_tables(table) && has_table(section, albedo_name);
+    if (!maps) std::erase_if(section.lists, [](const config::List& l) { return l.name == albedo_name; });
     const ParameterList parameters = material.parameters(body.material);
     read.textures = textures_of(parameters);
     for (const Parameter& p : parameters) {
+        if (maps && p.key.name == albedo_name) {
+            *albedo_of(parameters) = 1;
+            continue;
+        }
         const bool by_image = std::any_of(read.textures.begin(), read.textures.end(), [&](const auto& t) {
             const config::Member* file = table.find(t.file_key);
             return t.constant_key == p.key.name && file != nullptr && !file->value.string.empty();
@@ -239,7 +255,7 @@ void check_textures(std::vector<ParameterTexture>& textures, Body& body, const c
 /// Sets the albedo of the material by its normal albedo, if that is given.
 void apply_normal_albedo(Body& body, double wanted, const config::ReadTable& table) {
     if (!table.has(normal_albedo_name)) return;
-    exclude(table, normal_albedo_name, "albedo");
+    if (!has_albedo_tables(*table.table())) exclude(table, normal_albedo_name, albedo_name);
     // The one parameter by image that the normal albedo depends on, of the Oren-Nayar law.
     exclude(table, normal_albedo_name, "slope_texture");
     double* const albedo =

@@ -187,12 +187,12 @@ PagedTexture::Pair PagedTexture::pair_at(const Axis& axis, double position, bool
     return {first, first + 1, position - left};
 }
 
-void PagedTexture::add_bilinear(std::size_t level, double u, double v, bool repeat_v, double weight,
+void PagedTexture::add_bilinear(std::size_t level, double u, double v, Repeats repeats, double weight,
                                 double* out) const {
     for (std::size_t k = level; k < levels_.size(); ++k) {
         const Level& l = levels_[k];
-        const Pair across = pair_at(l.across, u * l.across.size - 0.5, true);
-        const Pair down = pair_at(l.down, v * l.down.size - 0.5, repeat_v);
+        const Pair across = pair_at(l.across, u * l.across.size - 0.5, repeats.u);
+        const Pair down = pair_at(l.down, v * l.down.size - 0.5, repeats.v);
         if (try_level(k, across, down, weight, out)) return;
         if (k == level && !waiting_.load(std::memory_order_relaxed))
             coarser_.fetch_add(1, std::memory_order_relaxed);

@@ -47,9 +47,14 @@ public:
     /// Look-ups that took a coarser level than asked for, since the start.
     [[nodiscard]] std::uint64_t coarser_lookups() const { return coarser_.load(std::memory_order_relaxed); }
 
-    /// Adds `weight` times the numbers of all planes at (u, v), 0 to 1 each, of a level, to `out`. u repeats,
-    /// v repeats or is clamped. Throws InputError if it waits and the file cannot be read.
-    void add_bilinear(std::size_t level, double u, double v, bool repeat_v, double weight, double* out) const;
+    /// Which coordinates repeat; the others are clamped.
+    struct Repeats {
+        bool u = true, v = false;
+    };
+    /// Adds `weight` times the numbers of all planes at (u, v), 0 to 1 each, of a level, to `out`. Throws
+    /// InputError if it waits and the file cannot be read.
+    void add_bilinear(std::size_t level, double u, double v, Repeats repeats, double weight,
+                      double* out) const;
 
 private:
     /// Texels along an axis of a level: the last one may be narrower than the others.

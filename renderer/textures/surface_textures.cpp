@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/textures/surface_textures.hpp"
 
-#include "renderer/lights/spectrum.hpp"
+#include "renderer/textures/band_weights.hpp"
+#include "renderer/textures/nested_albedo.hpp"
 #include "renderer/textures/paged_texture.hpp"
 
 #include <algorithm>
@@ -11,9 +12,8 @@
 namespace obscura::renderer {
 namespace {
 
-/// The footprint of a ray on the surface, in texture coordinates.
-void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3 grad_u, Vec3 grad_v, TextureAxis& longer,
-               TextureAxis& shorter) {
+/// The footprint of a ray on the surface: the edges of a parallelogram, m.
+void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3& longer, Vec3& shorter) {
     const double cosine = std::max(std::abs(dot(direction, normal)), 0.01);
     const Vec3 side = cross(direction, normal);
     Vec3 across;
@@ -24,34 +24,13 @@ void footprint(Vec3 direction, Vec3 normal, double width_m, Vec3 grad_u, Vec3 gr
     } else {
         orthonormal_basis(normal, across, along);
     }
-    const Vec3 a = along * (width_m / cosine);
-    const Vec3 b = across * width_m;
-    longer = {dot(grad_u, a), dot(grad_v, a)};
-    shorter = {dot(grad_u, b), dot(grad_v, b)};
+    longer = along * (width_m / cosine);
+    shorter = across * width_m;
 }
 
-/// Weights of a texture's planes in each spectral band: band x plane.
-std::vector<double> plane_weights(const Texture& texture, const std::vector<SpectralBand>& bands) {
-    const std::size_t planes = texture.planes();
-    std::vector<double> w(bands.size() * planes, 0);
-    for (std::size_t b = 0; b < bands.size(); ++b) {
-        if (texture.rgb()) {
-            const auto shares = colour_shares(bands[b]);
-            std::copy(shares.begin(), shares.end(), w.begin() + static_cast<std::ptrdiff_t>(3 * b));
-        } else {
-            w[b * planes + (planes == 1 ? 0 : b)] = 1;
-        }
-    }
-    return w;
-}
-
-/// Value of a band from the planes of a texel, at least 0.
-double band_value(const std::vector<double>& weights, std::size_t band, const double* planes,
-                  std::size_t count) {
-    double value = 0;
-    for (std::size_t k = 0; k < count; ++k)
-        value += weights[band * count + k] * planes[k];
-    return value > 0 ? value : 0.0;
+/// The same in texture coordinates.
+TextureAxis texture_axis(Vec3 step_m, Vec3 grad_u, Vec3 grad_v) {
+    return {dot(grad_u, step_m), dot(grad_v, step_m)};
 }
 
 } // namespace
@@ -79,9 +58,8 @@ SurfaceTextures::SurfaceTextures(std::vector<Slot> slots, const std::vector<Spec
         if (slot.albedo) {
             const std::size_t planes = slot.albedo->planes();
             std::vector<double>& w = weights_[p];
-            w = plane_weights(*slot.albedo, bands);
-            for (std::size_t i = planes; i < w.size(); ++i)
-                grey_ = grey_ && w[i] == w[i % planes];
+            w = band_weights(*slot.albedo, bands);
+            grey_ = grey_ && same_in_all_bands(w, planes);
             double mean = 0;
             for (std::size_t k = 0; k < planes; ++k)
                 mean += w[k] * slot.albedo->mean(k);
@@ -97,9 +75,19 @@ void SurfaceTextures::set_maps(std::vector<Map> maps, std::vector<double> consta
     constants_ = std::move(constants);
 }
 
+void SurfaceTextures::set_nested(std::shared_ptr<const NestedAlbedo> nested) {
+    nested_ = std::move(nested);
+    grey_ = grey_ && nested_->grey();
+    mean_factor_ *= nested_->mean();
+}
+
+std::vector<std::string> SurfaceTextures::notes() const {
+    return nested_ ? nested_->notes() : std::vector<std::string>();
+}
+
 void SurfaceTextures::set_emission(std::shared_ptr<const Texture> texture) {
     emission_ = std::move(texture);
-    emission_weights_ = plane_weights(*emission_, spectral_bands_);
+    emission_weights_ = band_weights(*emission_, spectral_bands_);
 }
 
 template<typename Use>
@@ -114,6 +102,9 @@ void SurfaceTextures::for_each_paged(const Use& use) const {
     for (const Map& map : maps_)
         each(map.texture);
     each(emission_);
+    if (nested_)
+        for (const auto& texture : nested_->textures())
+            each(texture);
 }
 
 void SurfaceTextures::stop_waiting() const {
@@ -149,6 +140,15 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
         if (!slot.factor.empty())
             for (std::size_t c = 0; c < channels; ++c)
                 factor.v[c][i] = slot.factor[c];
+        if (!slot.albedo && !slot.normal && maps_.empty() && !nested_) continue;
+        Vec3 longer_m, shorter_m;
+        footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], longer_m, shorter_m);
+        if (nested_) {
+            double own[max_channels];
+            nested_->factors(surface.position.lane(i), longer_m, shorter_m, channels, own);
+            for (std::size_t c = 0; c < channels; ++c)
+                factor.v[c][i] *= own[c];
+        }
         if (!slot.albedo && !slot.normal && maps_.empty()) continue;
         if (!has_uv) {
             texture_coordinates(shape, hits, body, surface, at);
@@ -156,10 +156,8 @@ void SurfaceTextures::apply(const Shape& shape, const RayPacket& view, const Hit
         }
         const Vec3 grad_u = at.grad_u.lane(i);
         const Vec3 grad_v = at.grad_v.lane(i);
-        TextureAxis longer;
-        TextureAxis shorter;
-        footprint(view.direction.lane(i), surface.facet_normal.lane(i), width_m[i], grad_u, grad_v, longer,
-                  shorter);
+        const TextureAxis longer = texture_axis(longer_m, grad_u, grad_v);
+        const TextureAxis shorter = texture_axis(shorter_m, grad_u, grad_v);
         double planes[Texture::most_planes];
         if (slot.albedo) {
             slot.albedo->sample(at.u[i], at.v[i], longer, shorter, planes);
@@ -198,12 +196,12 @@ void SurfaceTextures::emission(const Shape& shape, const HitPacket& hits, std::i
         if (hits.body[i] != body) continue;
         // As seen along the normal. Stretched by the slant, as for reflectances, footprints near a limb would
         // reach across the body, and those of its whole rim would gather the light of a few bright spots.
-        TextureAxis a;
-        TextureAxis b;
-        footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], at.grad_u.lane(i),
-                  at.grad_v.lane(i), a, b);
+        Vec3 a, b;
+        footprint(-surface.facet_normal.lane(i), surface.facet_normal.lane(i), width_m[i], a, b);
+        const Vec3 grad_u = at.grad_u.lane(i), grad_v = at.grad_v.lane(i);
         double planes[Texture::most_planes];
-        emission_->sample(at.u[i], at.v[i], a, b, planes);
+        emission_->sample(at.u[i], at.v[i], texture_axis(a, grad_u, grad_v), texture_axis(b, grad_u, grad_v),
+                          planes);
         for (std::size_t c = 0; c < channels; ++c)
             factor.v[c][i] = band_value(emission_weights_, c, planes, emission_->planes());
     }

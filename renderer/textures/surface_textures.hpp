@@ -20,6 +20,8 @@
 
 namespace obscura::renderer {
 
+class NestedAlbedo;
+
 /// Reads textures, each file once: bodies that name the same file share its texture. Throws InputError.
 class TextureCache {
 public:
@@ -59,6 +61,10 @@ public:
                     double left_longitude_rad);
     /// Sets the parameter maps; `constants`: the values of all varying_parameters(), used where no map is.
     void set_maps(std::vector<Map> maps, std::vector<double> constants);
+    /// Sets the maps of a planet or terrain, by which the factor of all slots is multiplied.
+    void set_nested(std::shared_ptr<const NestedAlbedo> nested);
+    /// Lines on what was found when its files were read, for people.
+    [[nodiscard]] std::vector<std::string> notes() const;
     /// Sets the emission map.
     void set_emission(std::shared_ptr<const Texture> texture);
 
@@ -110,6 +116,7 @@ private:
     std::shared_ptr<const Texture> emission_;  ///< null: none
     std::vector<double> emission_weights_;     ///< band x plane
     std::vector<Map> maps_;
+    std::shared_ptr<const NestedAlbedo> nested_; ///< null: none
     std::vector<double> constants_;
     bool latlon_, grey_ = true;
     double left_turns_;

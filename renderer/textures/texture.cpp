@@ -5,6 +5,7 @@
 #include "core/memory_budget.hpp"
 #include "images/image.hpp"
 #include "renderer/textures/paged_texture.hpp"
+#include "terrain/maps/memory_pyramid.hpp"
 #include "terrain/obt/obt_file.hpp"
 
 #include <fmt/format.h>
@@ -126,8 +127,12 @@ void Texture::add_bilinear(const Level& level, double u, double v, double weight
     const double top = std::floor(y);
     const double fx = x - left;
     const double fy = y - top;
-    const std::int32_t x0 = wrap(static_cast<std::int32_t>(left), level.width);
-    const std::int32_t x1 = x0 + 1 == level.width ? 0 : x0 + 1;
+    std::int32_t x0 = wrap(static_cast<std::int32_t>(left), level.width);
+    std::int32_t x1 = x0 + 1 == level.width ? 0 : x0 + 1;
+    if (edge_ == Edge::clamp_both) {
+        x0 = std::clamp(static_cast<std::int32_t>(left), 0, level.width - 1);
+        x1 = std::clamp(static_cast<std::int32_t>(left) + 1, 0, level.width - 1);
+    }
     auto y0 = static_cast<std::int32_t>(top);
     std::int32_t y1 = y0 + 1;
     if (edge_ == Edge::repeat) {
@@ -184,11 +189,12 @@ void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* o
         const double along = (k + 0.5) / probes - 0.5;
         double pu = u + along * a.u;
         double pv = v + along * a.v;
-        pu -= std::floor(pu);
+        pu = edge_ == Edge::clamp_both ? std::clamp(pu, 0.0, 1.0) : pu - std::floor(pu);
         pv = edge_ == Edge::repeat ? pv - std::floor(pv) : std::clamp(pv, 0.0, 1.0);
         const auto add = [&](std::size_t at_level, double weight) {
             if (paged_)
-                paged_->add_bilinear(at_level, pu, pv, edge_ == Edge::repeat, weight, out);
+                paged_->add_bilinear(at_level, pu, pv, {edge_ != Edge::clamp_both, edge_ == Edge::repeat},
+                                     weight, out);
             else
                 add_bilinear(levels_[at_level], pu, pv, weight, out);
         };
@@ -201,61 +207,131 @@ void Texture::sample(double u, double v, TextureAxis a, TextureAxis b, double* o
 
 namespace {
 
-/// A giant texture: in memory if it is small enough.
-Texture read_obt(const std::filesystem::path& file, Texture::Edge edge) {
-    auto texture = std::make_shared<const terrain::ObtFile>(file);
-    const terrain::ObtMetadata& m = texture->metadata();
-    if (m.height > most_texels / m.width) return {std::make_shared<PagedTexture>(std::move(texture)), edge};
-    const auto texels = static_cast<std::size_t>(m.width * m.height);
-    require_memory(m.planes * texels * (sizeof(float) + 2 * sizeof(std::uint16_t)), file.string());
-    std::vector<std::vector<float>> planes(m.planes, std::vector<float>(texels));
-    for (std::uint32_t p = 0; p < m.planes; ++p) {
-        if (texture->statistics(p).holes)
-            throw InputError(
-                fmt::format("{}: samples of plane {} are missing: textures need all", file.string(), p));
-        texture->read(p, 0, 0, 0, static_cast<int>(m.width), static_cast<int>(m.height), planes[p]);
-        if (!std::all_of(planes[p].begin(), planes[p].end(), [](float v) { return std::abs(v) <= 1e30F; }))
-            throw InputError(
-                fmt::format("{}: a value is not a finite number: textures need all", file.string()));
-    }
-    return {static_cast<std::int32_t>(m.width), static_cast<std::int32_t>(m.height), planes, edge, m.rgb};
+/// Texels of a file in memory.
+struct Planes {
+    std::int32_t width = 0, height = 0;
+    std::vector<std::vector<float>> values;
+    bool rgb = false;
+    double full_scale = 1;
+};
+
+bool is_factor(double x) {
+    return std::abs(x) <= 1e30;
 }
 
-} // namespace
+[[noreturn]] void refuse_infinite(const std::filesystem::path& file) {
+    throw InputError(fmt::format("{}: a value is not a finite number: textures need all", file.string()));
+}
 
-Texture read_texture(const std::filesystem::path& file, TextureCoding coding, Texture::Edge edge) {
-    if (terrain::ObtFile::is_one(file)) return read_obt(file, edge);
+/// The file of a giant texture that is larger than memory; else null.
+std::shared_ptr<const terrain::ObtFile> large_texture(const std::filesystem::path& file) {
+    if (!terrain::ObtFile::is_one(file)) return nullptr;
+    auto texture = std::make_shared<const terrain::ObtFile>(file);
+    const terrain::ObtMetadata& m = texture->metadata();
+    return m.height > most_texels / m.width ? texture : nullptr;
+}
+
+/// All texels of a giant texture. `holes`: missing ones are NaN, instead of an error.
+Planes read_obt(const std::filesystem::path& file, bool holes) {
+    const terrain::ObtFile texture(file);
+    const terrain::ObtMetadata& m = texture.metadata();
+    const auto texels = static_cast<std::size_t>(m.width * m.height);
+    require_memory(m.planes * texels * (sizeof(float) + 2 * sizeof(std::uint16_t)), file.string());
+    Planes read{static_cast<std::int32_t>(m.width), static_cast<std::int32_t>(m.height), {}, m.rgb};
+    read.values.assign(m.planes, std::vector<float>(texels));
+    for (std::uint32_t p = 0; p < m.planes; ++p) {
+        if (texture.statistics(p).holes && !holes)
+            throw InputError(
+                fmt::format("{}: samples of plane {} are missing: textures need all", file.string(), p));
+        texture.read(p, 0, 0, 0, read.width, read.height, read.values[p]);
+        for (const float v : read.values[p])
+            if (!is_factor(static_cast<double>(v)) && !(holes && std::isnan(v))) refuse_infinite(file);
+    }
+    return read;
+}
+
+Planes read_image_planes(const std::filesystem::path& file, TextureCoding coding, bool holes) {
     const std::vector<std::string> names = images::colour_planes(file);
     if (names.size() > Texture::most_planes)
         throw InputError(fmt::format("{}: {} planes: a texture has at most {}", file.string(), names.size(),
                                      Texture::most_planes));
-    std::vector<std::vector<float>> planes;
-    std::int32_t width = 0;
-    std::int32_t height = 0;
+    Planes read;
+    read.rgb = names[0] != "0";
     for (const std::string& name : names) {
         const images::Image image = images::read_image(file, name);
         if (std::int64_t{image.width} * image.height > most_texels)
             throw InputError(fmt::format("{}: {} x {} texels: a texture has at most {}", file.string(),
                                          image.width, image.height, most_texels));
-        width = image.width;
-        height = image.height;
+        read.width = image.width;
+        read.height = image.height;
+        read.full_scale = image.full_scale;
         // All planes as float, then with their coarser copies as 16 bits.
-        if (planes.empty())
+        if (read.values.empty())
             require_memory(names.size() * image.values.size() * (sizeof(float) + 2 * sizeof(std::uint16_t)),
                            file.string());
         std::vector<float> plane;
         plane.reserve(image.values.size());
         for (const double value : image.values) {
             const double x = value / image.full_scale;
-            if (!(std::abs(x) <= 1e30))
-                throw InputError(
-                    fmt::format("{}: a value is not a finite number: textures need all", file.string()));
-            plane.push_back(
-                static_cast<float>(coding == TextureCoding::srgb ? from_srgb(std::clamp(x, 0.0, 1.0)) : x));
+            if (!is_factor(x) && !(holes && std::isnan(x))) refuse_infinite(file);
+            plane.push_back(static_cast<float>(
+                coding == TextureCoding::srgb && !std::isnan(x) ? from_srgb(std::clamp(x, 0.0, 1.0)) : x));
         }
-        planes.push_back(std::move(plane));
+        read.values.push_back(std::move(plane));
     }
-    return {width, height, planes, edge, names[0] != "0"};
+    return read;
+}
+
+Planes read_planes(const std::filesystem::path& file, TextureCoding coding, bool holes) {
+    return terrain::ObtFile::is_one(file) ? read_obt(file, holes) : read_image_planes(file, coding, holes);
+}
+
+/// Gives missing texels the mean of those around, in the smallest square of a power of two that has any, and
+/// marks them.
+void fill_missing(Planes& planes, std::vector<bool>& missing, const std::filesystem::path& file) {
+    for (std::vector<float>& plane : planes.values) {
+        if (std::none_of(plane.begin(), plane.end(), [](float v) { return std::isnan(v); })) continue;
+        missing.resize(plane.size());
+        require_memory(terrain::MemoryPyramid::bytes(planes.width, planes.height), file.string());
+        const terrain::MemoryPyramid means(planes.width, planes.height, plane);
+        for (std::size_t i = 0; i < plane.size(); ++i) {
+            if (!std::isnan(plane[i])) continue;
+            missing[i] = true;
+            const auto x = static_cast<std::int64_t>(i) % planes.width,
+                       y = static_cast<std::int64_t>(i) / planes.width;
+            for (int level = 1; level < means.levels() && std::isnan(plane[i]); ++level)
+                means.read(level, x >> level, y >> level, 1, 1, {&plane[i], 1});
+            if (std::isnan(plane[i])) throw InputError(fmt::format("{}: no pixel has data", file.string()));
+        }
+    }
+}
+
+} // namespace
+
+Texture read_texture(const std::filesystem::path& file, TextureCoding coding, Texture::Edge edge) {
+    if (auto large = large_texture(file)) return {std::make_shared<PagedTexture>(std::move(large)), edge};
+    const Planes read = read_planes(file, coding, false);
+    return {read.width, read.height, read.values, edge, read.rgb};
+}
+
+MapTexture read_map_texture(const std::filesystem::path& file, TextureCoding coding,
+                            const std::function<Texture::Edge(std::int64_t, std::int64_t)>& edge) {
+    MapTexture map;
+    if (auto large = large_texture(file)) {
+        map.width = large->metadata().width;
+        map.height = large->metadata().height;
+        map.texture = std::make_shared<const Texture>(std::make_shared<PagedTexture>(std::move(large)),
+                                                      edge(map.width, map.height));
+        return map;
+    }
+    Planes read = read_planes(file, coding, true);
+    fill_missing(read, map.missing, file);
+    map.width = read.width;
+    map.height = read.height;
+    map.full_scale = read.full_scale;
+    map.texture = std::make_shared<const Texture>(read.width, read.height, read.values,
+                                                  edge(map.width, map.height), read.rgb);
+    return map;
 }
 
 } // namespace obscura::renderer

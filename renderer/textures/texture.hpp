@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -29,11 +30,12 @@ struct TextureAxis {
 /// the file, odd sizes rounded up.
 class Texture {
 public:
-    enum class Edge : std::uint8_t { repeat, clamp };
+    /// Beyond the image: it repeats in u and v, repeats in u and has its outer rows in v, or has its outer
+    /// texels.
+    enum class Edge : std::uint8_t { repeat, clamp, clamp_both };
     static constexpr std::size_t most_planes = 16;
 
-    /// `planes` are row-major, width x height each; all values finite. u repeats; v repeats or is clamped
-    /// (`edge`).
+    /// `planes` are row-major, width x height each; all values finite.
     Texture(std::int32_t width, std::int32_t height, const std::vector<std::vector<float>>& planes, Edge edge,
             bool rgb = false);
     /// The texels of a file that is larger than memory.
@@ -88,5 +90,18 @@ enum class TextureCoding : std::uint8_t {
 /// finite or, other than a giant texture, more than 2^26 texels.
 [[nodiscard]] Texture read_texture(const std::filesystem::path& file, TextureCoding coding,
                                    Texture::Edge edge);
+
+/// A texture whose texels may be missing in places, where means of what is around stand for them.
+struct MapTexture {
+    std::shared_ptr<const Texture> texture;
+    std::int64_t width = 0, height = 0;
+    double full_scale = 1;       ///< number of the file that a texel of 1 stands for, of linear coding
+    std::vector<bool> missing{}; ///< row-major, of any plane; empty: none
+};
+/// As read_texture(), of a file of at most 2^26 texels also where texels are missing. `edge` chooses by
+/// width and height.
+[[nodiscard]] MapTexture
+read_map_texture(const std::filesystem::path& file, TextureCoding coding,
+                 const std::function<Texture::Edge(std::int64_t, std::int64_t)>& edge);
 
 } // namespace obscura::renderer

@@ -14,6 +14,7 @@
 #include "renderer/shapes/mesh_shape.hpp"
 #include "renderer/shapes/registry.hpp"
 #include "renderer/textures/surface_textures.hpp"
+#include "renderer/world/albedo_maker.hpp"
 #include "renderer/world/kinematics.hpp"
 #include "renderer/world/motion.hpp"
 
@@ -75,7 +76,7 @@ std::filesystem::path find_texture(const std::filesystem::path& mesh, const std:
 /// Makes the surface textures of bodies; those that name the same file share one texture.
 class SurfaceTexturesMaker {
 public:
-    explicit SurfaceTexturesMaker(const std::vector<SpectralBand>& bands) : bands_(bands) {}
+    explicit SurfaceTexturesMaker(const std::vector<SpectralBand>& bands) : bands_(bands), albedos_(bands) {}
 
     /// Null where nothing varies over the body. Sets the textured parameters of `material` to their means.
     std::shared_ptr<const SurfaceTextures> make(const scene::Body& body, const Shape& shape,
@@ -85,6 +86,7 @@ public:
         const bool own_uv = mesh != nullptr && !mesh->mesh().uvs.empty() && !body.textures.by_longitude;
         const Texture::Edge edge = own_uv ? Texture::Edge::repeat : Texture::Edge::clamp;
         const TextureCoding coding = body.textures.srgb ? TextureCoding::srgb : TextureCoding::linear;
+        const std::shared_ptr<const NestedAlbedo> nested = albedos_.make(body.shape);
         std::vector<SurfaceTextures::Slot> slots;
         if (body.material.get_if<FileMaterialsParameters>() != nullptr) {
             const auto* file = body.shape.get_if<MeshFileParameters>();
@@ -101,7 +103,7 @@ public:
                 slots.push_back(slot_of(file->path, m, own_uv, edge, place));
         } else {
             if (body.textures.albedo.empty() && body.textures.normal.empty() &&
-                body.textures.parameters.empty() && body.textures.emission.empty())
+                body.textures.parameters.empty() && body.textures.emission.empty() && !nested)
                 return nullptr;
             SurfaceTextures::Slot slot;
             if (!body.textures.albedo.empty())
@@ -111,6 +113,7 @@ public:
         }
         auto textures = std::make_shared<SurfaceTextures>(
             std::move(slots), bands_, body.textures.by_longitude, body.textures.left_longitude_rad);
+        if (nested) textures->set_nested(nested);
         if (!body.textures.parameters.empty())
             set_maps(body.textures.parameters, edge, place, material, *textures);
         if (!body.textures.emission.empty()) {
@@ -213,6 +216,7 @@ private:
     }
     const std::vector<SpectralBand>& bands_;
     TextureCache cache_;
+    AlbedoMaker albedos_;
 };
 
 void validate_aim(const scene::Scene& scene, const scene::Motion& motion, const std::string& place) {

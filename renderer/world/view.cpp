@@ -126,6 +126,10 @@ View view_of(const scene::Scene& scene, const RowState& row, const Projection& l
         }
         body.name = scene.bodies[i].name;
         body.notes = s.shape->notes();
+        if (s.built->textures) {
+            const std::vector<std::string> more = s.built->textures->notes();
+            body.notes.insert(body.notes.end(), more.begin(), more.end());
+        }
         if (scene.sun.irradiance_scale > 0) body.phase_rad = angle_between(s.sun_m, s.camera_m);
         out.bodies.push_back(std::move(body));
     }

@@ -2,6 +2,7 @@
 #include "terrain/maps/height_stack.hpp"
 
 #include "core/error.hpp"
+#include "terrain/maps/patch_overlap.hpp"
 
 #include <fmt/format.h>
 
@@ -12,46 +13,6 @@
 
 namespace obscura::terrain {
 namespace {
-
-/// Points of an overlap along each side that are compared at most.
-constexpr std::int64_t most_points = 512;
-
-double metres_per_radian(const SurfaceDomain& domain, Vec3 p) {
-    return domain.is_plane() ? 1 : length(p);
-}
-
-/// Point of the reference surface below a direction (planar: the point itself).
-Vec3 on_surface(const SurfaceDomain& domain, Vec3 direction) {
-    if (domain.is_plane()) return direction;
-    const Vec3 radii = domain.radii_m();
-    const Vec3 scaled{direction.x / radii.x, direction.y / radii.y, direction.z / radii.z};
-    return direction / length(scaled);
-}
-
-/// Positions of the middles of a source's pixels, at most most_points a side.
-std::vector<Vec3> pixels_of(const SurfaceDomain& domain, const MapFrame& frame) {
-    std::vector<Vec3> positions;
-    const std::int64_t step_x = (frame.width() + most_points - 1) / most_points;
-    const std::int64_t step_y = (frame.height() + most_points - 1) / most_points;
-    for (std::int64_t j = step_y / 2; j < frame.height(); j += step_y)
-        for (std::int64_t i = step_x / 2; i < frame.width(); i += step_x) {
-            const Vec3 p =
-                on_surface(domain, frame.position({static_cast<double>(i), static_cast<double>(j)}));
-            if (domain.is_plane() && std::max(std::abs(p.x), std::abs(p.y)) > domain.half_edge_m()) continue;
-            positions.push_back(p);
-        }
-    return positions;
-}
-
-/// Shorter side of a raster, m, through its middle.
-double shorter_side_m(const SurfaceDomain& domain, const MapFrame& frame) {
-    const auto width = static_cast<double>(frame.width()), height = static_cast<double>(frame.height());
-    const Vec3 middle = frame.position({width / 2, height / 2});
-    const SamplePlace density = frame.samples_per_radian(middle);
-    const double metres = metres_per_radian(domain, on_surface(domain, middle));
-    const double across = frame.period() > 0 ? std::numeric_limits<double>::infinity() : width / density.x;
-    return metres * std::min(across, height / density.y);
-}
 
 /// Throws unless the source has heights everywhere.
 void require_whole(const SurfaceDomain& domain, const HeightSource& source) {
@@ -92,7 +53,7 @@ void require_whole(const SurfaceDomain& domain, const HeightSource& source) {
 Overlap compare(const SurfaceDomain& domain, const HeightSource& source,
                 const std::vector<std::shared_ptr<const HeightLayer>>& below, double& largest_below_m) {
     const Raster& raster = *source.raster.raster;
-    const std::vector<Vec3> positions = pixels_of(domain, raster.frame());
+    const std::vector<Vec3> positions = compared_points(domain, raster.frame());
     const RasterLayer own(domain, source.raster);
     Raster::Reader reader(raster);
     const std::vector<double> base = heights_at(below, positions, 0);
@@ -116,13 +77,6 @@ Overlap compare(const SurfaceDomain& domain, const HeightSource& source,
         overlap.rms_m = std::sqrt(squares / n);
     }
     return overlap;
-}
-
-double own_pixel_m(const SurfaceDomain& domain, const Raster& raster) {
-    const MapFrame& frame = raster.frame();
-    const Vec3 middle =
-        frame.position({static_cast<double>(frame.width()) / 2, static_cast<double>(frame.height()) / 2});
-    return raster.locate(middle).pixel() * metres_per_radian(domain, on_surface(domain, middle));
 }
 
 } // namespace
@@ -170,8 +124,7 @@ HeightStack make_height_stack(const SurfaceDomain& domain, std::vector<HeightSou
         }
         const Raster& raster = *source.raster.raster;
         overlap.feather_m =
-            source.feather_m.value_or(std::min(std::max(16 * own_pixel_m(domain, raster), 4 * below_pixel_m),
-                                               0.25 * shorter_side_m(domain, raster.frame())));
+            source.feather_m.value_or(default_feather_m(domain, raster.frame(), below_pixel_m));
         std::shared_ptr<const Coverage> coverage;
         if (!raster.whole() || domain.is_plane())
             coverage = std::make_shared<const Coverage>(source.raster.raster);

@@ -178,4 +178,10 @@ SamplePlace MapFrame::samples_per_radian(Vec3 p) const {
             scale.y_m / std::hypot(transform_[2], transform_[5])};
 }
 
+SamplePlace MapFrame::step(Vec3 p, Vec3 step_m) const {
+    const MapPoint on_map = projection_.step(p, step_m);
+    return {(on_map.x_m * transform_[5] - on_map.y_m * transform_[2]) / determinant_,
+            (on_map.y_m * transform_[1] - on_map.x_m * transform_[4]) / determinant_};
+}
+
 } // namespace obscura::terrain

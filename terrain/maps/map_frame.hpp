@@ -73,6 +73,9 @@ public:
     /// those of a position do not depend on what else is in the block.
     void locate(MapBlock& block) const;
 
+    /// Change of the place by a small step, m, from a point `p` of the body: columns and rows.
+    [[nodiscard]] SamplePlace step(Vec3 p, Vec3 step_m) const;
+
     /// Columns of a full turn of longitude if the raster covers it (its first column follows on its last or
     /// is the same again); 0: it does not.
     [[nodiscard]] double period() const { return period_; }

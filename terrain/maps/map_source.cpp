@@ -95,7 +95,7 @@ HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
     made.offset_m = keys.offset_m + keys.scale_m * label.offset_m + scale * middle;
     const auto pyramid = std::make_shared<const MemoryPyramid>(image.width, image.height, std::move(samples));
     made.raster =
-        std::make_shared<const Raster>(pyramid, frame_of(keys, label, domain, image.width, image.height));
+        std::make_shared<const Raster>(pyramid, map_frame(keys, label, domain, image.width, image.height));
     warnings.insert(warnings.end(), label.warnings.begin(), label.warnings.end());
     return made;
 }
@@ -117,21 +117,26 @@ HeightRaster open_texture(const MapKeys& keys, const SurfaceDomain& domain) {
     label.transform = metadata.transform;
     label.registration = metadata.registration;
     made.raster =
-        std::make_shared<const Raster>(file, frame_of(keys, label, domain, metadata.width, metadata.height));
+        std::make_shared<const Raster>(file, map_frame(keys, label, domain, metadata.width, metadata.height));
     return made;
 }
 
 } // namespace
 
+MapFrame map_frame(const MapKeys& keys, const MapLabel& label, const SurfaceDomain& domain,
+                   std::int64_t width, std::int64_t height) {
+    MapFrame frame = frame_of(keys, label, domain, width, height);
+    const bool planar = frame.projection().kind == ProjectionKind::planar;
+    if (planar != domain.is_plane())
+        throw std::invalid_argument(planar ? "a planar map on a planet"
+                                           : "a map of a planet on a plane; give projection = \"planar\"");
+    return frame;
+}
+
 HeightRaster open_map(const MapKeys& keys, const SurfaceDomain& domain, std::vector<std::string>& warnings) {
     try {
         HeightRaster made =
             ObtFile::is_one(keys.file) ? open_texture(keys, domain) : open_image(keys, domain, warnings);
-        const bool planar = made.raster->frame().projection().kind == ProjectionKind::planar;
-        if (planar != domain.is_plane())
-            throw std::invalid_argument(planar
-                                            ? "a planar map on a planet"
-                                            : "a map of a planet on a plane; give projection = \"planar\"");
         check_heights(made, domain);
         return made;
     } catch (const std::invalid_argument& error) {

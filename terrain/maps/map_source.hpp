@@ -47,6 +47,11 @@ struct MapKeys {
     double scale_m = 1, offset_m = 0; ///< of the numbers that the file's own scale gives
 };
 
+/// Where the samples of a map of that size are, by the keys or else by its label. Throws
+/// std::invalid_argument, with a phrase for a message.
+[[nodiscard]] MapFrame map_frame(const MapKeys& keys, const MapLabel& label, const SurfaceDomain& domain,
+                                 std::int64_t width, std::int64_t height);
+
 /// Opens the file: an image (images/image.hpp) of at most most_memory_samples, or a giant texture (.obt).
 /// `domain`: the surface that heights count from. `warnings`: lines to report. Throws InputError with one
 /// line that names the file.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terrain/maps/projection.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -129,6 +130,30 @@ MapPoint Projection::metres_per_radian(Vec3 p) const {
     const double scale =
         colatitude < 1e-7 ? polar_distance_m(0) / 2 : polar_distance_m(latitude) / (across / r);
     return {scale, scale};
+}
+
+MapPoint Projection::step(Vec3 p, Vec3 step_m) const {
+    if (kind == ProjectionKind::planar) return {step_m.x, step_m.y};
+    const double r = length(p);
+    const double across = std::max(std::hypot(p.x, p.y), 1e-9 * r);
+    const Vec3 out = across > 1e-9 * r ? Vec3{p.x / across, p.y / across, 0} : Vec3{1, 0, 0};
+    const double sine = p.z / r, cosine = across / r;
+    const double east = (out.x * step_m.y - out.y * step_m.x) / r; // radians of arc
+    const double north = (cosine * step_m.z - sine * (out.x * step_m.x + out.y * step_m.y)) / r;
+    const MapPoint scale = metres_per_radian(p);
+    if (kind == ProjectionKind::simple_cylindrical) {
+        // Planetographic latitudes grow at another rate than the direction's.
+        const double flat = spheroid() ? equatorial_radius_m / polar_radius_m : 1;
+        const double rate = flat * flat / (cosine * cosine + flat * flat * flat * flat * sine * sine);
+        return {equatorial_radius_m * std::cos(true_scale_latitude_rad) * east / cosine,
+                scale.y_m * rate * north};
+    }
+    const double longitude = std::atan2(out.y, out.x) - centre_longitude_rad;
+    const double sign = kind == ProjectionKind::north_polar_stereographic ? -1 : 1;
+    const double away = sign * north; // from the pole
+    const double x = away * std::sin(longitude) + east * std::cos(longitude);
+    const double y = away * std::cos(longitude) - east * std::sin(longitude);
+    return {scale.x_m * x, scale.x_m * sign * y};
 }
 
 } // namespace obscura::terrain

@@ -72,6 +72,11 @@ struct Projection {
     /// Distance of a parallel from the pole of a stereographic map, m.
     [[nodiscard]] double polar_distance_m(double latitude_rad) const;
 
+    /// Change of the map's point by a small step, m, from a point `p` of the body: the derivative along it. A
+    /// spheroid's polar map is taken for conformal in planetocentric latitudes, for which it is off by its
+    /// flattening.
+    [[nodiscard]] MapPoint step(Vec3 p, Vec3 step_m) const;
+
     constexpr bool operator==(const Projection&) const = default;
 
 private:

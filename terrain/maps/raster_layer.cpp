@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terrain/maps/raster_layer.hpp"
 
+#include "terrain/maps/patch_overlap.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,11 +40,6 @@ Foot foot_of(Vec3 x, Vec3 radii) {
 
 Raster::Located in_block(const MapBlock& block, std::size_t n) {
     return {{block.place_x[n], block.place_y[n]}, {block.density_x[n], block.density_y[n]}};
-}
-
-double smoothstep(double t) {
-    const double s = std::clamp(t, 0.0, 1.0);
-    return s * s * (3 - 2 * s);
 }
 
 /// Largest angle between the normal and the direction from the centre.

@@ -12,7 +12,7 @@ import tempfile
 obscura = sys.argv[1]
 failures = []
 # Tables that a new file does not mention: more of the same keys.
-LEFT_OUT = {"[trigger.line2]", "[trigger.line3]", "[camera.view]", "[[body.height]]", "[body.detail]"}
+LEFT_OUT = {"[trigger.line2]", "[trigger.line3]", "[camera.view]", "[[body.height]]", "[[body.albedo]]", "[body.detail]"}
 VARIANTS = {"", 'shape = "ellipsoid"', 'material = "lambert"'}
 
 

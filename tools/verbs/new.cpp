@@ -104,7 +104,7 @@ NewFile scene_file(const std::string& name) {
         {"[[landmark]]", "body", "\"asteroid\""},
     };
     file.absent = {"[[lamp]]", "[[stray_light]]", "[[sky_object]]", "[[landmark]]"};
-    file.left_out = {"[[body.height]]", "[body.detail]"}; // of other shapes
+    file.left_out = {"[[body.height]]", "[[body.albedo]]", "[body.detail]"}; // of other shapes
     file.variants = {"shape = \"ellipsoid\"", "material = \"lambert\""};
     return file;
 }

@@ -267,3 +267,48 @@ TEST_CASE("Height maps are tables of planets and terrains") {
                                   "this body's is \"ellipsoid\"");
     CHECK_THAT(refused("height = 3\n"), Catch::Matchers::ContainsSubstring("s.toml:5:"));
 }
+
+TEST_CASE("Albedo maps are tables of planets and terrains") {
+    const test::TempFolder folder;
+    (void)folder.write("a.png", "");
+    (void)folder.write("b.tif", "");
+    const std::string planet = "[[body]]\nshape = \"planet\"\nradii_m = [2, 2, 2]\n";
+    const auto file = folder.write("good.toml", planet + "[[body.albedo]]\nfile = \"a.png\"\ncoding = "
+                                                         "\"srgb\"\nprojection = \"simple_cylindrical\"\n"
+                                                         "top_deg = 80\n[[body.albedo]]\nfile = \"b.tif\"\n"
+                                                         "priority = 2\nscale = 1.5\nfeather_m = 7\n");
+    const scene::Scene s = scene::load_scene(file);
+    const auto& albedos = s.bodies[0].shape.get<renderer::PlanetParameters>().relief.albedos;
+    REQUIRE(albedos.size() == 2);
+    CHECK(albedos[0].coding == renderer::AlbedoCoding::srgb);
+    CHECK(albedos[0].map.top_rad == 80 * std::numbers::pi / 180);
+    CHECK(albedos[1].priority == 2);
+    CHECK(albedos[1].scale == 1.5);
+    CHECK(albedos[1].feather_m == 7);
+    CHECK(!albedos[1].map.projection);
+    // A law's own albedo is 1 under its maps; presets and normal albedos stay what they are.
+    CHECK(s.bodies[0].material.get<renderer::LambertParameters>().albedo == 1);
+    const auto albedo_of = [&](const std::string& more) {
+        const auto with = folder.write("more.toml", planet + more + "[[body.albedo]]\nfile = \"b.tif\"\n");
+        return scene::load_scene(with).bodies[0].material.get<renderer::LambertParameters>().albedo;
+    };
+    CHECK(albedo_of("normal_albedo = 0.25\n") == 0.25);
+
+    const auto refused = [&](const std::string& rest) { return refusal(folder, planet + rest); };
+    CHECK(refused("[[body.albedo]]\nfile = \"c.png\"\n") ==
+          "s.toml:5:8: body[0].albedo[0].file: c.png: no such file");
+    CHECK(refused("[[body.albedo]]\npriority = 3\n") ==
+          "s.toml:4:1: body[0].albedo[0]: the key \"file\" is missing");
+    CHECK(refused("[[body.albedo]]\nfile = \"a.png\"\nscale = 0\n").starts_with("s.toml:6:"));
+    CHECK(refused("[[body.albedo]]\nfile = \"a.png\"\npixel_m = 3\n") ==
+          "s.toml:6:11: body[0].albedo[0].pixel_m: goes without projection = \"file\"");
+    CHECK_THAT(refused("albedo = 0.1\n[[body.albedo]]\nfile = \"a.png\"\n"),
+               Catch::Matchers::ContainsSubstring("s.toml:5:1: not valid TOML"));
+    CHECK_THAT(refusal(folder, planet + "albedo = [0.1]\n"),
+               Catch::Matchers::ContainsSubstring("s.toml:4:10: body[0].albedo"));
+    CHECK_THAT(refusal(folder, planet + "material = \"moon\"\nalbedo = 0.1\n"),
+               Catch::Matchers::ContainsSubstring("albedo: belongs to"));
+    CHECK_THAT(refusal(folder, "[[body]]\nshape = \"ellipsoid\"\nradii_m = [1, 1, 1]\nmaterial = "
+                               "\"moon\"\n[[body.albedo]]\nfile = \"a.png\"\n"),
+               Catch::Matchers::ContainsSubstring("belongs to shape = \"planet\" or \"terrain\""));
+}
