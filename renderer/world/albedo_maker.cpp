@@ -28,8 +28,6 @@ AlbedoSource open_source(const AlbedoTable& table, const terrain::SurfaceDomain&
         label.projection = m.projection;
         label.transform = m.transform;
         label.registration = m.registration;
-    } else {
-        label = terrain::read_map_label(table.file);
     }
     AlbedoSource source;
     source.name = table.file;
@@ -38,6 +36,7 @@ AlbedoSource open_source(const AlbedoTable& table, const terrain::SurfaceDomain&
     source.map = read_map_texture(
         table.file, srgb ? TextureCoding::srgb : TextureCoding::linear,
         [&](std::int64_t width, std::int64_t height) {
+            if (!giant) label = terrain::read_map_label(table.file, width, height);
             source.frame = terrain::map_frame(table.map, label, domain, width, height);
             return source.frame.period() > 0 ? Texture::Edge::clamp : Texture::Edge::clamp_both;
         });

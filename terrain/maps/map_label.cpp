@@ -4,6 +4,7 @@
 #include "images/readers/geo_tiff.hpp"
 #include "images/readers/pds_label.hpp"
 #include "terrain/maps/map_source.hpp"
+#include "terrain/maps/pds3_map.hpp"
 
 #include <fmt/format.h>
 
@@ -25,114 +26,35 @@ constexpr double degree = std::numbers::pi / 180;
 
 // PDS3, with the data elements of the Planetary Science Data Dictionary.
 
-/// Length of a unit of the label in metres.
-double length_of_unit(const std::string& unit, double fallback) {
-    if (unit.starts_with("KM") || unit.starts_with("KILOMET")) return 1000;
-    if (unit == "M" || unit.starts_with("METER") || unit.starts_with("METRE") || unit.starts_with("M/PIX") ||
-        unit.starts_with("METERS/PIX"))
-        return 1;
-    return fallback;
+std::string upper(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
+    return text;
 }
 
-constexpr std::string_view map_object = "IMAGE_MAP_PROJECTION.";
-
-class Pds3Map {
-public:
-    explicit Pds3Map(const std::filesystem::path& file) : label_(file) {}
-
-    MapLabel read() {
-        MapLabel map;
-        heights(map);
-        if (!has("MAP_PROJECTION_TYPE")) return map;
-        Projection p;
-        const double a = length("A_AXIS_RADIUS", 1000), c = length("C_AXIS_RADIUS", 1000);
-        if (!(a > 0)) refuse(label_.file(), "the label's map has no A_AXIS_RADIUS");
-        p.equatorial_radius_m = a;
-        p.polar_radius_m = c > 0 ? c : a;
-        const std::string latitudes = text("COORDINATE_SYSTEM_NAME") + text("PROJECTION_LATITUDE_TYPE");
-        if (latitudes.find("PLANETOGRAPHIC") != std::string::npos) p.latitudes = Latitudes::planetographic;
-        const std::string kind = text("MAP_PROJECTION_TYPE");
-        const double west = text("POSITIVE_LONGITUDE_DIRECTION") == "WEST" ? -1 : 1;
-        const double centre = number("CENTER_LONGITUDE", 0) * west * degree;
-        const double centre_latitude = number("CENTER_LATITUDE", 0);
-        p.centre_longitude_rad = centre;
-        // Pixels from the origin of the map to the middle of the first one (both count from 1 in labels,
-        // which cancels).
-        const double samples = number("SAMPLE_PROJECTION_OFFSET", 0),
-                     lines = number("LINE_PROJECTION_OFFSET", 0);
-        double pixel = pixel_m(p, map);
-        if (kind == "SIMPLE CYLINDRICAL" || kind == "EQUIRECTANGULAR" || kind == "SIMPLE_CYLINDRICAL") {
-            p.kind = ProjectionKind::simple_cylindrical;
-            if (kind == "EQUIRECTANGULAR") p.true_scale_latitude_rad = centre_latitude * degree;
-        } else if (kind == "POLAR STEREOGRAPHIC" || kind == "POLAR_STEREOGRAPHIC") {
-            p.kind = centre_latitude < 0 ? ProjectionKind::south_polar_stereographic
-                                         : ProjectionKind::north_polar_stereographic;
-            p.true_scale_latitude_rad = std::copysign(std::numbers::pi / 2, centre_latitude);
-        } else {
-            refuse(label_.file(), fmt::format("a map in {} projection, allowed are SIMPLE CYLINDRICAL, "
-                                              "EQUIRECTANGULAR and POLAR STEREOGRAPHIC; `obscura import map` "
-                                              "reads others",
-                                              kind.substr(0, 60)));
-        }
-        map.transform = PixelTransform{-(samples + 0.5) * pixel, pixel, 0, (lines + 0.5) * pixel, 0, -pixel};
-        map.projection = p;
-        return map;
-    }
-
-private:
-    [[nodiscard]] static std::string key(std::string_view name) {
-        return std::string(map_object) + std::string(name);
-    }
-    [[nodiscard]] bool has(std::string_view name) const { return label_.has(key(name)); }
-    [[nodiscard]] std::string text(std::string_view name) const {
-        std::string value = label_.text(key(name), "");
-        std::transform(value.begin(), value.end(), value.begin(),
-                       [](unsigned char c) { return std::toupper(c); });
-        return value;
-    }
-    [[nodiscard]] double number(std::string_view name, double fallback) const {
-        if (!has(name) || text(name) == "N/A" || text(name) == "NULL") return fallback;
-        return label_.number(key(name), fallback);
-    }
-    [[nodiscard]] double length(std::string_view name, double fallback) const {
-        return has(name) ? number(name, 0) * length_of_unit(unit(name), fallback) : 0;
-    }
-    /// By MAP_RESOLUTION, which labels give exactly; MAP_SCALE is rounded: at 512 pixels per degree, three
-    /// decimals make half a pixel at the far edge.
-    [[nodiscard]] double pixel_m(const Projection& p, MapLabel& map) const {
-        const double by_degree = number("MAP_RESOLUTION", 0);
-        const double by_scale = length("MAP_SCALE", 1000);
-        const double exact = by_degree > 0 ? p.equatorial_radius_m * degree / by_degree : 0;
-        if (!(exact > 0) && !(by_scale > 0))
-            refuse(label_.file(), "the label's map has neither MAP_RESOLUTION nor MAP_SCALE");
-        if (!(exact > 0)) return by_scale;
-        if (by_scale > 0 && std::abs(by_scale / exact - 1) > 1e-3)
-            map.warnings.push_back(
-                fmt::format("{}: MAP_SCALE {:.6g} m/pixel contradicts MAP_RESOLUTION, which makes "
-                            "{:.6g}; MAP_RESOLUTION is taken",
-                            label_.file().string(), by_scale, exact));
-        return exact;
-    }
-    /// Unit in angle brackets; empty: none.
-    [[nodiscard]] std::string unit(std::string_view name) const {
-        return has(name) ? label_.unit(key(name)) : std::string();
-    }
-    /// Meaning and unit of the numbers.
-    void heights(MapLabel& map) const {
-        map.scale_m = length_of_unit(upper(label_.text("IMAGE.UNIT", "")), 1);
-        const double radius = length("A_AXIS_RADIUS", 1000);
-        const double offset = label_.number("IMAGE.OFFSET", 0) * map.scale_m;
-        // With the reference radius as OFFSET the numbers are distances from the centre.
-        if (radius > 0) map.meaning = offset > 0.5 * radius ? HeightMeaning::radius : HeightMeaning::height;
-    }
-    [[nodiscard]] static std::string upper(std::string value) {
-        std::transform(value.begin(), value.end(), value.begin(),
-                       [](unsigned char c) { return std::toupper(c); });
-        return value;
-    }
-
-    images::PdsLabel label_;
-};
+MapLabel read_pds3(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
+    const images::PdsLabel label(file);
+    MapLabel map;
+    const std::string unit = upper(label.text("IMAGE.UNIT", ""));
+    map.scale_m = unit.starts_with("KM") || unit.starts_with("KILOMET") ? 1000 : 1;
+    const double radius = pds3_radii_m(label).x;
+    const double offset = label.number("IMAGE.OFFSET", 0) * map.scale_m;
+    // With the reference radius as OFFSET the numbers are distances from the centre.
+    if (radius > 0) map.meaning = offset > 0.5 * radius ? HeightMeaning::radius : HeightMeaning::height;
+    if (!has_pds3_map(label)) return map;
+    constexpr std::string_view hint = "; give `projection` and its keys";
+    const Pds3Place place =
+        read_pds3_place(label, width, height, file.string(), {.radius_hint = hint, .edges_hint = hint});
+    if (place.foreign)
+        refuse(file,
+               fmt::format("a map in {} projection, allowed are SIMPLE CYLINDRICAL, EQUIRECTANGULAR and "
+                           "POLAR STEREOGRAPHIC; `obscura import map` reads others",
+                           upper(label.text("IMAGE_MAP_PROJECTION.MAP_PROJECTION_TYPE")).substr(0, 60)));
+    map.projection = place.projection;
+    map.transform = place.transform;
+    map.registration = place.registration;
+    map.warnings = place.warnings;
+    return map;
+}
 
 bool is_pds3(const std::filesystem::path& file) {
     const InputFile in = open_input(file);
@@ -274,8 +196,8 @@ private:
 
 } // namespace
 
-MapLabel read_map_label(const std::filesystem::path& file) {
-    if (is_pds3(file)) return Pds3Map(file).read();
+MapLabel read_map_label(const std::filesystem::path& file, std::int64_t width, std::int64_t height) {
+    if (is_pds3(file)) return read_pds3(file, width, height);
     if (images::is_tiff(file)) return GeoTiffMap(file).read();
     return {};
 }

@@ -64,8 +64,8 @@ void check_heights(const HeightRaster& raster, const SurfaceDomain& domain) {
 HeightRaster open_image(const MapKeys& keys, const SurfaceDomain& domain,
                         std::vector<std::string>& warnings) {
     const std::string name = keys.file.string();
-    MapLabel label = read_map_label(keys.file);
     images::Image image = images::read_image(keys.file);
+    const MapLabel label = read_map_label(keys.file, image.width, image.height);
     const std::int64_t pixels = std::int64_t{image.width} * image.height;
     if (pixels > most_memory_samples)
         throw std::invalid_argument(

@@ -27,8 +27,10 @@ struct MapLabel {
 };
 
 /// Reads PDS3 labels (IMAGE_MAP_PROJECTION) and the tags of GeoTIFF files; of other formats nothing. Throws
-/// InputError with one line if it cannot be read or states a projection that is not supported.
-[[nodiscard]] MapLabel read_map_label(const std::filesystem::path& file);
+/// InputError with one line if it cannot be read or states a projection that is not supported. `width` and
+/// `height`: of the image.
+[[nodiscard]] MapLabel read_map_label(const std::filesystem::path& file, std::int64_t width,
+                                      std::int64_t height);
 
 /// A source of heights as keys give it: what they say holds, and what they leave out is taken from the file.
 struct MapKeys {

@@ -281,6 +281,11 @@ TEST_CASE("Files that are no map are refused by name") {
             "the label's map has neither");
     refused(" MAP_PROJECTION_TYPE = \"SIMPLE CYLINDRICAL\"\r\n A_AXIS_RADIUS = 1737.4\r\n MAP_RESOLUTION = "
             "0.01\r\n",
+            "the label does not say where the samples are: it has neither WESTERNMOST_LONGITUDE and "
+            "EASTERNMOST_LONGITUDE nor SAMPLE_PROJECTION_OFFSET; give");
+    refused(" MAP_PROJECTION_TYPE = \"SIMPLE CYLINDRICAL\"\r\n A_AXIS_RADIUS = 1737.4\r\n MAP_RESOLUTION = "
+            "0.01\r\n CENTER_LONGITUDE = 0\r\n SAMPLE_PROJECTION_OFFSET = 3.5\r\n LINE_PROJECTION_OFFSET = "
+            "1.5\r\n",
             "a map of 8 columns of which 3.6 are a full turn");
     // Radii where heights are expected, and the other way round.
     MapKeys keys;

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "terrain/maps/map_source.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tools/import/map/georeference.hpp"
 
@@ -240,11 +241,20 @@ TEST_CASE("scenes read the same places from labels") {
         graphic{{"C_AXIS_RADIUS", "1730 <km>"}, {"COORDINATE_SYSTEM_NAME", "PLANETOGRAPHIC"}},
         pole{{"MAP_PROJECTION_TYPE", "\"POLAR STEREOGRAPHIC\""},
              {"MAP_RESOLUTION", ""},
-             {"CENTER_LATITUDE", "90"}};
-    for (const auto& keys : {as_ldem, west, graphic, pole}) {
+             {"CENTER_LATITUDE", "90"}},
+        from_one{{"LINE_PROJECTION_OFFSET", "360.5"}, {"SAMPLE_PROJECTION_OFFSET", "720.5"}},
+        other_sign{{"LINE_PROJECTION_OFFSET", "-359.5"}, {"SAMPLE_PROJECTION_OFFSET", "-719.5"}},
+        nowhere{{"LINE_PROJECTION_OFFSET", ""}, {"SAMPLE_PROJECTION_OFFSET", ""}},
+        pole_from_one{{"MAP_PROJECTION_TYPE", "\"POLAR STEREOGRAPHIC\""},
+                      {"MAP_SCALE", "80 <m/pix>"},
+                      {"MAP_RESOLUTION", "379.04"},
+                      {"CENTER_LATITUDE", "-90"},
+                      {"LINE_PROJECTION_OFFSET", "360.5"},
+                      {"SAMPLE_PROJECTION_OFFSET", "720.5"}};
+    for (const auto& keys : {as_ldem, west, graphic, pole, from_one, other_sign, nowhere, pole_from_one}) {
         const test::TempFolder folder;
         (void)label(folder, keys);
-        const terrain::MapLabel other = terrain::read_map_label(folder.path() / "map.lbl");
+        const terrain::MapLabel other = terrain::read_map_label(folder.path() / "map.lbl", 1440, 720);
         REQUIRE(other.projection);
         REQUIRE(other.transform);
         const MapFrame theirs(*other.projection, *other.transform, other.registration, 1440, 720);
@@ -252,6 +262,33 @@ TEST_CASE("scenes read the same places from labels") {
         for (const terrain::SamplePlace at : {terrain::SamplePlace{0, 0}, {1439, 100}, {333, 719}})
             CHECK(length(theirs.position(at) - ours.frame.position(at)) < 1e-5);
     }
+    // A grid of nodes is one in scenes too.
+    const test::TempFolder folder;
+    (void)label(folder, {});
+    CHECK(terrain::read_map_label(folder.path() / "map.lbl", 1441, 721).registration == Registration::node);
+}
+
+TEST_CASE("offsets count from the middle of the first pixel, as PDS defines them and GDAL takes them") {
+    const auto file = test::data_file("dem_moon_lola_ldem4/LDEM_4.LBL");
+    if (!file) return;
+    const terrain::MapLabel moon = terrain::read_map_label(*file, 1440, 720);
+    REQUIRE(moon.transform);
+    CHECK(moon.warnings.empty());
+    // gdalinfo LDEM_4.LBL (GDAL 3.6.2): Origin = (-5458204.8, 2729102.4), Pixel Size = (7580.84, -7580.84),
+    // by a MAP_SCALE that is rounded by 0.0024 m a pixel; here by 4 pixels a degree.
+    const terrain::PixelTransform& t = *moon.transform;
+    const double from_180 = t[0] + 1737400 * (moon.projection->centre_longitude_rad - std::numbers::pi);
+    CHECK_THAT(from_180, WithinAbs(-5458204.8, 0.0025 * 720));
+    CHECK_THAT(t[3], WithinAbs(2729102.4, 0.0025 * 360));
+    CHECK_THAT(t[1], WithinAbs(7580.84, 0.0025));
+    CHECK_THAT(t[5], WithinAbs(-7580.84, 0.0025));
+    // The definition: the origin, 180 E on the equator, is SAMPLE_PROJECTION_OFFSET = 719.5 pixels right of
+    // and LINE_PROJECTION_OFFSET = 359.5 pixels below the middle of sample 1, line 1, in a raster counted
+    // from 0.
+    const MapFrame frame(*moon.projection, t, moon.registration, 1440, 720);
+    const terrain::SamplePlace origin = frame.place({-1, 0, 0});
+    CHECK_THAT(origin.x, WithinAbs(719.5, 1e-9));
+    CHECK_THAT(origin.y, WithinAbs(359.5, 1e-9));
 }
 
 TEST_CASE("coordinate systems of GDAL") {
