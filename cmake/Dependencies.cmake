@@ -34,6 +34,8 @@ pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus)
 
 # Optional: for the helper obscura-gdal, which has a package of its own. Nothing else links it.
 pkg_check_modules(GDAL QUIET IMPORTED_TARGET gdal)
+# Optional: for `obscura texture mount`.
+pkg_check_modules(FUSE3 QUIET IMPORTED_TARGET fuse3)
 
 if(OBSCURA_BUILD_TESTS)
     find_package(Catch2 REQUIRED)

@@ -11,6 +11,7 @@ import math
 import os
 import pathlib
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -219,6 +220,53 @@ else:
     check("GDAL knows missing samples and the projection", facts["bands"][0]["noDataValue"] == -32768 and
           "Polar_Stereographic" in facts["coordinateSystem"]["wkt"].replace(" ", "_"), facts["coordinateSystem"])
     check("GDAL knows the transform", facts["geoTransform"] == [-50000, 100, 0, 30000, 0, -100], facts["geoTransform"])
+
+
+
+def mounted():
+    """The levels as files, where a file system in user space can be mounted."""
+    if not os.access("/dev/fuse", os.R_OK | os.W_OK):
+        return print("skipped: texture mount: /dev/fuse cannot be opened")
+    point = folder / "mounted"
+    point.mkdir()
+    process = subprocess.Popen([obscura, "texture", "mount", "f32.obt", point], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    first = process.stdout.readline()
+    if "mounted" not in first:
+        _, why = process.communicate(timeout=30)
+        check("texture mount: one line", process.returncode == 69 and "obscura texture mount" in why or "cannot be mounted" in why, why)
+        return print(f"skipped: texture mount: {why.strip()}")
+    try:
+        files = sorted(p.name for p in point.iterdir())
+        texture = Texture(folder / "f32.obt")
+        check("mount: two files a level", files == sorted(f"level{k}.{e}" for k in range(texture.levels) for e in ("f32", "vrt")), files)
+        for level in range(texture.levels):
+            columns, rows = texture.level_size(level)
+            values = np.fromfile(point / f"level{level}.f32", "<f4").reshape(2, rows, columns)
+            for plane in range(2):
+                check(f"mount: level {level}, plane {plane}", np.array_equal(values[plane], texture.level(plane, level)[0].astype("f4")))
+        with open(point / "level0.f32", "rb") as file:  # from the middle of a number to the middle of another row
+            file.seek(4 * 1000 * 17 + 2398)
+            check("mount: any bytes", file.read(9001) == expected["f32", 0].astype("<f4").tobytes()[4 * 1000 * 17 + 2398:][:9001])
+            file.seek(0, 2)
+            check("mount: nothing beyond the end", file.read(10) == b"")
+        for what, act in (("written", lambda: open(point / "level0.f32", "r+b")), ("made", lambda: open(point / "new", "wb"))):
+            try:
+                act()
+                check(f"mount: nothing is {what}", False)
+            except OSError:
+                pass
+        if shutil.which("gdallocationinfo"):
+            place = subprocess.run(["gdallocationinfo", "-valonly", "-geoloc", point / "level1.vrt", "-10100", "-20100"], capture_output=True,
+                                   text=True, timeout=60).stdout.split()
+            check("mount: GDAL finds places on the map", [float(v) for v in place] == [texture.level(p, 1)[0][250, 199] for p in (0, 1)], place)
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=30)
+    check("mount: ends with Ctrl-C, unmounted", process.returncode == 0 and not list(point.iterdir()), process.returncode)
+
+
+mounted()
+refused(["mount", "text.obt", "."], 66, "it does not begin with OBSTEX")
 
 os.chdir("/")
 shutil.rmtree(folder)

@@ -13,5 +13,6 @@ namespace obscura::tools {
 [[nodiscard]] std::unique_ptr<Verb> make_texture_check();
 [[nodiscard]] std::unique_ptr<Verb> make_texture_export();
 [[nodiscard]] std::unique_ptr<Verb> make_texture_bake();
+[[nodiscard]] std::unique_ptr<Verb> make_texture_mount();
 
 } // namespace obscura::tools

@@ -27,6 +27,7 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"texture check", make_texture_check},
         VerbEntry{"texture export", make_texture_export},
         VerbEntry{"texture bake", make_texture_bake},
+        VerbEntry{"texture mount", make_texture_mount},
         VerbEntry{"bench", make_bench},
         VerbEntry{"stimulator", make_stimulator},
         VerbEntry{"sensor", make_sensor},
