@@ -398,6 +398,7 @@ CameraCounters Camera::counters() const noexcept {
     c.latched_triggers = gate.latched;
     c.ignored = gate.ignored;
     c.dropped = dropped_.load(std::memory_order_relaxed);
+    c.lod = maker_.lod_counters();
     c.frames = frames_.load(std::memory_order_relaxed);
     c.complete = released.complete;
     c.late = released.late;

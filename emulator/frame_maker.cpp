@@ -234,7 +234,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     sink_ = sink;
     work_ = work;
     if (render_thread_ != nullptr) render_thread_->claim(light_, frame.info.truth);
-    const renderer::RenderWork work_before = work != nullptr ? current().work() : renderer::RenderWork{};
+    const renderer::RenderWork work_before = current().work();
     frame_start_ = posted_.load(std::memory_order_relaxed);
     frame.info.render_begin = clock_.now();
 
@@ -246,10 +246,12 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
         block_light_[number - frame_start_] = light;
         if (++number == end) {
             frame.info.render_end = clock_.now();
+            const bool ahead = render_thread_ != nullptr && render_thread_->took_all();
+            const renderer::RenderWork done = ahead ? render_thread_->work() : current().work() - work_before;
+            note_lod_deficit(frame.info.quality, done);
             if (work != nullptr) {
-                work->render = current().work() - work_before;
-                if (render_thread_ != nullptr && render_thread_->took_all()) {
-                    work->render = render_thread_->work();
+                work->render = done;
+                if (ahead) {
                     work->ahead_error_px = render_thread_->error_px();
                     work->ahead_ns =
                         std::max<std::int64_t>(0, frame.info.trigger_edge - render_thread_->ended());
@@ -293,6 +295,13 @@ std::span<const float> FrameMaker::render_block(std::uint32_t number, const std:
     const std::span<float> light = std::span(buffers_[number % buffer_count]).first(light_.floats(block));
     if (!blocks_->render(light_, block, light, cancel)) return {};
     return light;
+}
+
+void FrameMaker::note_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept {
+    set_lod_deficit(quality, work);
+    if (!(quality.lod_deficit_share > 0) && quality.tiles_missing == 0) return;
+    lod_frames_.fetch_add(1, std::memory_order_relaxed);
+    lod_tiles_.fetch_add(quality.tiles_missing, std::memory_order_relaxed);
 }
 
 void FrameMaker::list_scene_truth(Frame& frame) {

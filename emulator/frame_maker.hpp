@@ -115,6 +115,9 @@ public:
         if (render_thread_ != nullptr) render_thread_->cancel();
     }
     /// Thread-safe.
+    [[nodiscard]] LodCounters lod_counters() const noexcept {
+        return {lod_frames_.load(std::memory_order_relaxed), lod_tiles_.load(std::memory_order_relaxed)};
+    }
     [[nodiscard]] AheadCounters ahead_counters() const noexcept {
         return render_thread_ != nullptr ? render_thread_->counters() : AheadCounters{};
     }
@@ -164,6 +167,7 @@ private:
     static constexpr std::uint32_t buffer_count = 2;
     [[nodiscard]] std::string plan_frame(const FrameOrder& order);
     void list_scene_truth(Frame& frame);
+    void note_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept;
     void describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
                         const renderer::Renderer& renderer, FrameLight& light) const noexcept;
     void list_row_blocks(FrameLight& light) const noexcept;
@@ -196,6 +200,7 @@ private:
     Time asked_start_; ///< requested exposure start, scene time
     FrameLight light_;
     std::vector<std::byte> truth_workspace_;
+    std::atomic<std::uint64_t> lod_frames_{0}, lod_tiles_{0}; ///< see LodCounters
     std::int64_t scene_to_clock_ns_ = 0;
     std::atomic<std::uint32_t> run_;
     bool has_run_ = false; ///< an acquisition has begun

@@ -2,9 +2,12 @@
 // What making one frame cost, by parts.
 #pragma once
 
+#include "core/frame_quality.hpp"
 #include "renderer/render_work.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 namespace obscura::emulator {
 
@@ -15,6 +18,23 @@ struct FrameWork {
     std::int64_t detector_ns = 0;      ///< the detector thread was at work
     double ahead_error_px = 0; ///< largest apparent motion from what the frame shows to what it should show
     std::int64_t ahead_ns = 0; ///< rendering had ended this long before the trigger; 0: it had not
+};
+
+/// Sets what terrains and giant textures lacked in a frame.
+inline void set_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept {
+    quality.lod_deficit_share = work.surface_hits > 0 ? static_cast<float>(work.surface_coarser[0]) /
+                                                            static_cast<float>(work.surface_hits)
+                                                      : 0;
+    quality.lod_deficit_worst = 0;
+    for (std::size_t k = 0; k < work.surface_coarser.size(); ++k)
+        if (work.surface_coarser[k] > 0) quality.lod_deficit_worst = static_cast<float>(1U << k);
+    quality.tiles_missing = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(work.tiles_missed, std::numeric_limits<std::uint32_t>::max()));
+}
+
+/// Frames whose terrains or giant textures were coarser than asked for.
+struct LodCounters {
+    std::uint64_t frames = 0, tiles_missing = 0;
 };
 
 /// What the chip and the acquisition say of a frame.

@@ -70,7 +70,10 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
             fmt::format_to(to, ",{},{},{}", t.transmit != nullptr ? t.transmit->first(slot).ns : 0,
                            t.transmit != nullptr ? t.transmit->last(slot).ns : 0,
                            slot < pace_ns.size() ? pace_ns[slot] : 0);
-        line.push_back(',');
+        FrameQuality lod;
+        set_lod_deficit(lod, t.work.render);
+        fmt::format_to(to, ",{},{},{},", std::llround(1e6 * static_cast<double>(lod.lod_deficit_share)),
+                       static_cast<int>(lod.lod_deficit_worst), lod.tiles_missing);
         const char* separator = "";
         for (const std::int32_t us : t.row_lateness_us) {
             if (us == FrameTiming::not_released) break;
@@ -97,7 +100,7 @@ std::string TimingLog::header() const {
                        "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_upx";
     for (const std::string& kind : transports_)
         line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns,{0}_pace_ns", kind);
-    return line + ",row_lateness_us\n";
+    return line + ",lod_deficit_ppm,lod_deficit_worst,tiles_missing,row_lateness_us\n";
 }
 
 } // namespace obscura::emulator

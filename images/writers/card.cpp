@@ -114,6 +114,14 @@ Cards frame_cards(const Frame& frame) {
         const Cards windows = window_cards(std::span(info.windows).first(count), flags);
         cards.insert(cards.end(), windows.begin(), windows.end());
     }
+    const FrameQuality& quality = info.quality;
+    if (quality.lod_deficit_share > 0 || quality.tiles_missing > 0) {
+        cards.push_back({"LODSHARE", static_cast<double>(quality.lod_deficit_share),
+                         "share of terrain on cells wider than asked for"});
+        cards.push_back({"LODWORST", static_cast<double>(quality.lod_deficit_worst),
+                         "factor by which they are wider, at least"});
+        cards.push_back({"LODTILES", whole(quality.tiles_missing), "look-ups of tiles that were not there"});
+    }
     const Cards scene = scene_cards(info.truth);
     cards.insert(cards.end(), scene.begin(), scene.end());
     return cards;
