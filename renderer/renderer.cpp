@@ -19,6 +19,7 @@
 #include "renderer/lights/lighting.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/packets/sampler.hpp"
+#include "renderer/planets/sun_visibility.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/planets/tile_loader.hpp"
 #include "renderer/scene/position.hpp"
@@ -180,7 +181,8 @@ struct Renderer::Impl {
     unsigned threads;
     std::unique_ptr<const Projection> lens;
     GaussianPsf gaussian_psf;
-    std::unique_ptr<const Psf> psf; ///< null: the Gaussian
+    std::optional<GaussianPsf> grid_psf; ///< of points of the sample grid that are means already
+    std::unique_ptr<const Psf> psf;      ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
     std::vector<const SurfaceTiles*> terrains;        ///< tiles of the bodies, each once
     std::vector<std::unique_ptr<TileLoader>> loaders; ///< of those, unless rendering waits for tiles
@@ -250,10 +252,26 @@ struct Renderer::Impl {
                 std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& b) {
                     return b.colour.empty() && b.emission.empty() && (!b.textures || b.textures->grey());
                 });
+        set_grid_psf();
         if (psf && psf->wings_px() > 0)
             wing_kernels = std::make_unique<WingKernels>(*psf, plain ? 1 : scene.bands.size());
     }
 
+    /// The light of terrains that keep the Sun's visibility is a mean about each ray: what that widens the
+    /// PSF by is taken off the kernel of the sample grid.
+    void set_grid_psf() {
+        const bool means =
+            plain && !terrains.empty() &&
+            std::all_of(bodies.begin(), bodies.end(), [](const BuiltBody& body) {
+                return body.material == nullptr || // the Sun
+                       (body.shape->tiles() != nullptr && body.shape->tiles()->sun_visibility() != nullptr);
+            });
+        const double mean_px = sun_mean_sigma / std::sqrt(settings.samples_per_pixel);
+        const double sigma2 = scene.camera.psf_sigma_px * scene.camera.psf_sigma_px - mean_px * mean_px;
+        if (!means || !(sigma2 > 0)) return;
+        const GaussianPsf narrower(std::sqrt(sigma2), scene.camera.pixel_aspect());
+        if (SampleGridKernel::fits(narrower)) grid_psf = narrower;
+    }
     void add_detail(DetailCounts& counts) const {
         surface_hits.fetch_add(counts.hits, std::memory_order_relaxed);
         tiles_missed.fetch_add(counts.missed, std::memory_order_relaxed);
@@ -325,6 +343,8 @@ struct Renderer::Impl {
                 body.detail.wait = settings.wait_for_tiles;
                 body.detail.version = body.shape->tiles()->version_of(s.frame);
                 body.detail.counts = &s.detail;
+                if (body.shape->tiles()->sun_visibility() != nullptr)
+                    body.detail.sun = rounded_sun(body.sun_m, scene.sun.radius_m);
             }
         if (lighting.max_bounces > 0 && lighting.has_sun()) find_planetshine(row);
         s.work.lap(RenderPart::setup);
@@ -533,9 +553,12 @@ void Renderer::Impl::predict_views(const RenderRequest& request) const {
             const Pose pose = seen_pose(scene, bodies, i, camera.position_m, time_s);
             const Mat3 from_inertial = transposed(to_matrix(pose.orientation));
             // A tenth of the field more on each side.
-            loaders[k]->predict({from_inertial * (camera.position_m - pose.position_m),
-                                 from_inertial * (inertial_from_camera * Vec3{0, 0, 1}), 1.1 * field_rad,
-                                 terrain_cell_px * lens->pixel_angle_rad()});
+            loaders[k]->predict(
+                {from_inertial * (camera.position_m - pose.position_m),
+                 from_inertial * (inertial_from_camera * Vec3{0, 0, 1}), 1.1 * field_rad,
+                 terrain_cell_px * lens->pixel_angle_rad(),
+                 rounded_sun(from_inertial * (scene.sun.position_at(time_s) - pose.position_m),
+                             scene.sun.radius_m)});
             break;
         }
 }
@@ -553,7 +576,7 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
     if (first == request.rows) return true;
     SampleGrid& grid = rows.grid;
     if (!rows.kernel) {
-        rows.kernel.emplace(gaussian_psf, settings.seed, request.frame_id);
+        rows.kernel.emplace(grid_psf ? *grid_psf : gaussian_psf, settings.seed, request.frame_id);
         const bool whole = request.kept != nullptr;
         const Region window{request.window.x, whole ? request.frame_y : request.window.y,
                             request.window.width, request.window.height};

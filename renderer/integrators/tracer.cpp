@@ -96,6 +96,13 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
     const HitPacket& hits = rays.hits;
     RayPacket view;
     instants_.from_camera(index, rays.instant, rays.direction, view);
+    Lanes left;
+    for (int i = 0; i < packet_size; ++i)
+        left.on[i] = hits.body[i] == index ? -1 : 0;
+    if (terrain_ && body.material != nullptr) {
+        reflect_kept(index, rays, view, u, v, left, radiance);
+        if (!left.any()) return;
+    }
     SurfacePacket surface;
     body.shape->surface(view, hits, index, surface);
     if (body.material == nullptr) {
@@ -134,7 +141,7 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
     for (int i = 0; i < packet_size; ++i) {
         // Bodies are opaque: no light reaches a surface seen from inside.
         const bool open = surface.outside.on[i] != 0 || body.shape->shadows_itself();
-        shadow.active.on[i] = hits.body[i] == index && r.v[i] > 0 && open ? -1 : 0;
+        shadow.active.on[i] = left.on[i] != 0 && r.v[i] > 0 && open ? -1 : 0;
         // No occluder lies beyond the Sun.
         shadow.t_max.v[i] = no_hit;
     }
@@ -149,6 +156,58 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
         occlude_by(index, other, rays.instant, surface.shadow_origin, shadow);
     for (int i = 0; i < packet_size; ++i)
         if (shadow.active.on[i] != 0) radiance.v[i] = r.v[i] * sun_radiance_ * solid_angle.v[i];
+}
+
+void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayPacket& view, const Doubles& u,
+                          const Doubles& v, Lanes& left, Doubles& radiance) {
+    const BodyState& body = row_.bodies[static_cast<std::size_t>(index)];
+    Doubles width_m;
+    for (int i = 0; i < packet_size; ++i)
+        width_m[i] = left.on[i] != 0 ? rays.hits.t[i] * ray_width_rad_ : 0.0;
+    SunlitPacket lit;
+    if (!body.shape->sunlit(view, rays.hits, index, width_m, lit)) return;
+    SurfacePacket surface;
+    surface.position = surface.shadow_origin = lit.position;
+    surface.normal = surface.facet_normal = lit.normal;
+    surface.outside = left;
+    // Light from the middle of the disc: its width is in the visibility.
+    RayPacket shadow;
+    Doubles solid_angle;
+    scene::Sun even;
+    even.radius_m = sun_.radius_m;
+    const Doubles middle{};
+    instants_.sample_sun(index, rays.instant, surface.position, even, middle, middle, shadow.direction,
+                         solid_angle);
+    ScatterPacket scatter;
+    scatter_angles(surface, view.direction, shadow.direction, scatter);
+    Channels factor;
+    ParameterPacket varied;
+    const SurfaceTextures* const textures = body.built->textures.get();
+    if (textures != nullptr) {
+        textures->apply(*body.shape, view, rays.hits, index, width_m, 1, surface, factor, varied);
+        if (textures->varies()) scatter.varied = &varied;
+    }
+    Doubles r;
+    body.material->reflectance(scatter, r);
+    for (int i = 0; i < packet_size; ++i) {
+        if (left.on[i] == 0 || lit.known.on[i] == 0) {
+            shadow.active.on[i] = 0;
+            continue;
+        }
+        left.on[i] = 0;
+        r[i] *= lit.visible[i] * (textures != nullptr ? factor.v[0][i] : 1);
+        shadow.active.on[i] = r[i] > 0 ? -1 : 0;
+        shadow.t_max[i] = no_hit;
+    }
+    if (!body.occluders.empty() && shadow.active.any()) {
+        Doubles unused;
+        shadow.level_u = rays.level_u;
+        instants_.sample_sun(index, rays.instant, surface.position, even, u, v, shadow.direction, unused);
+        for (const std::int32_t occluder : body.occluders)
+            occlude_by(index, occluder, rays.instant, surface.shadow_origin, shadow);
+    }
+    for (int i = 0; i < packet_size; ++i)
+        if (shadow.active.on[i] != 0) radiance.v[i] = r[i] * sun_radiance_ * solid_angle[i];
 }
 
 void Tracer::occlude_by(std::int32_t body, std::int32_t other, const Words& instant, const Vec3s& origin,

@@ -90,6 +90,9 @@ protected:
 private:
     void reflect(std::int32_t body, const CameraRays& rays, const Doubles& u, const Doubles& v,
                  Doubles& radiance);
+    /// Reflects what is kept of sunlight on the body's own surface; switches off those lanes of `left`.
+    void reflect_kept(std::int32_t body, const CameraRays& rays, const RayPacket& view, const Doubles& u,
+                      const Doubles& v, Lanes& left, Doubles& radiance);
 };
 
 } // namespace obscura::renderer

@@ -18,6 +18,14 @@ struct DetailCounts {
     std::uint64_t missed = 0; ///< look-ups of tiles that were not there
 };
 
+/// The Sun as a terrain that keeps its visibility sees it, body frame (planets/sun_visibility.hpp).
+struct SunSeen {
+    Vec3 centre_m;
+    double radius_m = 0; ///< 0: none
+
+    bool operator==(const SunSeen&) const = default;
+};
+
 /// From where a terrain is seen: its level of detail is a field over positions, the same for primary, shadow
 /// and bounce rays. The cells of a tile at distance d from the eye are at most d * cell_rad wide, and at
 /// least about a quarter of that: which level a sample takes is chosen by its own RayPacket::level_u, so that
@@ -30,6 +38,7 @@ struct DetailView {
     /// Tiles published later than this are not seen.
     std::uint64_t version = std::numeric_limits<std::uint64_t>::max();
     DetailCounts* counts = nullptr;
+    SunSeen sun{}; ///< of terrains that keep its visibility
 };
 
 } // namespace obscura::renderer

@@ -103,6 +103,14 @@ struct Channels {
     Doubles v[max_channels];
 };
 
+/// Mean over a ray's width of the surface that sees the Sun, where it is kept, in the body frame.
+struct SunlitPacket {
+    Lanes known;     ///< -1 where it is kept
+    Vec3s position;  ///< of the hit
+    Vec3s normal;    ///< mean of the normals that see the Sun, unit
+    Doubles visible; ///< its length before: the share of the Sun that is seen, where normals agree
+};
+
 /// Texture coordinates at the hits of one body, lane by lane.
 struct UvPacket {
     Doubles u, v;         ///< u to the right, v down; 1 each across the image

@@ -28,6 +28,13 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
             .range(128, 16384)
             .help("Memory for tiles of the surface; those that were not used for long make room for "
                   "others"));
+    keys.emplace_back(
+        config::key("sun_visibility", &relief.sun_visibility)
+            .help("How a terrain finds its own shadows: \"traced\", by a ray to the Sun from each point, "
+                  "exact; "
+                  "\"tiles\", from means over cells that are kept with its tiles and made again when the Sun "
+                  "has moved by 0.05 degrees: for frames of one sample a pixel at a fixed rate. In direct "
+                  "sunlight alone; reflections and lamps have shadow rays"));
     return keys;
 }
 
@@ -55,13 +62,16 @@ std::string surface_of(const TerrainParameters& p) {
 
 std::shared_ptr<const Shape> make_relief(const std::string& surface, const terrain::SurfaceDomain& domain,
                                          const ReliefParameters& relief, ShapeContext& context) {
-    const std::string key =
-        fmt::format("{} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.tile_memory_mib,
-                    identity_of(relief.heights), identity_of(relief.detail));
+    const bool sun_visibility = relief.sun_visibility == SunVisibilityKind::tiles;
+    const std::string key = fmt::format(
+        "{} {} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.tile_memory_mib,
+        // That of a body is for its own Sun.
+        sun_visibility ? context.place : "", identity_of(relief.heights), identity_of(relief.detail));
     return context.shared(key, [&] {
         TerrainShape::Settings settings;
         settings.tiles.arena_bytes = std::uint64_t{relief.tile_memory_mib} << 20;
         settings.tiles.listed = {relief.detail.truth_least_px, relief.detail.truth_most};
+        settings.tiles.sun_visibility = sun_visibility;
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);
         std::vector<std::shared_ptr<const terrain::HeightLayer>> layers =
             open_heights(relief.heights, domain, settings.notes);

@@ -2,6 +2,7 @@
 // Keys of a planet in a scene file and the shape that is made from them.
 #pragma once
 
+#include "core/enum_names.hpp"
 #include "core/geometry.hpp"
 #include "renderer/planets/albedo_tables.hpp"
 #include "renderer/planets/detail_parameters.hpp"
@@ -11,6 +12,7 @@
 #include "renderer/shapes/shape_context.hpp"
 #include "terrain/surface_domain.hpp"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -19,6 +21,16 @@ namespace obscura::renderer {
 
 constexpr std::uint32_t most_cells_per_face = std::uint32_t{1} << 20;
 
+/// How rays find what of the Sun is seen from a terrain.
+enum class SunVisibilityKind : std::uint8_t {
+    traced, ///< by a shadow ray each
+    tiles,  ///< from means that are kept with its tiles
+};
+constexpr auto enum_names(SunVisibilityKind /*type*/) {
+    using Kind = SunVisibilityKind;
+    return std::array{EnumName{Kind::traced, "traced"}, EnumName{Kind::tiles, "tiles"}};
+}
+
 /// What planets and terrains have in common.
 struct ReliefParameters {
     std::vector<HeightTable> heights;
@@ -26,6 +38,7 @@ struct ReliefParameters {
     DetailParameters detail;
     std::uint32_t cells_per_face = 0;    ///< 0: by distance
     std::uint32_t tile_memory_mib = 512; ///< of the arena of tiles
+    SunVisibilityKind sun_visibility = SunVisibilityKind::traced;
 };
 
 /// Parameters of an ellipsoid with relief.

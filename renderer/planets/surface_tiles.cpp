@@ -2,6 +2,7 @@
 #include "renderer/planets/surface_tiles.hpp"
 
 #include "core/error.hpp"
+#include "renderer/planets/sun_visibility.hpp"
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -41,7 +42,11 @@ std::size_t SurfaceTiles::slot_bytes() {
 SurfaceTiles::SurfaceTiles(terrain::TileMaker maker, Settings settings)
     : maker_(std::move(maker)),
       settings_(settings),
-      slots_(std::min(static_cast<std::size_t>(settings.arena_bytes / slot_bytes()), most_tiles / 2)) {
+      slots_(
+          std::min(static_cast<std::size_t>(
+                       settings.arena_bytes /
+                       (slot_bytes() + (settings.sun_visibility ? SunVisibility::slot_bytes() * 9 / 8 : 0))),
+                   most_tiles / 2)) {
     const std::uint8_t faces = domain().faces();
     least_ = std::numeric_limits<double>::infinity();
     largest_ = -least_;
@@ -64,6 +69,7 @@ SurfaceTiles::SurfaceTiles(terrain::TileMaker maker, Settings settings)
         free_.push_back(static_cast<std::uint32_t>(slot - 1));
     for (std::size_t slot = most_tiles; slot > slots_; --slot)
         free_beyond_.push_back(static_cast<std::uint32_t>(slot - 1));
+    if (settings.sun_visibility) sun_visibility_ = std::make_unique<SunVisibility>(*this, slots_);
     for (std::uint8_t face = 0; face < faces; ++face) {
         std::unique_lock lock(mutex_);
         SurfaceNode* const slot = take_slot();
@@ -83,6 +89,7 @@ SurfaceTiles::~SurfaceTiles() {
 void SurfaceTiles::release(SurfaceNode* node) const {
     const std::uint32_t slot = node->slot;
     table_[slot] = nullptr;
+    if (sun_visibility_) sun_visibility_->release(*node);
     node->~SurfaceNode();
     if (slot < slots_) {
         free_.push_back(slot);
@@ -93,12 +100,17 @@ void SurfaceTiles::release(SurfaceNode* node) const {
     }
 }
 
-void SurfaceTiles::reclaim() const {
-    if (retired_.empty()) return;
+std::uint64_t SurfaceTiles::oldest_pin() const {
     std::uint64_t oldest = std::numeric_limits<std::uint64_t>::max();
     for (const PinSlot& pin : pins_)
         if (const std::uint64_t epoch = pin.epoch.load(std::memory_order_seq_cst); epoch != 0)
             oldest = std::min(oldest, epoch);
+    return oldest;
+}
+
+void SurfaceTiles::reclaim() const {
+    if (retired_.empty()) return;
+    const std::uint64_t oldest = oldest_pin();
     std::erase_if(retired_, [&](const Retired& r) {
         if (r.epoch >= oldest || r.node->making > 0) return false;
         release(r.node);
@@ -129,7 +141,7 @@ void SurfaceTiles::retire_least_used() const {
         node->retired = true;
         --tiles_;
     }
-    const std::uint64_t epoch = epoch_.fetch_add(1, std::memory_order_seq_cst);
+    const std::uint64_t epoch = end_epoch();
     for (SurfaceNode* const node : leaves)
         retired_.push_back({node, epoch});
 }
@@ -236,7 +248,8 @@ void SurfaceTiles::make_pinned() const {
 
 bool SurfaceTiles::keep_resident() const {
     const std::size_t bytes = slots_ * slot_bytes();
-    if (mlock(arena_, bytes) == 0) return true;
+    const bool sun_too = !sun_visibility_ || sun_visibility_->keep_resident();
+    if (mlock(arena_, bytes) == 0) return sun_too;
     madvise(arena_, bytes, MADV_POPULATE_WRITE);
     return false;
 }

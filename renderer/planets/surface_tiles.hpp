@@ -18,6 +18,12 @@
 
 namespace obscura::renderer {
 
+struct SunTile;
+class SunVisibility;
+
+/// In SurfaceNode::wanted: visibility of the Sun.
+inline constexpr std::uint32_t wanted_sun = 1u << 4;
+
 /// A tile in its slot. Heights called unit heights are in units of SurfaceDomain::unit_m().
 struct SurfaceNode {
     // Constant while the node can be reached.
@@ -35,8 +41,11 @@ struct SurfaceNode {
     std::uint8_t quarter = 0; ///< of the parent
 
     std::array<std::atomic<SurfaceNode*>, 4> child{}; ///< null: not made
-    std::atomic<std::uint32_t> wanted{0};             ///< bit per child that rays missed
+    std::atomic<std::uint32_t> wanted{0};             ///< bit per child that rays missed, wanted_sun
     std::atomic<std::uint64_t> used{0};               ///< SurfaceTiles::clock() of the last use
+
+    // Of SunVisibility. The second one is for frames that began before the first was there.
+    std::atomic<const SunTile*> sun{nullptr}, sun_before{nullptr};
 
     // Under the mutex of SurfaceTiles.
     int making = 0;       ///< children being made
@@ -86,6 +95,7 @@ public:
         std::uint64_t arena_bytes = std::uint64_t{512} << 20;
         int pinned_levels = 3; ///< levels 0, 1 and 2 stay once made
         FeatureLimits listed{};
+        bool sun_visibility = false;
     };
     class Pin;
 
@@ -100,6 +110,9 @@ public:
     /// Bounds of the unit heights of the whole terrain.
     [[nodiscard]] double least() const { return least_; }
     [[nodiscard]] double largest() const { return largest_; }
+
+    /// Null: not kept.
+    [[nodiscard]] const SunVisibility* sun_visibility() const { return sun_visibility_.get(); }
 
     [[nodiscard]] SurfaceNode* root(std::size_t face) const { return roots_[face]; }
     /// The child of a tile that splits, or null if it is missing and is not to be made now: then the tile
@@ -126,7 +139,7 @@ public:
         return there;
     }
     /// Of the upper half of HitPacket::primitive.
-    [[nodiscard]] const SurfaceNode& in_slot(std::uint32_t slot) const { return *table_[slot]; }
+    [[nodiscard]] SurfaceNode& in_slot(std::uint32_t slot) const { return *table_[slot]; }
 
     /// Makes the child unless it is there. Its version is that of the next publish().
     SurfaceNode* make_child(SurfaceNode& node, unsigned quarter) const;
@@ -163,6 +176,18 @@ public:
     }
 
     [[nodiscard]] Pin pin() const;
+    /// Begins an epoch and returns the one before: pins of it and of earlier ones may see what was unlinked
+    /// until now.
+    [[nodiscard]] std::uint64_t end_epoch() const { return epoch_.fetch_add(1, std::memory_order_seq_cst); }
+    /// Of the pins; the largest number if there are none.
+    [[nodiscard]] std::uint64_t oldest_pin() const;
+    /// Calls `use` with each tile that can be reached. The caller holds a Pin.
+    template<typename Use>
+    void for_each(const Use& use) const {
+        const std::lock_guard lock(mutex_);
+        for (SurfaceNode* const node : table_)
+            if (node != nullptr && !node->retired && node->born <= version() + 1) use(*node);
+    }
 
     /// Slots of the arena, tiles that are made, and slots beyond the arena.
     struct Usage {
@@ -192,6 +217,7 @@ private:
     Settings settings_;
     double least_ = 0, largest_ = 0;
     std::array<SurfaceNode*, 6> roots_{};
+    std::unique_ptr<SunVisibility> sun_visibility_;
 
     std::byte* arena_ = nullptr;
     std::size_t slots_ = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/terrain_shape.hpp"
 
+#include "renderer/planets/sun_visibility.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -123,6 +125,51 @@ void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::in
         const Vec3 base = outside && hit ? raised(point, gradients.height) : point;
         out.shadow_origin.set(i, base + (1e-10 * bounding_radius_m_ + 1e-13 * t) * facet);
     }
+}
+
+bool TerrainShape::sunlit(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
+                          const Doubles& width_m, SunlitPacket& out) const {
+    const SunVisibility* const kept = tiles_.sun_visibility();
+    if (kept == nullptr || rays.detail == nullptr) return false;
+    for (int i = 0; i < packet_size; ++i) {
+        out.known.on[i] = 0;
+        out.visible[i] = 0;
+        const Vec3 direction = rays.direction.lane(i);
+        const bool hit = hits.body[i] == body;
+        const Vec3 point = rays.origin.lane(i) + (hit ? hits.t[i] : 0.0) * direction;
+        out.position.set(i, point);
+        out.normal.set(i, {0, 0, 1});
+        if (!hit) continue;
+        SurfaceNode& node = tiles_.in_slot(hits.primitive[i] >> 16);
+        int levels = 0;
+        const SunTile* const tile = kept->find(node, *rays.detail, levels);
+        if (tile == nullptr) continue;
+        out.known.on[i] = -1;
+        const std::uint32_t cell = hits.primitive[i] & 0xffffu, row = cell / terrain::tile_cells;
+        double x = cell % terrain::tile_cells + static_cast<double>(hits.u[i]),
+               y = row + static_cast<double>(hits.v[i]);
+        // Cells are smaller off the middle of a face: by the root of the ratio of areas.
+        const terrain::TileKey key = node.tile.key;
+        const double u = (key.i * double{terrain::tile_cells} + x) / node.half_cells - 1,
+                     v = (key.j * double{terrain::tile_cells} + y) / node.half_cells - 1;
+        const double q2 = plane_ ? 1 : 1 + u * u + v * v;
+        const double spacing_m = node.spacing_m / std::sqrt(q2 * std::sqrt(q2));
+        // The footprint is longer where the surface is seen obliquely; again by the root of the area.
+        const Vec3 outwards = plane_ ? Vec3{0, 0, 1} : normalized(point);
+        const double stretched = 1 / std::max(-dot(outwards, direction), 0.05);
+        double width = sun_texel_widths * width_m[i] * std::sqrt(stretched) / spacing_m;
+        for (const SurfaceNode* at = &node; levels > 0; --levels, at = at->parent) {
+            x = (x + (at->tile.key.i & 1u) * terrain::tile_cells) / 2;
+            y = (y + (at->tile.key.j & 1u) * terrain::tile_cells) / 2;
+            width /= 2;
+        }
+        const Vec3 mean = tile->mean(x, y, width);
+        const double visible = length(mean);
+        if (!(visible > 0)) continue;
+        out.visible[i] = visible;
+        out.normal.set(i, mean / visible);
+    }
+    return true;
 }
 
 } // namespace obscura::renderer

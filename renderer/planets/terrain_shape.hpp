@@ -42,6 +42,8 @@ public:
     void occlude(RayPacket& rays) const override;
     void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                  SurfacePacket& out) const override;
+    bool sunlit(const RayPacket& rays, const HitPacket& hits, std::int32_t body, const Doubles& width_m,
+                SunlitPacket& out) const override;
     [[nodiscard]] Vec3 up(Vec3 position_m) const override { return plane_ ? Vec3{0, 0, 1} : position_m; }
     [[nodiscard]] const SurfaceTiles* tiles() const override { return &tiles_; }
     [[nodiscard]] std::vector<std::string> notes() const override { return notes_; }

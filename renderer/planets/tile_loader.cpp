@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/tile_loader.hpp"
 
+#include "renderer/planets/sun_visibility.hpp"
+
 #include <pthread.h>
 
 #include <algorithm>
@@ -99,12 +101,16 @@ void TileLoader::collect() {
         for (unsigned quarter = 0; quarter < 4; ++quarter)
             if ((bits >> quarter & 1u) != 0 && node.child[quarter].load(std::memory_order_relaxed) == nullptr)
                 requests_.push_back({&node, quarter, node.tile.key.level + 1, true, 0});
+        // Where the surface itself is coarse, its shadows are too.
+        if ((bits & wanted_sun) != 0) requests_.push_back({&node, 0, node.tile.key.level + 1, true, 0, true});
     });
     std::optional<PredictedView> view;
     {
         const std::lock_guard lock(mutex_);
         view = predicted_;
     }
+    if (!view) std::erase_if(requests_, [](const Request& r) { return r.sun; });
+    sun_ = view ? view->sun : SunSeen{};
     if (requests_.size() < most_at_once && view) add_predicted(*view);
     const std::size_t count = std::min(requests_.size(), most_at_once);
     std::partial_sort(requests_.begin(), requests_.begin() + static_cast<std::ptrdiff_t>(count),
@@ -118,7 +124,10 @@ void TileLoader::collect() {
 
 bool TileLoader::make(const Request& request) {
     try {
-        tiles_.make_child(*request.parent, request.quarter);
+        if (request.sun)
+            tiles_.sun_visibility()->make(*request.parent, sun_, false);
+        else
+            tiles_.make_child(*request.parent, request.quarter);
         tiles_.publish();
         return true;
     } catch (const std::exception&) {

@@ -21,6 +21,7 @@ struct PredictedView {
     Vec3 boresight;       ///< unit
     double field_rad = 0; ///< half angle of the field, with a margin
     double cell_rad = 0;  ///< see DetailView
+    SunSeen sun;          ///< of terrains that keep its visibility
 };
 
 /// Makes tiles on a thread of ordinary priority, the coarsest first, and publishes each at once.
@@ -44,13 +45,14 @@ public:
     void predict(const PredictedView& view) noexcept;
 
 private:
-    /// A tile to be made.
+    /// A tile to be made, or the visibility of the Sun in one.
     struct Request {
         SurfaceNode* parent;
         unsigned quarter;
         int level;
         bool wanted; ///< by a ray; else predicted
         double distance_m;
+        bool sun = false; ///< of `parent`
     };
 
     void run();
@@ -61,6 +63,7 @@ private:
     const SurfaceTiles& tiles_;
     Settings settings_;
     std::vector<Request> requests_;
+    SunSeen sun_;      ///< for those
     std::mutex mutex_; ///< of what follows
     std::optional<PredictedView> predicted_;
     bool stop_ = false;

@@ -37,6 +37,13 @@ public:
     virtual void surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                          SurfacePacket& out) const = 0;
 
+    /// What is kept of the Sun's visibility about the hits of `body`, over widths of `width_m` across the
+    /// ray; false: shadow rays are wanted everywhere.
+    virtual bool sunlit(const RayPacket& /*rays*/, const HitPacket& /*hits*/, std::int32_t /*body*/,
+                        const Doubles& /*width_m*/, SunlitPacket& /*out*/) const {
+        return false;
+    }
+
     /// Texture coordinates (uv) at the hits of `body`, whose `surface` has been filled; false: the shape has
     /// no parametrisation of its own.
     virtual bool texture_coordinates(const HitPacket& /*hits*/, std::int32_t /*body*/,

@@ -31,12 +31,14 @@ std::string height_file(const TempFolder& folder) {
 }
 
 /// Seen obliquely from 60 km above it, the Sun low.
-scene::Scene low_orbit(const std::string& file, std::uint32_t tile_memory_mib = 512) {
+scene::Scene low_orbit(const std::string& file, std::uint32_t tile_memory_mib = 512,
+                       renderer::SunVisibilityKind sun_visibility = renderer::SunVisibilityKind::traced) {
     scene::Scene s;
     renderer::PlanetParameters planet;
     planet.radii_m = {1737400, 1737400, 1737400};
     planet.relief.heights = {whole_body_map(file)};
     planet.relief.tile_memory_mib = tile_memory_mib;
+    planet.relief.sun_visibility = sun_visibility;
     s.bodies.push_back({"moon", planet, renderer::LambertParameters{0.3}, {}});
     s.sun.position_m = astronomical_unit_m * at_latitude(0, 75 * degree);
     const Vec3 place = (1737400 + 60e3) * Vec3{1, 0, 0};
@@ -62,8 +64,9 @@ TEST_CASE("Threads, rows and tile memory change no byte of a terrain") {
     const TempFolder folder;
     const std::string file = height_file(folder);
     const Region all{0, 0, 96, 96};
-    const scene::Scene s = low_orbit(file);
-    const std::uint32_t bounces = GENERATE(0u, 1u);
+    const auto kind = GENERATE(renderer::SunVisibilityKind::traced, renderer::SunVisibilityKind::tiles);
+    const scene::Scene s = low_orbit(file, 512, kind);
+    const std::uint32_t bounces = kind == renderer::SunVisibilityKind::traced ? GENERATE(0u, 1u) : 0u;
     const auto settings = [&](std::uint32_t threads) {
         renderer::RenderSettings r{2, threads, 11};
         r.max_bounces = bounces;
@@ -74,9 +77,9 @@ TEST_CASE("Threads, rows and tile memory change no byte of a terrain") {
     const std::vector<float> one = render_window(renderer::Renderer(s, settings(1)), all, 96);
     CHECK(*std::max_element(one.begin(), one.end()) > 0);
     CHECK(one == render_window(renderer::Renderer(s, settings(2)), all, 31));
-    CHECK(one == render_window(renderer::Renderer(low_orbit(file, 128), settings(7)), all, 5));
+    CHECK(one == render_window(renderer::Renderer(low_orbit(file, 128, kind), settings(7)), all, 5));
     // Tiles that are there already change nothing.
-    const renderer::Renderer used(low_orbit(file, 2048), settings(2));
+    const renderer::Renderer used(low_orbit(file, 2048, kind), settings(2));
     render_window(used, {40, 40, 20, 20});
     CHECK(one == render_window(used, all, 96));
 }
@@ -113,7 +116,8 @@ TEST_CASE("Without waiting, frames come at once with coarser tiles, and end up a
     const TempFolder folder;
     const std::string file = height_file(folder);
     const Region all{0, 0, 96, 96};
-    const scene::Scene s = low_orbit(file);
+    const auto kind = GENERATE(renderer::SunVisibilityKind::traced, renderer::SunVisibilityKind::tiles);
+    const scene::Scene s = low_orbit(file, 512, kind);
     const std::vector<float> wanted = render_window(renderer::Renderer(s, {2, 2, 11}), all);
     for (const double tiles_per_s : {1e-3, 40.0, 0.0}) {
         renderer::RenderSettings settings{2, 2, 11};
