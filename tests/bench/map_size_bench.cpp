@@ -6,7 +6,7 @@
 // The files are sparse: of levels with more than 4096 columns only tiles within 8 of their size of the point
 // under the cameras are written, which is more than the views read; they say the size of all. Options:
 // --folder PATH, where they are made one after the other and removed (the system's temporary folder; 300 MB
-// at most).
+// at most); --columns N: one file, of that many samples around the equator.
 #include "renderer/planets/terrain_shape.hpp"
 #include "terrain/maps/map_source.hpp"
 #include "terrain/maps/raster_layer.hpp"
@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -156,14 +157,18 @@ constexpr View views[] = {
 
 int main(int argc, char** argv) {
     std::filesystem::path folder = std::filesystem::temp_directory_path();
+    std::vector<std::int64_t> sizes{1448, 1 << 13, 1 << 15, 1 << 17, 1 << 20};
     for (int i = 1; i + 1 < argc; i += 2)
-        if (std::strcmp(argv[i], "--folder") == 0) folder = argv[i + 1];
+        if (std::strcmp(argv[i], "--folder") == 0)
+            folder = argv[i + 1];
+        else if (std::strcmp(argv[i], "--columns") == 0)
+            sizes = {std::atoll(argv[i + 1])};
     folder /= fmt::format("map_size_bench.{}", getpid());
     std::filesystem::create_directories(folder);
     const auto domain = terrain::SurfaceDomain::ellipsoid({radius_m, radius_m, radius_m});
     fmt::print("{{\"sizes\": [");
     const char* separator = "";
-    for (const std::int64_t columns : {1448L, 1L << 13, 1L << 15, 1L << 17, 1L << 20}) {
+    for (const std::int64_t columns : sizes) {
         const auto file = write_map(folder, columns);
         struct stat about {};
         stat(file.c_str(), &about);
