@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Case study: a flyby down to the lunar south pole over three nested height maps.
 
-Usage: lunar_south_pole.py OBSCURA [--size N] [--samples N] [--sheet FRAMES,SIZE,SAMPLES] [--output FOLDER] [--json FILE]
+Usage: lunar_south_pole.py OBSCURA [--size N] [--samples N] [--sheet FRAMES,SIZE,SAMPLES] [--baked METRES] [--output FOLDER]
+                            [--json FILE]
 Flies along 222.5 E from 60 S at 100 km to 89.46 S at 500 m above the ridge between Shackleton and de Gerlache, over LDEM_4 (7.6 km),
-a strip of GLD100 (474 m) and Site01 (10 m) of OBSCURA_DATA (default ../shared/data). Renders four altitudes and a contact sheet,
-says what each frame costs, and holds the points met against the maps, which it reads, interpolates and blends on its own. Exit status 1 where a figure is further off than it may be, 77 where data or numpy are missing. With
---output also the pictures and the table of docs/cases/lunar-south-pole.md.
+a strip of GLD100 (474 m) and Site01 (10 m) of OBSCURA_DATA (default ../shared/data), with procedural detail between their samples.
+Renders four altitudes and a contact sheet under a limit of memory, says what each frame costs, and holds the points met without detail
+against the maps, which it reads, interpolates and blends on its own. With --baked the four once more from a giant texture of all of it
+within 30 degrees of the pole, at samples of that distance (14: 36 GB, 112: a 64th). Exit status 1 where a figure is further off than it
+may be, 77 where data or numpy are missing. With --output also the pictures and the table of docs/cases/lunar-south-pole.md.
 """
 import argparse
 import importlib.util
@@ -14,6 +17,7 @@ import json
 import math
 import pathlib
 import resource
+import subprocess
 import sys
 import tempfile
 import zlib
@@ -34,7 +38,13 @@ STRIP = "dem_moon_southpole/gld100_64ppd_216-232E_42-90S.tif"
 SITE = "dem_moon_southpole/lola_site01_10m.tif"
 SUN_ELEVATION_DEG = 8.0  # at the end of the path
 SHOWN = (0.0, 0.55, 0.86, 1.0)  # places of the four pictures, as shares of the path
-DETAIL = ""  # tables of the scene
+DETAIL = """[body.detail]
+terrain = "highlands"
+crater_age_ga = 4
+boulders_per_m2 = 3e-4
+"""
+TILES_MIB = 512  # tile_memory_mib
+LIMIT_MIB = TILES_MIB + 300  # of the address space of a renderer: code, stacks and maps too
 
 
 def at(longitude_deg, latitude_deg):
@@ -77,10 +87,12 @@ def sun_direction(elevation_deg):
     return math.sin(math.radians(elevation_deg)) * up + math.cos(math.radians(elevation_deg)) * side
 
 
-def scene_text(files, path, share, size, elevation_deg, detail):
+LAYERS = ("", "priority = 1\nfeather_m = 4000\n", "priority = 2\nfeather_m = 1500\n")
+
+
+def scene_text(files, path, share, size, elevation_deg, detail, layers=LAYERS):
     place, look, up, pixel = path.camera(share, size)
-    heights = "".join(f'[[body.height]]\nfile = "{file}"\n{more}' for file, more in zip(
-        files, ("", "priority = 1\nfeather_m = 4000\n", "priority = 2\nfeather_m = 1500\n")))
+    heights = "".join(f'[[body.height]]\nfile = "{file}"\n{more}' for file, more in zip(files, layers))
     return f"""name = "lunar south pole"
 [sun]
 direction = {list(map(float, sun_direction(elevation_deg)))}
@@ -98,6 +110,7 @@ name = "moon"
 shape = "planet"
 radii_m = [{RADIUS_M}, {RADIUS_M}, {RADIUS_M}]
 material = "moon"
+tile_memory_mib = {TILES_MIB}
 {heights}
 {detail}
 """
@@ -133,12 +146,23 @@ class Maps:
         self.strip = read_tiff(files[1])
         self.site = -523.2 + 0.0378835736629282 * read_tiff(files[2])
 
+    def global_height(self, longitude, latitude):
+        """Across the south pole the other side's rows follow; within half a row of it, the last row's mean is gone over to."""
+        over = np.concatenate([self.ldem[-60:], np.roll(self.ldem[:-4:-1], 720, axis=1)])
+        y = (90 - latitude) * 4 - 0.5
+        near = y > 700
+        height = np.empty_like(y)
+        height[~near] = cubic(self.ldem, longitude[~near] * 4 - 0.5, y[~near], wraps=True)
+        height[near] = cubic(over, longitude[near] * 4 - 0.5, y[near] - 660, wraps=True)
+        mean = self.ldem[-1].mean()
+        return mean + (height - mean) * smoothstep(2 * (719.5 - y))
+
     def height(self, p):
         """Above the sphere, of directions in rows."""
         radius = np.linalg.norm(p, axis=1)
         longitude = np.degrees(np.arctan2(p[:, 1], p[:, 0])) % 360
         latitude = np.degrees(np.arcsin(p[:, 2] / radius))
-        height = cubic(self.ldem, longitude * 4 - 0.5, (90 - latitude) * 4 - 0.5, wraps=True)
+        height = self.global_height(longitude, latitude)
         # Distances from the sides, two samples inside them, in metres on the sphere.
         x, y = (longitude - 216) * 64 - 0.5, (-42 - latitude) * 64 - 0.5
         pixel = RADIUS_M * math.radians(1 / 64)
@@ -178,10 +202,40 @@ def cubic(values, x, y, wraps=False):
     return total
 
 
+def limited(obscura, *arguments):
+    """What the program prints, under the limit of memory."""
+    limit = LIMIT_MIB << 20
+    done = subprocess.run([obscura, *map(str, arguments)], capture_output=True, text=True, check=False,
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+    if done.returncode != 0:
+        sys.exit(f"obscura {' '.join(map(str, arguments))}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def baked(obscura, folder, files, spacing_m, path, options, pictures, report):
+    """The four altitudes from a giant texture of what the scene has within 30 degrees of the pole."""
+    scene, cap = folder / "bake.toml", folder / "cap.obt"
+    scene.write_text(scene_text(files, path, 0, 64, SUN_ELEVATION_DEG, DETAIL))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    case_files.run(obscura, "texture", "bake", scene, "-o", cap, "--projection", "south_polar_stereographic", "--within", 30, "--spacing",
+                   spacing_m)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    report.say("baked within 30 degrees of the pole", f"{cap.stat().st_size / 1e9:.2f} GB in {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.0f} s of processor time",
+               f"`obscura texture bake`, samples of {spacing_m:g} m; {(14 / spacing_m)**2:.3g} of the whole, which is 36 GB at 14 m")
+    more = []
+    for share, virtual in zip(SHOWN, pictures):
+        text = scene_text([files[0], cap, files[2]], path, share, options.size, SUN_ELEVATION_DEG, DETAIL, (LAYERS[0], "priority = 1\n", LAYERS[2]))
+        layers, told = render(obscura, folder, "baked", text, options.samples)
+        more.append(layers[""])
+        report.add(f"baked frame at {path.altitude(share) / 1000:.3g} km", f"{told['render_cpu_s']:.1f} s of processor time; mean light {layers[''].mean() / virtual.mean():.4f} of the virtual frame's",
+                   "the virtual frame", abs(layers[""].mean() / virtual.mean() - 1), 0.05, "")
+    return more
+
+
 def render(obscura, folder, name, text, samples, *more):
     scene, image = folder / f"{name}.toml", folder / f"{name}.fits"
     scene.write_text(text)
-    told = json.loads(case_files.run(obscura, "render", scene, "-o", image, "--samples", samples, "--json", *more))
+    told = json.loads(limited(obscura, "render", scene, "-o", image, "--samples", samples, "--json", *more))
     return {key.lower(): value for key, value in case_files.read_fits(image)[1].items()}, told
 
 
@@ -200,7 +254,7 @@ def check_points(report, maps, path, share, size, layers):
     points = place + reach[hit][:, None] * rays[hit]
     off = np.abs(np.linalg.norm(points, axis=1) - RADIUS_M - maps.height(points)) / (reach[hit] * pixel)
     report.add(f"points met from {path.altitude(share) / 1000:.3g} km", f"{hit.sum()} of them, median {np.median(off):.4f}, 99 % within "
-               f"{np.percentile(off, 99):.3f} of a pixel's width", "the maps, interpolated and blended on their own", np.percentile(off, 99), 0.5, "px")
+               f"{np.percentile(off, 99):.3f} of a pixel's width", "the maps, interpolated and blended on their own", np.percentile(off, 99), 0.05, "px")
 
 
 def main():
@@ -209,6 +263,7 @@ def main():
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--sheet", default="24,192,16", help="frames of the contact sheet, their size and samples")
+    parser.add_argument("--baked", type=float, help="distance of samples of the baked texture, m")
     parser.add_argument("--output", type=pathlib.Path)
     parser.add_argument("--json", type=pathlib.Path)
     options = parser.parse_args()
@@ -235,6 +290,10 @@ def main():
             report.say(f"frame at {path.altitude(share) / 1000:.3g} km, {-path.latitude(share):.2f} S",
                        f"{told['render_cpu_s']:.1f} s of processor time, {told['samples'] / 1e6:.1f} M samples, {told['rays'] / 1e6:.1f} M rays",
                        f"{options.size}² pixels, {options.samples} samples; {100 * light.size / layers[''].size:.0f} % of the pixels lit")
+        peak_mib = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+        rows_of_four = [pictures]
+        if options.baked:
+            rows_of_four.append(baked(options.obscura, folder, files, options.baked, path, options, pictures, report))
         sheet, costs = [], []
         for k in range(frames):
             share = k / max(frames - 1, 1)
@@ -243,19 +302,24 @@ def main():
             costs.append(told["render_cpu_s"])
         report.say("contact sheet", f"{np.median(costs):.2f} s of processor time a frame, the costliest {max(costs):.2f}",
                    f"{frames} frames of {sheet_size}² pixels, {sheet_samples} samples")
-        report.say("memory of the renderer", f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MiB at most", "tile_memory_mib is 512")
+        report.say("memory of the renderer", f"{peak_mib:.0f} MiB at most",
+                   f"tile_memory_mib is {TILES_MIB}; all frames ran under a limit of {LIMIT_MIB} MiB of address space (RLIMIT_AS)")
         if options.output:
-            case_files.write_png(options.output / "lunar-south-pole.png", case_files.beside(*(shown(p) for p in pictures)))
+            case_files.write_png(options.output / "lunar-south-pole.png", stacked(rows_of_four))
             columns = 6
-            rows = [case_files.beside(*(shown(p) for p in sheet[r:r + columns])) for r in range(0, len(sheet), columns)]
-            gap = np.full((6, rows[0].shape[1]), 255, np.uint8)
-            stacked = [part for row in rows if row.shape == rows[0].shape for part in (row, gap)][:-1]
-            case_files.write_png(options.output / "lunar-south-pole-sheet.png", np.concatenate(stacked))
+            case_files.write_png(options.output / "lunar-south-pole-sheet.png", stacked([sheet[r:r + columns] for r in range(0, len(sheet), columns)]))
             report.into_page(options.output / "lunar-south-pole.md")
     report.print()
     if options.json:
         options.json.write_text(json.dumps(report.figures))
     return 0 if report.good else 1
+
+
+def stacked(rows):
+    """Rows of pictures below each other, those that are as long as the first."""
+    lines = [case_files.beside(*(shown(p) for p in row)) for row in rows if len(row) == len(rows[0])]
+    gap = np.full((6, lines[0].shape[1]), 255, np.uint8)
+    return np.concatenate([part for line in lines for part in (line, gap)][:-1])
 
 
 def shown(image):

@@ -20,4 +20,6 @@ if status == SKIPPED:
     print(said.strip())
 else:
     check("the flyby to the lunar south pole is over its three maps", status == 0, said)
+    status, said, figures = case("descent.py", "--frames", 4, "--size", 24, "--samples", 1, "--tested", "1e9,1e6,1e4,10")
+    check("nothing pops up on the way down to the Moon", status == 0, said)
 sys.exit(1 if failures else 0)
