@@ -108,21 +108,29 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     camera.expects_frames = !lockstep && !(config.simulator.enabled && !config.scene.lamps.empty());
     camera.ahead_tolerance_px = config.render.ahead_tolerance_px;
     std::function<void()> enter_render;
-    if (ahead == RenderAhead::automatic)
+    const bool adapts = real_time && config.deadline.quality == QualityPolicy::adapt && !lockstep &&
+                        config.camera.readout_timing == ReadoutTiming::sensor;
+    // Rendering to deadlines needs a thread of its own, whether ahead or not.
+    camera.expects_frames = camera.expects_frames && ahead == RenderAhead::automatic;
+    if (ahead == RenderAhead::automatic || adapts)
         enter_render = [render = threads.render] {
             enter_thread("render", {0, render.cores});
             schedule_this_thread(render);
         };
-    maker = std::make_unique<FrameMaker>(*renderer, *detector, config.sensor, clock,
-                                         FrameMakerSettings{.band_rows = config.render.band_rows,
-                                                            .max_rows = camera.limits.rows_max,
-                                                            .seed = config.daemon.seed,
-                                                            .thread = threads.detector,
-                                                            .run = run_word(config),
-                                                            .same_run = config.daemon.run >= 0,
-                                                            .scene_truth = truth.scene_entries > 0,
-                                                            .live_poses = config.simulator.enabled,
-                                                            .enter_render = enter_render});
+    maker = std::make_unique<FrameMaker>(
+        *renderer, *detector, config.sensor, clock,
+        FrameMakerSettings{.band_rows = config.render.band_rows,
+                           .max_rows = camera.limits.rows_max,
+                           .seed = config.daemon.seed,
+                           .thread = threads.detector,
+                           .run = run_word(config),
+                           .same_run = config.daemon.run >= 0,
+                           .scene_truth = truth.scene_entries > 0,
+                           .live_poses = config.simulator.enabled,
+                           .adapts = adapts,
+                           .reserve_ns = std::llround(1e3 * config.deadline.reserve_us),
+                           .floor = config.deadline.floor,
+                           .enter_render = enter_render});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);

@@ -327,6 +327,7 @@ bool Camera::expect_next(ExpectedFrame& next) noexcept {
                  .edge = *edge,
                  .tai_offset_ns = clock_.tai_offset_ns()},
                 next.order);
+    next.edge = follows ? edge : expected_edge();
     next.tolerance_px = config_.ahead_tolerance_px;
     next.exact_time = !follows;
     return true;
@@ -408,6 +409,7 @@ CameraCounters Camera::counters() const noexcept {
     c.late_dropped = released.dropped;
     c.partial = released.partial;
     c.ahead = maker_.ahead_counters();
+    c.quality = maker_.quality_counters();
     return c;
 }
 

@@ -68,6 +68,7 @@ struct CameraCounters {
     std::uint64_t late_dropped = 0; ///< LatePolicy::drop
     std::uint64_t partial = 0;      ///< LatePolicy::partial
     AheadCounters ahead;            ///< frames rendered before their trigger
+    QualityCounters quality;        ///< frames rendered below full quality to be in time
 };
 
 /// One camera: control port and frame loop. TriggerRouter decides which edges become frames; the pipeline

@@ -8,8 +8,8 @@ namespace obscura::emulator {
 std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) const noexcept {
     if (renderer != other.renderer || frame_id != other.frame_id || live != other.live ||
         push_broom != other.push_broom || windows != other.windows || blocks != other.blocks ||
-        rows.size() != other.rows.size() || common_mid.has_value() != other.common_mid.has_value() ||
-        rows.empty())
+        levels != other.levels || adapts != other.adapts || rows.size() != other.rows.size() ||
+        common_mid.has_value() != other.common_mid.has_value() || rows.empty())
         return std::nullopt;
     const std::int64_t later_ns = rows.front().reset - other.rows.front().reset;
     const auto shifted = [later_ns](const RowTime& a, const RowTime& b) {
@@ -21,6 +21,7 @@ std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) cons
 
 BlockRenderer::BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width) {
     times_.reserve(static_cast<std::size_t>(lines));
+    levels_.reserve(static_cast<std::size_t>(lines));
     line_.resize(bands * static_cast<std::size_t>(width));
 }
 
@@ -42,6 +43,19 @@ bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::
     request.window.height = request.rows = block.lines();
     request.row_times = times_;
     request.common_mid = light.common_mid;
+    if (!light.levels.empty()) {
+        const std::int32_t group_rows =
+            FrameQuality::group_rows_for(static_cast<std::int32_t>(light.rows.size()));
+        levels_.clear();
+        for (std::int32_t row = first; row < first + block.lines(); ++row)
+            levels_.push_back(light.levels[static_cast<std::size_t>(
+                std::clamp(row, window.image_y, last_row) / group_rows)]);
+        request.levels = levels_;
+        request.frame_times = std::span(light.rows)
+                                  .subspan(static_cast<std::size_t>(window.image_y),
+                                           static_cast<std::size_t>(window.sensor.height));
+        request.frame_y = window.sensor.y;
+    }
     return light.renderer->render(request, out, cancel);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/frame_quality.hpp"
 #include "core/region.hpp"
 #include "core/time.hpp"
 #include "renderer/renderer.hpp"
@@ -46,6 +47,15 @@ struct FrameLight {
     std::vector<RowTime> rows; ///< of the composed image, in the time of the scene that is rendered
     std::vector<RowBlock> blocks;
     std::optional<Time> common_mid; ///< of `rows`
+    /// Levels of the groups of quality_group_rows rows (FrameQuality::group_rows_for()); empty: full.
+    std::vector<QualityLevel> levels;
+
+    // What decides about levels while a frame is rendered; its light depends on the levels alone.
+    bool adapts = false;                       ///< rows have levels that keep them in time
+    std::vector<Time> due;                     ///< of each block, planned time: by when its light is wanted
+    std::int64_t period_ns = 0;                ///< from one trigger to the next, as expected; 0: not known
+    std::int64_t from_plan_ns = unknown_clock; ///< scheduling clock minus planned time, as expected
+    static constexpr std::int64_t unknown_clock = INT64_MAX;
 
     /// By how much all rows of this frame come later than those of `other`, ns, if the frames are equal
     /// otherwise.
@@ -79,6 +89,7 @@ private:
                                          const std::atomic<bool>* cancel);
 
     std::vector<RowTime> times_;
+    std::vector<QualityLevel> levels_;
     std::vector<float> line_; ///< push-broom: one line of all spectral bands
 };
 

@@ -71,6 +71,8 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
         light->windows.reserve(max_windows);
         light->rows.reserve(rows);
         light->blocks.reserve(rows + max_windows);
+        light->due.reserve(rows + max_windows);
+        light->levels.reserve(max_quality_groups);
     }
     block_light_.resize(rows + max_windows);
 
@@ -89,8 +91,14 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
         // A frame of one window with the halo of each of its blocks; of others what there is room for.
         const std::size_t blocks = rows / static_cast<std::size_t>(settings_.band_rows) + 1;
         const std::size_t lines_kept = rows + 2 * blocks * static_cast<std::size_t>(detector_.halo_rows());
+        LevelStore levels;
+        if (settings_.adapts) {
+            levels.rows = rows + 2 * static_cast<std::size_t>(detector_.halo_rows());
+            levels.floats = line * levels.rows;
+            levels.pixels = levels.floats / band_count_;
+        }
         render_thread_ = std::make_unique<RenderThread>(light_, line * lines_kept, block_renderer(), clock_,
-                                                        settings_.enter_render);
+                                                        settings_.enter_render, levels);
     }
     thread_ = std::thread([this] {
         enter_thread("detector", settings_.thread);
@@ -146,6 +154,9 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
                            plan_.width, plan_.height);
     describe_light(order, plan_, current(), light_);
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
+    light_.from_plan_ns = scene_to_clock_ns_;
+    light_.period_ns = order.frame_id > 1 && last_edge_.ns != 0 ? order.trigger_edge - last_edge_ : 0;
+    last_edge_ = order.trigger_edge;
 
     FrameInfo& info = frame.info;
     info.frame_id = order.frame_id;
@@ -210,6 +221,10 @@ void FrameMaker::render_ahead(const ExpectedFrame& frame) noexcept {
         return;
     const renderer::Renderer* const next = next_renderer_.load();
     describe_light(expected, expected_plan_, next != nullptr ? *next : current(), expected_light_);
+    if (frame.edge) {
+        expected_light_.from_plan_ns = *frame.edge - expected.scene_time;
+        expected_light_.period_ns = expected.frame_id > 1 ? *frame.edge - last_edge_ : 0;
+    }
     render_thread_->expect(expected_light_, tolerance(frame));
 }
 
@@ -238,10 +253,11 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     frame_start_ = posted_.load(std::memory_order_relaxed);
     frame.info.render_begin = clock_.now();
 
+    bool by_level = render_thread_ != nullptr && render_thread_->has_levels();
     std::uint32_t number = frame_start_;
     const std::uint32_t end = number + static_cast<std::uint32_t>(light_.blocks.size());
     while (number != end) {
-        const std::span<const float> light = render_block(number, cancel, work);
+        const std::span<const float> light = render_block(number, cancel, work, by_level);
         if (light.empty()) break;
         block_light_[number - frame_start_] = light;
         if (++number == end) {
@@ -257,6 +273,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
                         std::max<std::int64_t>(0, frame.info.trigger_edge - render_thread_->ended());
                 }
             }
+            finish_quality(frame, by_level);
             list_scene_truth(frame);
         }
         posted_.store(number); // sequentially consistent, see Releaser::run()
@@ -284,9 +301,16 @@ void FrameMaker::wait_for_buffer(std::uint32_t number, FrameWork* work) const no
 /// Light of a block of the current frame, from the render thread if there is one and it has room; empty if
 /// `cancel` became true.
 std::span<const float> FrameMaker::render_block(std::uint32_t number, const std::atomic<bool>* cancel,
-                                                FrameWork* work) {
+                                                FrameWork* work, bool& by_level) {
     const std::size_t index = number - frame_start_;
-    if (render_thread_ != nullptr) {
+    if (by_level) {
+        wait_for_buffer(number, work);
+        const std::span<float> light =
+            std::span(buffers_[number % buffer_count]).first(light_.floats(light_.blocks[index]));
+        if (render_thread_->take_by_level(index, light, cancel)) return light;
+        if (cancel != nullptr && cancel->load()) return {};
+        by_level = false; // stopped before it was claimed: render the rest here
+    } else if (render_thread_ != nullptr) {
         const std::span<const float> light = render_thread_->take(index, cancel);
         if (!light.empty() || (cancel != nullptr && cancel->load())) return light;
     }
@@ -302,6 +326,43 @@ void FrameMaker::note_lod_deficit(FrameQuality& quality, const renderer::RenderW
     if (!(quality.lod_deficit_share > 0) && quality.tiles_missing == 0) return;
     lod_frames_.fetch_add(1, std::memory_order_relaxed);
     lod_tiles_.fetch_add(quality.tiles_missing, std::memory_order_relaxed);
+}
+
+/// Before the last rows are posted to the detector.
+void FrameMaker::finish_quality(Frame& frame, bool by_level) noexcept {
+    FrameQuality& quality = frame.info.quality;
+    if (by_level) {
+        render_thread_->describe(quality);
+    } else if (!light_.levels.empty()) {
+        const std::int32_t height = plan_.height;
+        quality.group_rows = FrameQuality::group_rows_for(height);
+        quality.groups = static_cast<std::uint32_t>(light_.levels.size());
+        quality.level_share.fill(0);
+        for (std::size_t g = 0; g < light_.levels.size(); ++g) {
+            const QualityLevel level = light_.levels[g];
+            const auto first = static_cast<std::int32_t>(g) * quality.group_rows;
+            const std::int32_t rows = std::min(quality.group_rows, height - first);
+            quality.group_level[g] = level;
+            quality.level_max = std::max(quality.level_max, level);
+            quality.level_share[static_cast<std::size_t>(level)] +=
+                static_cast<float>(rows) / static_cast<float>(height);
+            if (level != QualityLevel::full) quality.rows_degraded += rows;
+            if (is_biased(level)) frame.flags.fetch_or(frame_biased, std::memory_order_relaxed);
+        }
+    }
+    worst_[static_cast<std::size_t>(quality.level_max)].fetch_add(1, std::memory_order_relaxed);
+    if (quality.level_max == QualityLevel::full) return;
+    frame.flags.fetch_or(frame_degraded, std::memory_order_relaxed);
+    degraded_.fetch_add(1, std::memory_order_relaxed);
+    if (settings_.floor > 0 && static_cast<double>(quality.error_rms) > settings_.floor)
+        failed_.fetch_add(1, std::memory_order_relaxed);
+}
+
+QualityCounters FrameMaker::quality_counters() const noexcept {
+    QualityCounters c{degraded_.load(std::memory_order_relaxed), failed_.load(std::memory_order_relaxed), {}};
+    for (std::size_t l = 0; l < worst_.size(); ++l)
+        c.worst[l] = worst_[l].load(std::memory_order_relaxed);
+    return c;
 }
 
 void FrameMaker::list_scene_truth(Frame& frame) {
@@ -325,7 +386,31 @@ void FrameMaker::describe_light(const FrameOrder& order, const sensors::ReadoutP
     for (const RowTime& row : plan.rows)
         light.rows.push_back({order.shown.at(row.reset), order.shown.at(row.read)});
     light.common_mid = renderer::common_mid(light.rows);
+    light.adapts =
+        settings_.adapts && fixed_levels_.empty() && light.windows.size() == 1 && !light.push_broom;
+    const auto height = static_cast<std::int32_t>(light.rows.size());
+    const std::int32_t group_rows = FrameQuality::group_rows_for(height);
+    light.levels.clear();
+    // A list that is too short leaves the rest full.
+    if (!fixed_levels_.empty())
+        for (std::int32_t g = 0; g < (height + group_rows - 1) / group_rows; ++g)
+            light.levels.push_back(static_cast<std::size_t>(g) < fixed_levels_.size()
+                                       ? fixed_levels_[static_cast<std::size_t>(g)]
+                                       : QualityLevel::full);
+    light.from_plan_ns = FrameLight::unknown_clock;
+    light.period_ns = 0;
     list_row_blocks(light);
+    set_due(plan, light);
+}
+
+/// The detector works on the first rows of a block before any of them can leave.
+void FrameMaker::set_due(const sensors::ReadoutPlan& plan, FrameLight& light) const noexcept {
+    light.due.clear();
+    if (!light.adapts) return;
+    const std::int64_t early_ns =
+        detector_rows_ns_.load(std::memory_order_relaxed) * 3 / 2 + settings_.reserve_ns;
+    for (const RowBlock& block : light.blocks)
+        light.due.push_back(plan.release[static_cast<std::size_t>(block.first_row)] - early_ns);
 }
 
 void FrameMaker::list_row_blocks(FrameLight& light) const noexcept {
@@ -344,7 +429,9 @@ void FrameMaker::list_row_blocks(FrameLight& light) const noexcept {
                 block.halo_above = r.y;
                 block.halo_below = readout_.height - r.y - r.height;
             } else {
-                block.rows = std::min({settings_.band_rows, buffer_rows_, r.height - row});
+                // Rows of one block wait for each other.
+                const std::int32_t most = light.adapts ? rows_at_a_time : settings_.band_rows;
+                block.rows = std::min({most, settings_.band_rows, buffer_rows_, r.height - row});
                 block.halo_above = std::min(halo, r.y + row);
                 block.halo_below = std::min(halo, readout_.height - r.y - row - block.rows);
             }
@@ -390,7 +477,7 @@ void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
 
 void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light) noexcept {
     Frame& frame = *frame_;
-    const Time begin_time = work_ != nullptr ? clock_.now() : Time{};
+    const Time begin_time = work_ != nullptr || settings_.adapts ? clock_.now() : Time{};
     const sensors::IrradianceBand band{block.first_row, block.rows,       light_.width(block),
                                        light,           block.halo_above, block.halo_below,
                                        block.halo_left, block.halo_right};
@@ -412,6 +499,12 @@ void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light
     if (pattern_ != ImagePattern::off) paint_pattern(block.first_row, block.rows);
     const std::int32_t ready = block.first_row + block.rows;
     if (work_ != nullptr) work_->detector_ns += clock_.now() - begin_time;
+    if (settings_.adapts) {
+        const std::int64_t mean_ns = detector_rows_ns_.load(std::memory_order_relaxed);
+        const std::int64_t spent_ns = clock_.now() - begin_time;
+        detector_rows_ns_.store(mean_ns == 0 ? spent_ns : mean_ns + (spent_ns - mean_ns) / 8,
+                                std::memory_order_relaxed);
+    }
     if (ready == plan_.height) frame.info.detector_end = clock_.now();
     if (sink_ != nullptr)
         sink_->rows_exposed(ready);

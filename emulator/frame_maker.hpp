@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -47,9 +48,17 @@ struct FrameOrder {
 /// The frame that is expected next. It is taken for that of a trigger if nothing in the image has moved by
 /// more than `tolerance_px`: because the edge came earlier or later, or other poses came meanwhile.
 struct ExpectedFrame {
-    FrameOrder order; ///< its stamps of the trigger are not used
+    FrameOrder order;           ///< its stamps of the trigger are not used
+    std::optional<Time> edge{}; ///< its trigger's, scheduling clock, as expected; none: unknown
     double tolerance_px = 0;
     bool exact_time = true; ///< what it shows does not depend on the edge: it must come at that scene time
+};
+
+/// Quality of the frames since construction.
+struct QualityCounters {
+    std::uint64_t degraded = 0;                             ///< frames with a row below QualityLevel::full
+    std::uint64_t failed = 0;                               ///< of those: their error is above the floor
+    std::array<std::uint64_t, quality_level_count> worst{}; ///< frames by the worst level of their rows
 };
 
 /// Receiver of the detector's progress.
@@ -70,6 +79,10 @@ struct FrameMakerSettings {
     bool same_run = true;        ///< every acquisition has this run word; false: each the next one
     bool scene_truth = false;    ///< frames have truth tables
     bool live_poses = false;     ///< a simulator moves the scene
+    /// Frames of one window are rendered at levels that keep their rows in time, with enter_render.
+    bool adapts = false;
+    std::int64_t reserve_ns = 0; ///< so much earlier than the detector needs it, light is to be there
+    double floor = 0;            ///< error above which a frame counts as failed; 0: none does
     /// Frames are rendered on a thread of their own, which calls this first, expected ones before their
     /// trigger; empty: on the calling thread.
     std::function<void()> enter_render{};
@@ -123,6 +136,13 @@ public:
     }
     /// prepare() and fill() in one call, for frames made offline.
     [[nodiscard]] std::string make(const FrameOrder& order, Frame& frame);
+    /// The next frames prepared are rendered at these levels of their groups of rows
+    /// (FrameQuality::group_rows_for()), as were those of a frame that adapted; empty: full.
+    void set_levels(std::span<const QualityLevel> levels) {
+        fixed_levels_.assign(levels.begin(), levels.end());
+    }
+    /// Thread-safe.
+    [[nodiscard]] QualityCounters quality_counters() const noexcept;
 
     /// Run word of the current or latest acquisition; that of the first before it. Thread-safe.
     [[nodiscard]] std::uint32_t run() const noexcept { return run_.load(std::memory_order_relaxed); }
@@ -171,10 +191,12 @@ private:
     void describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
                         const renderer::Renderer& renderer, FrameLight& light) const noexcept;
     void list_row_blocks(FrameLight& light) const noexcept;
+    void set_due(const sensors::ReadoutPlan& plan, FrameLight& light) const noexcept;
+    void finish_quality(Frame& frame, bool by_level) noexcept;
     [[nodiscard]] RenderThread::Tolerance tolerance(const ExpectedFrame& frame) const noexcept;
     void wait_for_buffer(std::uint32_t number, FrameWork* work) const noexcept;
     [[nodiscard]] std::span<const float> render_block(std::uint32_t number, const std::atomic<bool>* cancel,
-                                                      FrameWork* work);
+                                                      FrameWork* work, bool& by_level);
     void run_detector() noexcept;
     void expose_row_block(std::uint32_t number) noexcept;
     void expose_rows(const RowBlock& block, std::span<const float> light) noexcept;
@@ -199,6 +221,11 @@ private:
     sensors::ReadoutPlan plan_;
     Time asked_start_; ///< requested exposure start, scene time
     FrameLight light_;
+    std::vector<QualityLevel> fixed_levels_;
+    Time last_edge_;                                ///< of the frame prepared before; 0: none
+    std::atomic<std::int64_t> detector_rows_ns_{0}; ///< time that the detector needs for rows_at_a_time
+    std::atomic<std::uint64_t> degraded_{0}, failed_{0};
+    std::array<std::atomic<std::uint64_t>, quality_level_count> worst_{};
     std::vector<std::byte> truth_workspace_;
     std::atomic<std::uint64_t> lod_frames_{0}, lod_tiles_{0}; ///< see LodCounters
     std::int64_t scene_to_clock_ns_ = 0;

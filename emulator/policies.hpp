@@ -20,6 +20,15 @@ constexpr auto enum_names(LatePolicy /*type*/) {
                       EnumName{LatePolicy::drop, "drop"}, EnumName{LatePolicy::partial, "partial"}};
 }
 
+/// What gives way when rendering takes longer than there is time.
+enum class QualityPolicy : std::uint8_t {
+    hold,  ///< the time: rows are rendered as asked, and may be late (LatePolicy)
+    adapt, ///< the quality: rows are rendered at levels that keep them in time
+};
+constexpr auto enum_names(QualityPolicy /*type*/) {
+    return std::array{EnumName{QualityPolicy::hold, "hold"}, EnumName{QualityPolicy::adapt, "adapt"}};
+}
+
 /// When rows are released: at the chip's readout times, or as soon as they are ready. With `fast` no row is
 /// late, and LatePolicy does not apply.
 enum class ReadoutTiming : std::uint8_t { sensor, fast };

@@ -182,6 +182,7 @@ void Releaser::run() noexcept {
                 timing.render_end = info.render_end;
                 timing.detector_end = info.detector_end;
                 timing.work = job.work;
+                timing.quality = info.quality;
             }
             log_->push(timing);
         }

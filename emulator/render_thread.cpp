@@ -17,14 +17,19 @@ constexpr std::int64_t cancel_poll_ns = 1'000'000;
 } // namespace
 
 RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRenderer blocks,
-                           const Clock& clock, const std::function<void()>& enter)
+                           const Clock& clock, const std::function<void()>& enter, const LevelStore& levels)
     : clock_(clock), blocks_(std::move(blocks)) {
     for (Store& s : stores_) {
         s.light.windows.reserve(blank.windows.capacity());
         s.light.rows.reserve(blank.rows.capacity());
         s.light.blocks.reserve(blank.blocks.capacity());
         s.offsets.reserve(blank.blocks.capacity());
+        s.light.levels.reserve(max_quality_groups);
+        s.light.due.reserve(blank.blocks.capacity());
         s.floats.assign(floats, 0.0F);
+        if (levels.floats > 0)
+            s.levels = std::make_unique<AdaptiveFrame>(levels.floats, levels.pixels, levels.rows, clock_,
+                                                       [this] { changed_.notify(); });
     }
     thread_ = std::thread([this, enter] {
         enter();
@@ -60,6 +65,7 @@ void RenderThread::begin(const FrameLight& light) noexcept {
     }
     Store& s = store(job);
     s.light = light;
+    s.adapts = s.levels && s.light.adapts && s.levels->begin(s.light);
     s.offsets.clear();
     std::size_t used = 0;
     for (const RowBlock& block : s.light.blocks) {
@@ -118,6 +124,7 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
             if (s.ready.load(std::memory_order_acquire) == light.blocks.size())
                 early_.fetch_add(1, std::memory_order_relaxed);
             claimed_job_ = jobs - 1;
+            claim_levels(light);
             return;
         }
         discard();
@@ -125,6 +132,34 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
     begin(light);
     error_px_ = 0;
     claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
+    claim_levels(light);
+}
+
+void RenderThread::claim_levels(const FrameLight& light) noexcept {
+    if (Store& s = store(claimed_job_); s.adapts) s.levels->claim(light.from_plan_ns);
+}
+
+bool RenderThread::take_by_level(std::size_t index, std::span<float> out,
+                                 const std::atomic<bool>* cancel) noexcept {
+    Store& s = store(claimed_job_);
+    if (!s.adapts) return false;
+    const Time due = s.levels->block_due(index);
+    for (;;) {
+        const std::uint32_t seen = changed_.value();
+        const bool stopped = s.stopped.load(std::memory_order_acquire);
+        const Time now = clock_.now();
+        if (s.levels->block_final(index) || (now >= due && s.levels->block_lit(index))) {
+            s.levels->take(index, out);
+            return true;
+        }
+        if (stopped) return false;
+        if (cancel != nullptr && cancel->load()) {
+            s.cancel = true;
+            return false;
+        }
+        const std::int64_t wait_ns = now < due ? std::min(due - now, cancel_poll_ns) : cancel_poll_ns;
+        changed_.wait(seen, MonotonicClock().now() + wait_ns);
+    }
 }
 
 std::span<const float> RenderThread::take(std::size_t index, const std::atomic<bool>* cancel) noexcept {
@@ -167,6 +202,18 @@ void RenderThread::note_state(Store& s) noexcept {
 void RenderThread::render(Store& s) noexcept {
     const renderer::RenderWork before = s.light.renderer->work();
     note_state(s);
+    if (s.adapts) {
+        if (s.levels->render(controller_, s.cancel)) {
+            s.work = s.light.renderer->work() - before;
+            s.ended = clock_.now();
+            note_state(s);
+            s.ready.store(s.light.blocks.size(), std::memory_order_release);
+        }
+        rendering_with_.store(nullptr);
+        s.stopped.store(true, std::memory_order_release);
+        changed_.notify();
+        return;
+    }
     for (std::size_t i = 0; i < s.offsets.size(); ++i) {
         const RowBlock& block = s.light.blocks[i];
         if (!blocks_.render(s.light, block, std::span(s.floats).subspan(s.offsets[i], s.light.floats(block)),

@@ -5,7 +5,9 @@
 #include "core/event_count.hpp"
 #include "core/frame.hpp"
 #include "core/time.hpp"
+#include "emulator/adaptive_frame.hpp"
 #include "emulator/frame_light.hpp"
+#include "emulator/quality_controller.hpp"
 #include "renderer/render_work.hpp"
 
 #include <array>
@@ -13,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <thread>
@@ -31,15 +34,21 @@ struct AheadCounters {
     std::uint64_t early = 0;     ///< of `used`: all rows were ready at the trigger
 };
 
+/// Room for a frame whose rows have levels, with its halo; 0: none.
+struct LevelStore {
+    std::size_t floats = 0, pixels = 0, rows = 0;
+};
+
 /// Renders one frame at a time on a thread of its own, into one of two stores: while the detector reads the
 /// light of a frame from one, the other takes that of the next. One thread, which makes the frames, calls
 /// everything that is not stated otherwise; nothing allocates after construction.
 class RenderThread {
 public:
     /// `blank`: a FrameLight whose vectors have room for any frame. `floats`: of a store; row blocks beyond
-    /// it are left to the caller. `blocks`: renders them. `enter`: called first on the new thread.
+    /// it are left to the caller. `blocks`: renders them. `enter`: called first on the new thread. `levels`:
+    /// of frames that adapt (FrameLight::adapts).
     RenderThread(const FrameLight& blank, std::size_t floats, BlockRenderer blocks, const Clock& clock,
-                 const std::function<void()>& enter);
+                 const std::function<void()>& enter, const LevelStore& levels = {});
     ~RenderThread();
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
@@ -69,6 +78,15 @@ public:
     /// Waits for block `index` of the claimed frame and returns its light; empty if the caller must render
     /// it, or if `cancel` became true.
     [[nodiscard]] std::span<const float> take(std::size_t index, const std::atomic<bool>* cancel) noexcept;
+    /// Waits until block `index` of the claimed frame is as good as it will be in time, and copies its light
+    /// to `out`. False if the claimed frame has no levels, the caller must render the block, or `cancel`
+    /// became true.
+    [[nodiscard]] bool take_by_level(std::size_t index, std::span<float> out,
+                                     const std::atomic<bool>* cancel) noexcept;
+    /// Whether the rows of the claimed frame have levels.
+    [[nodiscard]] bool has_levels() const noexcept { return claimed().adapts; }
+    /// Describes the quality of the claimed frame, all blocks of which have been taken by level.
+    void describe(FrameQuality& quality) const noexcept { claimed().levels->describe(quality); }
     /// Largest apparent motion between what the claimed frame shows and what it should show, pixels.
     [[nodiscard]] double error_px() const noexcept { return error_px_; }
     /// True if all blocks of the claimed frame have been rendered here.
@@ -89,6 +107,8 @@ public:
 private:
     struct Store {
         FrameLight light;
+        std::unique_ptr<AdaptiveFrame> levels; ///< null: no frame has them
+        bool adapts = false;                   ///< `levels` has the light of this frame
         std::vector<float> floats;
         std::vector<std::size_t> offsets;  ///< of each block that has room
         std::atomic<std::size_t> ready{0}; ///< blocks that are rendered
@@ -105,6 +125,7 @@ private:
     void run() noexcept;
     void render(Store& store) noexcept;
     void begin(const FrameLight& light) noexcept;
+    void claim_levels(const FrameLight& light) noexcept;
     void discard() noexcept;
     void note_state(Store& store) noexcept;
     [[nodiscard]] std::optional<double> error_of(const Store& store, const FrameLight& light,
@@ -114,6 +135,7 @@ private:
 
     const Clock& clock_;
     BlockRenderer blocks_;
+    QualityController controller_; ///< render thread only
     std::array<Store, 2> stores_;
     Tolerance tolerance_;                    ///< of the expected frame
     double error_px_ = 0;                    ///< of the claimed frame

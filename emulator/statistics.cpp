@@ -22,6 +22,14 @@ Json latency(const LatencyHistogram& h) {
             {"max", to_us(h.max_ns())}};
 }
 
+/// Frames by the worst level of their rows.
+Json quality(const QualityCounters& c) {
+    Json json{{"degraded", c.degraded}, {"failed", c.failed}};
+    for (std::size_t l = 0; l < c.worst.size(); ++l)
+        json[std::string(name_of(static_cast<QualityLevel>(l)))] = c.worst[l];
+    return json;
+}
+
 Json to_json(const std::vector<transports::TransportStatistics::Value>& values) {
     Json json = Json::object();
     for (const auto& [name, value] : values)
@@ -79,7 +87,8 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                        {{"begun", c.ahead.begun},
                         {"used", c.ahead.used},
                         {"early", c.ahead.early},
-                        {"discarded", c.ahead.discarded}}}};
+                        {"discarded", c.ahead.discarded}}},
+                      {"quality", quality(c.quality)}};
     json["latency_us"] = {{"trigger_to_first_row", latency(releaser.trigger_to_first_row())},
                           {"trigger_to_last_row", latency(releaser.trigger_to_last_row())},
                           {"release_lateness", latency(releaser.release_lateness())}};

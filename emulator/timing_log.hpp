@@ -2,6 +2,7 @@
 // Time stamps of each frame: recorded on a real-time thread, written as CSV by an ordinary one.
 #pragma once
 
+#include "core/frame_quality.hpp"
 #include "core/time.hpp"
 #include "core/transmit_timestamps.hpp"
 #include "emulator/frame_work.hpp"
@@ -30,8 +31,9 @@ struct FrameTiming {
     std::uint32_t flags = 0;            ///< FrameFlag
     std::int32_t width = 0, height = 0; ///< of the image
     FrameFacts facts;
-    FrameWork work; ///< 0 if the frame was not made to its end
-    Time ended;     ///< end of the frame on the release thread
+    FrameWork work;       ///< 0 if the frame was not made to its end
+    FrameQuality quality; ///< as it was published
+    Time ended;           ///< end of the frame on the release thread
 
     /// Lateness of each row in microseconds; empty if rows are not kept.
     std::span<std::int32_t> row_lateness_us;

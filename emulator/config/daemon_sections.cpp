@@ -142,6 +142,21 @@ config::Section section_of(DeadlineSection& s) {
             .range(0, 1000)
             .help("Time before a frame's first row for which the release thread polls the clock instead of "
                   "sleeping; under SCHED_FIFO only"),
+        key("quality", &s.quality)
+            .help(
+                "What gives way when rendering takes longer than there is time. hold: the time, rows may be "
+                "late; adapt: the quality, groups of 16 rows are rendered at levels from full down to one "
+                "ray for 16 pixels, each stated with its frame. Frames of several windows, push-broom "
+                "sensors, lockstep, camera.readout_timing \"fast\" and offline capture always hold. Takes "
+                "memory for the light of four more frames"),
+        key("floor", &s.floor)
+            .range(0, 10)
+            .help("With quality \"adapt\": degraded frames whose estimated error, root mean square over that "
+                  "of the lit pixels, is larger count as failed in the statistics; 0: none"),
+        key("reserve_us", &s.reserve_us)
+            .unit("us")
+            .range(0, 1e6)
+            .help("With quality \"adapt\": rows are rendered so much earlier than the detector needs them"),
     };
     return section;
 }

@@ -67,6 +67,9 @@ struct DeadlineSection {
     LatePolicy policy = LatePolicy::late;
     double grace_us = 0;
     double spin_us = 100;
+    QualityPolicy quality = QualityPolicy::hold;
+    double floor = 0.1;
+    double reserve_us = 1000;
 };
 
 /// [threads]: SCHED_FIFO priorities (0: SCHED_OTHER) and cores ("2-3,5"; empty: any). Rendering is an

@@ -2,6 +2,7 @@
 #include "tools/support/timing_file.hpp"
 
 #include "core/error.hpp"
+#include "core/frame_quality.hpp"
 
 #include <fmt/format.h>
 
@@ -70,10 +71,18 @@ constexpr NumberColumn later_columns[] = {
     {"detector_ns", &TimingRow::detector},
     {"ahead_ns", &TimingRow::ahead},
     {"ahead_error_upx", &TimingRow::ahead_error},
+    {"level_max", &TimingRow::level_max},
+    {"rows_degraded", &TimingRow::rows_degraded},
+    {"quality_reasons", &TimingRow::quality_reasons},
+    {"error_ppm", &TimingRow::error_ppm},
+    {"budget_us", &TimingRow::budget_us},
+    {"spent_us", &TimingRow::spent_us},
+    {"margin_us", &TimingRow::margin_us},
 };
 constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
-                           lateness_column = "row_lateness_us", first_byte_suffix = "_first_byte_ns",
-                           last_byte_suffix = "_last_byte_ns", pace_suffix = "_pace_ns";
+                           lateness_column = "row_lateness_us", levels_column = "levels",
+                           first_byte_suffix = "_first_byte_ns", last_byte_suffix = "_last_byte_ns",
+                           pace_suffix = "_pace_ns";
 
 std::vector<std::string_view> split(std::string_view line) {
     std::vector<std::string_view> fields;
@@ -118,6 +127,7 @@ public:
                 pace_.push_back(find(kind + std::string(pace_suffix)));
             }
         lateness_ = index_of(lateness_column);
+        levels_ = find(levels_column);
     }
 
     /// Throws InputError with line `number` and column.
@@ -144,6 +154,7 @@ public:
         }
         if (fields.size() != titles_.size()) refuse(number, std::min(fields.size(), titles_.size()) - 1);
         row.row_lateness_us = lateness_of(fields[lateness_], number);
+        if (levels_) row.levels = levels_of(fields[*levels_], number);
         return row;
     }
 
@@ -178,6 +189,12 @@ private:
         }
         return values;
     }
+    [[nodiscard]] std::string levels_of(std::string_view field, std::size_t number) const {
+        if (field.size() > max_quality_groups || field.find_first_not_of("0123456789") != std::string::npos)
+            throw InputError(fmt::format("{}:{}: column {} is no list of levels, allowed are up to {} digits",
+                                         name_, number, *levels_ + 1, max_quality_groups));
+        return std::string(field);
+    }
     [[noreturn]] void refuse(std::size_t line, std::size_t column) const {
         throw InputError(fmt::format("{}:{}: column {} is no whole number, allowed are the {} columns that "
                                      "obscurad --timing writes",
@@ -194,6 +211,7 @@ private:
     std::vector<NumberAt> numbers_;
     std::vector<std::size_t> first_byte_, last_byte_;
     std::vector<std::optional<std::size_t>> pace_;
+    std::optional<std::size_t> levels_;
 };
 
 } // namespace

@@ -31,6 +31,9 @@ struct TimingRow {
     std::int64_t rendered_rows = 0, row_instants = 0; ///< rows, and the sum of their instants
     std::int64_t samples = 0, rays = 0;
     std::int64_t detector_wait = 0, detector = 0, ahead = 0, ahead_error = 0; ///< see emulator::FrameWork
+    std::int64_t level_max = 0, rows_degraded = 0, quality_reasons = 0;       ///< see FrameQuality
+    std::int64_t error_ppm = 0, budget_us = 0, spent_us = 0, margin_us = 0;
+    std::string levels;             ///< a digit for each group of rows: QualityLevel
     std::vector<std::int64_t> pace; ///< see Transport::pace_ns(), by TimingFile::transports
 };
 

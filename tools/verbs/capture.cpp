@@ -13,6 +13,7 @@
 #include "tools/support/interrupt.hpp"
 #include "tools/support/irradiance_image.hpp"
 #include "tools/support/progress.hpp"
+#include "tools/support/quality_replay.hpp"
 #include "tools/support/report.hpp"
 #include "tools/support/truth_option.hpp"
 #include "tools/verbs/verb.hpp"
@@ -60,6 +61,10 @@ public:
             "--intrinsics", &intrinsics_, "FILE",
             "Also write camera matrix, distortion coefficients and the poses of each frame as JSON that "
             "OpenCV's FileStorage reads");
+        line.option("--levels", &levels_, "FILE",
+                    "Render each frame at the quality levels that it had in a run: FILE is what obscurad "
+                    "--timing wrote, of its last acquisition. The same bytes, unless poses came from a "
+                    "simulator");
         line.flag(
             "--strict", strict_,
             "Stop with status 1 before the first frame if view or timing are odd, and at the end if the "
@@ -69,6 +74,7 @@ public:
             "obscura capture config/demo.toml --frames 5 -o frames",
             "obscura capture config/demo.toml -n 100 -o frames --format fits --exr",
             "obscura capture config/demo.toml --run 7 -o frames",
+            "obscura capture config/realtime.toml -n 20 --levels run.csv -o frames    # a degraded run again",
             "obscura capture config/demo.toml -n 20 -o frames --truth-table frames/truth.csv",
         };
     }
@@ -86,6 +92,7 @@ public:
         view.add_times(times_of_camera(config, imaging));
         view.warn("capture");
         if (strict_ && !view.oddities().empty()) return exit_failure;
+        const QualityReplay levels(levels_, imaging.maker->answer(imaging.camera.initial));
         imaging.catch_up(first_);
         FrameRef frame = imaging.pool->acquire();
         const std::filesystem::path folder(output_);
@@ -100,6 +107,7 @@ public:
                 frame = {}; // the pool has one, which it empties
                 frame = imaging.pool->acquire();
                 const emulator::FrameOrder order = imaging.nominal_order(id);
+                imaging.maker->set_levels(levels.of(id));
                 if (const std::string refusal = imaging.maker->make(order, *frame); !refusal.empty())
                     throw ConfigError(fmt::format("{}: {}", config_, refusal));
                 frame_ms.push_back(
@@ -198,7 +206,7 @@ private:
         images::write_exr(file, plan.width, plan.height, irradiance_channels(image, bands), cards);
     }
 
-    std::string config_, output_, intrinsics_;
+    std::string config_, output_, intrinsics_, levels_;
     FrameFiles files_;
     TruthOption truth_table_;
     std::uint64_t frames_ = 1, first_ = 1;

@@ -3,6 +3,7 @@
 
 #include "renderer/renderer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 #include <utility>
@@ -23,6 +24,11 @@ float test_irradiance(std::int32_t x, std::int32_t y, std::int64_t mid_ns, std::
 } // namespace obscura::test
 
 namespace obscura::renderer {
+
+struct FrameSamples::Impl {};
+FrameSamples::FrameSamples() = default;
+FrameSamples::~FrameSamples() = default;
+void FrameSamples::begin_frame() noexcept {}
 
 struct Renderer::Impl {
     scene::Scene scene;
@@ -51,12 +57,34 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     --gate.waiting;
     if (cancel != nullptr && cancel->load()) return false;
     ++gate.bands;
-    for (std::int32_t r = 0; r < request.rows; ++r)
+    bool complete = true;
+    for (std::int32_t r = 0; r < request.rows; ++r) {
+        if (request.gate != nullptr && !request.gate->wants(r)) {
+            complete = false;
+            continue;
+        }
+        const QualityLevel level =
+            request.levels.empty() ? QualityLevel::full : request.levels[static_cast<std::size_t>(r)];
+        if (gate.row_work) gate.row_work(level);
+        const std::size_t row = static_cast<std::size_t>(r) * static_cast<std::size_t>(request.window.width);
+        for (const auto& [plane, value] : {std::pair(request.samples, 1.0F), {request.variance, 1e-20F}})
+            if (!plane.empty())
+                std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>(row), request.window.width, value);
         for (std::int32_t x = 0; x < request.window.width; ++x)
-            irradiance[static_cast<std::size_t>(r * request.window.width + x)] = test::test_irradiance(
-                request.window.x + x, request.window.y + request.first_row + r,
-                request.row_times[static_cast<std::size_t>(r)].mid().ns, request.frame_id);
-    return true;
+            irradiance[static_cast<std::size_t>(r * request.window.width + x)] =
+                test::test_irradiance(request.window.x + x, request.window.y + request.first_row + r,
+                                      request.row_times[static_cast<std::size_t>(r)].mid().ns,
+                                      request.frame_id + 1000 * static_cast<std::uint64_t>(level));
+        if (request.gate != nullptr) request.gate->done(r);
+    }
+    return complete;
+}
+
+bool Renderer::has_level(QualityLevel level) const noexcept {
+    return level != QualityLevel::bounces;
+}
+std::uint32_t Renderer::bounces_at(QualityLevel /*level*/) const noexcept {
+    return 0;
 }
 
 double Renderer::image_motion_px(const RowTime& span) const noexcept {

@@ -2,16 +2,20 @@
 // A renderer for pipeline tests: light that is known in closed form, and that can be held back.
 #pragma once
 
+#include "core/frame_quality.hpp"
+
 #include <atomic>
 #include <cstdint>
+#include <functional>
 
 namespace obscura::test {
 
 /// Holds every render() back while closed; shared by all renderers of the program.
 struct RenderGate {
     std::atomic<bool> closed{false};
-    std::atomic<std::uint32_t> waiting{0}; ///< renders that stand at the gate
-    std::atomic<std::uint32_t> bands{0};   ///< bands rendered since the start
+    std::atomic<std::uint32_t> waiting{0};      ///< renders that stand at the gate
+    std::atomic<std::uint32_t> bands{0};        ///< bands rendered since the start
+    std::function<void(QualityLevel)> row_work; ///< called for each row, if any
 
     void close() { closed = true; }
     void open() {

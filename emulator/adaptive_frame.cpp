@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/adaptive_frame.hpp"
+
+#include "core/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace obscura::emulator {
+
+AdaptiveFrame::AdaptiveFrame(std::size_t floats, std::size_t pixels, std::size_t rows, const Clock& clock,
+                             std::function<void()> changed)
+    : clock_(clock), changed_(std::move(changed)) {
+    for (std::vector<float>& part : floats_)
+        part.assign(floats, 0.0F);
+    variance_.assign(pixels, 0.0F);
+    samples_.assign(pixels, 0.0F);
+    for (std::vector<RowSums>& part : sums_)
+        part.resize(rows);
+    times_.reserve(rows);
+    levels_.reserve(rows);
+}
+
+bool AdaptiveFrame::begin(const FrameLight& light) noexcept {
+    light_ = nullptr;
+    if (light.windows.size() != 1 || light.push_broom || light.blocks.empty() ||
+        light.due.size() != light.blocks.size())
+        return false;
+    const auto height = static_cast<std::int32_t>(light.rows.size());
+    const RowBlock& first = light.blocks.front();
+    halo_above_ = first.halo_above;
+    area_rows_ = halo_above_ + height + light.blocks.back().halo_below;
+    area_width_ = light.width(first);
+    const std::size_t pixels = static_cast<std::size_t>(area_rows_) * static_cast<std::size_t>(area_width_);
+    if (pixels > variance_.size() || pixels * light.renderer->band_count() > floats_[0].size() ||
+        static_cast<std::size_t>(area_rows_) > sums_[0].size())
+        return false;
+    group_rows_ = FrameQuality::group_rows_for(height);
+    group_count_ = (height + group_rows_ - 1) / group_rows_;
+    times_.clear();
+    for (std::int32_t r = 0; r < area_rows_; ++r)
+        times_.push_back(light.rows[static_cast<std::size_t>(std::clamp(r - halo_above_, 0, height - 1))]);
+    for (std::int32_t g = 0; g < group_count_; ++g) {
+        Group& group = groups_[static_cast<std::size_t>(g)];
+        group.first_row = g == 0 ? 0 : halo_above_ + g * group_rows_;
+        const std::int32_t end = g + 1 == group_count_ ? area_rows_ : halo_above_ + (g + 1) * group_rows_;
+        group.rows = end - group.first_row;
+        group.rows_done.store(0, std::memory_order_relaxed);
+        group.sparse.store(false, std::memory_order_relaxed);
+        group.better.store(false, std::memory_order_relaxed);
+        group.settled.store(false, std::memory_order_relaxed);
+        group.level = QualityLevel::missing;
+    }
+    samples_kept_.begin_frame();
+    from_plan_ns_ = light.from_plan_ns;
+    claimed_ = false;
+    rendered_.store(false, std::memory_order_relaxed);
+    sparse_begun_ = false;
+    outcome_ = {};
+    light_ = &light;
+    return true;
+}
+
+std::size_t AdaptiveFrame::group_of(std::int32_t area_row) const noexcept {
+    return static_cast<std::size_t>(std::clamp((area_row - halo_above_) / group_rows_, 0, group_count_ - 1));
+}
+
+std::pair<std::size_t, std::size_t> AdaptiveFrame::groups_of_block(std::size_t index) const noexcept {
+    const RowBlock& block = light_->blocks[index];
+    const std::int32_t top = halo_above_ + block.first_row - block.halo_above;
+    return {group_of(top), group_of(top + block.lines() - 1)};
+}
+
+bool AdaptiveFrame::render(QualityController& controller, const std::atomic<bool>& cancel) noexcept {
+    cancel_ = &cancel;
+    // At least 128 rows at a time: all threads come together after each slab.
+    const std::int32_t slab = std::max(1, 128 / group_rows_);
+    outcome_ = controller.run(*this, {group_count_, light_->period_ns, slab});
+    if (outcome_.complete) rendered_.store(true, std::memory_order_release);
+    return outcome_.complete;
+}
+
+Time AdaptiveFrame::now() const noexcept {
+    return clock_.now();
+}
+
+Time AdaptiveFrame::due(std::int32_t group) const noexcept {
+    const std::int64_t from_plan_ns = from_plan_ns_.load();
+    if (from_plan_ns == FrameLight::unknown_clock) return never_due;
+    // An edge that did not come when it was expected may come at any time.
+    if (!claimed_.load() && clock_.now() > light_->due.front() + from_plan_ns) return never_due;
+    const Group& g = groups_[static_cast<std::size_t>(group)];
+    // Of the first block that contains a row of the group.
+    const auto block = std::find_if(light_->blocks.begin(), light_->blocks.end(), [&](const RowBlock& b) {
+        return halo_above_ + b.first_row + b.rows + b.halo_below > g.first_row;
+    });
+    const auto index = std::min<std::ptrdiff_t>(block - light_->blocks.begin(),
+                                                static_cast<std::ptrdiff_t>(light_->blocks.size()) - 1);
+    return light_->due[static_cast<std::size_t>(index)] + from_plan_ns;
+}
+
+Time AdaptiveFrame::block_due(std::size_t index) const noexcept {
+    return light_->due[index] + from_plan_ns_.load();
+}
+
+bool AdaptiveFrame::block_lit(std::size_t index) const noexcept {
+    const auto [first, last] = groups_of_block(index);
+    for (std::size_t g = first; g <= last; ++g)
+        if (!groups_[g].sparse.load(std::memory_order_acquire) &&
+            !groups_[g].better.load(std::memory_order_acquire))
+            return false;
+    return true;
+}
+
+bool AdaptiveFrame::block_final(std::size_t index) const noexcept {
+    if (rendered()) return block_lit(index);
+    const auto [first, last] = groups_of_block(index);
+    for (std::size_t g = first; g <= last; ++g)
+        if (!groups_[g].better.load(std::memory_order_acquire)) return false;
+    return true;
+}
+
+bool AdaptiveFrame::wants(std::int32_t r) noexcept {
+    if (cancel_->load(std::memory_order_relaxed)) return false;
+    if (!optional_) return true;
+    const Group& group = groups_[group_of(first_row_ + r)];
+    if (group.settled.load(std::memory_order_acquire)) return false;
+    return !cut_when_due_ || !claimed_.load();
+}
+
+void AdaptiveFrame::done(std::int32_t r) noexcept {
+    const std::int32_t row = first_row_ + r;
+    const auto width = static_cast<std::size_t>(area_width_);
+    const std::size_t at = static_cast<std::size_t>(row) * width;
+    const std::size_t part = optional_ ? 1 : 0;
+    RowSums sums;
+    sums.least_samples = std::numeric_limits<float>::max();
+    for (std::size_t x = at; x < at + width; ++x) {
+        if (!(samples_[x] > 0)) continue;
+        const auto light = static_cast<double>(floats_[part][x]);
+        sums.light2 += light * light;
+        sums.variance += static_cast<double>(variance_[x]);
+        sums.samples += static_cast<double>(samples_[x]);
+        sums.least_samples = std::min(sums.least_samples, samples_[x]);
+        ++sums.lit;
+        if (!(variance_[x] > 0)) ++sums.unknown;
+    }
+    sums_[part][static_cast<std::size_t>(row)] = sums;
+    Group& group = groups_[group_of(row)];
+    if (group.rows_done.fetch_add(1, std::memory_order_acq_rel) + 1 != group.rows) return;
+    if (optional_) {
+        group.level = level_;
+        group.better.store(true, std::memory_order_release);
+    } else {
+        group.sparse.store(true, std::memory_order_release);
+    }
+    changed_();
+}
+
+bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::int32_t groups) noexcept {
+    optional_ = level != QualityLevel::sixteenth;
+    sparse_begun_ = sparse_begun_ || !optional_;
+    cut_when_due_ = optional_ && !sparse_begun_ && !claimed_.load() && due(first_group) == never_due;
+    level_ = level;
+    for (std::int32_t g = first_group; g < first_group + groups; ++g)
+        groups_[static_cast<std::size_t>(g)].rows_done.store(0, std::memory_order_relaxed);
+    const Group& last = groups_[static_cast<std::size_t>(first_group + groups - 1)];
+    first_row_ = groups_[static_cast<std::size_t>(first_group)].first_row;
+    const std::int32_t rows = last.first_row + last.rows - first_row_;
+    const auto first = static_cast<std::size_t>(first_row_);
+    levels_.assign(static_cast<std::size_t>(rows), level);
+
+    const FrameLight::Window& window = light_->windows.front();
+    renderer::RenderRequest request;
+    request.window = {window.sensor.x - light_->blocks.front().halo_left, window.sensor.y - halo_above_,
+                      area_width_, area_rows_};
+    request.first_row = first_row_;
+    request.rows = rows;
+    request.row_times = std::span(times_).subspan(first, static_cast<std::size_t>(rows));
+    request.frame_id = light_->frame_id;
+    request.common_mid = light_->common_mid;
+    request.levels = levels_;
+    request.frame_times = times_;
+    request.frame_y = request.window.y;
+    request.plane_rows = area_rows_;
+    const std::size_t at = first * static_cast<std::size_t>(area_width_);
+    const std::size_t pixels = static_cast<std::size_t>(rows) * static_cast<std::size_t>(area_width_);
+    request.samples = std::span(samples_).subspan(at, pixels);
+    request.variance = std::span(variance_).subspan(at, pixels);
+    request.kept = &samples_kept_;
+    request.gate = this;
+    static_cast<void>(light_->renderer->render(request, std::span(floats_[optional_ ? 1 : 0]).subspan(at)));
+    return !cancel_->load();
+}
+
+void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
+    const auto [first, last] = groups_of_block(index);
+    for (std::size_t g = first; g <= last; ++g) {
+        Group& group = groups_[g];
+        if (group.settled.load(std::memory_order_relaxed)) continue;
+        if (!group.better.load(std::memory_order_acquire)) {
+            // A level that is reached from now on is not used: `settled` says so to those who render.
+            settled_[g] = QualityLevel::sixteenth;
+        } else {
+            settled_[g] = group.level;
+        }
+        group.settled.store(true, std::memory_order_release);
+    }
+    const RowBlock& block = light_->blocks[index];
+    const auto width = static_cast<std::size_t>(area_width_);
+    const std::size_t plane = static_cast<std::size_t>(area_rows_) * width;
+    const std::int32_t top = halo_above_ + block.first_row - block.halo_above;
+    const std::size_t bands = light_->renderer->band_count();
+    for (std::int32_t line = 0; line < block.lines(); ++line) {
+        const std::int32_t row = top + line;
+        const std::size_t part = settled_[group_of(row)] == QualityLevel::sixteenth ? 0 : 1;
+        for (std::size_t b = 0; b < bands; ++b) {
+            const auto from = floats_[part].begin() +
+                              static_cast<std::ptrdiff_t>(b * plane + static_cast<std::size_t>(row) * width);
+            std::copy_n(from, width,
+                        out.begin() +
+                            static_cast<std::ptrdiff_t>((b * static_cast<std::size_t>(block.lines()) +
+                                                         static_cast<std::size_t>(line)) *
+                                                        width));
+        }
+    }
+}
+
+void AdaptiveFrame::describe(FrameQuality& quality) const noexcept {
+    const auto height = static_cast<std::int32_t>(light_->rows.size());
+    quality.group_rows = group_rows_;
+    quality.groups = static_cast<std::uint32_t>(group_count_);
+    quality.level_share.fill(0);
+    quality.level_max = QualityLevel::full;
+    quality.rows_degraded = 0;
+    const std::uint32_t bounces = light_->renderer->bounces_at(QualityLevel::full);
+    quality.bounces_asked = quality.bounces = bounces;
+    double light2 = 0;
+    double variance = 0;
+    double worst_variance = 0;
+    double samples = 0;
+    std::int64_t lit = 0;
+    std::int64_t unknown = 0;
+    float least = std::numeric_limits<float>::max();
+    std::array<float, max_quality_groups> means{};
+    std::size_t mean_count = 0;
+    std::int64_t worst_lit = 0;
+    for (std::size_t g = 0; g < static_cast<std::size_t>(group_count_); ++g) {
+        const QualityLevel level = settled_[g];
+        const Group& group = groups_[g];
+        quality.group_level[g] = level;
+        quality.level_max = std::max(quality.level_max, level);
+        const std::int32_t first = static_cast<std::int32_t>(g) * group_rows_;
+        const std::int32_t rows = std::min(group_rows_, height - first);
+        quality.level_share[static_cast<std::size_t>(level)] +=
+            static_cast<float>(rows) / static_cast<float>(height);
+        if (level != QualityLevel::full) quality.rows_degraded += rows;
+        const std::vector<RowSums>& part = sums_[level == QualityLevel::sixteenth ? 0 : 1];
+        double group_variance = 0;
+        double group_samples = 0;
+        std::int64_t group_lit = 0;
+        for (std::int32_t r = group.first_row; r < group.first_row + group.rows; ++r) {
+            const RowSums& row = part[static_cast<std::size_t>(r)];
+            light2 += row.light2;
+            group_variance += row.variance;
+            group_samples += row.samples;
+            group_lit += row.lit;
+            unknown += row.unknown;
+            if (row.lit > 0) least = std::min(least, row.least_samples);
+        }
+        variance += group_variance;
+        samples += group_samples;
+        lit += group_lit;
+        if (group_lit == 0) continue;
+        means[mean_count++] = static_cast<float>(group_samples / static_cast<double>(group_lit));
+        if (group_variance * static_cast<double>(worst_lit) >=
+            worst_variance * static_cast<double>(group_lit)) {
+            worst_variance = group_variance;
+            worst_lit = group_lit;
+        }
+    }
+    if (lit > 0 && light2 > 0) {
+        quality.error_rms = static_cast<float>(std::sqrt(variance / light2));
+        const double mean2 = light2 / static_cast<double>(lit);
+        quality.error_worst_group =
+            static_cast<float>(std::sqrt(worst_variance / static_cast<double>(worst_lit) / mean2));
+        quality.unknown_share = static_cast<float>(unknown) / static_cast<float>(lit);
+        quality.samples_mean = static_cast<float>(samples / static_cast<double>(lit));
+        quality.samples_min = least;
+        const auto middle = means.begin() + static_cast<std::ptrdiff_t>(mean_count / 2);
+        std::nth_element(means.begin(), middle, means.begin() + static_cast<std::ptrdiff_t>(mean_count));
+        quality.samples_median = *middle;
+    }
+    quality.reasons = quality.level_max == QualityLevel::full ? 0 : outcome_.reasons;
+    // Not rendered to its end yet: the last blocks were taken before.
+    if (quality.level_max != QualityLevel::full && !rendered()) quality.reasons |= quality_budget;
+    quality.spent_us = 0;
+    if (rendered()) {
+        quality.spent_us = (outcome_.end - outcome_.begin) / ns_per_us;
+        quality.margin_us = (block_due(light_->blocks.size() - 1) - outcome_.end) / ns_per_us;
+        quality.budget_us = quality.spent_us + quality.margin_us;
+    }
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light of one frame at levels that keep its rows in time.
+#pragma once
+
+#include "core/frame_quality.hpp"
+#include "core/time.hpp"
+#include "emulator/frame_light.hpp"
+#include "emulator/quality_controller.hpp"
+#include "renderer/renderer.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace obscura {
+class Clock;
+}
+
+namespace obscura::emulator {
+
+/// Store for a frame of one window whose groups of rows have levels. A render thread fills it by a
+/// QualityController; the thread that makes the frame takes its blocks, each as good as it is when its time
+/// has come, and thereby ends the work on the groups that it took. Every pixel is that of its group's level,
+/// whenever it was rendered. Real-time safe after construction; a function says which thread calls it.
+class AdaptiveFrame final : private LevelWork, private renderer::RowGate {
+public:
+    /// For areas of at most `floats` of irradiance and `pixels` pixels, in `rows` rows. `changed` is called
+    /// when groups have got light; on render threads.
+    AdaptiveFrame(std::size_t floats, std::size_t pixels, std::size_t rows, const Clock& clock,
+                  std::function<void()> changed);
+
+    /// Maker, before the work on the frame begins: whether its rows can have levels: one window, for which
+    /// there is room.
+    [[nodiscard]] bool begin(const FrameLight& light) noexcept;
+    /// Maker: the trigger has come, rows are due at the planned times plus `from_plan_ns`.
+    void claim(std::int64_t from_plan_ns) noexcept {
+        from_plan_ns_ = from_plan_ns;
+        claimed_ = true;
+    }
+    /// Render thread: renders the frame. False if `cancel` became true.
+    [[nodiscard]] bool render(QualityController& controller, const std::atomic<bool>& cancel) noexcept;
+    /// Maker: whether render() has ended.
+    [[nodiscard]] bool rendered() const noexcept { return rendered_.load(std::memory_order_acquire); }
+
+    /// Maker: by when block `index` is wanted.
+    [[nodiscard]] Time block_due(std::size_t index) const noexcept;
+    /// Maker: whether block `index` is as good as it will get, or as good as it can be now; false while it
+    /// has no light.
+    [[nodiscard]] bool block_final(std::size_t index) const noexcept;
+    [[nodiscard]] bool block_lit(std::size_t index) const noexcept;
+    /// Maker: copies the light of block `index` and settles the levels of its groups.
+    void take(std::size_t index, std::span<float> out) noexcept;
+    /// Maker, when all blocks have been taken: the quality of the frame, without what the terrains lack.
+    void describe(FrameQuality& quality) const noexcept;
+
+private:
+    /// Of a row of pixels, about its lit ones.
+    struct RowSums {
+        double light2 = 0, variance = 0, samples = 0;
+        std::int32_t lit = 0, unknown = 0;
+        float least_samples = 0;
+    };
+    struct Group {
+        std::int32_t first_row = 0, rows = 0; ///< of the area
+        std::atomic<std::int32_t> rows_done{0};
+        std::atomic<bool> sparse{false};            ///< has light of the mandatory part
+        std::atomic<bool> better{false};            ///< has light of the optional part
+        std::atomic<bool> settled{false};           ///< its level is final
+        QualityLevel level = QualityLevel::missing; ///< of the optional part, where there is light of it
+    };
+
+    // LevelWork, on the render thread.
+    [[nodiscard]] Time now() const noexcept override;
+    [[nodiscard]] Time due(std::int32_t group) const noexcept override;
+    bool render(QualityLevel level, std::int32_t first_group, std::int32_t groups) noexcept override;
+    [[nodiscard]] bool improved(std::int32_t group) const noexcept override {
+        const Group& g = groups_[static_cast<std::size_t>(group)];
+        return g.better.load(std::memory_order_acquire) || g.settled.load(std::memory_order_acquire);
+    }
+    [[nodiscard]] bool has_level(QualityLevel level) const noexcept override {
+        return light_->renderer->has_level(level);
+    }
+    // RowGate, on render threads.
+    bool wants(std::int32_t r) noexcept override;
+    void done(std::int32_t r) noexcept override;
+
+    [[nodiscard]] std::size_t group_of(std::int32_t area_row) const noexcept;
+    [[nodiscard]] std::pair<std::size_t, std::size_t> groups_of_block(std::size_t index) const noexcept;
+
+    const Clock& clock_;
+    std::function<void()> changed_;
+    const FrameLight* light_ = nullptr;
+    renderer::FrameSamples samples_kept_;
+    std::array<std::vector<float>, 2> floats_; ///< of the mandatory and of the optional part: bands x rows
+    std::vector<float> variance_, samples_;    ///< of the part that is being rendered
+    std::array<std::vector<RowSums>, 2> sums_; ///< by row of the area
+    std::vector<RowTime> times_;               ///< by row of the area
+    std::vector<QualityLevel> levels_;         ///< by row of the area, of the part that is being rendered
+    std::array<Group, max_quality_groups> groups_;
+    std::array<QualityLevel, max_quality_groups> settled_{}; ///< levels of the settled groups
+    std::int32_t group_count_ = 0, group_rows_ = quality_group_rows;
+    std::int32_t area_rows_ = 0, area_width_ = 0, halo_above_ = 0;
+
+    // The part that is being rendered.
+    bool optional_ = false;
+    QualityLevel level_ = QualityLevel::full;
+    bool cut_when_due_ = false;  ///< it ends when the trigger comes, since it was not expected
+    std::int32_t first_row_ = 0; ///< of the request, in the area
+    bool sparse_begun_ = false;  ///< of the frame
+    const std::atomic<bool>* cancel_ = nullptr;
+
+    std::atomic<std::int64_t> from_plan_ns_{FrameLight::unknown_clock};
+    std::atomic<bool> claimed_{false};
+    QualityController::Outcome outcome_;
+    std::atomic<bool> rendered_{false};
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Quality controller: at which level each part of a frame is rendered, so that every row is there in time.
+#pragma once
+
+#include "core/frame_quality.hpp"
+#include "core/time.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace obscura::emulator {
+
+/// The frame that a QualityController works on, by groups of rows.
+class LevelWork {
+public:
+    virtual ~LevelWork() = default;
+    [[nodiscard]] virtual Time now() const noexcept = 0;
+    /// By when a group must be there; never_due: not known yet.
+    [[nodiscard]] virtual Time due(std::int32_t group) const noexcept = 0;
+    /// Renders groups at a level, those whose time is over excepted. Returns false if nobody wants the frame.
+    virtual bool render(QualityLevel level, std::int32_t first_group, std::int32_t groups) noexcept = 0;
+    /// Whether a group has light of the optional part.
+    [[nodiscard]] virtual bool improved(std::int32_t group) const noexcept = 0;
+    [[nodiscard]] virtual bool has_level(QualityLevel level) const noexcept = 0;
+};
+constexpr Time never_due{INT64_MAX};
+
+/// Imprecise computation with a mandatory and an optional part (Liu et al., Computer 24(5), 1991). The
+/// mandatory part is a sparse grid over the whole frame, made first; where so much time is left that it would
+/// still be in time after a stall, full rendering begins without it, from the top down, and the sparse grid
+/// follows for what remains as soon as the time runs short. The levels of the optional part come from the
+/// measured cost of each, by the elapsed time, so that they follow the load of the machine. Thread-bound;
+/// real-time safe.
+class QualityController {
+public:
+    struct Frame {
+        std::int32_t groups = 0;
+        std::int64_t period_ns = 0; ///< from one trigger to the next; 0: not known
+        std::int32_t slab = 8;      ///< groups that are rendered at a time
+    };
+    /// What became of a frame.
+    struct Outcome {
+        std::uint32_t reasons = 0; ///< QualityReason
+        Time begin, end;
+        bool complete = false; ///< false: nobody wanted it
+    };
+    /// Renders a frame.
+    Outcome run(LevelWork& work, const Frame& frame) noexcept;
+    /// Expected time of a group at a level; 0: nothing is known.
+    [[nodiscard]] double cost_ns(QualityLevel level) const noexcept {
+        return cost_ns_[static_cast<std::size_t>(level)];
+    }
+
+private:
+    bool render(LevelWork& work, QualityLevel level, std::int32_t first, std::int32_t groups) noexcept;
+    void learn(QualityLevel level, std::int32_t groups, std::int64_t elapsed_ns) noexcept;
+    [[nodiscard]] bool short_of_time(const LevelWork& work, const Frame& frame, std::int32_t group,
+                                     std::int32_t slab) const noexcept;
+    [[nodiscard]] QualityLevel choose(const LevelWork& work, const Frame& frame, Time begin,
+                                      std::int32_t group, std::int32_t slab) const noexcept;
+
+    std::array<double, quality_level_count> cost_ns_{}; ///< of a group
+    bool known_ = false;
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/support/quality_replay.hpp"
+
+#include "core/error.hpp"
+#include "tools/support/timing_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+namespace obscura::tools {
+
+QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& readout) {
+    if (file.empty()) return;
+    std::ifstream in(file);
+    if (!in) throw InputError(fmt::format("{}: cannot be opened", file));
+    const std::vector<TimingFile> runs = acquisitions(read_timing(in, file));
+    if (runs.empty())
+        throw InputError(fmt::format("{}: no frames, allowed is the timing file of a run", file));
+    std::int32_t height = 0;
+    for (std::uint32_t w = 0; w < readout.window_count; ++w)
+        height = std::max(height, readout.windows[w].image_y + readout.windows[w].sensor.height);
+    const std::int32_t group_rows = FrameQuality::group_rows_for(height);
+    const auto groups = static_cast<std::size_t>((height + group_rows - 1) / group_rows);
+    for (const TimingRow& row : runs.back().rows) {
+        if (row.levels.empty()) continue;
+        if (row.levels.size() != groups)
+            throw InputError(
+                fmt::format("{}: frame {}: {} levels, allowed are {}: one for each {} rows of the "
+                            "configured image",
+                            file, row.frame_id, row.levels.size(), groups, group_rows));
+        std::vector<QualityLevel>& levels = levels_[row.frame_id];
+        for (const char digit : row.levels) {
+            const auto level = static_cast<QualityLevel>(digit - '0');
+            if (level > QualityLevel::sixteenth)
+                throw InputError(fmt::format("{}: frame {}: level {}, allowed are 0 to {}", file,
+                                             row.frame_id, digit, static_cast<int>(QualityLevel::sixteenth)));
+            levels.push_back(level);
+        }
+    }
+}
+
+std::span<const QualityLevel> QualityReplay::of(std::uint64_t frame_id) const {
+    const auto found = levels_.find(frame_id);
+    return found == levels_.end() ? std::span<const QualityLevel>{} : found->second;
+}
+
+} // namespace obscura::tools

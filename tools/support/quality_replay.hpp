@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Quality levels of the frames of an earlier run, to make them again.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/frame_quality.hpp"
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace obscura::tools {
+
+/// Levels from the timing file of a run, of its last acquisition.
+class QualityReplay {
+public:
+    /// `file` empty: all frames are full. `readout`: of the frames that are made. Throws InputError `file:
+    /// what, what is allowed`.
+    QualityReplay(const std::string& file, const ReadoutAnswer& readout);
+    /// By group of rows; empty: full, as are frames that the file does not have.
+    [[nodiscard]] std::span<const QualityLevel> of(std::uint64_t frame_id) const;
+
+private:
+    std::map<std::uint64_t, std::vector<QualityLevel>> levels_;
+};
+
+} // namespace obscura::tools
