@@ -188,10 +188,10 @@ bool is_truth_table(const std::filesystem::path& file) {
     fitsfile* fits = nullptr;
     int status = 0, ignored = 0;
     fits_open_diskfile(&fits, file.c_str(), READONLY, &status);
-    std::array<char, 6> name{"TRUTH"};
     int axes = -1;
-    fits_get_img_dim(fits, &axes, &status); // a picture has its pixels in the first unit
-    fits_movnam_hdu(fits, BINARY_TBL, name.data(), 0, &status);
+    // A picture has its pixels in the first unit. The table is not looked for: where it is damaged, reading
+    // says so.
+    fits_get_img_dim(fits, &axes, &status);
     if (fits != nullptr) fits_close_file(fits, &ignored);
     fits_clear_errmsg();
     return status == 0 && axes == 0;
