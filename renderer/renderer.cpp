@@ -556,7 +556,7 @@ void Renderer::Impl::predict_views(const RenderRequest& request) const {
             loaders[k]->predict(
                 {from_inertial * (camera.position_m - pose.position_m),
                  from_inertial * (inertial_from_camera * Vec3{0, 0, 1}), 1.1 * field_rad,
-                 terrain_cell_px * lens->pixel_angle_rad(),
+                 terrains[k]->cell_px() * lens->pixel_angle_rad(),
                  rounded_sun(from_inertial * (scene.sun.position_at(time_s) - pose.position_m),
                              scene.sun.radius_m)});
             break;

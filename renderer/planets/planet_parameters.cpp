@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/planet_parameters.hpp"
 
+#include "core/memory_budget.hpp"
 #include "renderer/planets/terrain_shape.hpp"
 
 #include <fmt/format.h>
@@ -21,7 +22,12 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
         config::key("cells_per_face", &relief.cells_per_face)
             .range(0, most_cells_per_face)
             .help("Cells along the edge of the plane or of each of the six faces of a planet, a power "
-                  "of two from 256; 0: at most half a pixel of the image wide wherever they are seen"));
+                  "of two from 256; 0: by distance, as `cell_px` says"));
+    keys.emplace_back(
+        config::key("cell_px", &relief.cell_px)
+            .unit("px")
+            .range(0.1, 8)
+            .help("Largest width of the surface's cells in pixels of the image, wherever they are seen"));
     keys.emplace_back(
         config::key("tile_memory_mib", &relief.tile_memory_mib)
             .unit("MiB")
@@ -64,12 +70,14 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
                                          const ReliefParameters& relief, ShapeContext& context) {
     const bool sun_visibility = relief.sun_visibility == SunVisibilityKind::tiles;
     const std::string key = fmt::format(
-        "{} {} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.tile_memory_mib,
+        "{} {} {} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.cell_px, relief.tile_memory_mib,
         // That of a body is for its own Sun.
         sun_visibility ? context.place : "", identity_of(relief.heights), identity_of(relief.detail));
     return context.shared(key, [&] {
         TerrainShape::Settings settings;
         settings.tiles.arena_bytes = std::uint64_t{relief.tile_memory_mib} << 20;
+        settings.tiles.cell_px = relief.cell_px;
+        require_memory(settings.tiles.arena_bytes, "tiles of a surface (tile_memory_mib)");
         settings.tiles.listed = {relief.detail.truth_least_px, relief.detail.truth_most};
         settings.tiles.sun_visibility = sun_visibility;
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);

@@ -37,6 +37,7 @@ struct ReliefParameters {
     std::vector<AlbedoTable> albedos;
     DetailParameters detail;
     std::uint32_t cells_per_face = 0;    ///< 0: by distance
+    double cell_px = 0.5;                ///< largest width of cells by distance
     std::uint32_t tile_memory_mib = 512; ///< of the arena of tiles
     SunVisibilityKind sun_visibility = SunVisibilityKind::traced;
 };

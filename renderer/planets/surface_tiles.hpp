@@ -94,6 +94,9 @@ public:
     struct Settings {
         std::uint64_t arena_bytes = std::uint64_t{512} << 20;
         int pinned_levels = 3; ///< levels 0, 1 and 2 stay once made
+        /// Largest width of cells in pixels. Most are half as wide, as the level that a sample takes is
+        /// chosen at random: tests/bench/planet_levels.py measures what is lost.
+        double cell_px = 0.5;
         FeatureLimits listed{};
         bool sun_visibility = false;
     };
@@ -107,6 +110,7 @@ public:
     [[nodiscard]] const terrain::TileMaker& maker() const { return maker_; }
     [[nodiscard]] FeatureLimits listed() const { return settings_.listed; }
     [[nodiscard]] const terrain::SurfaceDomain& domain() const { return maker_.domain(); }
+    [[nodiscard]] double cell_px() const { return settings_.cell_px; }
     /// Bounds of the unit heights of the whole terrain.
     [[nodiscard]] double least() const { return least_; }
     [[nodiscard]] double largest() const { return largest_; }

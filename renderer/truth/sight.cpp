@@ -19,9 +19,10 @@ double range_to(const TruthScene& scene, const TruthState& state, std::size_t bo
 
 DetailView detail_of(const TruthScene& scene, const TruthState& state, std::size_t body) {
     DetailView detail;
-    if (scene.bodies[body].shape->tiles() == nullptr) return detail;
+    const SurfaceTiles* const tiles = scene.bodies[body].shape->tiles();
+    if (tiles == nullptr) return detail;
     detail.eye_m = to_local(state.bodies[body], state.camera.position_m);
-    detail.cell_rad = terrain_cell_px * scene.lens.pixel_angle_rad();
+    detail.cell_rad = tiles->cell_px() * scene.lens.pixel_angle_rad();
     detail.wait = scene.wait_for_tiles;
     detail.version = scene.tile_versions[body];
     return detail;

@@ -4,6 +4,7 @@
 #include "core/solar_spectrum.hpp"
 #include "ephemeris/kernels/apparent_place.hpp"
 #include "renderer/camera/aberration.hpp"
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
@@ -142,7 +143,7 @@ void set_row_state(const scene::Scene& scene, const std::vector<BuiltBody>& bodi
         s.detail = {};
         if (s.shape->tiles() != nullptr) {
             s.detail.eye_m = s.camera_m;
-            s.detail.cell_rad = terrain_cell_px * projection.pixel_angle_rad();
+            s.detail.cell_rad = s.shape->tiles()->cell_px() * projection.pixel_angle_rad();
         }
         s.occluders.clear();
         s.reference_radiance = reference_radiance(s);

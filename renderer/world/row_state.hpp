@@ -119,8 +119,6 @@ constexpr double large_radius_px = 128;
 constexpr double small_radius_px = 16;
 /// Least number of samples of a resolved body in all, so that its noise does not depend on its size.
 constexpr double samples_per_body = 16384;
-/// Largest width of a terrain's cells, in pixels.
-constexpr double terrain_cell_px = 0.5;
 /// Samples of a targeted body.
 constexpr std::uint32_t samples_per_target = 1024;
 /// Samples of the facets of such a body, if most of it is lit: the noise of its light is about 0.1 %.
