@@ -2,6 +2,7 @@
 #include "emulator/quality_controller.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace obscura::emulator {
 namespace {
@@ -10,9 +11,15 @@ namespace {
 /// config/realtime.toml).
 constexpr std::array<double, quality_level_count> relative_cost{1, 0.9, 0.7, 0.7, 0.6, 0.2, 0.08, 0, 0, 0};
 
-/// Weight of a new measurement of a level, and of one of another level, by the ratio of the above.
-constexpr double own_weight = 0.3;
-constexpr double other_weight = 0.05;
+/// Powers of a measurement over its expectation by which the expectations follow: of the groups measured, of
+/// the level measured unless that is full, and of the groups not measured, because the load has changed.
+constexpr double group_weight = 0.3;
+constexpr double level_weight = 0.2;
+constexpr double load_weight = 0.05;
+
+/// The expected cost of full rendering falls by this factor with each frame that is not full: it is tried
+/// again now and then, else nothing would correct an expectation that is too high.
+constexpr double hope = 0.99;
 
 /// Expected times are multiplied by this.
 constexpr double caution = 1.15;
@@ -33,22 +40,37 @@ std::int64_t whole(double ns) {
 
 } // namespace
 
-void QualityController::learn(QualityLevel level, std::int32_t groups, std::int64_t elapsed_ns) noexcept {
-    const double group_ns = static_cast<double>(elapsed_ns) / groups;
+double QualityController::cost_ns(QualityLevel level, std::int32_t first,
+                                  std::int32_t groups) const noexcept {
+    double full_ns = 0;
+    for (std::int32_t g = first; g < first + groups; ++g)
+        full_ns += full_ns_[static_cast<std::size_t>(g)];
+    return full_ns * ratio_[static_cast<std::size_t>(level)];
+}
+
+void QualityController::learn(QualityLevel level, std::int32_t first, std::int32_t groups,
+                              std::int64_t elapsed_ns) noexcept {
     const auto own = static_cast<std::size_t>(level);
-    for (std::size_t l = 0; l < cost_ns_.size(); ++l) {
-        const double seen_ns = group_ns * relative_cost[l] / relative_cost[own];
-        const double weight = !known_ ? 1 : l == own ? own_weight : other_weight;
-        cost_ns_[l] += weight * (seen_ns - cost_ns_[l]);
+    const double seen_ns = std::max(1.0, static_cast<double>(elapsed_ns));
+    if (!known_) {
+        ratio_ = relative_cost;
+        full_ns_.fill(seen_ns / groups / relative_cost[own]);
+        known_ = true;
+        return;
     }
-    known_ = true;
+    const double change = std::clamp(seen_ns / cost_ns(level, first, groups), 0.1, 10.0);
+    const double measured = std::pow(change, group_weight), others = std::pow(change, load_weight);
+    for (std::int32_t g = 0; g < static_cast<std::int32_t>(full_ns_.size()); ++g)
+        full_ns_[static_cast<std::size_t>(g)] *= g >= first && g < first + groups ? measured : others;
+    if (level != QualityLevel::full)
+        ratio_[own] = std::clamp(ratio_[own] * std::pow(change, level_weight), 0.01, 1.0);
 }
 
 bool QualityController::render(LevelWork& work, QualityLevel level, std::int32_t first,
                                std::int32_t groups) noexcept {
     const Time begin = work.now();
     if (!work.render(level, first, groups)) return false;
-    learn(level, groups, work.now() - begin);
+    learn(level, first, groups, work.now() - begin);
     return true;
 }
 
@@ -57,8 +79,8 @@ bool QualityController::short_of_time(const LevelWork& work, const Frame& frame,
     const Time due = work.due(group);
     if (due == never_due) return false;
     if (!known_) return true;
-    const double needed_ns = caution * (cost_ns(QualityLevel::full) * slab +
-                                        cost_ns(QualityLevel::sixteenth) * (frame.groups - group)) +
+    const double needed_ns = caution * (cost_ns(QualityLevel::full, group, slab) +
+                                        cost_ns(QualityLevel::sixteenth, group, frame.groups - group)) +
                              stall_share * static_cast<double>(frame.period_ns);
     return work.now() + whole(needed_ns) > due;
 }
@@ -74,8 +96,8 @@ QualityLevel QualityController::choose(const LevelWork& work, const Frame& frame
     const Time now = work.now();
     for (const QualityLevel level : optional_levels) {
         if (!work.has_level(level)) continue;
-        const double group_ns = caution * cost_ns(level);
-        if (now + whole(group_ns * slab) <= due && now + whole(group_ns * (frame.groups - group)) <= end)
+        if (now + whole(caution * cost_ns(level, group, slab)) <= due &&
+            now + whole(caution * cost_ns(level, group, frame.groups - group)) <= end)
             return level;
     }
     return QualityLevel::sixteenth;
@@ -112,6 +134,9 @@ QualityController::Outcome QualityController::run(LevelWork& work, const Frame& 
         if (cut) outcome.reasons |= quality_budget;
         group += slab;
     }
+    if (outcome.reasons != 0)
+        for (double& ns : full_ns_)
+            ns *= hope;
     outcome.end = work.now();
     outcome.complete = true;
     return outcome;

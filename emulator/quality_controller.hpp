@@ -46,20 +46,19 @@ public:
     };
     /// Renders a frame.
     Outcome run(LevelWork& work, const Frame& frame) noexcept;
-    /// Expected time of a group at a level; 0: nothing is known.
-    [[nodiscard]] double cost_ns(QualityLevel level) const noexcept {
-        return cost_ns_[static_cast<std::size_t>(level)];
-    }
+    /// Expected time of groups at a level, by the elapsed time; 0: nothing is known.
+    [[nodiscard]] double cost_ns(QualityLevel level, std::int32_t first, std::int32_t groups) const noexcept;
 
 private:
     bool render(LevelWork& work, QualityLevel level, std::int32_t first, std::int32_t groups) noexcept;
-    void learn(QualityLevel level, std::int32_t groups, std::int64_t elapsed_ns) noexcept;
+    void learn(QualityLevel level, std::int32_t first, std::int32_t groups, std::int64_t elapsed_ns) noexcept;
     [[nodiscard]] bool short_of_time(const LevelWork& work, const Frame& frame, std::int32_t group,
                                      std::int32_t slab) const noexcept;
     [[nodiscard]] QualityLevel choose(const LevelWork& work, const Frame& frame, Time begin,
                                       std::int32_t group, std::int32_t slab) const noexcept;
 
-    std::array<double, quality_level_count> cost_ns_{}; ///< of a group
+    std::array<double, max_quality_groups> full_ns_{}; ///< of each group, fully rendered
+    std::array<double, quality_level_count> ratio_{};  ///< of a level's cost to that of full rendering
     bool known_ = false;
 };
 

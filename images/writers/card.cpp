@@ -81,6 +81,22 @@ Cards scene_cards(const GroundTruth& truth) {
     return cards;
 }
 
+Cards quality_cards(const FrameQuality& quality) {
+    if (quality.groups == 0) return {};
+    const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
+    const auto real = [](float value) { return static_cast<double>(value); };
+    return {{"QLEVEL", std::string(name_of(quality.level_max)), "worst quality level of a group of rows"},
+            {"QREASON", whole(quality.reasons), "why not full, bits"},
+            {"QROWDEG", whole(quality.rows_degraded), "rows of levels other than full"},
+            {"QERRRMS", real(quality.error_rms), "error over rms of the lit pixels"},
+            {"QERRWRST", real(quality.error_worst_group), "the same, of the worst group of rows"},
+            {"QUNKN", real(quality.unknown_share), "share of lit pixels without an estimate"},
+            {"QSPPMEA", real(quality.samples_mean), "mean of rays per pixel near bodies"},
+            {"QSPPMED", real(quality.samples_median), "median of rays per pixel near bodies"},
+            {"QSPPMIN", real(quality.samples_min), "least rays per pixel near bodies"},
+            {"QBOUNCE", whole(quality.bounces), "reflections after the first"}};
+}
+
 Cards frame_cards(const Frame& frame) {
     const FrameInfo& info = frame.info;
     const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
@@ -99,6 +115,8 @@ Cards frame_cards(const Frame& frame) {
         {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
          "of what triggered: free, locked, holdover"},
         {"LATE", (frame.flags.load(std::memory_order_relaxed) & frame_late) != 0, "a row was late"},
+        {"DEGRADED", (frame.flags.load(std::memory_order_relaxed) & frame_degraded) != 0,
+         "a row is not of full quality"},
         {"NOLAG", (frame.flags.load(std::memory_order_relaxed) & frame_lag_unknown) != 0,
          "image lag of the frame before is missing"},
     };
@@ -115,6 +133,8 @@ Cards frame_cards(const Frame& frame) {
         cards.insert(cards.end(), windows.begin(), windows.end());
     }
     const FrameQuality& quality = info.quality;
+    const Cards made = quality_cards(quality);
+    cards.insert(cards.end(), made.begin(), made.end());
     if (quality.lod_deficit_share > 0 || quality.tiles_missing > 0) {
         cards.push_back({"LODSHARE", static_cast<double>(quality.lod_deficit_share),
                          "share of terrain on cells wider than asked for"});

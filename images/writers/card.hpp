@@ -31,6 +31,9 @@ using Cards = std::vector<Card>;
 /// WINDOWS and W<window>_<what>: the windows of a composed image and their readout flags.
 [[nodiscard]] Cards window_cards(std::span<const FrameWindow> windows, std::span<const std::uint32_t> flags);
 
+/// Q<what>: levels and errors of a frame that was rendered at quality levels; else none. Without its times.
+[[nodiscard]] Cards quality_cards(const FrameQuality& quality);
+
 /// SUN_<what>, CAM_<what> and B<body>_<what>: position of the Sun, poses of the camera and the bodies;
 /// CAMAXES and QUATCONV: their conventions.
 [[nodiscard]] Cards scene_cards(const GroundTruth& truth);

@@ -382,7 +382,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
         client.set_flag("ChunkModeActive", true);
         for (const char* chunk :
              {"Timestamp", "ExposureTime", "Gain", "FrameID", "Width", "OffsetX", "PixelFormat", "FrameFlags",
-              "Regions", "RowTimes", "GroundTruth", "LineStatusAll", "SequencerSetActive"}) {
+              "Regions", "RowTimes", "GroundTruth", "LineStatusAll", "SequencerSetActive", "FrameQuality"}) {
             client.set("ChunkSelector", chunk);
             client.set_flag("ChunkEnable", true);
         }
@@ -414,7 +414,7 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
                     at -= 8 + word(at - 4);
                 }
                 CHECK(at == 0);
-                CHECK(ids.size() == 14); // thirteen chunks and the image
+                CHECK(ids.size() == 15); // fourteen chunks and the image
                 CHECK(ids.back() == 0x4F420000);
                 client.give_back(std::move(buffer));
                 continue;
@@ -448,6 +448,16 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(integer("ChunkRegionExposureTimeMax") == 1'600'000);
             CHECK(integer("ChunkLineStatusAll") == 1); // the pattern camera's trigger source is Line0
             CHECK(integer("ChunkSequencerSetActive") == 0);
+            CHECK(integer("ChunkQualityLevel") == 5);
+            CHECK(integer("ChunkQualityReasons") == quality_stall);
+            CHECK(integer("ChunkQualityRowsDegraded") == 16);
+            CHECK(integer("ChunkQualityTilesMissing") == 3);
+            CHECK(real("ChunkQualityError") == 0.25);
+            CHECK(real("ChunkQualityErrorWorst") == 0.5);
+            CHECK(real("ChunkQualitySamplesMean") == 1.5);
+            CHECK(real("ChunkQualityLodDeficit") == 0.125);
+            CHECK(integer("ChunkQualityBudget") == 90000);
+            CHECK(integer("ChunkQualitySpent") == 70000);
             CHECK(integer("ChunkRowCount") == 48);
             CHECK(integer("ChunkRowRead") - integer("ChunkRowReset") == 1'500'000);
             CHECK(integer("ChunkRowReset") == integer("ChunkTimestamp"));

@@ -23,9 +23,11 @@ using transports::gige::Chunk;
 
 /// In the order of Chunk.
 constexpr std::array<const char*, transports::gige::chunk_count> names{
-    "Timestamp",     "ExposureTime",       "Gain",      "FrameID",    "Width",   "Height",   "OffsetX",
-    "OffsetY",       "PixelFormat",        "TriggerID", "FrameFlags", "Regions", "RowTimes", "GroundTruth",
-    "LineStatusAll", "SequencerSetActive", "RegionID",  "TruthTable"};
+    "Timestamp",   "ExposureTime", "Gain",          "FrameID",
+    "Width",       "Height",       "OffsetX",       "OffsetY",
+    "PixelFormat", "TriggerID",    "FrameFlags",    "Regions",
+    "RowTimes",    "GroundTruth",  "LineStatusAll", "SequencerSetActive",
+    "RegionID",    "TruthTable",   "FrameQuality"};
 
 /// Decoder of consecutive big-endian numbers; checks every length.
 class Reader {
@@ -53,6 +55,10 @@ public:
     Enum choice() {
         return static_cast<Enum>(std::min<std::size_t>(u32(), enum_names(Enum{}).size() - 1));
     }
+    template<typename Enum>
+    Enum choice_byte() {
+        return static_cast<Enum>(std::min<std::size_t>(*take(1), enum_names(Enum{}).size() - 1));
+    }
     /// Number of entries of a list, not above `most`.
     std::uint32_t count(std::size_t most) {
         const std::uint32_t n = u32();
@@ -73,6 +79,27 @@ private:
     std::span<const std::uint8_t> bytes_;
     const char* name_;
 };
+
+FrameQuality read_quality(Reader reader) {
+    FrameQuality out;
+    out.level_max = reader.choice<QualityLevel>();
+    out.reasons = reader.u32();
+    out.groups = reader.count(max_quality_groups);
+    out.group_rows = reader.i32();
+    out.bounces = reader.u32(), out.bounces_asked = reader.u32();
+    out.rows_degraded = reader.i32();
+    out.tiles_missing = reader.u32();
+    for (float* const value :
+         {&out.error_rms, &out.error_worst_group, &out.unknown_share, &out.samples_mean, &out.samples_median,
+          &out.samples_min, &out.lod_deficit_share, &out.lod_deficit_worst})
+        *value = static_cast<float>(reader.f64());
+    out.budget_us = reader.i64(), out.spent_us = reader.i64(), out.margin_us = reader.i64();
+    for (float& share : out.level_share)
+        share = static_cast<float>(reader.f64());
+    for (QualityLevel& level : out.group_level)
+        level = reader.choice_byte<QualityLevel>();
+    return out;
+}
 
 std::vector<FrameWindow> read_windows(Reader reader) {
     std::vector<FrameWindow> out(reader.count(max_windows));
@@ -205,6 +232,7 @@ FrameChunks parse_chunks(const std::function<std::span<const std::uint8_t>(std::
         row.reset = Time{rows.i64()}, row.read = Time{rows.i64()};
     out.truth = read_truth(reader(Chunk::ground_truth));
     out.truth_table = read_truth_table(chunk(transports::gige::chunk_id(Chunk::truth_table)), out.frame_id);
+    out.quality = read_quality(reader(Chunk::frame_quality));
     return out;
 }
 
@@ -224,6 +252,7 @@ images::Cards chunk_cards(const FrameChunks& c) {
         cards.insert(cards.end(), more.begin(), more.end());
     };
     append(images::intrinsics_cards(c.truth.intrinsics));
+    append(images::quality_cards(c.quality));
     cards.push_back({"OFFSETX", whole(c.image.x), "[px] first sensor column"});
     cards.push_back({"OFFSETY", whole(c.image.y), "[px] first sensor row"});
     std::vector<std::uint32_t> flags;
@@ -286,6 +315,29 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
     out["truth_table"] = Json::array();
     for (const TruthEntry& entry : c.truth_table.entries)
         out["truth_table"].push_back(entry_json(c.truth_table, entry));
+    const FrameQuality& quality = c.quality;
+    Json levels = Json::array();
+    for (std::uint32_t g = 0; g < quality.groups; ++g)
+        levels.push_back(name_of(quality.group_level[g]));
+    out["quality"] = {{"level", name_of(quality.level_max)},
+                      {"reasons", quality.reasons},
+                      {"group_rows", quality.group_rows},
+                      {"group_levels", std::move(levels)},
+                      {"rows_degraded", quality.rows_degraded},
+                      {"error", quality.error_rms},
+                      {"error_worst_group", quality.error_worst_group},
+                      {"unknown_share", quality.unknown_share},
+                      {"samples_mean", quality.samples_mean},
+                      {"samples_median", quality.samples_median},
+                      {"samples_min", quality.samples_min},
+                      {"bounces", quality.bounces},
+                      {"bounces_asked", quality.bounces_asked},
+                      {"budget_us", quality.budget_us},
+                      {"spent_us", quality.spent_us},
+                      {"margin_us", quality.margin_us},
+                      {"lod_deficit", quality.lod_deficit_share},
+                      {"lod_deficit_worst", quality.lod_deficit_worst},
+                      {"tiles_missing", quality.tiles_missing}};
     out["truth_entries_left_out"] = c.truth_table.entries_left_out;
     return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -31,6 +31,7 @@ struct FrameChunks {
     std::vector<RowTime> rows;
     GroundTruth truth;
     SceneTruth truth_table; ///< entries only
+    FrameQuality quality;
 };
 
 /// Reads the chunks; `chunk(id)` returns the bytes of a chunk, empty if the frame does not carry it. Throws

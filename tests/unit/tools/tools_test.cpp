@@ -314,6 +314,39 @@ TEST_CASE("chunks that are missing, short or overlong are refused by name") {
     CHECK_THAT(complaint(), ContainsSubstring("GroundTruth"));
 }
 
+TEST_CASE("the quality of a frame is read from its chunk") {
+    constexpr std::uint32_t first = 0x4F420001, quality = first + 18;
+    std::map<std::uint32_t, std::vector<std::uint8_t>> chunks;
+    for (std::uint32_t k = 0; k < chunk_names().size(); ++k)
+        chunks[first + k] = std::vector<std::uint8_t>(4096);
+    // By the layout in transports/gige/wire/chunk.hpp.
+    std::vector<std::uint8_t>& bytes = chunks[quality];
+    bytes.assign(456, 0);
+    bytes[3] = 6, bytes[7] = 5, bytes[11] = 2, bytes[15] = 16, bytes[27] = 16;
+    bytes[32] = 0x3F, bytes[33] = 0xA0;      // 2^-5 in binary64
+    bytes[96 + 6] = 1, bytes[96 + 7] = 0x2C; // 300 us
+    bytes[200] = 6, bytes[201] = 77;         // one of no level
+    const FrameChunks read =
+        parse_chunks([&](std::uint32_t id) { return std::span<const std::uint8_t>(chunks[id]); });
+    CHECK(read.quality.level_max == QualityLevel::sixteenth);
+    CHECK(read.quality.reasons == 5);
+    CHECK(read.quality.groups == 2);
+    CHECK(read.quality.rows_degraded == 16);
+    CHECK(read.quality.error_rms == 0.03125F);
+    CHECK(read.quality.budget_us == 300);
+    CHECK(read.quality.group_level[0] == QualityLevel::sixteenth);
+    CHECK(read.quality.group_level[1] == QualityLevel::missing);
+    CHECK_THAT(chunk_json(read, "a.fits"),
+               Catch::Matchers::ContainsSubstring(R"("group_levels":["sixteenth","missing"])"));
+    const images::Cards cards = chunk_cards(read);
+    CHECK(std::any_of(cards.begin(), cards.end(), [](const images::Card& card) {
+        return card.key == "QLEVEL" && images::card_text(card) == "sixteenth";
+    }));
+    bytes.resize(455);
+    CHECK_THROWS_AS(parse_chunks([&](std::uint32_t id) { return std::span<const std::uint8_t>(chunks[id]); }),
+                    InputError);
+}
+
 TEST_CASE("layers are shown in their units") {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
     const std::vector<float> depth{12000, 15000, 20000, nan}, variance{4, 1, 0, 0}, light{100, 100, 5, 0},

@@ -41,6 +41,8 @@ std::size_t data_bytes(Chunk c, std::int32_t rows, std::uint32_t truth_entries) 
                truth_ages_bytes;
     case Chunk::truth_table:
         return 8 + truth_entries * truth_entry_bytes;
+    case Chunk::frame_quality:
+        return frame_quality_bytes;
     default:
         return 8;
     }
@@ -106,6 +108,22 @@ void write_truth_entry(BigEndianWriter& writer, const TruthEntry& e, const Binni
          {e.range_m, e.visible_share, e.magnitude_v, e.irradiance_w_m2, e.signal_e, e.peak_e, e.snr,
           e.psf_x_px / binning.horizontal, e.psf_y_px / binning.vertical})
         writer.f64(value);
+}
+
+void write_quality(BigEndianWriter& writer, const FrameQuality& q) {
+    for (const std::uint32_t value : {static_cast<std::uint32_t>(q.level_max), q.reasons, q.groups,
+                                      static_cast<std::uint32_t>(q.group_rows), q.bounces, q.bounces_asked,
+                                      static_cast<std::uint32_t>(q.rows_degraded), q.tiles_missing})
+        writer.u32(value);
+    for (const float value : {q.error_rms, q.error_worst_group, q.unknown_share, q.samples_mean,
+                              q.samples_median, q.samples_min, q.lod_deficit_share, q.lod_deficit_worst})
+        writer.f64(static_cast<double>(value));
+    for (const std::int64_t us : {q.budget_us, q.spent_us, q.margin_us})
+        writer.u64(static_cast<std::uint64_t>(us));
+    for (const float share : q.level_share)
+        writer.f64(static_cast<double>(share));
+    static_assert(sizeof(QualityLevel) == 1);
+    writer.bytes(q.group_level.data(), q.group_level.size());
 }
 
 } // namespace
@@ -248,6 +266,9 @@ std::size_t write_chunks(std::span<std::uint8_t> out, std::uint32_t selection, c
             writer.zeros((truth_entries - count) * truth_entry_bytes);
             break;
         }
+        case Chunk::frame_quality:
+            write_quality(writer, info.quality);
+            break;
         }
         const auto bytes = static_cast<std::size_t>(writer.at() - begin);
         assert(bytes == data_bytes(chunk, image.height, truth_entries));

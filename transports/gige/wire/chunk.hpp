@@ -42,9 +42,16 @@ enum class Chunk : std::uint8_t {
     /// V magnitude, irradiance in W/m2, signal and peak in electrons, SNR; f64 x, y, px, of the PSF in the
     /// position. Kind: TruthKind, visibility: TruthVisibility (core/scene_truth.hpp); NaN: not known
     truth_table,
+    /// FrameQuality (core/frame_quality.hpp): u32 worst level, reasons, groups, rows of a group, bounces,
+    /// bounces asked for, rows degraded, tiles missing; f64 error rms, error of the worst group, share
+    /// without an estimate, samples: mean, median, least, share on cells wider than asked for, worst factor
+    /// of those; i64 budget, spent, margin in us; f64[10] share of the rows by level; u8[256] level of each
+    /// group
+    frame_quality,
 };
-constexpr std::size_t chunk_count = 18;
+constexpr std::size_t chunk_count = 19;
 constexpr std::size_t truth_entry_bytes = 160;
+constexpr std::size_t frame_quality_bytes = 456;
 constexpr std::uint32_t chunk_id_base = 0x4F420000;
 constexpr std::size_t chunk_tag_bytes = 8;
 
