@@ -44,7 +44,9 @@ std::vector<fs::path> shipped_files(const ShippedFolder& folder) {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(shipped_data_folder() / folder.name, error))
         if (entry.path().extension() == folder.ending) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
+    std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+        return a.stem() < b.stem(); // "moon" before "moon-realtime"
+    });
     return files;
 }
 

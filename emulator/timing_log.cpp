@@ -70,16 +70,17 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
         fmt::format_to(to, ",{},{},{},{},{},{},{},", static_cast<int>(q.level_max), q.rows_degraded,
                        q.reasons, std::llround(1e6 * static_cast<double>(q.error_rms)), q.budget_us,
                        q.spent_us, q.margin_us);
+        FrameQuality lod;
+        set_lod_deficit(lod, t.work.render);
+        fmt::format_to(to, "{},{},{},", std::llround(1e6 * static_cast<double>(lod.lod_deficit_share)),
+                       static_cast<int>(lod.lod_deficit_worst), lod.tiles_missing);
         for (std::size_t g = 0; g < q.groups; ++g)
             line.push_back(static_cast<char>('0' + static_cast<int>(q.group_level[g])));
         for (std::size_t slot = 0; slot < transports_.size(); ++slot)
             fmt::format_to(to, ",{},{},{}", t.transmit != nullptr ? t.transmit->first(slot).ns : 0,
                            t.transmit != nullptr ? t.transmit->last(slot).ns : 0,
                            slot < pace_ns.size() ? pace_ns[slot] : 0);
-        FrameQuality lod;
-        set_lod_deficit(lod, t.work.render);
-        fmt::format_to(to, ",{},{},{},", std::llround(1e6 * static_cast<double>(lod.lod_deficit_share)),
-                       static_cast<int>(lod.lod_deficit_worst), lod.tiles_missing);
+        line.push_back(',');
         const char* separator = "";
         for (const std::int32_t us : t.row_lateness_us) {
             if (us == FrameTiming::not_released) break;
@@ -98,17 +99,17 @@ void TimingLog::discard() noexcept {
 }
 
 std::string TimingLog::header() const {
-    std::string line =
-        "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,"
-        "detector_end_ns,due_ns,first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,"
-        "worst_row,flags,acquisition,min_period_ns,width,height,render_threads,render_cores,"
-        "samples_per_pixel,target_error_ppm,max_instants,rendered_rows,setup_ns,sampling_ns,"
-        "grid_ns,wings_ns,points_ns,rest_ns,measured_ns,measured_cpu_ns,preemptions,"
-        "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_upx,"
-        "level_max,rows_degraded,quality_reasons,error_ppm,budget_us,spent_us,margin_us,levels";
+    std::string line = "frame_id,trigger_id,edge_ns,seen_ns,pose_ns,render_begin_ns,render_end_ns,"
+                       "detector_end_ns,due_ns,first_ns,last_due_ns,last_ns,rows,late_rows,worst_row_ns,"
+                       "worst_row,flags,acquisition,min_period_ns,width,height,render_threads,render_cores,"
+                       "samples_per_pixel,target_error_ppm,max_instants,rendered_rows,setup_ns,sampling_ns,"
+                       "grid_ns,wings_ns,points_ns,rest_ns,measured_ns,measured_cpu_ns,preemptions,"
+                       "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_upx,"
+                       "level_max,rows_degraded,quality_reasons,error_ppm,budget_us,spent_us,margin_us,"
+                       "lod_deficit_ppm,lod_deficit_worst,tiles_missing,levels";
     for (const std::string& kind : transports_)
         line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns,{0}_pace_ns", kind);
-    return line + ",lod_deficit_ppm,lod_deficit_worst,tiles_missing,row_lateness_us\n";
+    return line + ",row_lateness_us\n";
 }
 
 } // namespace obscura::emulator

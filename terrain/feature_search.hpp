@@ -10,8 +10,10 @@
 
 namespace obscura::terrain {
 
+/// What procedural detail puts on a surface, one by one.
 enum class FeatureKind : std::uint8_t { crater, boulder };
 
+/// A crater or boulder of procedural detail.
 struct SurfaceFeature {
     FeatureKind kind = FeatureKind::crater;
     std::uint64_t id = 0; ///< unique among those of a layer, the same for the same seed

@@ -147,9 +147,17 @@ bool has_table(const config::Section& section, std::string_view name) {
            std::any_of(section.lists.begin(), section.lists.end(), called);
 }
 
-/// Names of the kinds that have `key`, or a table of that name; of materials the laws, not the presets.
+/// Whether the value is a table or a list of tables.
+bool is_tables(const config::Value& value) {
+    using Kind = config::Value::Kind;
+    return value.kind == Kind::table ||
+           (value.kind == Kind::array && !value.items.empty() && value.items.front().kind == Kind::table);
+}
+
+/// Names of the kinds that have `key`, or, if `tables`, a table of that name; of materials the laws, not the
+/// presets.
 template<typename K>
-std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::string_view key) {
+std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::string_view key, bool tables) {
     std::vector<std::string_view> names;
     for (const K& kind : kinds) {
         if constexpr (requires { kind.preset; })
@@ -158,7 +166,7 @@ std::vector<std::string_view> kinds_with(const std::vector<K>& kinds, std::strin
         for (const Parameter& p : kind.parameters(description))
             if (p.key.name == key || (p.key.name == "albedo" && key == normal_albedo_name))
                 names.push_back(kind.name);
-        if (has_table(kind.tables(description), key)) names.push_back(kind.name);
+        if (tables && has_table(kind.tables(description), key)) names.push_back(kind.name);
     }
     return names;
 }
@@ -179,14 +187,18 @@ std::vector<Stranger> strangers_in(const config::Value& table, const config::Sec
     std::vector<Stranger> strangers;
     for (const config::Member& member : table.members) {
         if (has(known.keys, member.key) || has_table(known, member.key)) continue;
-        const auto try_kinds = [&](const auto& kinds, std::string_view what, const auto& own) {
-            const std::vector<std::string_view> owners = kinds_with(kinds, member.key);
+        const auto try_kinds = [&](const auto& kinds, std::string_view what, const auto& own, bool tables) {
+            const std::vector<std::string_view> owners = kinds_with(kinds, member.key, tables);
             if (owners.empty()) return false;
             strangers.push_back({&member, fmt::format("belongs to {} = \"{}\", this body's is \"{}\"", what,
                                                       fmt::join(owners, "\" or \""), own.name)});
             return true;
         };
-        if (!try_kinds(shape_kinds(), "shape", shape)) try_kinds(material_kinds(), "material", material);
+        // A value that is no table is first taken for a key.
+        for (const bool tables : {is_tables(member.value), true})
+            if (try_kinds(shape_kinds(), "shape", shape, tables) ||
+                try_kinds(material_kinds(), "material", material, tables))
+                break;
     }
     return strangers;
 }
@@ -205,8 +217,7 @@ constexpr std::string_view albedo_name = "albedo";
 /// Whether the table gives tables [[body.albedo]], rather than a number or nothing.
 bool has_albedo_tables(const config::Value& table) {
     const config::Member* const member = table.find(albedo_name);
-    return member != nullptr && member->value.kind == config::Value::Kind::array &&
-           !member->value.items.empty() && member->value.items.front().kind == config::Value::Kind::table;
+    return member != nullptr && member->value.kind == config::Value::Kind::array && is_tables(member->value);
 }
 
 /// Adds the keys of the kinds of shape and material to `section`.

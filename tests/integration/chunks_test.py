@@ -185,6 +185,7 @@ height = 160
         check("the preview of windows is in colour", png[25] == 2, png[25])
     # The truth table: of the chunk, of the daemon's file and of captures.
     tables = {place: list(csv.DictReader((folder / place / "truth.csv").open())) for place in ("captured", "filed")}
+    table_only = ("latitude_deg", "longitude_deg", "diameter_m", "point_x_m", "point_y_m", "point_z_m")
     for frame in lines:
         of_frame = {place: [line for line in table if line["frame"] == str(frame["frame_id"])]
                     for place, table in tables.items()}
@@ -196,7 +197,7 @@ height = 160
         check("the chunk has as many entries as it has room for", len(chunk) == 60 and
               frame["truth_entries_left_out"] == len(entries) - 60, (len(chunk), len(entries)))
         wrong = [(key, told[key], line[key]) for told, line in zip(chunk, entries) for key in told
-                 if key not in ("frame", "time_ns") and not same_cell(told[key], line[key])]
+                 if key not in ("frame", "time_ns") and key not in table_only and not same_cell(told[key], line[key])]
         check("the entries are those of the capture", not wrong, wrong[:3])
         check("body, Sun and landmark come first", [e["name"] for e in chunk[:3]] == ["rock", "sun", "pole, north"] and
               chunk[2]["kind"] == "landmark", chunk[:3])
