@@ -2,6 +2,7 @@
 #include "emulator/adaptive_frame.hpp"
 
 #include "core/clock.hpp"
+#include "emulator/frame_work.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -229,11 +230,7 @@ void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
 
 void AdaptiveFrame::describe(FrameQuality& quality) const noexcept {
     const auto height = static_cast<std::int32_t>(light_->rows.size());
-    quality.group_rows = group_rows_;
-    quality.groups = static_cast<std::uint32_t>(group_count_);
-    quality.level_share.fill(0);
-    quality.level_max = QualityLevel::full;
-    quality.rows_degraded = 0;
+    describe_levels(quality, std::span(settled_).first(static_cast<std::size_t>(group_count_)), height);
     const std::uint32_t bounces = light_->renderer->bounces_at(QualityLevel::full);
     quality.bounces_asked = quality.bounces = bounces;
     double light2 = 0;
@@ -247,16 +244,8 @@ void AdaptiveFrame::describe(FrameQuality& quality) const noexcept {
     std::size_t mean_count = 0;
     std::int64_t worst_lit = 0;
     for (std::size_t g = 0; g < static_cast<std::size_t>(group_count_); ++g) {
-        const QualityLevel level = settled_[g];
         const Group& group = groups_[g];
-        quality.group_level[g] = level;
-        quality.level_max = std::max(quality.level_max, level);
-        const std::int32_t first = static_cast<std::int32_t>(g) * group_rows_;
-        const std::int32_t rows = std::min(group_rows_, height - first);
-        quality.level_share[static_cast<std::size_t>(level)] +=
-            static_cast<float>(rows) / static_cast<float>(height);
-        if (level != QualityLevel::full) quality.rows_degraded += rows;
-        const std::vector<RowSums>& part = sums_[level == QualityLevel::sixteenth ? 0 : 1];
+        const std::vector<RowSums>& part = sums_[settled_[g] == QualityLevel::sixteenth ? 0 : 1];
         double group_variance = 0;
         double group_samples = 0;
         std::int64_t group_lit = 0;

@@ -334,22 +334,10 @@ void FrameMaker::finish_quality(Frame& frame, bool by_level) noexcept {
     if (by_level) {
         render_thread_->describe(quality);
     } else if (!light_.levels.empty()) {
-        const std::int32_t height = plan_.height;
-        quality.group_rows = FrameQuality::group_rows_for(height);
-        quality.groups = static_cast<std::uint32_t>(light_.levels.size());
-        quality.level_share.fill(0);
-        for (std::size_t g = 0; g < light_.levels.size(); ++g) {
-            const QualityLevel level = light_.levels[g];
-            const auto first = static_cast<std::int32_t>(g) * quality.group_rows;
-            const std::int32_t rows = std::min(quality.group_rows, height - first);
-            quality.group_level[g] = level;
-            quality.level_max = std::max(quality.level_max, level);
-            quality.level_share[static_cast<std::size_t>(level)] +=
-                static_cast<float>(rows) / static_cast<float>(height);
-            if (level != QualityLevel::full) quality.rows_degraded += rows;
-            if (is_biased(level)) frame.flags.fetch_or(frame_biased, std::memory_order_relaxed);
-        }
+        describe_levels(quality, light_.levels, plan_.height);
     }
+    if (std::any_of(quality.group_level.begin(), quality.group_level.begin() + quality.groups, is_biased))
+        frame.flags.fetch_or(frame_biased, std::memory_order_relaxed);
     worst_[static_cast<std::size_t>(quality.level_max)].fetch_add(1, std::memory_order_relaxed);
     if (quality.level_max == QualityLevel::full) return;
     frame.flags.fetch_or(frame_degraded, std::memory_order_relaxed);

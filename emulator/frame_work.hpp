@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 namespace obscura::emulator {
 
@@ -30,6 +31,26 @@ inline void set_lod_deficit(FrameQuality& quality, const renderer::RenderWork& w
         if (work.surface_coarser[k] > 0) quality.lod_deficit_worst = static_cast<float>(1U << k);
     quality.tiles_missing = static_cast<std::uint32_t>(
         std::min<std::uint64_t>(work.tiles_missed, std::numeric_limits<std::uint32_t>::max()));
+}
+
+/// Sets the levels of the groups of a frame of `height` rows, and what follows from them.
+inline void describe_levels(FrameQuality& quality, std::span<const QualityLevel> levels,
+                            std::int32_t height) noexcept {
+    quality.group_rows = FrameQuality::group_rows_for(height);
+    quality.groups = static_cast<std::uint32_t>(levels.size());
+    quality.level_share.fill(0);
+    quality.level_max = QualityLevel::full;
+    quality.rows_degraded = 0;
+    std::int32_t first = 0;
+    for (std::size_t g = 0; g < levels.size(); ++g, first += quality.group_rows) {
+        const QualityLevel level = levels[g];
+        const std::int32_t rows = std::min(quality.group_rows, height - first);
+        quality.group_level[g] = level;
+        quality.level_max = std::max(quality.level_max, level);
+        quality.level_share[static_cast<std::size_t>(level)] +=
+            static_cast<float>(rows) / static_cast<float>(height);
+        if (level != QualityLevel::full) quality.rows_degraded += rows;
+    }
 }
 
 /// Frames whose terrains or giant textures were coarser than asked for.

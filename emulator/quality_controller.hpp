@@ -17,7 +17,8 @@ public:
     [[nodiscard]] virtual Time now() const noexcept = 0;
     /// By when a group must be there; never_due: not known yet.
     [[nodiscard]] virtual Time due(std::int32_t group) const noexcept = 0;
-    /// Renders groups at a level, those whose time is over excepted. Returns false if nobody wants the frame.
+    /// Renders groups at a level, those whose time is over excepted. Returns false if the frame was
+    /// cancelled.
     virtual bool render(QualityLevel level, std::int32_t first_group, std::int32_t groups) noexcept = 0;
     /// Whether a group has light of the optional part.
     [[nodiscard]] virtual bool improved(std::int32_t group) const noexcept = 0;
@@ -42,7 +43,7 @@ public:
     struct Outcome {
         std::uint32_t reasons = 0; ///< QualityReason
         Time begin, end;
-        bool complete = false; ///< false: nobody wanted it
+        bool complete = false; ///< false: the frame was cancelled
     };
     /// Renders a frame.
     Outcome run(LevelWork& work, const Frame& frame) noexcept;

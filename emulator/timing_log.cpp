@@ -70,10 +70,8 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
         fmt::format_to(to, ",{},{},{},{},{},{},{},", static_cast<int>(q.level_max), q.rows_degraded,
                        q.reasons, std::llround(1e6 * static_cast<double>(q.error_rms)), q.budget_us,
                        q.spent_us, q.margin_us);
-        FrameQuality lod;
-        set_lod_deficit(lod, t.work.render);
-        fmt::format_to(to, "{},{},{},", std::llround(1e6 * static_cast<double>(lod.lod_deficit_share)),
-                       static_cast<int>(lod.lod_deficit_worst), lod.tiles_missing);
+        fmt::format_to(to, "{},{},{},", std::llround(1e6 * static_cast<double>(q.lod_deficit_share)),
+                       static_cast<int>(q.lod_deficit_worst), q.tiles_missing);
         for (std::size_t g = 0; g < q.groups; ++g)
             line.push_back(static_cast<char>('0' + static_cast<int>(q.group_level[g])));
         for (std::size_t slot = 0; slot < transports_.size(); ++slot)

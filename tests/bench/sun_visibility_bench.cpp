@@ -59,7 +59,7 @@ struct View {
     double altitude_m, pixel_m;
 };
 constexpr View views[] = {{"disc", DetailTerrain::highlands, 2e7, 2 * moon_m / 1024},
-                          {"calm", DetailTerrain::maria, 1e5, 100},
+                          {"smooth", DetailTerrain::maria, 1e5, 100},
                           {"rough", DetailTerrain::highlands, 1e5, 100}};
 
 scene::Scene scene_of(const View& view, double elevation, bool hapke, SunVisibilityKind kind,

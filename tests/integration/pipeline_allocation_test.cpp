@@ -17,10 +17,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <sstream>
 #include <string>
+#include <utility>
 
 using namespace obscura;
 using namespace obscura::test;
@@ -92,6 +95,58 @@ crater_least_m = 50
         .string();
 }
 
+/// A camera whose frames go to `look`, triggered by a timer until it is destroyed or stopped.
+class TriggeredCamera {
+public:
+    TriggeredCamera(emulator::Imaging& imaging, std::int32_t rows, int rate_hz,
+                    std::function<void(const FrameRef&)> look)
+        : loopback_({8, 0,
+                     [this, look = std::move(look)](const FrameRef& frame) {
+                         look(frame);
+                         ++ended_;
+                         ended_.notify_all();
+                     }}),
+          releaser_(settings(rows), std::make_unique<MonotonicClock>()),
+          camera_(imaging.camera, *imaging.maker, releaser_, *imaging.pool, imaging.clock, log_),
+          trigger_(timer(rate_hz), std::make_unique<MonotonicClock>()) {
+        camera_.add_transport(loopback_);
+        loopback_.start();
+        REQUIRE(camera_.acquisition_start());
+        trigger_.start(camera_);
+    }
+
+    /// Waits until so many frames have ended.
+    void wait_for(std::uint32_t frames) {
+        for (std::uint32_t seen = ended_; seen < frames; seen = ended_)
+            ended_.wait(seen);
+    }
+    void stop() {
+        trigger_.stop();
+        camera_.acquisition_stop(true);
+        loopback_.stop();
+    }
+    [[nodiscard]] const emulator::Camera& camera() const { return camera_; }
+
+private:
+    static emulator::ReleaserSettings settings(std::int32_t rows) {
+        emulator::ReleaserSettings settings;
+        settings.max_rows = rows;
+        return settings;
+    }
+    static sync::TimerSettings timer(int rate_hz) {
+        sync::TimerSettings settings;
+        settings.rate = {rate_hz, 1};
+        return settings;
+    }
+
+    std::atomic<std::uint32_t> ended_{0};
+    transports::LoopbackTransport loopback_;
+    emulator::Releaser releaser_;
+    LogRing log_;
+    emulator::Camera camera_;
+    sync::TimerTrigger trigger_;
+};
+
 } // namespace
 
 TEST_CASE("the guard sees allocations of real-time threads and no others") {
@@ -154,38 +209,15 @@ TEST_CASE("a hundred triggered frames allocate nothing on real-time threads") {
     const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
     // With truth tables, which are listed on the rendering thread.
     emulator::Imaging imaging(config, 12, {}, {.scene_entries = 1000});
-    std::atomic<std::uint32_t> ended{0};
     std::atomic<std::uint64_t> listed{0};
-    transports::LoopbackTransport loopback({8, 0, [&](const FrameRef& frame) {
-                                                if (const SceneTruth* truth = frame->final_scene_truth())
-                                                    listed += truth->entries.size();
-                                                ++ended;
-                                                ended.notify_all();
-                                            }});
-    emulator::ReleaserSettings release;
-    release.max_rows = 256;
-    emulator::Releaser releaser(release, std::make_unique<MonotonicClock>());
-    LogRing log;
-    emulator::Camera camera(imaging.camera, *imaging.maker, releaser, *imaging.pool, imaging.clock, log);
-    camera.add_transport(loopback);
-    loopback.start();
-    sync::TimerSettings timer;
-    timer.rate = {50, 1};
-    sync::TimerTrigger trigger(timer, std::make_unique<MonotonicClock>());
-
-    REQUIRE(camera.acquisition_start());
-    trigger.start(camera);
-    const auto wait_for = [&](std::uint32_t n) {
-        for (std::uint32_t seen = ended; seen < n; seen = ended)
-            ended.wait(seen);
-    };
-    wait_for(10); // the worker pools of the renderer settle in the first frames
+    TriggeredCamera run(imaging, 256, 50, [&](const FrameRef& frame) {
+        if (const SceneTruth* truth = frame->final_scene_truth()) listed += truth->entries.size();
+    });
+    run.wait_for(10); // the worker pools of the renderer settle in the first frames
     reset_allocation_counts();
-    wait_for(110);
+    run.wait_for(110);
     const AllocationCounts counts = allocation_counts();
-    trigger.stop();
-    camera.acquisition_stop(true);
-    loopback.stop();
+    run.stop();
     CHECK(counts.realtime == 0);
     CHECK(listed > 110);
     std::cout << "allocations during 100 frames: " << counts.realtime << " on real-time threads, "
@@ -203,55 +235,28 @@ TEST_CASE("frames of a terrain neither allocate nor fault on real-time threads w
     options.scene = low_flight(folder);
     const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
     emulator::Imaging imaging(config, 12, {}, {.scene_entries = 1000}, emulator::RenderAhead::off, true);
-    std::atomic<std::uint32_t> ended{0};
     std::atomic<std::uint64_t> craters{0}, coarse{0}, missing{0};
-    std::atomic<std::uint32_t> first_coarse{0};
-    transports::LoopbackTransport loopback({8, 0, [&](const FrameRef& frame) {
-                                                if (const SceneTruth* truth = frame->final_scene_truth())
-                                                    for (const TruthEntry& e : truth->entries)
-                                                        craters += e.kind == TruthKind::crater ? 1 : 0;
-                                                const FrameQuality& quality = frame->info.quality;
-                                                missing += quality.tiles_missing;
-                                                if (quality.lod_deficit_share > 0) {
-                                                    ++coarse;
-                                                    std::uint32_t none = 0;
-                                                    first_coarse.compare_exchange_strong(none, ended + 1);
-                                                }
-                                                ++ended;
-                                                ended.notify_all();
-                                            }});
-    emulator::ReleaserSettings release;
-    release.max_rows = 96;
-    emulator::Releaser releaser(release, std::make_unique<MonotonicClock>());
-    LogRing log;
-    emulator::Camera camera(imaging.camera, *imaging.maker, releaser, *imaging.pool, imaging.clock, log);
-    camera.add_transport(loopback);
-    loopback.start();
-    sync::TimerSettings timer;
-    timer.rate = {20, 1};
-    sync::TimerTrigger trigger(timer, std::make_unique<MonotonicClock>());
-    REQUIRE(camera.acquisition_start());
-    trigger.start(camera);
-    const auto wait_for = [&](std::uint32_t n) {
-        for (std::uint32_t seen = ended; seen < n; seen = ended)
-            ended.wait(seen);
-    };
-    wait_for(20); // stacks and pools settle in the first frames
+    TriggeredCamera run(imaging, 96, 20, [&](const FrameRef& frame) {
+        if (const SceneTruth* truth = frame->final_scene_truth())
+            for (const TruthEntry& e : truth->entries)
+                craters += e.kind == TruthKind::crater ? 1 : 0;
+        missing += frame->info.quality.tiles_missing;
+        if (frame->info.quality.lod_deficit_share > 0) ++coarse;
+    });
+    run.wait_for(20); // stacks and pools settle in the first frames
     const std::uint64_t tiles_before = imaging.renderer->work().tiles_missed;
     reset_allocation_counts();
     const auto faults_before = page_faults();
-    wait_for(120);
+    run.wait_for(120);
     const AllocationCounts counts = allocation_counts();
     const auto faults = page_faults();
-    trigger.stop();
-    camera.acquisition_stop(true);
-    loopback.stop();
+    run.stop();
     CHECK(counts.realtime == 0);
     // The terrain began coarse, and the frames say so.
-    CHECK(first_coarse > 0);
+    CHECK(coarse > 0);
     CHECK(missing > 0);
-    CHECK(camera.counters().lod.frames == coarse);
-    CHECK(camera.counters().lod.tiles_missing == missing);
+    CHECK(run.camera().counters().lod.frames == coarse);
+    CHECK(run.camera().counters().lod.tiles_missing == missing);
     CHECK(tiles_before > 0);
     CHECK(craters > 50);
     int checked = 0;

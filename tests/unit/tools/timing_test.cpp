@@ -336,6 +336,19 @@ TEST_CASE("triggers faster than the chip and sending slower than the rows are sa
     CHECK_THAT(remarks(file)[1], ContainsSubstring("the receiver or the machine that holds it up"));
 }
 
+TEST_CASE("frames below full quality are said with their levels") {
+    TimingFile file = read(header + in_time + slow);
+    for (const std::string& line : remarks(file))
+        CHECK_THAT(line, !ContainsSubstring("quality:"));
+    file.rows[0].levels = "0000";
+    file.rows[1].levels = "0556";
+    file.rows[1].rows_degraded = 24;
+    file.rows[1].error_ppm = 25'000;
+    REQUIRE_FALSE(remarks(file).empty());
+    CHECK(remarks(file).front() == "quality: 1 of 2 frames below full, groups of rows: full 62.5 %, quarter "
+                                   "25.0 %, sixteenth 12.5 %; estimated error 2.5 % (median; worst 2.5 %)");
+}
+
 TEST_CASE("acquisitions of a timing file are reported apart") {
     // Files without a column for it: in each acquisition frames count from 1.
     const TimingFile old = read(header + in_time + slow + in_time);
