@@ -88,7 +88,10 @@ void BlockTracer::set_block(std::int32_t block, std::int32_t y) {
         row_y.v[i] = y;
     }
     projection_.rays(x, row_y, centre_, solid_angle_);
-    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y, lens_seed_, light_seed_);
+}
+
+void BlockTracer::set_seeds() {
+    pixel_seeds(sampling_.seed, sampling_.frame_id, first_x_, y_, lens_seed_, light_seed_);
 }
 
 NearBodies BlockTracer::find_near() {
@@ -324,6 +327,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
         for (int i = 0; i < packet_size; ++i)
             wanted[i] = result.covered[i] ? first : 0;
     }
+    set_seeds();
     sample(wanted, sums);
 
     // Further rounds: estimate the error, add samples where it exceeds the target.
@@ -355,6 +359,7 @@ void BlockTracer::trace_grid(std::int32_t block, std::int32_t y, const SampleGri
         row_y.v[i] = y + kernel.shift_y;
         active.on[i] = (near.covered >> i & 1u) != 0 ? -1 : 0;
     }
+    set_seeds();
     CameraRays rays;
     rays.index = {};
     rays.light_seed = light_seed_;
@@ -555,11 +560,13 @@ void BlockTracer::trace(Batch& batch, Sums& sums) {
                 sums.channel[c][p] += value;
                 v += value;
             }
-            v /= static_cast<double>(channels);
+            if (channels > 1) v /= static_cast<double>(channels);
         }
-        if (sampling_.target_error > 0) sums.noise.add(p, v);
-        sums.least[p] = std::min(sums.least[p], v);
-        sums.most[p] = std::max(sums.most[p], v);
+        if (sampling_.target_error > 0) {
+            sums.noise.add(p, v);
+            sums.least[p] = std::min(sums.least[p], v);
+            sums.most[p] = std::max(sums.most[p], v);
+        }
         if (sums.more != nullptr) sums.more->add(p, v);
     }
     batch.count = 0;

@@ -97,8 +97,10 @@ private:
     /// Samples that are traced together.
     struct Batch;
 
-    /// Sets the block, its seeds, and the directions and solid angles of its pixels.
+    /// Sets the block, and the directions and solid angles of its pixels.
     void set_block(std::int32_t block, std::int32_t y);
+    /// Sets the seeds of the block's pixels, which only samples need.
+    void set_seeds();
     /// Finds the bodies that the block's pixels may show at some instant; lists them in `candidates_`.
     NearBodies find_near();
     /// Sets the places on a body that the samples of the block fall on at the row's instants, along a line.
@@ -155,7 +157,7 @@ private:
     std::int32_t first_x_ = 0, y_ = 0;
     Vec3s centre_; ///< directions of the pixels' centres
     Doubles solid_angle_;
-    Words lens_seed_, light_seed_;
+    Words lens_seed_, light_seed_; ///< of set_seeds()
     /// Place on a body, from 0 to the number of parts: first_place_ plus these times the number of the pixel
     /// in the block and the place in the exposure, 0 to 1.
     double first_place_ = 0, place_of_pixel_ = 0, place_of_time_ = 0;

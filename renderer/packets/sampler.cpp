@@ -24,13 +24,14 @@ constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
     return x;
 }
 
-/// The Pascal matrix modulo 2, the generator of the second Sobol dimension, in bit-reversed index space.
-constexpr std::uint32_t pascal(std::uint32_t x) {
-    x ^= x << 16;
-    x ^= (x & 0x00ff00ffu) << 8;
-    x ^= (x & 0x0f0f0f0fu) << 4;
-    x ^= (x & 0x33333333u) << 2;
-    x ^= (x & 0x55555555u) << 1;
+/// The Pascal matrix modulo 2, the generator of the second Sobol dimension: its value, bit-reversed, of the
+/// index.
+constexpr std::uint32_t pascal_reversed(std::uint32_t x) {
+    x ^= x >> 16;
+    x ^= (x & 0xff00ff00u) >> 8;
+    x ^= (x & 0xf0f0f0f0u) >> 4;
+    x ^= (x & 0xccccccccu) >> 2;
+    x ^= (x & 0xaaaaaaaau) >> 1;
     return x;
 }
 
@@ -108,8 +109,7 @@ void sobol_pair(const Words& index, const Words& seed, Doubles& u, Doubles& v) {
         const std::uint32_t shuffled = reverse_bits(scramble_reversed(reverse_bits(index.v[i]), order));
         // Sobol's first dimension is the bit-reversed index: reversed again, the index itself.
         const std::uint32_t a = reverse_bits(scramble_reversed(shuffled, first));
-        const std::uint32_t b =
-            reverse_bits(scramble_reversed(reverse_bits(pascal(reverse_bits(shuffled))), second));
+        const std::uint32_t b = reverse_bits(scramble_reversed(pascal_reversed(shuffled), second));
         u.v[i] = to_unit(a);
         v.v[i] = to_unit(b);
     }

@@ -57,6 +57,30 @@ void enter(const RayPacket& rays, const Doubles& limit, double radius, FloatRays
     }
 }
 
+/// As enter(), where no origin lies outside the bounding sphere, as those of shadow rays; false, with `out`
+/// undefined, where one does.
+OBSCURA_VECTOR_CLONES
+bool enter_inside(const RayPacket& rays, double radius, FloatRays& out) {
+    const double radius2 = radius * radius;
+    int outside = 0;
+    for (int i = 0; i < packet_size; ++i) {
+        const double ox = rays.origin.x[i];
+        const double oy = rays.origin.y[i];
+        const double oz = rays.origin.z[i];
+        outside |= rays.active.on[i] & (ox * ox + oy * oy + oz * oz < radius2 ? 0 : -1);
+        out.ox[i] = static_cast<float>(ox);
+        out.oy[i] = static_cast<float>(oy);
+        out.oz[i] = static_cast<float>(oz);
+        out.dx[i] = static_cast<float>(rays.direction.x[i]);
+        out.dy[i] = static_cast<float>(rays.direction.y[i]);
+        out.dz[i] = static_cast<float>(rays.direction.z[i]);
+        const double reach = 4 * radius;
+        out.t_far[i] = static_cast<float>(rays.t_max[i] < reach ? rays.t_max[i] : reach);
+        out.active.on[i] = rays.active.on[i];
+    }
+    return outside == 0;
+}
+
 template<int width, class Packet>
 void load(const FloatRays& rays, int first, Packet& p) {
     constexpr auto bytes = sizeof(float) * width;
@@ -367,7 +391,7 @@ void MeshShape::occlude(RayPacket& rays) const {
         return;
     }
     FloatRays f;
-    enter(rays, rays.t_max, bounding_radius_m_, f);
+    if (!enter_inside(rays, bounding_radius_m_, f)) enter(rays, rays.t_max, bounding_radius_m_, f);
     if (!f.active.any()) return;
     if (device_->has_16_wide()) {
         RTCRay16 p;
