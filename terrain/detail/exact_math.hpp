@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Logarithms, powers and tangents from IEEE operations alone: the same bits on every machine.
+// Logarithms, powers, sines and tangents from IEEE operations alone: the same bits on every machine.
 #pragma once
 
 #include <cmath>
@@ -52,6 +52,49 @@ namespace obscura::terrain {
         sine = 1 - sine * x * x / ((n + 2) * (n + 3));
     }
     return x * sine / cosine;
+}
+
+struct CosineSine {
+    double cosine = 1, sine = 0;
+};
+/// Of an angle in turns, |turns| < 1e6. Good to 1e-15.
+[[nodiscard]] inline CosineSine exact_cosine_sine(double turns) {
+    const double quarters = std::floor(4 * turns + 0.5);
+    const double x = 2 * std::numbers::pi * (turns - 0.25 * quarters), square = x * x;
+    double sine = 1, cosine = 1;
+    for (int n = 18; n >= 2; n -= 2) {
+        cosine = 1 - cosine * square / ((n - 1) * n);
+        sine = 1 - sine * square / (n * (n + 1));
+    }
+    sine *= x;
+    switch (static_cast<int>(quarters - 4 * std::floor(0.25 * quarters))) {
+    case 0:
+        return {cosine, sine};
+    case 1:
+        return {-sine, cosine};
+    case 2:
+        return {-cosine, -sine};
+    default:
+        return {sine, -cosine};
+    }
+}
+
+/// Angle of (x, y) in turns, 0 to 1; 0 at the origin. Good to 1e-15.
+[[nodiscard]] inline double exact_turn(double x, double y) {
+    const double longer = std::fmax(std::fabs(x), std::fabs(y));
+    const double shorter = std::fmin(std::fabs(x), std::fabs(y));
+    if (longer == 0) return 0;
+    // Twice half the angle, whose tangent is below 0.2.
+    double t = shorter / longer;
+    for (int k = 0; k < 2; ++k)
+        t = t / (1 + std::sqrt(1 + t * t));
+    double sum = 0;
+    for (int n = 23; n >= 1; n -= 2)
+        sum = 1.0 / n - sum * t * t;
+    const double eighth = 4 * t * sum / (2 * std::numbers::pi);
+    const double quarter = std::fabs(y) > std::fabs(x) ? 0.25 - eighth : eighth;
+    const double half = x < 0 ? 0.5 - quarter : quarter;
+    return y < 0 ? 1 - half : half;
 }
 
 /// 0 below 0, 1 above 1, with continuous slope between.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terrain/maps/raster.hpp"
 
+#include "terrain/detail/exact_math.hpp"
+#include "terrain/maps/cubic.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,46 +16,20 @@
 namespace obscura::terrain {
 namespace {
 
-/// Blocks have this many samples along an edge, and further ones around so that each stencil of four by four
-/// lies in one block.
-constexpr int block_bits = 6;
-constexpr std::int64_t block_cells = std::int64_t{1} << block_bits;
-constexpr std::int64_t block_edge = block_cells + 3;
-/// About 9 MB.
-constexpr std::size_t most_blocks = 512;
-
 /// Levels are used down to this many samples along an edge.
 constexpr std::int64_t least_samples = 4;
-/// Largest stretch of the cubic: along rows and where there is no full turn, in samples, and along a full
-/// turn. Beyond 0.6 rad, a parallel beside the pole is no straight line any more.
-constexpr double most_stretch = 64, most_turn = 0.1;
+/// Columns are taken together where they are more than this many times as close to each other as rows are.
+constexpr double most_aspect = 3;
+/// Columns that are taken together for an aspect; in the end so many that they are 3/4 as far apart as rows.
+double columns_for(double aspect) {
+    return aspect > most_aspect ? 0.75 * aspect - most_aspect * (0.75 * most_aspect - 1) / aspect : 1;
+}
+
 /// The weights of stretched and plain cubics across have absolute sums of up to 1.2688 and 1.25: a value
 /// exceeds its samples by at most (1.2688 * 1.25 - 1) / 2 of their range.
 constexpr double overshoot = 0.2931;
-/// Where samples are missing, the sum of the weights that are left may be this share of the whole.
-constexpr double least_weight = 0.75;
-constexpr double overshoot_at_holes = ((2 * overshoot + 1) / least_weight - 1) / 2;
-
-constexpr float nan_sample = std::numeric_limits<float>::quiet_NaN();
-
-/// Weights of four samples at -1, 0, 1, 2 for the place `t`, 0 to 1.
-std::array<double, 4> catmull_rom(double t) {
-    const double t2 = t * t, t3 = t2 * t;
-    return {-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1, -1.5 * t3 + 2 * t2 + 0.5 * t,
-            0.5 * t3 - 0.5 * t2};
-}
-
-/// The same as one function of the distance.
-double cubic(double distance) {
-    const double t = std::abs(distance);
-    if (t >= 2) return 0;
-    return t < 1 ? (1.5 * t - 2.5) * t * t + 1 : ((-0.5 * t + 2.5) * t - 4) * t + 2;
-}
-
-std::int64_t floor_mod(std::int64_t value, std::int64_t divisor) {
-    const std::int64_t r = value % divisor;
-    return r < 0 ? r + divisor : r;
-}
+/// Of columns that are taken together.
+constexpr double overshoot_of_thinned = (1.2688 * ThinnedRows::most_weight - 1) / 2;
 
 /// How an axis of a level ends.
 enum class End : std::uint8_t {
@@ -73,34 +50,6 @@ double warped(double x, std::int64_t count, double last, End end, bool nodes) {
     const double middle = n - 1 - 0.5 * (1 - last); // of the last sample
     if (x <= middle || end == End::seam) return n - 2 + (x - (n - 2)) * 2 / (1 + last);
     return end == End::mirror ? n - 1 + (x - middle) / last : n - 1 + (x - middle);
-}
-
-/// Fills in missing ones of four samples by their nearest neighbour; false: both middle ones are missing.
-bool completed(std::array<double, 4>& v) {
-    if (std::isnan(v[1]) && std::isnan(v[2])) return false;
-    if (std::isnan(v[1])) v[1] = v[2];
-    if (std::isnan(v[2])) v[2] = v[1];
-    if (std::isnan(v[0])) v[0] = v[1];
-    if (std::isnan(v[3])) v[3] = v[2];
-    return true;
-}
-
-/// A stencil with samples missing.
-double patched(const float* s, const std::array<double, 4>& across, const std::array<double, 4>& down,
-               double t, double u) {
-    const std::size_t nearest =
-        (t < 0.5 ? 1U : 2U) + (u < 0.5 ? 1U : 2U) * static_cast<std::size_t>(block_edge);
-    if (std::isnan(s[nearest])) return std::numeric_limits<double>::quiet_NaN();
-    std::array<double, 4> rows{};
-    for (std::size_t j = 0; j < 4; ++j) {
-        std::array<double, 4> v{};
-        for (std::size_t i = 0; i < 4; ++i)
-            v[i] = static_cast<double>(s[j * static_cast<std::size_t>(block_edge) + i]);
-        rows[j] = completed(v) ? across[0] * v[0] + across[1] * v[1] + across[2] * v[2] + across[3] * v[3]
-                               : std::numeric_limits<double>::quiet_NaN();
-    }
-    if (!completed(rows)) return std::numeric_limits<double>::quiet_NaN();
-    return down[0] * rows[0] + down[1] * rows[1] + down[2] * rows[2] + down[3] * rows[3];
 }
 
 } // namespace
@@ -131,25 +80,116 @@ Raster::Raster(std::shared_ptr<const SamplePyramid> samples, const MapFrame& fra
         if (k > 0 && (level.width < least_samples || level.height < least_samples)) break;
         levels_.push_back(level);
     }
-    for (int k = 0; k < static_cast<int>(levels_.size()); ++k) {
+    cylindrical_ = frame.projection().kind == ProjectionKind::simple_cylindrical;
+    for (int k = 0; cylindrical_ && k < static_cast<int>(levels_.size()); ++k) {
         Level& at = levels_[static_cast<std::size_t>(k)];
-        if (first_pole_) at.first_mean = row_mean(k, 0);
-        if (last_pole_) at.last_mean = row_mean(k, at.height - 1);
+        at.thinned = ThinnedRows(at.width, at.last_x, period_ > 0, samples_->levels_of_nodes());
+        if (first_pole_) at.first_cap = polar_cap(k, true);
+        if (last_pole_) at.last_cap = polar_cap(k, false);
     }
 }
 
-double Raster::row_mean(int k, std::int64_t row) const {
-    const std::int64_t columns = level(k).width;
-    std::array<float, 4096> samples;
-    double sum = 0;
-    for (std::int64_t i = 0; i < columns;) {
-        const auto count = static_cast<int>(std::min<std::int64_t>(samples.size(), columns - i));
-        samples_->read(k, i, row, count, 1, {samples.data(), static_cast<std::size_t>(count)});
-        for (int c = 0; c < count; ++c)
-            sum += static_cast<double>(samples[static_cast<std::size_t>(c)]);
-        i += count;
-    }
-    return sum / static_cast<double>(columns);
+Raster::Halvings Raster::halvings(double columns, int most) {
+    if (!(columns > 1) || most == 0) return {};
+    if (!(columns < std::ldexp(1.0, most))) return {most, 0};
+    int exponent = 0;
+    const double mantissa = std::frexp(columns, &exponent);
+    return {exponent - 1, smooth_step(2 * mantissa - 1)};
+}
+
+double Raster::columns_of(SamplePlace density, double footprint) const {
+    const double columns = footprint > 0 ? density.x * footprint : 0; // at a pole columns have no width
+    return cylindrical_ ? std::max(columns, columns_for(density.x / density.y)) : columns;
+}
+
+double Raster::level_row(int k, double y) const {
+    const Level& at = level(k);
+    const bool nodes = samples_->levels_of_nodes();
+    const double shift = nodes ? 0 : 0.5;
+    return warped((y + shift) / at.scale - shift, at.height, at.last_y, last_pole_ ? End::mirror : End::edge,
+                  nodes);
+}
+
+double Raster::level_column(int k, double x) const {
+    const Level& at = level(k);
+    const bool nodes = samples_->levels_of_nodes();
+    const double shift = nodes ? 0 : 0.5;
+    return warped((x + shift) / at.scale - shift, at.width, at.last_x, period_ > 0 ? End::seam : End::edge,
+                  nodes);
+}
+
+double Raster::thinned_column(int k, double x, std::int64_t count) const {
+    const Level& at = level(k);
+    const double shift = samples_->levels_of_nodes() ? 0 : 0.5;
+    return at.thinned.place((x + shift) / at.scale - shift, count);
+}
+
+double Raster::level_turn(int k, double x) const {
+    const Level& at = level(k);
+    const double shift = samples_->levels_of_nodes() ? 0 : 0.5;
+    return at.thinned.turn((x + shift) / at.scale - shift);
+}
+
+PolarCap Raster::polar_cap(int k, bool first) const {
+    const Level& at = level(k);
+    // Rings of the rows nearest to the pole, in columns about a quarter as far apart as rows are.
+    std::array<std::vector<float>, PolarCap::most_rows> rings;
+    std::vector<float> row(static_cast<std::size_t>(at.width));
+    const auto ring_at = [&](std::int64_t stored) -> const std::vector<float>& {
+        const std::int64_t from_pole = first ? stored : at.height - 1 - stored;
+        std::vector<float>& ring =
+            rings[static_cast<std::size_t>(std::min<std::int64_t>(from_pole, PolarCap::most_rows - 1))];
+        if (!ring.empty()) return ring;
+        const double distance = std::max(static_cast<double>(from_pole), 0.5);
+        const auto wanted = static_cast<std::int64_t>(4 * std::ceil(std::numbers::pi * distance));
+        for (std::int64_t x = 0; x < at.width; x += 4096) {
+            const auto count = static_cast<int>(std::min<std::int64_t>(4096, at.width - x));
+            samples_->read(
+                k, x, stored, count, 1,
+                std::span(row).subspan(static_cast<std::size_t>(x), static_cast<std::size_t>(count)));
+        }
+        ring.resize(static_cast<std::size_t>(std::min(wanted, at.width)));
+        const auto count = static_cast<std::int64_t>(ring.size());
+        std::vector<float> means(ring.size() + 2);
+        at.thinned.thin(count, 0, row, std::span(means).subspan(1, ring.size()));
+        means.front() = means[ring.size()];
+        means.back() = means[1];
+        at.thinned.sharpen(count, means, ring);
+        return ring;
+    };
+    const auto in_ring = [](const std::vector<float>& ring, double turn) {
+        const auto count = static_cast<std::int64_t>(ring.size());
+        const double place = turn * static_cast<double>(count) - 0.5, left = std::floor(place);
+        const std::array<double, 4> weights = catmull_rom(place - left);
+        double sum = 0;
+        for (std::int64_t i = 0; i < 4; ++i)
+            sum += weights[static_cast<std::size_t>(i)] *
+                   static_cast<double>(ring[static_cast<std::size_t>(
+                       floor_mod(static_cast<std::int64_t>(left) - 1 + i, count))]);
+        return sum;
+    };
+    const auto mean = [](const std::vector<float>& ring) {
+        double sum = 0;
+        for (const float v : ring)
+            sum += static_cast<double>(v);
+        return sum / static_cast<double>(ring.size());
+    };
+    const double rows = std::min(PolarCap::most_reach, 0.25 * static_cast<double>(at.height));
+    return PolarCap(rows, [&](double distance, double turn) {
+        const double y = level_row(k, first ? frame_.first_pole_y() + distance * at.scale
+                                            : frame_.last_pole_y() - distance * at.scale);
+        const double top = std::floor(y);
+        const std::array<double, 4> down = catmull_rom(y - top);
+        double sum = 0;
+        for (std::int64_t j = 0; j < 4; ++j) {
+            bool beyond = false;
+            const std::vector<float>& ring =
+                ring_at(stored_row(k, static_cast<std::int64_t>(top) - 1 + j, beyond));
+            sum += down[static_cast<std::size_t>(j)] *
+                   (distance == 0 ? mean(ring) : in_ring(ring, beyond ? turn + 0.5 : turn));
+        }
+        return sum;
+    });
 }
 
 bool Raster::whole() const {
@@ -236,13 +276,16 @@ Raster::Densities Raster::densities(Vec3 centre, double radius) const {
 
 SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double footprint) const {
     const auto width = static_cast<double>(frame_.width()), height = static_cast<double>(frame_.height());
-    const SamplePlace density = densities(centre, radius).largest;
+    const Densities around = densities(centre, radius);
+    const SamplePlace density = around.largest;
     // Half of a cubic of the coarser level, and the samples that its outer ones are means of.
-    const double across = footprint > 0 ? density.x * footprint : 0; // at a pole pixels have no width
-    const double margin_x = std::min(6 * std::max(1.0, across) + 2, 2 * width);
+    const double across = columns_of({density.x, around.least.y}, footprint);
+    const bool thinned = cylindrical_ && across > 1;
+    const double margin_x = std::min((thinned ? 8 : 6) * std::max(1.0, across) + 2, 2 * width);
     const double margin_y = std::min(6 * std::max(1.0, density.y * footprint) + 2, 2 * height);
     double x0 = area.least.x - margin_x, x1 = area.largest.x + margin_x;
     double y0 = area.least.y - margin_y, y1 = area.largest.y + margin_y;
+    const bool first_cap = first_pole_ && y0 < 0, last_cap = last_pole_ && y1 > height - 1;
     if (area.all) {
         x0 = y0 = 0;
         x1 = width;
@@ -251,32 +294,43 @@ SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double f
     if (y1 < 0 || y0 > height - 1 || (period_ == 0 && (x1 < 0 || x0 > width - 1)))
         return {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
     // Beyond a pole the samples are those of other longitudes.
-    if (period_ > 0 && ((first_pole_ && y0 < 0) || (last_pole_ && y1 > height - 1))) {
+    if (first_cap || last_cap) {
         x0 = 0;
         x1 = width;
     }
-    const auto block = [&](double from, double to) {
-        const double left = std::clamp(std::floor(from), 0.0, width - 1);
-        const double right = std::clamp(std::ceil(to), 0.0, width - 1);
-        const double top = std::clamp(std::floor(y0), 0.0, height - 1);
-        const double bottom = std::clamp(std::ceil(y1), 0.0, height - 1);
-        return samples_->range(static_cast<std::int64_t>(left), static_cast<std::int64_t>(top),
-                               static_cast<std::int64_t>(right - left) + 1,
-                               static_cast<std::int64_t>(bottom - top) + 1);
+    const auto block = [&](double left, double right, double top, double bottom) {
+        const auto index = [](double place, double count) {
+            return static_cast<std::int64_t>(std::clamp(place, 0.0, count - 1));
+        };
+        const std::int64_t x = index(std::floor(left), width), y = index(std::floor(top), height);
+        return samples_->range(x, y, index(std::ceil(right), width) - x + 1,
+                               index(std::ceil(bottom), height) - y + 1);
     };
-    SampleRange range = block(x0, x1);
+    const auto around_both = [](SampleRange a, SampleRange b) {
+        return SampleRange{std::min(a.least, b.least), std::max(a.largest, b.largest)};
+    };
+    const auto exceeded = [](SampleRange range, double by) {
+        if (!(range.least <= range.largest)) return range;
+        const auto over =
+            static_cast<float>(by * (static_cast<double>(range.largest) - static_cast<double>(range.least)));
+        return SampleRange{std::nextafter(range.least - over, -std::numeric_limits<float>::infinity()),
+                           std::nextafter(range.largest + over, std::numeric_limits<float>::infinity())};
+    };
+    SampleRange range = block(x0, x1, y0, y1);
     const auto turn = static_cast<double>(period_);
     if (period_ > 0 && (x0 < 0 || x1 > turn - 1)) {
-        const SampleRange other = x1 - x0 >= turn ? block(0, width)
-                                  : x0 < 0        ? block(x0 + turn, width)
-                                                  : block(0, x1 - turn);
-        range = {std::min(range.least, other.least), std::max(range.largest, other.largest)};
+        const SampleRange other = x1 - x0 >= turn ? block(0, width, y0, y1)
+                                  : x0 < 0        ? block(x0 + turn, width, y0, y1)
+                                                  : block(0, x1 - turn, y0, y1);
+        range = around_both(range, other);
     }
-    const auto over = static_cast<float>(
-        overshoot * (static_cast<double>(range.largest) - static_cast<double>(range.least)));
-    if (!(range.least <= range.largest)) return range;
-    return {std::nextafter(range.least - over, -std::numeric_limits<float>::infinity()),
-            std::nextafter(range.largest + over, std::numeric_limits<float>::infinity())};
+    range = exceeded(range, thinned ? overshoot_of_thinned : overshoot);
+    for (const Level& at : levels_) {
+        if (first_cap && at.first_cap.exists()) range = around_both(range, at.first_cap.range());
+        if (last_cap && at.last_cap.exists()) range = around_both(range, at.last_cap.range());
+        if (at.scale > density.y * footprint) break; // coarser ones are not used
+    }
+    return range;
 }
 
 std::int64_t Raster::stored_row(int k, std::int64_t row, bool& beyond_pole) const {
@@ -293,247 +347,6 @@ std::int64_t Raster::stored_row(int k, std::int64_t row, bool& beyond_pole) cons
         row = k == 0 ? std::llround(2 * frame_.last_pole_y()) - row : 2 * rows - (on_pole ? 2 : 1) - row;
     }
     return std::clamp<std::int64_t>(row, 0, rows - 1);
-}
-
-// Columns from `column` on, which may lie beyond the raster: across its seam, beyond a pole or, where it has
-// an edge, with the outermost column again.
-void Raster::Reader::read_row(int k, std::int64_t column, std::int64_t row, int count, float* out) {
-    const Raster& raster = raster_;
-    const std::int64_t columns = raster.level(k).width;
-    bool beyond_pole = false;
-    const std::int64_t from = raster.stored_row(k, row, beyond_pole);
-    const auto read = [&](std::int64_t first, int wanted, float* to) {
-        raster.samples_->read(k, first, from, wanted, 1, {to, static_cast<std::size_t>(wanted)});
-    };
-    if (raster.period_ == 0) {
-        const std::int64_t left = std::clamp<std::int64_t>(column, 0, columns - 1);
-        const std::int64_t right = std::clamp<std::int64_t>(column + count - 1, 0, columns - 1);
-        const std::int64_t begin = std::clamp<std::int64_t>(left - column, 0, count - 1);
-        const auto wanted = static_cast<int>(std::min(right - left + 1, count - begin));
-        read(left, wanted, out + begin);
-        std::fill(out, out + begin, out[begin]);
-        std::fill(out + begin + wanted, out + count, out[begin + wanted - 1]);
-        return;
-    }
-    const auto cyclic = [&](std::int64_t first, float* to) {
-        for (int done = 0; done < count;) {
-            const std::int64_t at = floor_mod(first + done, columns);
-            const auto wanted = static_cast<int>(std::min<std::int64_t>(count - done, columns - at));
-            read(at, wanted, to + done);
-            done += wanted;
-        }
-    };
-    if (!beyond_pole) return cyclic(column, out);
-    cyclic(column + columns / 2, out);
-    if (columns % 2 == 0) return;
-    std::array<float, static_cast<std::size_t>(block_edge)> other{};
-    cyclic(column + columns / 2 + 1, other.data());
-    for (int i = 0; i < count; ++i)
-        out[i] = 0.5F * (out[i] + other[static_cast<std::size_t>(i)]);
-}
-
-void Raster::Reader::fill(int k, std::int64_t block_x, std::int64_t block_y, Block& block) {
-    const Level& level = raster_.level(k);
-    block.samples.assign(static_cast<std::size_t>(block_edge * block_edge), nan_sample);
-    const std::int64_t left = block_x * block_cells - 1, top = block_y * block_cells - 1;
-    if (left >= 0 && top >= 0 && left + block_edge <= level.width && top + block_edge <= level.height)
-        return raster_.samples_->read(k, left, top, static_cast<int>(block_edge),
-                                      static_cast<int>(block_edge), block.samples);
-    for (std::int64_t j = 0; j < block_edge; ++j)
-        read_row(k, left, top + j, static_cast<int>(block_edge),
-                 block.samples.data() + static_cast<std::ptrdiff_t>(j * block_edge));
-}
-
-const float* Raster::Reader::stencil(int k, std::int64_t column, std::int64_t row) {
-    const std::int64_t block_x = (column + 1) >> block_bits, block_y = (row + 1) >> block_bits;
-    const std::uint64_t key = static_cast<std::uint64_t>(k) << 58 |
-                              static_cast<std::uint64_t>(block_y + 2) << 29 |
-                              static_cast<std::uint64_t>(block_x + 2);
-    if (key != last_key_) {
-        if (blocks_.size() > most_blocks) blocks_.clear();
-        const auto [at, fresh] = blocks_.try_emplace(key);
-        if (fresh) {
-            last_key_ = ~std::uint64_t{0};
-            fill(k, block_x, block_y, at->second);
-        }
-        last_ = &at->second;
-        last_key_ = key;
-    }
-    const std::int64_t i = column + 1 - block_x * block_cells, j = row + 1 - block_y * block_cells;
-    return last_->samples.data() + static_cast<std::ptrdiff_t>(j * block_edge + i);
-}
-
-// Four by four samples at index coordinates.
-double Raster::Reader::narrow(int k, double x, double y) {
-    const double left = std::floor(x), top = std::floor(y);
-    const double t = x - left, u = y - top;
-    auto column = static_cast<std::int64_t>(left);
-    if (raster_.period_ > 0) column = floor_mod(column, raster_.level(k).width);
-    const float* const s = stencil(k, column - 1, static_cast<std::int64_t>(top) - 1);
-    const std::array<double, 4> across = catmull_rom(t), down = catmull_rom(u);
-    double sum = 0;
-    for (std::size_t j = 0; j < 4; ++j) {
-        const float* const line = s + j * static_cast<std::size_t>(block_edge);
-        sum +=
-            down[j] * (across[0] * static_cast<double>(line[0]) + across[1] * static_cast<double>(line[1]) +
-                       across[2] * static_cast<double>(line[2]) + across[3] * static_cast<double>(line[3]));
-    }
-    return std::isnan(sum) ? patched(s, across, down, t, u) : sum;
-}
-
-// As many samples as the stretched cubics cover.
-double Raster::Reader::wide(int k, double x, double y, double stretch_x, double stretch_y) {
-    const Level& level = raster_.level(k);
-    const auto begin_x = static_cast<std::int64_t>(std::ceil(x - 2 * stretch_x));
-    const auto end_x = static_cast<std::int64_t>(std::floor(x + 2 * stretch_x));
-    const auto begin_y = static_cast<std::int64_t>(std::ceil(y - 2 * stretch_y));
-    const auto end_y = static_cast<std::int64_t>(std::floor(y + 2 * stretch_y));
-    double sum = 0, weights = 0, missing = 0;
-    across_.clear();
-    for (std::int64_t i = begin_x; i <= end_x; ++i)
-        across_.push_back(cubic((static_cast<double>(i) - x) / stretch_x));
-    for (std::int64_t j = begin_y; j <= end_y; ++j) {
-        const double down = cubic((static_cast<double>(j) - y) / stretch_y);
-        if (down == 0) continue;
-        for (std::int64_t i = begin_x; i <= end_x;) {
-            const std::int64_t column = raster_.period_ > 0 ? floor_mod(i, level.width)
-                                                            : std::clamp<std::int64_t>(i, 0, level.width - 1);
-            // Samples of one block, one after the other.
-            const float* const s = stencil(k, column, j);
-            std::int64_t run = 1;
-            if (raster_.period_ > 0 || (i >= 0 && i < level.width))
-                run = std::min(
-                    {block_cells - floor_mod(column + 1, block_cells), end_x - i + 1, level.width - column});
-            for (std::int64_t r = 0; r < run; ++r) {
-                const double weight = down * across_[static_cast<std::size_t>(i + r - begin_x)];
-                if (std::isnan(s[r]))
-                    missing += std::abs(weight);
-                else {
-                    sum += weight * static_cast<double>(s[r]);
-                    weights += weight;
-                }
-            }
-            i += run;
-        }
-    }
-    if (missing == 0) return sum / weights;
-    // With many samples missing the cubic's own weights are of no use.
-    const double whole = stretch_x * stretch_y;
-    return weights > least_weight * whole ? sum / weights : narrow(k, x, y);
-}
-
-double Raster::Reader::level_value(int k, SamplePlace place, double stretch_x, double stretch_y) {
-    const Level& level = raster_.level(k);
-    const bool nodes = raster_.samples_->levels_of_nodes();
-    const double shift = nodes ? 0 : 0.5;
-    const double x = warped((place.x + shift) / level.scale - shift, level.width, level.last_x,
-                            raster_.period_ > 0 ? End::seam : End::edge, nodes);
-    const double y = warped((place.y + shift) / level.scale - shift, level.height, level.last_y,
-                            raster_.last_pole_ ? End::mirror : End::edge, nodes);
-    double value = 0;
-    if (stretch_x <= 1 && stretch_y <= 1) {
-        value = narrow(k, x, y);
-    } else {
-        const double most =
-            raster_.period_ > 0 ? std::max(1.0, most_turn * static_cast<double>(level.width)) : most_stretch;
-        value = wide(k, x, y, std::clamp(stretch_x, 1.0, most), std::clamp(stretch_y, 1.0, most_stretch));
-    }
-    // The nearest row around a pole has many values at one point: within half a row of the pole the surface
-    // goes over to their mean.
-    const auto towards = [&](double mean, double rows) {
-        if (!(rows < 0.5) || std::isnan(mean)) return;
-        const double t = 2 * std::max(rows, 0.0);
-        value = mean + (value - mean) * t * t * (3 - 2 * t);
-    };
-    const MapFrame& frame = raster_.frame_;
-    if (raster_.first_pole_) towards(level.first_mean, (place.y - frame.first_pole_y()) / level.scale);
-    if (raster_.last_pole_) towards(level.last_mean, (frame.last_pole_y() - place.y) / level.scale);
-    return value;
-}
-
-double Raster::Reader::sample(const Located& located, double footprint) {
-    const SamplePlace place = located.place, density = located.density;
-    if (!raster_.inside(place)) return std::numeric_limits<double>::quiet_NaN();
-    // At a pole pixels have no width.
-    const double columns = footprint > 0 ? density.x * footprint : 0, rows = density.y * footprint;
-    if (columns <= 1 && rows <= 1) return level_value(0, place, 1, 1);
-    const double most = static_cast<double>(raster_.levels_.size() - 1);
-    const double blend = std::min(std::log2(std::max(1.0, std::min(columns, rows))), most);
-    const double whole = std::floor(blend), share = blend - whole;
-    const double scale = std::exp2(-blend);
-    const auto k = static_cast<int>(whole);
-    const double fine = level_value(k, place, columns * scale, rows * scale);
-    if (share == 0 || std::isnan(fine)) return fine;
-    const double coarse = level_value(k + 1, place, columns * scale, rows * scale);
-    return std::isnan(coarse) ? fine : fine + share * (coarse - fine);
-}
-
-bool Raster::Reader::plain(SamplePlace place, SamplePlace density, double footprint) const {
-    if (!raster_.inside(place)) return false;
-    if (footprint > 0 && !(density.x * footprint <= 1 && density.y * footprint <= 1)) return false;
-    const MapFrame& frame = raster_.frame_;
-    return !(raster_.first_pole_ && place.y - frame.first_pole_y() < 0.5) &&
-           !(raster_.last_pole_ && frame.last_pole_y() - place.y < 0.5);
-}
-
-void Raster::Reader::sample(const MapBlock& block, std::span<const double> footprints,
-                            std::span<double> out) {
-    static constexpr std::array<float, static_cast<std::size_t>(4 * block_edge)> nothing{};
-    // None is thrown out while others are looked up.
-    if (blocks_.size() + map_block_size > most_blocks) {
-        blocks_.clear();
-        last_key_ = ~std::uint64_t{0};
-    }
-    StencilBlock stencils;
-    std::array<std::uint8_t, map_block_size> others;
-    std::size_t other_count = 0;
-    const double shift = raster_.samples_->levels_of_nodes() ? 0 : 0.5;
-    const std::int64_t width = raster_.level(0).width;
-    for (std::size_t n = 0; n < map_block_size; ++n) {
-        stencils.first[n] = reinterpret_cast<std::int64_t>(nothing.data());
-        stencils.t[n] = stencils.u[n] = 0;
-        if (n >= block.count) continue;
-        const SamplePlace place{block.place_x[n], block.place_y[n]};
-        if (!plain(place, {block.density_x[n], block.density_y[n]}, footprints[n])) {
-            others[other_count++] = static_cast<std::uint8_t>(n);
-            continue;
-        }
-        const double x = (place.x + shift) - shift, y = (place.y + shift) - shift;
-        const double left = std::floor(x), top = std::floor(y);
-        auto column = static_cast<std::int64_t>(left);
-        if (raster_.period_ > 0 && (column < 0 || column >= width)) column = floor_mod(column, width);
-        stencils.first[n] =
-            reinterpret_cast<std::int64_t>(stencil(0, column - 1, static_cast<std::int64_t>(top) - 1));
-        stencils.t[n] = x - left;
-        stencils.u[n] = y - top;
-    }
-    alignas(64) std::array<double, map_block_size> values;
-    if (other_count < block.count)
-        sample_stencils(stencils, block.count, static_cast<std::size_t>(block_edge), values);
-    for (std::size_t n = 0; n < block.count; ++n)
-        if (std::isnan(values[n]) && plain({block.place_x[n], block.place_y[n]},
-                                           {block.density_x[n], block.density_y[n]}, footprints[n]))
-            others[other_count++] = static_cast<std::uint8_t>(n);
-    for (std::size_t n = 0; n < block.count; ++n)
-        out[n] = values[n];
-    for (std::size_t k = 0; k < other_count; ++k) {
-        const std::size_t n = others[k];
-        out[n] = sample({{block.place_x[n], block.place_y[n]}, {block.density_x[n], block.density_y[n]}},
-                        footprints[n]);
-    }
-}
-
-double Raster::Reader::bilinear(Vec3 p) {
-    const SamplePlace place = raster_.frame_.place(p);
-    if (!raster_.inside(place)) return std::numeric_limits<double>::quiet_NaN();
-    const double left = std::floor(place.x), top = std::floor(place.y);
-    const double t = place.x - left, u = place.y - top;
-    auto column = static_cast<std::int64_t>(left);
-    if (raster_.period_ > 0) column = floor_mod(column, raster_.period_);
-    const float* const s = stencil(0, column - 1, static_cast<std::int64_t>(top) - 1) + block_edge + 1;
-    const auto value = [&](std::ptrdiff_t i) { return static_cast<double>(s[i]); };
-    return (1 - u) * ((1 - t) * value(0) + t * value(1)) +
-           u * ((1 - t) * value(block_edge) + t * value(block_edge + 1));
 }
 
 } // namespace obscura::terrain

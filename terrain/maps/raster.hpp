@@ -3,9 +3,12 @@
 #pragma once
 
 #include "terrain/maps/map_frame.hpp"
+#include "terrain/maps/polar_cap.hpp"
+#include "terrain/maps/thinned_rows.hpp"
 #include "terrain/sample_pyramid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -17,11 +20,15 @@ namespace obscura::terrain {
 
 /// Samples and where they are. Immutable; thread-safe.
 ///
-/// Between samples Catmull-Rom cubics run along columns and rows (Keys, Cubic convolution interpolation for
-/// digital image processing, IEEE ASSP 29, 1981): the surface goes through the samples and its slope is
-/// continuous. A footprint larger than a pixel selects two reduced levels, which are blended; where pixels
-/// are much smaller along one axis than along the other, as beside the poles of a simple cylindrical map, the
-/// cubic is stretched along it. At a pole the surface is the mean of the row around it.
+/// Between samples Catmull-Rom cubics run along columns and rows: the surface goes through the samples and
+/// its slope is continuous. A footprint larger than a pixel selects two reduced levels, which are blended;
+/// where pixels are smaller along one axis than along the other, the cubic is stretched along it.
+///
+/// Towards the poles of a simple cylindrical map, columns come closer to each other than rows are: from where
+/// they are a third as far apart, means of 2, 4, 8 ... columns take their place (ThinnedRows), two of these
+/// blended, so that nothing is finer along parallels than along meridians, which would be ridges that run to
+/// the pole. About the pole of a whole turn there is a grid of its own (PolarCap), and its slope is
+/// continuous too.
 class Raster {
 public:
     /// The samples' finest level has the frame's size. Throws std::invalid_argument, with a phrase for a
@@ -57,21 +64,35 @@ public:
             std::vector<float> samples;
         };
 
+        /// A level, or the columns that are made of it.
+        struct Columns {
+            int level = 0, halvings = 0;
+            std::int64_t count = 0;
+        };
+        [[nodiscard]] Columns columns(int level, int halvings) const;
+
         [[nodiscard]] double level_value(int level, SamplePlace place, double stretch_x, double stretch_y);
-        [[nodiscard]] double narrow(int level, double x, double y);
-        /// Whether the value at a place is that of the finest level's plain cubic.
-        [[nodiscard]] bool plain(SamplePlace place, SamplePlace density, double footprint) const;
-        [[nodiscard]] double wide(int level, double x, double y, double stretch_x, double stretch_y);
-        /// First sample of the four by four from (column, row) and the distance of rows.
-        [[nodiscard]] const float* stencil(int level, std::int64_t column, std::int64_t row);
-        void fill(int level, std::int64_t block_x, std::int64_t block_y, Block& block);
-        void read_row(int level, std::int64_t column, std::int64_t row, int count, float* out);
+        [[nodiscard]] double narrow(const Columns& columns, double x, double y);
+        /// Whether the value at a place is that of plain cubics of the finest level's rows.
+        [[nodiscard]] bool plain(SamplePlace place, double rows) const;
+        [[nodiscard]] double wide(const Columns& columns, double x, double y, double stretch_x,
+                                  double stretch_y);
+        /// First sample of the four by four from (column, row) on.
+        [[nodiscard]] const float* stencil(const Columns& columns, std::int64_t column, std::int64_t row);
+        void forget();
+        void fill(const Columns& columns, std::int64_t block_x, std::int64_t block_y, Block& block);
+        void read_row(const Columns& columns, std::int64_t column, std::int64_t row, int count, float* out);
+        void read_stored(const Columns& columns, std::int64_t first, std::int64_t row, int count, float* out);
 
         const Raster& raster_;
         std::unordered_map<std::uint64_t, Block> blocks_;
-        std::uint64_t last_key_ = ~std::uint64_t{0};
-        const Block* last_ = nullptr;
+        struct Last {
+            std::uint64_t key = ~std::uint64_t{0};
+            const float* samples = nullptr;
+        };
+        std::array<Last, 2> last_;
         std::vector<double> across_; ///< weights of columns
+        std::vector<float> line_;    ///< samples that are thinned
     };
 
     [[nodiscard]] const SamplePyramid& samples() const { return *samples_; }
@@ -101,20 +122,35 @@ public:
 private:
     /// Sizes of one level.
     struct Level {
-        double scale = 1;                     ///< finest samples per sample
-        std::int64_t width, height;           ///< width: distinct columns
-        double last_x = 1, last_y = 1;        ///< shares of a sample that its last column and row cover
-        double first_mean = 0, last_mean = 0; ///< of the rows beside the poles
+        double scale = 1;              ///< finest samples per sample
+        std::int64_t width, height;    ///< width: distinct columns
+        double last_x = 1, last_y = 1; ///< shares of a sample that its last column and row cover
+        ThinnedRows thinned;           ///< simple cylindrical: towards the poles
+        PolarCap first_cap, last_cap;
     };
+    /// How many columns are one, as a real number: that many halvings, and the share of the next one.
+    struct Halvings {
+        int whole = 0;
+        double share = 0;
+    };
+    [[nodiscard]] static Halvings halvings(double columns, int most);
 
     [[nodiscard]] const Level& level(int k) const { return levels_[static_cast<std::size_t>(k)]; }
-    [[nodiscard]] double row_mean(int level, std::int64_t row) const;
+    [[nodiscard]] PolarCap polar_cap(int level, bool first) const;
     [[nodiscard]] std::int64_t stored_row(int level, std::int64_t row, bool& beyond_pole) const;
+    /// Place in a level's rows of that of the finest one.
+    [[nodiscard]] double level_row(int level, double y) const;
+    [[nodiscard]] double level_column(int level, double x) const;
+    /// Place in a level's rows of `count` columns, and in parts of a full turn, of that of the finest one.
+    [[nodiscard]] double thinned_column(int level, double x, std::int64_t count) const;
+    [[nodiscard]] double level_turn(int level, double x) const;
+    /// Columns that are taken together for a footprint, and where they are close to each other.
+    [[nodiscard]] double columns_of(SamplePlace density, double footprint) const;
 
     std::shared_ptr<const SamplePyramid> samples_;
     MapFrame frame_;
     std::int64_t period_ = 0; ///< columns of a full turn, 0: none
-    bool first_pole_ = false, last_pole_ = false;
+    bool cylindrical_ = false, first_pole_ = false, last_pole_ = false;
     std::vector<Level> levels_;
 };
 
