@@ -12,7 +12,7 @@ namespace obscura::renderer {
 enum class RenderPart : std::uint8_t {
     setup,    ///< state of camera and bodies at each instant of a row's exposure
     sampling, ///< camera rays of the pixels and what follows from them
-    grid,     ///< the shared sample grid
+    grid,     ///< the shared sample grid; the motion of reprojected rows
     wings,    ///< wings of the point spread function
     points,   ///< stars and sub-pixel bodies, at each instant
     rest,     ///< all else, such as stray light and the conversion to irradiance
@@ -34,6 +34,8 @@ struct RenderWork {
     std::uint64_t surface_hits = 0;
     std::array<std::uint64_t, 4> surface_coarser{};
     std::uint64_t tiles_missed = 0; ///< look-ups of tiles that were not there
+    /// Of reprojected rows: pixels that were hidden in the earlier frame, or outside of it.
+    std::uint64_t pixels_filled = 0;
 
     [[nodiscard]] std::int64_t& operator[](RenderPart part) noexcept {
         return part_ns[static_cast<std::size_t>(part)];
@@ -55,6 +57,7 @@ struct RenderWork {
         for (std::size_t i = 0; i < surface_coarser.size(); ++i)
             surface_coarser[i] -= before.surface_coarser[i];
         tiles_missed -= before.tiles_missed;
+        pixels_filled -= before.pixels_filled;
         return *this;
     }
     [[nodiscard]] friend RenderWork operator-(RenderWork after, const RenderWork& before) noexcept {

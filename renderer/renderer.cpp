@@ -22,6 +22,9 @@
 #include "renderer/planets/sun_visibility.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/planets/tile_loader.hpp"
+#include "renderer/reprojection/kept_image.hpp"
+#include "renderer/reprojection/motion_grid.hpp"
+#include "renderer/reprojection/resample.hpp"
 #include "renderer/scene/position.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/landmarks.hpp"
@@ -70,8 +73,10 @@ struct RowSetUp {
 
 /// Scratch memory of one thread, kept between rows so that nothing is allocated after the first.
 struct Scratch {
-    RowSetUp whole;                        ///< at the instants of the exposure
-    RowSetUp fewer;                        ///< at those of a level with fewer
+    RowSetUp whole;  ///< at the instants of the exposure
+    RowSetUp fewer;  ///< at those of a level with fewer
+    RowSetUp middle; ///< at the middle of the exposure, for what is kept
+    MotionGrid::Row motion_of_row;
     std::optional<MovingLens> moving_lens; ///< with aberration
     const Projection* lens = nullptr;      ///< of the row begun last: moving_lens or the camera's
     std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
@@ -127,6 +132,29 @@ FrameSamples::FrameSamples() : impl_(std::make_unique<Impl>()) {}
 FrameSamples::~FrameSamples() = default;
 void FrameSamples::begin_frame() noexcept {
     impl_->rows.kept = false;
+}
+
+struct KeptLight::Impl {
+    Impl(const Region& most, std::size_t channels, std::size_t bodies) {
+        image.begin(most, channels, bodies);
+        motion.reset(most);
+        motion_jobs.reserve(static_cast<std::size_t>(motion.cell_rows()) + 1);
+    }
+
+    KeptImage image;
+    MotionGrid motion;
+    Region area{};
+    std::uint64_t kept_by = 0;             ///< number of the renderer of the light; 0: none yet
+    std::vector<std::int32_t> motion_jobs; ///< rows of cells to be done
+};
+KeptLight::~KeptLight() = default;
+void KeptLight::begin_frame(const Region& area) noexcept {
+    impl_->area = area;
+    impl_->kept_by = 0;
+    impl_->motion.reset(area);
+}
+void KeptLight::begin_reprojection() noexcept {
+    impl_->motion.reset(impl_->area);
 }
 
 namespace {
@@ -207,7 +235,7 @@ struct Renderer::Impl {
     mutable std::atomic<std::uint64_t> requests{0};
     mutable std::atomic<std::uint64_t> rays_done{0};
     mutable std::atomic<std::uint64_t> samples_done{0};
-    mutable std::atomic<std::uint64_t> surface_hits{0}, tiles_missed{0};
+    mutable std::atomic<std::uint64_t> surface_hits{0}, tiles_missed{0}, pixels_filled{0};
     mutable std::array<std::atomic<std::uint64_t>, 4> surface_coarser{};
     mutable WorkTotals work_done;
 
@@ -390,6 +418,14 @@ struct Renderer::Impl {
     bool fill_rows(RenderPart part, const RenderRequest& request, const RowBlock& rows,
                    const std::atomic<bool>* cancel, const RowOf& row_of, const Fill& fill,
                    const Flag& flag) const;
+    /// Finds the motion of the request's reprojected rows; false when cancelled.
+    bool fill_motion(const RenderRequest& request, const std::atomic<bool>* cancel,
+                     const RowBlock& rows) const;
+    /// Takes the row's pixels from an earlier frame.
+    void take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level, std::size_t channels,
+                      Scratch& s) const;
+    /// Keeps the light of a row's bodies.
+    void keep_light(const RenderRequest& request, std::int32_t y, const Exposure& when, Scratch& s) const;
     /// Adds a block of a row's pixels.
     void trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block, BlockTracer& blocks,
                      NoiseSums* noise, const SampleGridKernel* kernel, const SampleGrid* grid,
@@ -703,6 +739,7 @@ bool Renderer::Impl::fill_rows(RenderPart part, const RenderRequest& request, co
 bool Renderer::Impl::grids_ready(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                                  Scratch& s) const {
     const QualityLevel level = level_of(request, r);
+    if (level >= QualityLevel::reprojected) return true;
     const std::int32_t y = request.window.y + request.first_row + r;
     const bool shared =
         rows.kernel && shares_samples(request, request.row_times[static_cast<std::size_t>(r)], level, s);
@@ -710,6 +747,114 @@ bool Renderer::Impl::grids_ready(const RenderRequest& request, const RowBlock& r
     const std::int32_t margin = grid_margin(*rows.kernel);
     const auto at = rows.grid_filled.begin() + (y - rows.grid.first_y());
     return std::all_of(at - margin, at + margin + 1, [](std::uint8_t filled) { return filled == 1; });
+}
+
+bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic<bool>* cancel,
+                                 const RowBlock& rows) const {
+    const auto asks = [&](std::int32_t r) { return level_of(request, r) == QualityLevel::reprojected; };
+    std::int32_t first = 0;
+    while (first < request.rows && !asks(first))
+        ++first;
+    if (first == request.rows) return true;
+    std::int32_t last = request.rows - 1;
+    while (!asks(last))
+        --last;
+    KeptLight::Impl& from = *request.from->impl_;
+    MotionGrid& motion = from.motion;
+    const std::int32_t top = request.window.y + request.first_row;
+    const bool whole = !request.frame_times.empty();
+    const std::span<const RowTime> times = whole ? request.frame_times : request.row_times;
+    const std::int32_t times_y = whole ? request.frame_y : top;
+    const auto trace = [&](std::int32_t y, Scratch& s, const auto& use) {
+        const RowTime& time = times[static_cast<std::size_t>(
+            std::clamp(y - times_y, 0, static_cast<std::int32_t>(times.size()) - 1))];
+        const Exposure middle{RowTime{time.mid(), time.mid()}, 1};
+        begin_rows(rows.request, middle, s, s.middle);
+        const RowState& row = s.middle.rows[0];
+        set_lens(row.beta, s);
+        with_tracer(row, s, [&](Tracer& tracer) {
+            use(MotionGrid::View{*s.lens, *lens, row, tracer, s.candidates, from.image});
+        });
+    };
+    // Each step on the rows about those of the step after it.
+    const std::int32_t begin = motion.cell_row_of(top + first);
+    const std::int32_t end = motion.cell_row_of(top + last) + 1;
+    const auto step = [&](MotionGrid::Step which, std::int32_t margin, const auto& fill) {
+        from.motion_jobs.clear();
+        for (std::int32_t r = std::max(0, begin - margin); r <= std::min(motion.cell_rows(), end + margin);
+             ++r)
+            if (motion.done(r) < which) from.motion_jobs.push_back(r);
+        return for_rows(RenderPart::grid, static_cast<std::int32_t>(from.motion_jobs.size()),
+                        frame_key(request), cancel, [&](std::int32_t job, Scratch& s) {
+                            const std::int32_t r = from.motion_jobs[static_cast<std::size_t>(job)];
+                            fill(r, s);
+                            motion.done(r) = which;
+                        });
+    };
+    return step(MotionGrid::Step::corners, 3,
+                [&](std::int32_t r, Scratch& s) {
+                    trace(motion.y_of(r), s, [&](const MotionGrid::View& v) { motion.trace_corners(r, v); });
+                }) &&
+           step(MotionGrid::Step::inner, 1,
+                [&](std::int32_t r, Scratch& s) {
+                    for (std::int32_t fine = 0; fine < MotionGrid::fine_cells; ++fine)
+                        if (motion.has_inner(r, fine))
+                            trace(motion.y_of(r, fine), s,
+                                  [&](const MotionGrid::View& v) { motion.trace_inner(r, fine, v); });
+                }) &&
+           step(MotionGrid::Step::joined, 0, [&](std::int32_t r, Scratch&) { motion.join(r); });
+}
+
+void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level,
+                                  std::size_t channels, Scratch& s) const {
+    const KeptLight::Impl& from = *request.from->impl_;
+    const KeptImage& image = from.image;
+    const Region& area = image.area();
+    const auto width = static_cast<std::size_t>(area.width);
+    const std::int32_t row = std::clamp(y - area.y, 0, area.height - 1);
+    if (level == QualityLevel::repeated) {
+        for (std::size_t c = 0; c < channels; ++c)
+            std::copy_n(image.plane(c) + static_cast<std::size_t>(row) * width, width,
+                        s.light.begin() + static_cast<std::ptrdiff_t>(c * width));
+    } else {
+        MotionGrid::Row& motion = s.motion_of_row;
+        from.motion.take(y, image.lit(), motion);
+        pixels_filled.fetch_add(static_cast<std::uint64_t>(motion.filled_count), std::memory_order_relaxed);
+        for (std::size_t cell = 0; cell < motion.dark.size(); ++cell) {
+            if (motion.dark[cell] != 0) continue;
+            const std::size_t begin = std::max(cell * MotionGrid::cell_px, motion.first);
+            const std::size_t end = std::min((cell + 1) * MotionGrid::cell_px, motion.first + width);
+            const auto part = [&](const std::vector<float>& v) {
+                return std::span(v).subspan(begin, end - begin);
+            };
+            const std::size_t x = begin - motion.first;
+            for (std::size_t c = 0; c < channels; ++c)
+                resample_row({image.plane(c), area.width, area.height}, static_cast<std::int32_t>(x), row,
+                             part(motion.dx), part(motion.dy), part(motion.gain),
+                             s.light.data() + c * width + x);
+        }
+    }
+    if (!request.samples.empty()) {
+        const auto at = static_cast<std::size_t>(y - request.window.y - request.first_row) * width;
+        constexpr float share = 1.0F / (MotionGrid::cell_px * MotionGrid::cell_px);
+        for (std::size_t x = 0; x < width; ++x)
+            if (s.light[x] > 0) request.samples[at + x] = share;
+    }
+}
+
+void Renderer::Impl::keep_light(const RenderRequest& request, std::int32_t y, const Exposure& when,
+                                Scratch& s) const {
+    KeptImage& image = request.keep->impl_->image;
+    image.keep_row(y, s.light);
+    // Makes room for the rows that are made of it, on each thread once.
+    s.motion_of_row.resize(static_cast<std::size_t>(request.window.width));
+    if (s.middle.rows.empty()) begin_row(to_seconds(when.row.mid().ns), s, s.middle, 0, 1);
+    if (!image.wants_view(y)) return;
+    if (when.instants == 1) {
+        image.set_view(y, s.whole.rows[0]);
+        return;
+    }
+    image.set_view(y, begin_row(to_seconds(when.row.mid().ns), s, s.middle, 0, 1));
 }
 
 void Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
@@ -907,6 +1052,7 @@ void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                                   const Instants& instants, std::span<const SweptBody> swept,
                                   QualityLevel level, Tracer& tracer, Scratch& s) const {
+    if (level >= QualityLevel::reprojected) return take_earlier(request, y, level, tracer.channels(), s);
     if (std::none_of(instants.states().begin(), instants.states().end(),
                      [&](const RowState& row) { return resolves_any(row, field_rad); }))
         return;
@@ -983,7 +1129,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     }
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
     const QualityLevel level = level_of(request, r);
-    const Exposure traced = exposure_at(level, when.row, s);
+    const Exposure traced = level >= QualityLevel::reprojected ? when : exposure_at(level, when.row, s);
     RowSetUp& set_up = traced.instants == when.instants ? s.whole : s.fewer;
     begin_rows(rows.request, traced, s, set_up);
     if (&set_up == &s.fewer) set_lens(set_up.rows[0].beta, s);
@@ -1000,6 +1146,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
         with_tracer(Instants(states), s,
                     [&](Tracer& tracer) { trace_small_bodies(request, y, Instants(states), tracer, s); });
     }
+    if (request.keep != nullptr) keep_light(request, y, when, s);
     s.work.lap(RenderPart::sampling);
     for (std::uint32_t i = 0; i < when.instants; ++i) {
         set_lens(states[i].beta, s);
@@ -1052,6 +1199,15 @@ std::size_t Renderer::band_count() const noexcept {
     return impl_->scene.bands.size();
 }
 
+KeptLight::KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows)
+    // An area that begins within a cell covers one more.
+    : impl_(std::make_unique<Impl>(Region{1, 1, width + MotionGrid::cell_px, rows + MotionGrid::cell_px},
+                                   renderer.band_count(), renderer.impl_->bodies.size())) {}
+
+bool KeptLight::complete(const Renderer& renderer) const noexcept {
+    return impl_->kept_by == renderer.impl_->number && impl_->image.complete();
+}
+
 bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
     assert(request.plane_rows > 0 || irradiance.size() == band_count() *
@@ -1073,13 +1229,22 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
             impl_->predict_views(request);
         }
     }
+    if (request.keep != nullptr) {
+        KeptLight::Impl& keep = *request.keep->impl_;
+        assert(keep.area.x == request.window.x && keep.area.width == request.window.width);
+        if (std::exchange(keep.kept_by, impl_->number) == 0) {
+            keep.image.begin(keep.area, impl_->plain ? 1 : band_count(), impl_->bodies.size());
+            keep.image.set_one_time(request.common_mid.has_value());
+        }
+    }
     impl_->splatter.star_rows().assign(request.row_times, request.window,
                                        request.window.y + request.first_row, rows.stars);
     if (!impl_->fill_sample_grid(request, cancel, rows) ||
         !impl_->fill_sparse_grid(request, QualityLevel::grid, cancel, rows) ||
         !impl_->fill_sparse_grid(request, QualityLevel::quarter, cancel, rows) ||
         !impl_->fill_sparse_grid(request, QualityLevel::sixteenth, cancel, rows) ||
-        !impl_->fill_points(request, cancel, rows) || !impl_->fill_wings(request, cancel, rows))
+        !impl_->fill_motion(request, cancel, rows) || !impl_->fill_points(request, cancel, rows) ||
+        !impl_->fill_wings(request, cancel, rows))
         return false;
     const auto render_row = [&](std::int32_t r, Scratch& s) {
         impl_->render_row(request, rows, r, irradiance, s);
@@ -1251,6 +1416,7 @@ RenderWork Renderer::work() const noexcept {
     work.samples = samples_taken();
     work.surface_hits = impl_->surface_hits.load(std::memory_order_relaxed);
     work.tiles_missed = impl_->tiles_missed.load(std::memory_order_relaxed);
+    work.pixels_filled = impl_->pixels_filled.load(std::memory_order_relaxed);
     for (const BuiltBody& body : impl_->bodies)
         if (body.textures) work.tiles_missed += body.textures->missed_tiles();
     for (std::size_t k = 0; k < work.surface_coarser.size(); ++k)

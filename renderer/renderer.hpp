@@ -33,6 +33,7 @@ namespace obscura::renderer {
 
 struct View;
 struct TruthRequest;
+class Renderer;
 
 /// Quality, threads and seed of a renderer; fixed after construction.
 struct RenderSettings {
@@ -94,9 +95,33 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+/// Light of the bodies in a frame of one window, from which rows of another frame can be made: reprojected,
+/// rotation exactly, translation by range, bodies each with its own motion (renderer/reprojection/). Holds
+/// neither stars nor sub-pixel bodies, which are drawn at their own times. Thread-bound but for what render()
+/// does with it; real-time safe after construction for areas of that size and scenes with as many bodies.
+class KeptLight {
+public:
+    /// For areas of at most `width` x `rows` pixels of such a renderer.
+    KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows);
+    ~KeptLight();
+    KeptLight(const KeptLight&) = delete;
+    KeptLight& operator=(const KeptLight&) = delete;
+    /// Forgets the light: rows of `area`, sensor pixels, are kept from now on (RenderRequest::keep).
+    void begin_frame(const Region& area) noexcept;
+    /// Forgets where things are in the frame that is made of it (RenderRequest::from): another one follows.
+    void begin_reprojection() noexcept;
+    /// Whether all rows of the area have been kept by `renderer`.
+    [[nodiscard]] bool complete(const Renderer& renderer) const noexcept;
+
+private:
+    friend class Renderer;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
 /// Request for some rows of a window, each at its own time. The result depends only on the scene, the
-/// settings and these fields: neither on how rows are grouped into row blocks nor on the number of threads,
-/// `kept` or `gate`.
+/// settings, these fields and the light in `from`: neither on how rows are grouped into row blocks nor on the
+/// number of threads, `kept` or `gate`.
 struct RenderRequest {
     Region window;              ///< in sensor pixels; the image is `window.width` wide
     std::int32_t first_row = 0; ///< rows [first_row, first_row + rows) of the window
@@ -121,6 +146,9 @@ struct RenderRequest {
     std::int32_t plane_rows = 0;
     FrameSamples* kept = nullptr;
     RowGate* gate = nullptr;
+    KeptLight* keep = nullptr; ///< keeps the light of the rows; its area is as wide as the window
+    /// For rows at QualityLevel::reprojected and repeated: a frame of the same columns, complete().
+    KeptLight* from = nullptr;
 };
 
 /// Middle of the exposure if it is the same for all rows of a frame, as with a global shutter.
@@ -183,6 +211,7 @@ public:
     [[nodiscard]] RenderWork work() const noexcept;
 
 private:
+    friend class KeptLight;
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -29,7 +29,7 @@ LEVELS = {
         {"shapes", "planets"},
         {"textures", "camera", "scene_files"},
         {"world"},
-        {"integrators", "truth"},
+        {"integrators", "reprojection", "truth"},
         {"."},
     ],
     "transports/gige": [

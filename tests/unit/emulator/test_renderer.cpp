@@ -30,6 +30,15 @@ FrameSamples::FrameSamples() = default;
 FrameSamples::~FrameSamples() = default;
 void FrameSamples::begin_frame() noexcept {}
 
+struct KeptLight::Impl {};
+KeptLight::KeptLight(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/) {}
+KeptLight::~KeptLight() = default;
+void KeptLight::begin_frame(const Region& /*area*/) noexcept {}
+void KeptLight::begin_reprojection() noexcept {}
+bool KeptLight::complete(const Renderer& /*renderer*/) const noexcept {
+    return false;
+}
+
 struct Renderer::Impl {
     scene::Scene scene;
 };
