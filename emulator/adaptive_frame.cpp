@@ -190,12 +190,13 @@ bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::in
     request.samples = std::span(samples_).subspan(at, pixels);
     request.variance = std::span(variance_).subspan(at, pixels);
     request.kept = &samples_kept_;
+    request.keep = light_->keep;
     request.gate = this;
     static_cast<void>(light_->renderer->render(request, std::span(floats_[optional_ ? 1 : 0]).subspan(at)));
     return !cancel_->load();
 }
 
-void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
+void AdaptiveFrame::settle(std::size_t index) noexcept {
     const auto [first, last] = groups_of_block(index);
     for (std::size_t g = first; g <= last; ++g) {
         Group& group = groups_[g];
@@ -208,6 +209,10 @@ void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
         }
         group.settled.store(true, std::memory_order_release);
     }
+}
+
+void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
+    settle(index);
     const RowBlock& block = light_->blocks[index];
     const auto width = static_cast<std::size_t>(area_width_);
     const std::size_t plane = static_cast<std::size_t>(area_rows_) * width;

@@ -53,6 +53,8 @@ public:
     /// has no light.
     [[nodiscard]] bool block_final(std::size_t index) const noexcept;
     [[nodiscard]] bool block_lit(std::size_t index) const noexcept;
+    /// Maker: settles the levels of the groups of block `index`: work on them ends.
+    void settle(std::size_t index) noexcept;
     /// Maker: copies the light of block `index` and settles the levels of its groups.
     void take(std::size_t index, std::span<float> out) noexcept;
     /// Maker, when all blocks have been taken: the quality of the frame, without what the terrains lack.

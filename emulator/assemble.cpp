@@ -107,6 +107,10 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                                       [](const auto& line) { return line.source == "lockstep"; });
     camera.expects_frames = !lockstep && !(config.simulator.enabled && !config.scene.lamps.empty());
     camera.ahead_tolerance_px = config.render.ahead_tolerance_px;
+    // Other scenes show what they must, whenever the edge comes.
+    const bool reprojects = camera.expects_frames && ahead == RenderAhead::automatic &&
+                            (config.simulator.enabled || camera.scene.mode == SceneTime::clock ||
+                             camera.scene.mode == SceneTime::tai);
     std::function<void()> enter_render;
     const bool adapts = real_time && config.deadline.quality == QualityPolicy::adapt && !lockstep &&
                         config.camera.readout_timing == ReadoutTiming::sensor;
@@ -127,6 +131,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                            .same_run = config.daemon.run >= 0,
                            .scene_truth = truth.scene_entries > 0,
                            .live_poses = config.simulator.enabled,
+                           .reprojects = reprojects,
                            .adapts = adapts,
                            .reserve_ns = std::llround(1e3 * config.deadline.reserve_us),
                            .floor = config.deadline.floor,

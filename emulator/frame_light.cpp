@@ -19,6 +19,14 @@ std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) cons
     return later_ns;
 }
 
+std::optional<Region> FrameLight::area() const noexcept {
+    if (windows.size() != 1 || push_broom || blocks.empty()) return std::nullopt;
+    const RowBlock& first = blocks.front();
+    const Region& sensor = windows.front().sensor;
+    return Region{sensor.x - first.halo_left, sensor.y - first.halo_above, width(first),
+                  first.halo_above + static_cast<std::int32_t>(rows.size()) + blocks.back().halo_below};
+}
+
 BlockRenderer::BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width) {
     times_.reserve(static_cast<std::size_t>(lines));
     levels_.reserve(static_cast<std::size_t>(lines));
@@ -43,6 +51,8 @@ bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::
     request.window.height = request.rows = block.lines();
     request.row_times = times_;
     request.common_mid = light.common_mid;
+    request.keep = light.keep;
+    request.from = light.from;
     if (!light.levels.empty()) {
         const std::int32_t group_rows =
             FrameQuality::group_rows_for(static_cast<std::int32_t>(light.rows.size()));

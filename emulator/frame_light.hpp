@@ -49,6 +49,10 @@ struct FrameLight {
     std::optional<Time> common_mid; ///< of `rows`
     /// Levels of the groups of quality_group_rows rows (FrameQuality::group_rows_for()); empty: full.
     std::vector<QualityLevel> levels;
+    renderer::KeptLight* keep = nullptr; ///< keeps the light of the frame: see area()
+    /// Of a frame that differs in its time or in poses only: rows at the levels from reprojected on are made
+    /// of it.
+    renderer::KeptLight* from = nullptr;
 
     // What decides about levels while a frame is rendered; its light depends on the levels alone.
     bool adapts = false;                       ///< rows have levels that keep them in time
@@ -60,6 +64,8 @@ struct FrameLight {
     /// By how much all rows of this frame come later than those of `other`, ns, if the frames are equal
     /// otherwise.
     [[nodiscard]] std::optional<std::int64_t> later_than(const FrameLight& other) const noexcept;
+    /// What is rendered of a frame of one window, halo included, in sensor pixels; none for other frames.
+    [[nodiscard]] std::optional<Region> area() const noexcept;
     /// Middle of the exposure, half way between the first reset and the last read.
     [[nodiscard]] Time mid() const noexcept { return midpoint(rows.front().reset, rows.back().read); }
     [[nodiscard]] std::int32_t width(const RowBlock& block) const noexcept {

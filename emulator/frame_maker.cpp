@@ -91,14 +91,17 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
         // A frame of one window with the halo of each of its blocks; of others what there is room for.
         const std::size_t blocks = rows / static_cast<std::size_t>(settings_.band_rows) + 1;
         const std::size_t lines_kept = rows + 2 * blocks * static_cast<std::size_t>(detector_.halo_rows());
+        const std::size_t area_rows = rows + 2 * static_cast<std::size_t>(detector_.halo_rows());
         LevelStore levels;
-        if (settings_.adapts) {
-            levels.rows = rows + 2 * static_cast<std::size_t>(detector_.halo_rows());
-            levels.floats = line * levels.rows;
-            levels.pixels = levels.floats / band_count_;
-        }
+        if (settings_.adapts) levels = {line * area_rows, line * area_rows / band_count_, area_rows};
+        std::function<std::unique_ptr<renderer::KeptLight>()> make_kept;
+        if (settings_.reprojects)
+            make_kept = [&] {
+                return std::make_unique<renderer::KeptLight>(renderer, readout_.width,
+                                                             static_cast<std::int32_t>(area_rows));
+            };
         render_thread_ = std::make_unique<RenderThread>(light_, line * lines_kept, block_renderer(), clock_,
-                                                        settings_.enter_render, levels);
+                                                        settings_.enter_render, levels, make_kept);
     }
     thread_ = std::thread([this] {
         enter_thread("detector", settings_.thread);
@@ -232,7 +235,7 @@ void FrameMaker::render_ahead(const ExpectedFrame& frame) noexcept {
 RenderThread::Tolerance FrameMaker::tolerance(const ExpectedFrame& frame) const noexcept {
     constexpr std::int64_t span_ns = ns_per_ms;
     constexpr std::int64_t most_ns = 100 * ns_per_ms;
-    RenderThread::Tolerance t{.image_px = frame.tolerance_px};
+    RenderThread::Tolerance t{.image_px = frame.tolerance_px, .exact_time = frame.exact_time};
     if (expected_light_.live || frame.exact_time || !(frame.tolerance_px > 0)) return t;
     const Time mid = expected_light_.mid();
     t.px_per_ns = expected_light_.renderer->image_motion_px({mid - span_ns / 2, mid + span_ns / 2}) /
@@ -331,11 +334,12 @@ void FrameMaker::note_lod_deficit(FrameQuality& quality, const renderer::RenderW
 /// Before the last rows are posted to the detector.
 void FrameMaker::finish_quality(Frame& frame, bool by_level) noexcept {
     FrameQuality& quality = frame.info.quality;
-    if (by_level) {
+    if (by_level)
         render_thread_->describe(quality);
-    } else if (!light_.levels.empty()) {
+    else if (!light_.levels.empty())
         describe_levels(quality, light_.levels, plan_.height);
-    }
+    else if (render_thread_ != nullptr)
+        render_thread_->describe_moved(quality, plan_.height);
     if (std::any_of(quality.group_level.begin(), quality.group_level.begin() + quality.groups, is_biased))
         frame.flags.fetch_or(frame_biased, std::memory_order_relaxed);
     worst_[static_cast<std::size_t>(quality.level_max)].fetch_add(1, std::memory_order_relaxed);

@@ -79,6 +79,8 @@ struct FrameMakerSettings {
     bool same_run = true;        ///< every acquisition has this run word; false: each the next one
     bool scene_truth = false;    ///< frames have truth tables
     bool live_poses = false;     ///< a simulator moves the scene
+    /// Expected frames are reprojected to the true edge and poses, where they differ: with enter_render.
+    bool reprojects = false;
     /// Frames of one window are rendered at levels that keep their rows in time, with enter_render.
     bool adapts = false;
     std::int64_t reserve_ns = 0; ///< so much earlier than the detector needs it, light is to be there

@@ -17,7 +17,9 @@ struct FrameWork {
     renderer::RenderWork render;       ///< of this frame
     std::int64_t detector_wait_ns = 0; ///< rendering waited for a buffer that the detector still used
     std::int64_t detector_ns = 0;      ///< the detector thread was at work
-    double ahead_error_px = 0; ///< largest apparent motion from what the frame shows to what it should show
+    /// Largest apparent motion from what was rendered ahead to what the frame should show: rows within the
+    /// tolerance show it, others are reprojected.
+    double ahead_error_px = 0;
     std::int64_t ahead_ns = 0; ///< rendering had ended this long before the trigger; 0: it had not
 };
 
@@ -40,7 +42,7 @@ inline void describe_levels(FrameQuality& quality, std::span<const QualityLevel>
     quality.groups = static_cast<std::uint32_t>(levels.size());
     quality.level_share.fill(0);
     quality.level_max = QualityLevel::full;
-    quality.rows_degraded = 0;
+    quality.rows_degraded = quality.rows_reprojected = quality.rows_repeated = 0;
     std::int32_t first = 0;
     for (std::size_t g = 0; g < levels.size(); ++g, first += quality.group_rows) {
         const QualityLevel level = levels[g];
@@ -50,6 +52,8 @@ inline void describe_levels(FrameQuality& quality, std::span<const QualityLevel>
         quality.level_share[static_cast<std::size_t>(level)] +=
             static_cast<float>(rows) / static_cast<float>(height);
         if (level != QualityLevel::full) quality.rows_degraded += rows;
+        if (level == QualityLevel::reprojected) quality.rows_reprojected += rows;
+        if (level == QualityLevel::repeated) quality.rows_repeated += rows;
     }
 }
 

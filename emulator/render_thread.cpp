@@ -3,6 +3,7 @@
 
 #include "core/clock.hpp"
 #include "core/realtime.hpp"
+#include "emulator/frame_work.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -14,10 +15,16 @@ namespace {
 /// A frame that is abandoned is noticed after this time at the latest.
 constexpr std::int64_t cancel_poll_ns = 1'000'000;
 
+/// Frames whose bodies have moved by less show stars where they were expected.
+constexpr double star_tolerance_px = 0.001;
+/// Frames whose bodies have moved by more are rendered anew: what reprojection does not know grows with it.
+constexpr double most_reprojected_px = 1;
+
 } // namespace
 
 RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRenderer blocks,
-                           const Clock& clock, const std::function<void()>& enter, const LevelStore& levels)
+                           const Clock& clock, const std::function<void()>& enter, const LevelStore& levels,
+                           const std::function<std::unique_ptr<renderer::KeptLight>()>& make_kept)
     : clock_(clock), blocks_(std::move(blocks)) {
     for (Store& s : stores_) {
         s.light.windows.reserve(blank.windows.capacity());
@@ -30,6 +37,7 @@ RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRen
         if (levels.floats > 0)
             s.levels = std::make_unique<AdaptiveFrame>(levels.floats, levels.pixels, levels.rows, clock_,
                                                        [this] { changed_.notify(); });
+        if (make_kept) s.kept = make_kept();
     }
     thread_ = std::thread([this, enter] {
         enter();
@@ -55,7 +63,24 @@ void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance) n
     begun_.fetch_add(1, std::memory_order_relaxed);
 }
 
-void RenderThread::begin(const FrameLight& light) noexcept {
+void RenderThread::keep_light(Store& s) noexcept {
+    const std::optional<Region> area = s.light.area();
+    s.light.keep = nullptr;
+    if (!s.kept || !area || s.offsets.size() != s.light.blocks.size()) return;
+    s.kept->begin_frame(*area);
+    s.light.keep = s.kept.get();
+}
+
+void RenderThread::take_from(Store& s, const Store& source, QualityLevel level) noexcept {
+    const auto height = static_cast<std::int32_t>(s.light.rows.size());
+    const std::int32_t group_rows = FrameQuality::group_rows_for(height);
+    s.light.levels.assign(static_cast<std::size_t>((height + group_rows - 1) / group_rows), level);
+    s.light.keep = nullptr;
+    s.light.from = source.kept.get();
+    s.light.from->begin_reprojection();
+}
+
+void RenderThread::begin(const FrameLight& light, const Store* source, QualityLevel level) noexcept {
     const std::uint32_t job = jobs_.load(std::memory_order_relaxed);
     // The job before has rendered all its blocks, or been cancelled: it stops within a row of a block.
     while (job > 0 && !store(job - 1).stopped.load(std::memory_order_acquire)) {
@@ -65,7 +90,8 @@ void RenderThread::begin(const FrameLight& light) noexcept {
     }
     Store& s = store(job);
     s.light = light;
-    s.adapts = s.levels && s.light.adapts && s.levels->begin(s.light);
+    s.source = source;
+    s.adapts = source == nullptr && s.levels && s.light.adapts && s.levels->begin(s.light);
     s.offsets.clear();
     std::size_t used = 0;
     for (const RowBlock& block : s.light.blocks) {
@@ -74,6 +100,10 @@ void RenderThread::begin(const FrameLight& light) noexcept {
         s.offsets.push_back(used);
         used += floats;
     }
+    if (source != nullptr)
+        take_from(s, *source, level);
+    else
+        keep_light(s);
     s.ready.store(0, std::memory_order_relaxed);
     s.seen.store(0, std::memory_order_relaxed);
     s.stopped.store(false, std::memory_order_relaxed);
@@ -95,44 +125,73 @@ void RenderThread::cancel() noexcept {
     if (const std::uint32_t jobs = expected_.load(); jobs != 0) store(jobs - 1).cancel = true;
 }
 
-/// How far the image that is rendered in `s` is from that of `light`; none if it is too far, or another one.
-std::optional<double> RenderThread::error_of(const Store& s, const FrameLight& light,
-                                             const GroundTruth& truth) const noexcept {
+/// How far the image that is rendered in `s` is from that of `light`, and what follows from it.
+RenderThread::Match RenderThread::match(const Store& s, const FrameLight& light,
+                                        const GroundTruth& truth) const noexcept {
     const std::optional<std::int64_t> later_ns = light.later_than(s.light);
-    if (!later_ns) return std::nullopt;
+    Match m;
+    if (!later_ns || s.cancel.load()) return m;
+    bool near = false;
     if (!light.live) {
-        const auto shift_ns = static_cast<double>(std::abs(*later_ns));
-        if (std::abs(*later_ns) > tolerance_.time_ns) return std::nullopt;
-        return shift_ns * tolerance_.px_per_ns;
+        if (*later_ns != 0 && tolerance_.exact_time) return m;
+        near = std::abs(*later_ns) <= tolerance_.time_ns;
+        m.error_px = static_cast<double>(std::abs(*later_ns)) * tolerance_.px_per_ns;
+        if (!near)
+            m.error_px =
+                std::max(m.error_px, light.renderer->image_motion_px({std::min(s.light.mid(), light.mid()),
+                                                                      std::max(s.light.mid(), light.mid())}));
+    } else {
+        // What is rendered later sees the poses of today, or newer ones.
+        for (std::size_t i = 0; i < s.seen.load(std::memory_order_acquire); ++i)
+            m.error_px = std::max(m.error_px, light.renderer->image_change_px(s.states[i], truth));
+        near = m.error_px <= tolerance_.image_px;
     }
-    // What is rendered later sees the poses of today, or newer ones.
-    double error_px = 0;
-    for (std::size_t i = 0; i < s.seen.load(std::memory_order_acquire); ++i)
-        error_px = std::max(error_px, light.renderer->image_change_px(s.states[i], truth));
-    if (!(error_px <= tolerance_.image_px)) return std::nullopt;
-    return error_px;
+    const bool movable = m.error_px > star_tolerance_px && m.error_px <= most_reprojected_px &&
+                         s.light.keep != nullptr && s.kept->complete(*light.renderer) &&
+                         s.ready.load(std::memory_order_acquire) == light.blocks.size();
+    if (near)
+        m.use = movable ? Match::Use::with_true_stars : Match::Use::as_it_is;
+    else if (movable)
+        m.use = Match::Use::reprojected;
+    return m;
 }
 
 void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noexcept {
+    error_px_ = 0;
     if (const std::uint32_t jobs = expected_.load(); jobs != 0) {
-        const Store& s = store(jobs - 1);
-        const std::optional<double> error_px = error_of(s, light, truth);
-        if (!s.cancel.load() && error_px) {
-            error_px_ = *error_px;
+        Store& s = store(jobs - 1);
+        const Match m = match(s, light, truth);
+        if (m.use != Match::Use::none) {
+            error_px_ = m.error_px;
             expected_.store(0);
             used_.fetch_add(1, std::memory_order_relaxed);
             if (s.ready.load(std::memory_order_acquire) == light.blocks.size())
                 early_.fetch_add(1, std::memory_order_relaxed);
             claimed_job_ = jobs - 1;
             claim_levels(light);
+            if (m.use == Match::Use::as_it_is) return;
+            if (s.adapts)
+                for (std::size_t i = 0; i < light.blocks.size(); ++i)
+                    s.levels->settle(i);
+            const bool reproject = m.use == Match::Use::reprojected;
+            if (reproject) moved_.fetch_add(1, std::memory_order_relaxed);
+            begin(light, &s, reproject ? QualityLevel::reprojected : QualityLevel::repeated);
+            claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
             return;
         }
         discard();
     }
     begin(light);
-    error_px_ = 0;
     claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
     claim_levels(light);
+}
+
+void RenderThread::describe_moved(FrameQuality& quality, std::int32_t height) const noexcept {
+    const Store& s = claimed();
+    if (s.source == nullptr) return;
+    if (s.source->adapts) s.source->levels->describe(quality);
+    // Within the tolerance the bodies are those that were rendered.
+    if (s.light.levels.front() == QualityLevel::reprojected) describe_levels(quality, s.light.levels, height);
 }
 
 void RenderThread::claim_levels(const FrameLight& light) noexcept {
@@ -180,7 +239,8 @@ std::span<const float> RenderThread::take(std::size_t index, const std::atomic<b
 
 AheadCounters RenderThread::counters() const noexcept {
     return {begun_.load(std::memory_order_relaxed), used_.load(std::memory_order_relaxed),
-            discarded_.load(std::memory_order_relaxed), early_.load(std::memory_order_relaxed)};
+            discarded_.load(std::memory_order_relaxed), early_.load(std::memory_order_relaxed),
+            moved_.load(std::memory_order_relaxed)};
 }
 
 void RenderThread::run() noexcept {
@@ -200,11 +260,12 @@ void RenderThread::note_state(Store& s) noexcept {
 }
 
 void RenderThread::render(Store& s) noexcept {
-    const renderer::RenderWork before = s.light.renderer->work();
+    // Of a frame that is made from another one, the work includes that one's.
+    s.before = s.source != nullptr ? s.source->before : s.light.renderer->work();
     note_state(s);
     if (s.adapts) {
         if (s.levels->render(controller_, s.cancel)) {
-            s.work = s.light.renderer->work() - before;
+            s.work = s.light.renderer->work() - s.before;
             s.ended = clock_.now();
             note_state(s);
             s.ready.store(s.light.blocks.size(), std::memory_order_release);
@@ -220,8 +281,8 @@ void RenderThread::render(Store& s) noexcept {
                             &s.cancel))
             break;
         if (i + 1 == s.light.blocks.size()) {
-            s.work = s.light.renderer->work() - before;
-            s.ended = clock_.now();
+            s.work = s.light.renderer->work() - s.before;
+            s.ended = s.source != nullptr ? s.source->ended : clock_.now();
             note_state(s);
         }
         s.ready.store(i + 1, std::memory_order_release);

@@ -32,6 +32,7 @@ struct AheadCounters {
     std::uint64_t used = 0;      ///< confirmed by the trigger
     std::uint64_t discarded = 0; ///< other settings, another instant, or the trigger never came
     std::uint64_t early = 0;     ///< of `used`: all rows were ready at the trigger
+    std::uint64_t moved = 0;     ///< of `used`: reprojected to the true edge and poses
 };
 
 /// Room for a frame whose rows have levels, with its halo; 0: none.
@@ -40,15 +41,20 @@ struct LevelStore {
 };
 
 /// Renders one frame at a time on a thread of its own, into one of two stores: while the detector reads the
-/// light of a frame from one, the other takes that of the next. One thread, which makes the frames, calls
+/// light of a frame from one, the other takes that of the next. An expected frame that turns out to be at
+/// another time or of other poses is made into that of the trigger in the other store: bodies are
+/// reprojected, or stay where they have moved within the tolerance; stars and small bodies are drawn at their
+/// true places. One thread, which makes the frames, calls
 /// everything that is not stated otherwise; nothing allocates after construction.
 class RenderThread {
 public:
     /// `blank`: a FrameLight whose vectors have room for any frame. `floats`: of a store; row blocks beyond
     /// it are left to the caller. `blocks`: renders them. `enter`: called first on the new thread. `levels`:
-    /// of frames that adapt (FrameLight::adapts).
+    /// of frames that adapt (FrameLight::adapts). `make_kept`: of frames that may be reprojected; empty: none
+    /// are.
     RenderThread(const FrameLight& blank, std::size_t floats, BlockRenderer blocks, const Clock& clock,
-                 const std::function<void()>& enter, const LevelStore& levels = {});
+                 const std::function<void()>& enter, const LevelStore& levels = {},
+                 const std::function<std::unique_ptr<renderer::KeptLight>()>& make_kept = {});
     ~RenderThread();
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
@@ -58,6 +64,7 @@ public:
         double image_px = 0;      ///< apparent motion in the image, of live scenes
         std::int64_t time_ns = 0; ///< its rows come earlier or later
         double px_per_ns = 0;     ///< image motion of scenes that are not live
+        bool exact_time = true;   ///< those are of no use at another time
     };
     /// Begins to render the frame that is expected next, which replaces an earlier one that was not claimed.
     void expect(const FrameLight& light, const Tolerance& tolerance) noexcept;
@@ -87,15 +94,18 @@ public:
     [[nodiscard]] bool has_levels() const noexcept { return claimed().adapts; }
     /// Describes the quality of the claimed frame, all blocks of which have been taken by level.
     void describe(FrameQuality& quality) const noexcept { claimed().levels->describe(quality); }
-    /// Largest apparent motion between what the claimed frame shows and what it should show, pixels.
+    /// Largest apparent motion between what was rendered for the claimed frame and what it should show,
+    /// pixels.
     [[nodiscard]] double error_px() const noexcept { return error_px_; }
+    /// Describes the quality of the claimed frame, of `height` rows, if it was made from the expected one.
+    void describe_moved(FrameQuality& quality, std::int32_t height) const noexcept;
     /// True if all blocks of the claimed frame have been rendered here.
     [[nodiscard]] bool took_all() const noexcept {
         return claimed().ready.load(std::memory_order_acquire) == claimed().light.blocks.size();
     }
     /// What rendering the claimed frame has cost, if took_all().
     [[nodiscard]] const renderer::RenderWork& work() const noexcept { return claimed().work; }
-    /// When its last block was ready.
+    /// When its last block was ready, before it was reprojected.
     [[nodiscard]] Time ended() const noexcept { return claimed().ended; }
 
     /// True if a frame in the making uses that renderer. Thread-safe.
@@ -107,8 +117,10 @@ public:
 private:
     struct Store {
         FrameLight light;
-        std::unique_ptr<AdaptiveFrame> levels; ///< null: no frame has them
-        bool adapts = false;                   ///< `levels` has the light of this frame
+        std::unique_ptr<AdaptiveFrame> levels;     ///< null: no frame has them
+        bool adapts = false;                       ///< `levels` has the light of this frame
+        std::unique_ptr<renderer::KeptLight> kept; ///< null: no frame is reprojected
+        const Store* source = nullptr;             ///< store of the frame that this one is made from
         std::vector<float> floats;
         std::vector<std::size_t> offsets;  ///< of each block that has room
         std::atomic<std::size_t> ready{0}; ///< blocks that are rendered
@@ -117,6 +129,7 @@ private:
         /// Live scenes: their states when rendering began and when it had ended, as many as are `seen`.
         std::array<GroundTruth, 2> states;
         std::atomic<std::size_t> seen{0};
+        renderer::RenderWork before; ///< the renderer's totals when the frame was begun
         // Valid when the last block is ready.
         renderer::RenderWork work;
         Time ended;
@@ -124,12 +137,21 @@ private:
 
     void run() noexcept;
     void render(Store& store) noexcept;
-    void begin(const FrameLight& light) noexcept;
+    void begin(const FrameLight& light, const Store* source = nullptr,
+               QualityLevel level = QualityLevel::full) noexcept;
+    void keep_light(Store& store) noexcept;
+    void take_from(Store& store, const Store& source, QualityLevel level) noexcept;
     void claim_levels(const FrameLight& light) noexcept;
     void discard() noexcept;
     void note_state(Store& store) noexcept;
-    [[nodiscard]] std::optional<double> error_of(const Store& store, const FrameLight& light,
-                                                 const GroundTruth& truth) const noexcept;
+    /// What the light in a store is to a frame.
+    struct Match {
+        enum class Use : std::uint8_t { none, as_it_is, with_true_stars, reprojected };
+        Use use = Use::none;
+        double error_px = 0;
+    };
+    [[nodiscard]] Match match(const Store& store, const FrameLight& light,
+                              const GroundTruth& truth) const noexcept;
     [[nodiscard]] Store& store(std::uint32_t job) noexcept { return stores_[job % stores_.size()]; }
     [[nodiscard]] const Store& claimed() const noexcept { return stores_[claimed_job_ % stores_.size()]; }
 
@@ -145,7 +167,7 @@ private:
     std::atomic<bool> quit_{false};
     std::atomic<const renderer::Renderer*> rendering_with_{nullptr};
     EventCount changed_; ///< blocks ready, or stopped
-    std::atomic<std::uint64_t> begun_{0}, used_{0}, discarded_{0}, early_{0};
+    std::atomic<std::uint64_t> begun_{0}, used_{0}, discarded_{0}, early_{0}, moved_{0};
     std::thread thread_;
 };
 

@@ -87,6 +87,7 @@ std::string statistics_to_json(const Camera& camera, const Releaser& releaser,
                        {{"begun", c.ahead.begun},
                         {"used", c.ahead.used},
                         {"early", c.ahead.early},
+                        {"reprojected", c.ahead.moved},
                         {"discarded", c.ahead.discarded}}},
                       {"quality", quality(c.quality)}};
     json["latency_us"] = {{"trigger_to_first_row", latency(releaser.trigger_to_first_row())},

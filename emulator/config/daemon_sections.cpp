@@ -109,15 +109,19 @@ config::Section section_of(RenderSection& s) {
                 "what it shows is known: not with automatic exposure, exposure as long as a pulse, or in "
                 "lockstep. With scene time nominal or replayed the frames are the same bytes; with clock or "
                 "tai the edge is predicted, and poses of a simulator are extrapolated "
-                "(ahead_tolerance_px). Takes memory for the light of two frames. off: rendering begins at "
-                "the trigger"),
+                "(ahead_tolerance_px). Takes memory for the light of two frames, of four where edges or "
+                "poses "
+                "are predicted. off: rendering begins at the trigger"),
         key("ahead_tolerance_px", &s.ahead_tolerance_px)
             .unit("px")
             .range(0, 10)
             .help(
                 "A frame that was rendered for a predicted edge or extrapolated poses is shown if nothing in "
-                "it has moved by more than this at the true edge and by newer poses; else it is rendered "
-                "anew"),
+                "it has moved by more than this at the true edge and by newer poses; if by more, but at most "
+                "a "
+                "pixel, its bodies are reprojected, which the frame's quality says; else it is rendered "
+                "anew. "
+                "Stars and small bodies are always where they are at the true edge"),
     };
     return section;
 }

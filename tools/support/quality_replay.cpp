@@ -34,8 +34,10 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
         for (const char digit : row.levels) {
             const auto level = static_cast<QualityLevel>(digit - '0');
             if (level > QualityLevel::sixteenth)
-                throw InputError(fmt::format("{}: frame {}: level {}, allowed are 0 to {}", file,
-                                             row.frame_id, digit, static_cast<int>(QualityLevel::sixteenth)));
+                throw InputError(
+                    fmt::format("{}: frame {}: level {}, allowed are 0 to {}: rows made from those of "
+                                "an earlier rendering depend on more than their levels",
+                                file, row.frame_id, digit, static_cast<int>(QualityLevel::sixteenth)));
             levels.push_back(level);
         }
     }
