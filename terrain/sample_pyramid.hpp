@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 namespace obscura::terrain {
@@ -10,6 +11,8 @@ namespace obscura::terrain {
 /// Smallest and largest sample.
 struct SampleRange {
     float least = 0, largest = 0;
+    /// Bound of the differences of samples that are neighbours in a row or a column.
+    float largest_step = std::numeric_limits<float>::infinity();
 };
 
 /// One plane of samples and its reduced levels: level 0 is the finest, each further one has half the width

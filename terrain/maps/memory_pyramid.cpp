@@ -9,16 +9,17 @@ namespace obscura::terrain {
 namespace {
 
 /// Edge of the smallest squares whose bounds are kept.
-constexpr std::int64_t finest_square = 32;
+constexpr std::int64_t finest_square = 8;
 /// Squares in a row that a query looks at, at most.
-constexpr std::int64_t most_squares = 4;
+constexpr std::int64_t most_squares = 8;
 
 constexpr SampleRange no_range{std::numeric_limits<float>::infinity(),
-                               -std::numeric_limits<float>::infinity()};
+                               -std::numeric_limits<float>::infinity(), 0};
 
 void widen(SampleRange& range, const SampleRange& other) {
     range.least = std::min(range.least, other.least);
     range.largest = std::max(range.largest, other.largest);
+    range.largest_step = std::max(range.largest_step, other.largest_step);
 }
 
 } // namespace
@@ -70,8 +71,13 @@ void MemoryPyramid::make_bounds() {
                 ++missing_;
                 continue;
             }
+            const auto step_to = [&](std::int64_t i, std::int64_t j) {
+                if (i == fine.width || j == fine.height) return 0.0F;
+                const float step = std::abs(fine.samples[static_cast<std::size_t>(j * fine.width + i)] - v);
+                return std::isnan(step) ? std::numeric_limits<float>::infinity() : step;
+            };
             widen(first.ranges[static_cast<std::size_t>(y / finest_square * first.width + x / finest_square)],
-                  {v, v});
+                  {v, v, std::max(step_to(x + 1, y), step_to(x, y + 1))});
         }
     bounds_.push_back(std::move(first));
     while (bounds_.back().width > 1 || bounds_.back().height > 1) {

@@ -51,7 +51,7 @@ private:
     void make_bounds();
 
     std::vector<Level> levels_;
-    std::vector<Bounds> bounds_; ///< of squares of 32, 64, ... samples
+    std::vector<Bounds> bounds_; ///< of squares of 8, 16, ... samples
     float least_ = 0, largest_ = 0;
     std::int64_t missing_ = 0;
 };

@@ -3,6 +3,7 @@
 
 #include "terrain/detail/exact_math.hpp"
 #include "terrain/maps/cubic.hpp"
+#include "terrain/maps/cubic_bounds.hpp"
 
 #include <fmt/format.h>
 
@@ -30,6 +31,9 @@ double columns_for(double aspect) {
 constexpr double overshoot = 0.2931;
 /// Of columns that are taken together.
 constexpr double overshoot_of_thinned = (1.2688 * ThinnedRows::most_weight - 1) / 2;
+
+/// Cells along the edge of the largest part whose cubics are looked at one by one.
+constexpr int most_cubic_cells = 14;
 
 /// How an axis of a level ends.
 enum class End : std::uint8_t {
@@ -281,8 +285,14 @@ SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double f
     // Half of a cubic of the coarser level, and the samples that its outer ones are means of.
     const double across = columns_of({density.x, around.least.y}, footprint);
     const bool thinned = cylindrical_ && across > 1;
-    const double margin_x = std::min((thinned ? 8 : 6) * std::max(1.0, across) + 2, 2 * width);
-    const double margin_y = std::min(6 * std::max(1.0, density.y * footprint) + 2, 2 * height);
+    constexpr double beside = PolarCap::most_reach + 3;
+    const bool plain = across <= 1 && density.y * footprint <= 1 &&
+                       !(first_pole_ && area.least.y < frame_.first_pole_y() + beside) &&
+                       !(last_pole_ && area.largest.y > frame_.last_pole_y() - beside);
+    SampleRange range;
+    if (plain && cubic_range(area, range)) return range;
+    const double margin_x = plain ? 3 : std::min((thinned ? 8 : 6) * std::max(1.0, across) + 2, 2 * width);
+    const double margin_y = plain ? 3 : std::min(6 * std::max(1.0, density.y * footprint) + 2, 2 * height);
     double x0 = area.least.x - margin_x, x1 = area.largest.x + margin_x;
     double y0 = area.least.y - margin_y, y1 = area.largest.y + margin_y;
     const bool first_cap = first_pole_ && y0 < 0, last_cap = last_pole_ && y1 > height - 1;
@@ -309,14 +319,17 @@ SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double f
     const auto around_both = [](SampleRange a, SampleRange b) {
         return SampleRange{std::min(a.least, b.least), std::max(a.largest, b.largest)};
     };
-    const auto exceeded = [](SampleRange range, double by) {
-        if (!(range.least <= range.largest)) return range;
-        const auto over =
-            static_cast<float>(by * (static_cast<double>(range.largest) - static_cast<double>(range.least)));
-        return SampleRange{std::nextafter(range.least - over, -std::numeric_limits<float>::infinity()),
-                           std::nextafter(range.largest + over, std::numeric_limits<float>::infinity())};
+    const auto exceeded = [&](SampleRange of, double by) {
+        if (!(of.least <= of.largest)) return of;
+        double most = by * (static_cast<double>(of.largest) - static_cast<double>(of.least));
+        // Bezier points are a third of the steps beside a sample away from it at most, or a ninth of those
+        // across.
+        if (plain) most = std::min(most, 7.0 / 9 * static_cast<double>(of.largest_step));
+        const auto over = static_cast<float>(most * (1 + 1e-6));
+        return SampleRange{std::nextafter(of.least - over, -std::numeric_limits<float>::infinity()),
+                           std::nextafter(of.largest + over, std::numeric_limits<float>::infinity())};
     };
-    SampleRange range = block(x0, x1, y0, y1);
+    range = block(x0, x1, y0, y1);
     const auto turn = static_cast<double>(period_);
     if (period_ > 0 && (x0 < 0 || x1 > turn - 1)) {
         const SampleRange other = x1 - x0 >= turn ? block(0, width, y0, y1)
@@ -331,6 +344,39 @@ SampleRange Raster::range(const Area& area, Vec3 centre, double radius, double f
         if (at.scale > density.y * footprint) break; // coarser ones are not used
     }
     return range;
+}
+
+bool Raster::cubic_range(const Area& place, SampleRange& range) const {
+    // Rounding of places stays far below.
+    constexpr double slack = 1e-3;
+    const Area area{{place.least.x - slack, place.least.y - slack},
+                    {place.largest.x + slack, place.largest.y + slack}};
+    if (place.all || area.largest.x - area.least.x > most_cubic_cells ||
+        area.largest.y - area.least.y > most_cubic_cells)
+        return false;
+    const auto before = [](double at) { return static_cast<std::int64_t>(std::floor(at)) - 1; };
+    const std::int64_t left = before(area.least.x), top = before(area.least.y);
+    const auto columns = static_cast<int>(before(area.largest.x) - left) + 4;
+    const auto rows = static_cast<int>(before(area.largest.y) - top) + 4;
+    // Rows beyond the raster's are its outermost, which bounds the part that has values.
+    if (period_ == 0 && (left + columns <= 0 || left >= frame_.width())) return false;
+    if (top + rows <= 0 || top >= frame_.height()) return false;
+    std::array<float, (most_cubic_cells + 5) * (most_cubic_cells + 5)> samples;
+    Reader reader(*this);
+    for (int j = 0; j < rows; ++j)
+        reader.read_row(reader.columns(0, 0), left, top + j, columns,
+                        samples.data() + std::ptrdiff_t{j} * columns);
+    const std::span<const float> read(samples.data(),
+                                      static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    if (std::any_of(read.begin(), read.end(), [](float v) { return std::isnan(v); })) return false;
+    const auto x = static_cast<double>(left), y = static_cast<double>(top);
+    const CubicBounds bounds = cubic_bounds(
+        read, columns, {area.least.x - x, area.largest.x - x, area.least.y - y, area.largest.y - y});
+    const double rounding = 1e-12 * std::max(std::abs(bounds.least), std::abs(bounds.largest));
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    range = {std::nextafter(static_cast<float>(bounds.least - rounding), -infinity),
+             std::nextafter(static_cast<float>(bounds.largest + rounding), infinity)};
+    return true;
 }
 
 std::int64_t Raster::stored_row(int k, std::int64_t row, bool& beyond_pole) const {

@@ -60,6 +60,7 @@ public:
         [[nodiscard]] double bilinear(Vec3 p);
 
     private:
+        friend class Raster;
         struct Block {
             std::vector<float> samples;
         };
@@ -138,6 +139,9 @@ private:
     [[nodiscard]] const Level& level(int k) const { return levels_[static_cast<std::size_t>(k)]; }
     [[nodiscard]] PolarCap polar_cap(int level, bool first) const;
     [[nodiscard]] std::int64_t stored_row(int level, std::int64_t row, bool& beyond_pole) const;
+    /// Bounds of the finest level's plain cubics in an area from its samples; false: it is large or beyond
+    /// the raster, or samples are missing.
+    [[nodiscard]] bool cubic_range(const Area& area, SampleRange& range) const;
     /// Place in a level's rows of that of the finest one.
     [[nodiscard]] double level_row(int level, double y) const;
     [[nodiscard]] double level_column(int level, double x) const;
