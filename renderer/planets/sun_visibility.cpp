@@ -237,13 +237,12 @@ const SunTile* SunVisibility::find(SurfaceNode& node, const DetailView& view, in
     }
     for (SurfaceNode* at = &node; at != nullptr; at = at->parent, ++levels) {
         const SunTile* kept = at->sun.load(std::memory_order_acquire);
-        if (kept == nullptr || !fresh(kept->sun, view.sun)) {
-            if (view.counts != nullptr && at == &node) ++view.counts->missed;
-            if ((at->wanted.load(std::memory_order_relaxed) & wanted_sun) == 0)
-                at->wanted.fetch_or(wanted_sun, std::memory_order_relaxed);
-        }
+        const auto serves = [&] { return kept != nullptr && fresh(kept->sun, view.sun); };
+        if (!serves() && (at->wanted.load(std::memory_order_relaxed) & wanted_sun) == 0)
+            at->wanted.fetch_or(wanted_sun, std::memory_order_relaxed);
         if (kept != nullptr && kept->born > view.version)
             kept = at->sun_before.load(std::memory_order_acquire);
+        if (view.counts != nullptr && at == &node && !serves()) ++view.counts->missed;
         if (kept != nullptr) return kept;
     }
     return nullptr;
