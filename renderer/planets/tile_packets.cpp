@@ -3,6 +3,9 @@
 
 #include "terrain/surface_domain.hpp"
 
+#include <bit>
+#include <cstddef>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "renderer/planets/tile_packets.cpp"
 #include <hwy/foreach_target.h>
@@ -42,6 +45,12 @@ HWY_INLINE V second_floats(VI pairs) {
 HWY_INLINE VI to_integers(V numbers) {
     const VI bits = hn::BitCast(I(), hn::Add(numbers, set(0x1p52)));
     return hn::And(bits, hn::Set(I(), 0xffffffff));
+}
+
+/// 1 / x of powers of two.
+HWY_INLINE V reciprocal_of_power(V x) {
+    const I i64;
+    return hn::BitCast(D(), hn::Sub(hn::Set(i64, 0x7fe0000000000000), hn::BitCast(i64, x)));
 }
 
 /// Bilinear patches under rays: height above the patch and its derivative along the ray.
@@ -104,6 +113,9 @@ struct Patches {
     /// 0 at `to`.
     HWY_INLINE V root(V from, V to, V low, V high, M lanes) const {
         V x = hn::Add(from, hn::Mul(hn::Sub(to, from), hn::Div(low, hn::Sub(low, high))));
+        // Each step squares the error, which is a share of the cell: after one so short nothing is left of
+        // it.
+        const V last_step = hn::Mul(hn::Sub(to, from), set(0x1p-27));
         M left = lanes;
         for (int step = 0; step < 100 && !hn::AllFalse(D(), left); ++step) {
             V height, slope;
@@ -111,12 +123,13 @@ struct Patches {
             const M over = hn::Gt(height, hn::Zero(D()));
             from = hn::IfThenElse(over, x, from);
             to = hn::IfThenElse(over, to, x);
-            V next = hn::Sub(x, hn::Div(height, slope));
-            const M within = hn::And(hn::Gt(next, from), hn::Lt(next, to));
-            next = hn::IfThenElse(within, next, hn::Mul(hn::Add(from, to), set(0.5)));
-            const V closeness = hn::Mul(set(1e-15), hn::Add(hn::Abs(x), hn::Abs(next)));
-            const M done = hn::Or(hn::Le(hn::Abs(hn::Sub(next, x)), closeness),
-                                  hn::Or(hn::Eq(next, from), hn::Eq(next, to)));
+            const V newton = hn::Sub(x, hn::Div(height, slope));
+            const V closeness = hn::Max(hn::Mul(set(1e-15), hn::Add(hn::Abs(x), hn::Abs(newton))), last_step);
+            const M close = hn::Le(hn::Abs(hn::Sub(newton, x)), closeness);
+            const M within = hn::And(hn::Gt(newton, from), hn::Lt(newton, to));
+            V next = hn::IfThenElse(within, newton, hn::Mul(hn::Add(from, to), set(0.5)));
+            next = hn::IfThenElse(close, hn::Min(hn::Max(newton, from), to), next);
+            const M done = hn::Or(close, hn::Or(hn::Eq(next, from), hn::Eq(next, to)));
             x = hn::IfThenElse(left, next, x);
             left = hn::AndNot(done, left);
         }
@@ -182,7 +195,7 @@ public:
         crossed_ = hn::MaskFromVec(hn::Zero(d));
         begun_ = running();
         if (!begun_) return;
-        const V zero = hn::Zero(d), one = set(1), half = set(0.5);
+        const V zero = hn::Zero(d), one = set(1);
         const WalkLines& walk = lanes.lines;
         ua_ = load(walk.ua);
         ub_ = load(walk.ub);
@@ -195,7 +208,7 @@ public:
         per_m_ = set(per_m_value);
         offset_ = load(lanes.offset_m);
         half_cells_ = load(lanes.half_cells);
-        per_half_ = hn::Div(one, half_cells_); // exact: a power of two
+        per_half_ = reciprocal_of_power(half_cells_);
         first_i_ = load(lanes.first_i);
         first_j_ = load(lanes.first_j);
         vertices_ = hn::Load(i64, lanes.vertices + first);
@@ -206,7 +219,7 @@ public:
         i_ = load(lanes.i);
         j_ = load(lanes.j);
         width_ = load(lanes.width);
-        per_width_ = hn::Div(one, width_); // exact, likewise
+        per_width_ = reciprocal_of_power(width_);
         most_width_ = load(lanes.most_width);
         // u grows along the whole ray, or falls, or does not change but for rounding: as seen from a point of
         // an axis of the body.
@@ -238,19 +251,20 @@ public:
         };
         const V i0 = cell(ua_, ub_, x_, first_i_, i_), i1 = cell(ua_, ub_, to_, first_i_, i_);
         const V j0 = cell(va_, vb_, x_, first_j_, j_), j1 = cell(va_, vb_, to_, first_j_, j_);
-        M same = narrowed;
-        for (int cells = 1; cells < terrain::tile_cells; cells *= 2) {
-            const V finer = hn::Mul(width_, half), per_finer = hn::Add(per_width_, per_width_);
-            const V ni = hn::Floor(hn::Mul(i0, per_finer)), nj = hn::Floor(hn::Mul(j0, per_finer));
-            same = hn::And(same, hn::And(hn::Eq(ni, hn::Floor(hn::Mul(i1, per_finer))),
-                                         hn::Eq(nj, hn::Floor(hn::Mul(j1, per_finer)))));
-            same = hn::And(same, hn::Ge(finer, one));
-            if (hn::AllFalse(d, same)) break;
-            width_ = hn::IfThenElse(same, finer, width_);
-            per_width_ = hn::IfThenElse(same, per_finer, per_width_);
-            i_ = hn::IfThenElse(same, ni, i_);
-            j_ = hn::IfThenElse(same, nj, j_);
-        }
+        const VI apart =
+            hn::Or(hn::Xor(to_integers(i0), to_integers(i1)), hn::Xor(to_integers(j0), to_integers(j1)));
+        // The power of two above it: the exponent of its double.
+        const V number =
+            hn::Sub(hn::BitCast(d, hn::Or(apart, hn::Set(i64, 0x4330000000000000))), set(0x1p52));
+        const V below_it =
+            hn::BitCast(d, hn::And(hn::BitCast(i64, number), hn::Set(i64, 0x7ff0000000000000)));
+        const V held = hn::Max(hn::Add(below_it, below_it), one);
+        width_ = hn::IfThenElse(narrowed, held, width_);
+        per_width_ = hn::IfThenElse(narrowed, reciprocal_of_power(held), per_width_);
+        i_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(i0, per_width_)), i_);
+        j_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(j0, per_width_)), j_);
+        prefetch(narrowed, i0, j0);
+        prefetch(narrowed, i1, j1);
         most_width_ = hn::IfThenElse(narrowed, width_, most_width_);
     }
 
@@ -408,6 +422,35 @@ public:
     }
 
 private:
+    /// The cells at which rays begin, and what is above them: none of it is near where the ones before were.
+    HWY_INLINE void prefetch(M lanes, V i, V j) const {
+        const D d;
+        alignas(64) std::int64_t at[packet_size];
+        std::uint8_t on[8] = {};
+        hn::StoreMaskBits(d, lanes, on);
+        const auto number = [&](V row, double edge, V column) {
+            return to_integers(hn::Add(hn::Mul(row, set(edge)), column));
+        };
+        const auto fetch = [&](VI addresses, std::int64_t next) {
+            hn::Store(addresses, I(), at);
+            for (std::uint32_t left = on[0]; left != 0; left &= left - 1) {
+                const auto* const line = reinterpret_cast<const char*>(at[std::countr_zero(left)]);
+                __builtin_prefetch(line);
+                if (next != 0) __builtin_prefetch(line + next);
+            }
+        };
+        const VI cell =
+            number(hn::IfThenElseZero(lanes, j), terrain::tile_edge, hn::IfThenElseZero(lanes, i));
+        fetch(hn::Add(vertices_, hn::ShiftLeft<2>(cell)), terrain::tile_edge * std::int64_t{sizeof(float)});
+        const auto level = [&](double edge, double per_width, std::size_t before) {
+            const V ni = hn::Floor(hn::Mul(i, set(per_width))), nj = hn::Floor(hn::Mul(j, set(per_width)));
+            const VI node = number(hn::IfThenElseZero(lanes, nj), edge, hn::IfThenElseZero(lanes, ni));
+            const VI first = hn::Set(I(), static_cast<std::int64_t>(before * sizeof(float)));
+            fetch(hn::Add(hn::Add(maxima_, first), hn::ShiftLeft<2>(node)), 0);
+        };
+        level(terrain::tile_cells / 2, 0.5, 5461);
+        level(terrain::tile_cells / 4, 0.25, 1365);
+    }
     HWY_INLINE void finish(M which, std::int64_t with) {
         const D d;
         const I i64;
