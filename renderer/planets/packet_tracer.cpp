@@ -45,7 +45,11 @@ public:
         segments_.miss2 = walk_.miss2;
         segments_.speed2 = walk_.speed2;
         view_ = rays_.levels[static_cast<std::size_t>(std::countr_zero(begun_))].view;
-        for_lanes(begun_, [&](int i) { reach_[i] = levels(i).reach; });
+        least_reach_ = no_hit;
+        for_lanes(begun_, [&](int i) {
+            reach_[i] = levels(i).reach;
+            least_reach_ = std::min(least_reach_, reach_[i]);
+        });
         if constexpr (plane)
             trace_face(0, {walk_.from, walk_.to});
         else
@@ -177,8 +181,11 @@ private:
         const std::uint32_t first =
             (lines_.ub[lead] * lines_.wa[lead] < lines_.ua[lead] * lines_.wb[lead] ? 1u : 0u) |
             (lines_.vb[lead] * lines_.wa[lead] < lines_.va[lead] * lines_.wb[lead] ? 2u : 0u);
-        std::size_t waiting = 0;
-        stack_[waiting++] = {tiles_.root(face), -1, parts};
+        std::size_t waiting = 1;
+        Entry& all = stack_[0];
+        all.quarter = -1;
+        all.parts = parts;
+        all.node = deepest_of_all(tiles_.root(face), all.parts);
         WalkSplit split;
         while (waiting > 0) {
             Entry& entry = stack_[--waiting];
@@ -207,6 +214,34 @@ private:
             }
         }
         flush();
+    }
+
+    /// The deepest made tile below `node` that holds all that is left of the rays' parts, where all take
+    /// finer ones than those above it; narrows the parts to its heights.
+    [[nodiscard]] SurfaceNode* deepest_of_all(SurfaceNode* node, WalkParts& parts) const {
+        // Nearer to the middle plane of a tile, rounding may put a ray on either side.
+        constexpr double clear = 1e-12;
+        double highest = tiles_.largest();
+        for (;;) {
+            const WalkBox box = narrow_walk(walk_, lines_, best_, highest, node->least, plane, parts);
+            if (!(box.u0 <= box.u1)) return node; // nothing is left
+            const SurfaceNode* const before = node;
+            for (;;) {
+                const WalkTile tile = walk_tile(*node);
+                const double near_m = tile.radius_m + tile.spacing_m * least_reach_;
+                if (!tile.can_split || (tile.fixed_reach < 0 && tile.distance2_m2 >= near_m * near_m)) break;
+                const bool right = box.u0 > tile.u_middle + clear, up = box.v0 > tile.v_middle + clear;
+                if ((!right && box.u1 >= tile.u_middle - clear) || (!up && box.v1 >= tile.v_middle - clear))
+                    break;
+                const unsigned quarter = (right ? 1u : 0u) | (up ? 2u : 0u);
+                SurfaceNode* const next = tiles_.made(*node, quarter);
+                if (next == nullptr || !(view_ == nullptr || view_->wait || next->born <= view_->version))
+                    break;
+                highest = node->child_highest[quarter];
+                node = next;
+            }
+            if (node == before) return node;
+        }
     }
 
     [[nodiscard]] WalkTile walk_tile(const SurfaceNode& node) const {
@@ -324,6 +359,7 @@ private:
     WalkRays walk_;
     WalkLines lines_;
     Doubles reach_{}, best_;
+    double least_reach_ = 0;
     TileLanes segments_;
     std::array<const SurfaceNode*, packet_size> tile_;
     std::array<TileCrossing, packet_size> crossing_;

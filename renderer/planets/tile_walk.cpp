@@ -77,6 +77,56 @@ void begin_all(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max
     }
 }
 
+template<bool plane>
+WalkBox narrow_all(const WalkRays& rays, const WalkLines& lines, const Doubles& best, double highest,
+                   double least, WalkParts& parts) {
+    const D d;
+    const V zero = hn::Zero(d), infinite = set(no_hit);
+    const double top = highest + margin, bottom = least - margin;
+    V u0 = infinite, v0 = infinite, u1 = hn::Neg(infinite), v1 = u1;
+    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d))) {
+        const V miss2 = load(rays.miss2, first), speed2 = load(rays.speed2, first);
+        V from = load(parts.from, first), to = hn::Min(load(parts.to, first), load(best, first));
+        V through; // where a ray is below all
+        if constexpr (plane) {
+            const M falls = hn::Lt(speed2, zero), rises = hn::Gt(speed2, zero);
+            const V x = hn::Div(hn::Sub(set(top), miss2), speed2);
+            from = hn::IfThenElse(falls, hn::Max(from, x), from);
+            to = hn::IfThenElse(rises, hn::Min(to, x), to);
+            through = hn::IfThenElse(falls, hn::Div(hn::Sub(set(bottom), miss2), speed2), to);
+        } else {
+            const V half = half_chord(1 + top, miss2, speed2), inner = half_chord(1 + bottom, miss2, speed2);
+            from = hn::Max(from, hn::Neg(half));
+            to = hn::Min(to, half);
+            through = hn::IfThenElse(hn::Gt(inner, zero), hn::Neg(inner), to);
+        }
+        // A ray that comes in below all meets a wall at once.
+        to = hn::IfThenElse(hn::Gt(through, from), hn::Min(to, through), to);
+        store(from, parts.from, first);
+        store(to, parts.to, first);
+        const M left = hn::Lt(from, to);
+        const V ua = load(lines.ua, first), ub = load(lines.ub, first), va = load(lines.va, first),
+                vb = load(lines.vb, first), wa = load(lines.wa, first), wb = load(lines.wb, first);
+        for (const V x : {from, to}) {
+            const V per_w = plane ? set(1) : hn::Div(set(1), hn::Add(wa, hn::Mul(wb, x)));
+            const V u = hn::Mul(hn::Add(ua, hn::Mul(ub, x)), per_w);
+            const V v = hn::Mul(hn::Add(va, hn::Mul(vb, x)), per_w);
+            u0 = hn::IfThenElse(left, hn::Min(u0, u), u0);
+            u1 = hn::IfThenElse(left, hn::Max(u1, u), u1);
+            v0 = hn::IfThenElse(left, hn::Min(v0, v), v0);
+            v1 = hn::IfThenElse(left, hn::Max(v1, v), v1);
+        }
+    }
+    return {hn::GetLane(hn::MinOfLanes(d, u0)), hn::GetLane(hn::MaxOfLanes(d, u1)),
+            hn::GetLane(hn::MinOfLanes(d, v0)), hn::GetLane(hn::MaxOfLanes(d, v1))};
+}
+
+WalkBox narrow_any(const WalkRays& rays, const WalkLines& lines, const Doubles& best, double highest,
+                   double least, bool plane, WalkParts& parts) {
+    return plane ? narrow_all<true>(rays, lines, best, highest, least, parts)
+                 : narrow_all<false>(rays, lines, best, highest, least, parts);
+}
+
 /// Where a line is not below 0 (`low` false) and not above it (`low` true), in [from, to].
 struct Halves {
     V root, slope;
@@ -178,12 +228,18 @@ HWY_AFTER_NAMESPACE();
 namespace obscura::renderer {
 
 HWY_EXPORT(begin_all);
+HWY_EXPORT(narrow_any);
 HWY_EXPORT(split_any);
 HWY_EXPORT(left_all);
 
 void begin_walk(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
                 double least, double largest, WalkRays& rays) {
     HWY_DYNAMIC_DISPATCH(begin_all)(origin, direction, t_max, active, least, largest, rays);
+}
+
+WalkBox narrow_walk(const WalkRays& rays, const WalkLines& lines, const Doubles& best, double highest,
+                    double least, bool plane, WalkParts& parts) {
+    return HWY_DYNAMIC_DISPATCH(narrow_any)(rays, lines, best, highest, least, plane, parts);
 }
 
 void split_walk(const WalkRays& rays, const WalkLines& lines, const Doubles& reach, const Doubles& best,

@@ -35,6 +35,17 @@ struct alignas(64) WalkParts {
     Doubles from, to;
 };
 
+/// Places on a face, u and v.
+struct WalkBox {
+    double u0, u1, v0, v1;
+};
+
+/// Narrows parts, all of which are in one tile, to where rays are between two unit heights, or come from
+/// above into what is between them, and to `best`. Returns a box that holds all that is left; u0 > u1:
+/// nothing.
+[[nodiscard]] WalkBox narrow_walk(const WalkRays& rays, const WalkLines& lines, const Doubles& best,
+                                  double highest, double least, bool plane, WalkParts& parts);
+
 /// What the walk needs of a tile.
 struct WalkTile {
     double u_middle, v_middle;   ///< its middle planes
