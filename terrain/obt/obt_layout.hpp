@@ -10,6 +10,7 @@
 
 #include "terrain/obt/obt_metadata.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -37,15 +38,15 @@ inline constexpr std::uint64_t most_bytes = std::uint64_t{1} << 60;
 template<typename Number>
 [[nodiscard]] Number get(const std::byte* at) noexcept {
     std::array<std::byte, sizeof(Number)> bytes;
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-        bytes[std::endian::native == std::endian::little ? i : bytes.size() - 1 - i] = at[i];
+    std::memcpy(bytes.data(), at, sizeof(Number));
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
     return std::bit_cast<Number>(bytes);
 }
 template<typename Number>
 void put(std::byte* at, Number number) noexcept {
-    const auto bytes = std::bit_cast<std::array<std::byte, sizeof(Number)>>(number);
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-        at[i] = bytes[std::endian::native == std::endian::little ? i : bytes.size() - 1 - i];
+    auto bytes = std::bit_cast<std::array<std::byte, sizeof(Number)>>(number);
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    std::memcpy(at, bytes.data(), sizeof(Number));
 }
 
 /// Tile (i, j) of a level and plane: i along the rows, j down.

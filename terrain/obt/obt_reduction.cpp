@@ -2,6 +2,7 @@
 #include "terrain/obt/obt_reduction.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -124,43 +125,57 @@ void reduce(const SampleBlock& fine, Registration registration, std::int64_t wid
 
 double largest_difference(const SampleBlock& fine, const SampleBlock& coarse, Registration registration,
                           std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1) {
-    double largest = 0;
+    if (x1 <= x0) return 0;
     const std::int64_t right = coarse.x + coarse.columns, bottom = coarse.y + coarse.rows;
-    std::vector<Between> across;
-    for (std::int64_t x = x0; x < x1; ++x) {
-        Between b = between(x, registration, coarse.x, right);
-        b.first -= coarse.x;
-        b.second -= coarse.x;
-        across.push_back(b);
-    }
-    if (across.empty()) return 0;
-    const auto first = static_cast<std::size_t>(across.front().first);
-    std::vector<double> mixed(static_cast<std::size_t>(across.back().second) - first + 1);
+    const auto pairs = static_cast<std::size_t>((x1 - x0 + 1) / 2);
+    // Columns of the coarse level from the one before x0 / 2 on, of which each serves two of the fine one;
+    // beyond the edges the nearest.
+    std::vector<double> mixed(pairs + 2);
+    const std::int64_t before = x0 / 2 - 1;
+    const std::int64_t begin = std::max(before, coarse.x);
+    const std::int64_t end = std::min(before + static_cast<std::int64_t>(mixed.size()), right);
+    // Even and odd columns of the fine level lie between these, at these shares of the second one.
+    const bool pixels = registration == Registration::pixel;
+    const double even = pixels ? 0.75 : 0, odd = pixels ? 0.25 : 0.5;
+    // Several at a time.
+    constexpr std::size_t lanes = 8;
+    std::vector<double> differences((2 * pairs + lanes - 1) / lanes * lanes);
+    std::vector<float> exact(2 * pairs);
+    std::array<double, lanes> largest{};
     for (std::int64_t y = y0; y < y1; ++y) {
         const Between down = between(y, registration, coarse.y, bottom);
         const auto line = [&](std::int64_t row) {
             return coarse.samples.data() +
-                   static_cast<std::size_t>(row - coarse.y) * static_cast<std::size_t>(coarse.columns);
+                   static_cast<std::size_t>(row - coarse.y) * static_cast<std::size_t>(coarse.columns) +
+                   (begin - coarse.x);
         };
         const float* const upper = line(down.first);
         const float* const lower = line(down.second);
-        const float* const exact =
-            fine.samples.data() +
-            static_cast<std::size_t>(y - fine.y) * static_cast<std::size_t>(fine.columns) +
-            static_cast<std::size_t>(x0 - fine.x);
-        // Each column of the coarse level serves two of the fine one.
-        for (std::size_t c = 0; c < mixed.size(); ++c)
-            mixed[c] = static_cast<double>(upper[first + c]) * (1 - down.share) +
-                       static_cast<double>(lower[first + c]) * down.share;
-        for (std::size_t i = 0; i < across.size(); ++i) {
-            const Between& b = across[i];
-            const double value = mixed[static_cast<std::size_t>(b.first) - first] * (1 - b.share) +
-                                 mixed[static_cast<std::size_t>(b.second) - first] * b.share;
-            const double difference = std::abs(value - static_cast<double>(exact[i]));
-            if (difference > largest) largest = difference; // not for missing samples
+        double* const inside = mixed.data() + (begin - before);
+        const double share = down.share;
+        for (std::size_t c = 0; c < static_cast<std::size_t>(end - begin); ++c)
+            inside[c] = static_cast<double>(upper[c]) * (1 - share) + static_cast<double>(lower[c]) * share;
+        std::fill(mixed.data(), inside, *inside);
+        std::fill(inside + (end - begin), mixed.data() + mixed.size(), inside[end - begin - 1]);
+        std::copy_n(fine.samples.data() +
+                        static_cast<std::size_t>(y - fine.y) * static_cast<std::size_t>(fine.columns) +
+                        static_cast<std::size_t>(x0 - fine.x),
+                    x1 - x0, exact.data());
+        if ((x1 - x0) % 2 != 0) exact.back() = no_data;
+        const double* const left = mixed.data() + (pixels ? 0 : 1);
+        const double* const middle = mixed.data() + 1;
+        const double* const next = mixed.data() + 2;
+        for (std::size_t c = 0; c < pairs; ++c) {
+            differences[2 * c] =
+                std::abs(left[c] * (1 - even) + middle[c] * even - static_cast<double>(exact[2 * c]));
+            differences[2 * c + 1] =
+                std::abs(middle[c] * (1 - odd) + next[c] * odd - static_cast<double>(exact[2 * c + 1]));
         }
+        for (std::size_t i = 0; i < differences.size(); i += lanes)
+            for (std::size_t lane = 0; lane < lanes; ++lane) // not for missing samples
+                largest[lane] = differences[i + lane] > largest[lane] ? differences[i + lane] : largest[lane];
     }
-    return largest;
+    return *std::max_element(largest.begin(), largest.end());
 }
 
 } // namespace obscura::terrain::obt

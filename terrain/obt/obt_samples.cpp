@@ -100,10 +100,35 @@ void decode(const ObtMetadata& m, const Entry& entry, const std::byte* samples, 
     }
 }
 
+/// Encodes whole numbers where each one rounds to a code that is allowed and not that of missing samples;
+/// false: some do not.
+template<typename Code>
+bool encode_plain_codes(std::span<const float> numbers, CodeRange range, int nodata, std::byte* out) {
+    const auto least = static_cast<float>(range.least), largest = static_cast<float>(range.largest);
+    unsigned odd = 0;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const float v = numbers[i];
+        const bool near = v > least - 1 && v < largest + 1; // not if there is no number
+        const float number = near ? v : 0;
+        // As std::round: to the nearest one, halves away from 0.
+        const int whole = static_cast<int>(number);
+        const float rest = number - static_cast<float>(whole);
+        const int code = whole + (rest >= 0.5F ? 1 : 0) - (rest <= -0.5F ? 1 : 0);
+        odd |= static_cast<unsigned>(!near) | static_cast<unsigned>(code == nodata) |
+               static_cast<unsigned>(code < range.least) | static_cast<unsigned>(code > range.largest);
+        put(out + sizeof(Code) * i, static_cast<Code>(code));
+    }
+    return odd == 0;
+}
+
 /// Encodes whole numbers (u8, i16, u16).
 void encode_codes(const ObtMetadata& m, const TileName& tile, std::span<const float> numbers,
                   const std::string& name, EncodedTile& out) {
     const CodeRange range = codes_of(m.type);
+    const int hole = m.nodata.value_or(1 << 20);
+    if (m.type == SampleType::u8 ? encode_plain_codes<std::uint8_t>(numbers, range, hole, out.bytes.data())
+                                 : encode_plain_codes<std::uint16_t>(numbers, range, hole, out.bytes.data()))
+        return;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         int code = 0;
         if (std::isnan(numbers[i])) {
@@ -111,10 +136,7 @@ void encode_codes(const ObtMetadata& m, const TileName& tile, std::span<const fl
                 refuse_sample(tile, i, name, "no data: allowed with a number for missing samples only");
             code = *m.nodata;
         } else {
-            // Most numbers are whole; rounding is a call on processors without an instruction for it.
-            const float truncated =
-                std::abs(numbers[i]) < 0x1p24F ? static_cast<float>(static_cast<int>(numbers[i])) : 0;
-            const float rounded = truncated == numbers[i] ? truncated : std::round(numbers[i]);
+            const float rounded = std::round(numbers[i]);
             if (!(rounded >= static_cast<float>(range.least) && rounded <= static_cast<float>(range.largest)))
                 refuse_sample(
                     tile, i, name,

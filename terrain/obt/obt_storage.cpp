@@ -114,6 +114,7 @@ int OutputShards::shard(std::uint64_t number) {
     if (number >= most_shards)
         throw OutputError(
             fmt::format("{}: more than {} parts of {} bytes", file_.string(), most_shards, shard_bytes_));
+    const std::lock_guard lock(opening_);
     while (shards_.size() <= number) {
         const std::filesystem::path path = shard_path(part_, shards_.size());
         FileDescriptor fd(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666));
@@ -147,6 +148,11 @@ void OutputShards::write(std::uint64_t place, std::span<const std::byte> bytes) 
                            k += static_cast<std::size_t>(n);
                        }
                    });
+}
+
+void OutputShards::start_writeback() noexcept {
+    for (const FileDescriptor& fd : shards_)
+        (void)::sync_file_range(fd.get(), 0, 0, SYNC_FILE_RANGE_WRITE);
 }
 
 void OutputShards::clear() {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,8 +47,10 @@ public:
 
     /// What is there from byte `place` on, zeros where nothing is. Throws OutputError.
     void read(std::uint64_t place, std::span<std::byte> out);
-    /// Throws OutputError, for example if the disk is full.
+    /// Throws OutputError, for example if the disk is full. Thread-safe with itself, of other bytes.
     void write(std::uint64_t place, std::span<const std::byte> bytes);
+    /// Has the system begin with bringing to disk what was written.
+    void start_writeback() noexcept;
     /// Removes all that was written; the first part stays, empty.
     void clear();
     /// Sets the length, writes all to disk and gives the shards their names, the first one last. `header` is
@@ -62,6 +65,7 @@ private:
 
     std::filesystem::path file_, part_;
     std::uint64_t shard_bytes_;
+    std::mutex opening_;
     std::vector<FileDescriptor> shards_;
 };
 

@@ -136,19 +136,35 @@ void ObtTileWriter::count(const TileName& tile, const Entry& entry, double least
     any_[tile.plane] = true;
 }
 
-void ObtTileWriter::write(const TileName& tile, std::span<const float> numbers, const TileFacts& facts) {
-    encode(metadata_, tile, numbers, facts, name_, encoded_);
-    Entry& entry = encoded_.entry;
+ObtTileWriter::Prepared ObtTileWriter::prepare(const TileName& tile, std::span<const float> numbers,
+                                               const TileFacts& facts, EncodedTile& scratch) {
+    encode(metadata_, tile, numbers, facts, name_, scratch);
+    Prepared made;
+    made.entry = scratch.entry;
+    if (facts.any()) {
+        made.least = scratch.least;
+        made.largest = scratch.largest;
+    }
+    if (made.entry.stored == Stored::wide) {
+        made.wide = std::move(scratch.bytes);
+        return made;
+    }
+    if (made.entry.stored == Stored::samples) made.entry.slot = layout_.slot_place(tile);
+    made.entry.crc = crc_of(made.entry, scratch.bytes);
+    shards_.write(made.entry.slot, scratch.bytes);
+    return made;
+}
+
+void ObtTileWriter::commit(const TileName& tile, Prepared prepared) {
+    Entry& entry = prepared.entry;
     if (entry.stored == Stored::wide) {
         entry.slot = wide_end_;
-        wide_end_ += (encoded_.bytes.size() + page - 1) / page * page;
-    } else if (entry.stored == Stored::samples) {
-        entry.slot = layout_.slot_place(tile);
+        wide_end_ += (prepared.wide.size() + page - 1) / page * page;
+        entry.crc = crc_of(entry, prepared.wide);
+        shards_.write(entry.slot, prepared.wide);
     }
-    entry.crc = crc_of(entry, encoded_.bytes);
-    shards_.write(entry.slot, encoded_.bytes);
     put(tile, entry);
-    count(tile, entry, facts.any() ? encoded_.least : 1, facts.any() ? encoded_.largest : 0);
+    count(tile, entry, prepared.least, prepared.largest);
 }
 
 std::optional<Entry> ObtTileWriter::intact(const TileName& tile, std::span<float> numbers) {
@@ -214,6 +230,7 @@ void ObtTileWriter::flush() {
         shards_.write(layout_.block_place(name), b.bytes);
         b.changed = false;
     }
+    shards_.start_writeback();
 }
 
 /// Writes the checksums of the blocks below into a block, and the block; its own checksum.

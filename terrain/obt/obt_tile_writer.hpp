@@ -18,7 +18,7 @@
 namespace obscura::terrain {
 
 /// Tiles that are not written are absent: readers take the coarser level. A file that is not finished stays
-/// as `file`.part, for another writer of the same description to go on with. Thread-bound.
+/// as `file`.part, for another writer of the same description to go on with. Thread-bound but for prepare().
 class ObtTileWriter {
 public:
     /// Opens or begins `file`.part. Throws InputError if the description is not allowed, OutputError if it
@@ -30,9 +30,23 @@ public:
     [[nodiscard]] bool resumed() const { return resumed_; }
     [[nodiscard]] const obt::Layout& layout() const { return layout_; }
 
-    /// Writes a tile of 260 x 260 numbers, those of the margin included; `facts` with the range of the finest
-    /// samples below it. Throws InputError, OutputError.
-    void write(const obt::TileName& tile, std::span<const float> numbers, const obt::TileFacts& facts);
+    /// A tile whose samples are on their way to disk, but for those of wide tiles.
+    struct Prepared {
+        obt::Entry entry;
+        double least = 1, largest = 0; ///< of the finest samples; none: least above largest
+        std::vector<std::byte> wide;   ///< samples that have no place yet
+    };
+    /// Encodes a tile of 260 x 260 numbers, those of the margin included, and writes its samples; `facts`
+    /// with the range of the finest samples below it. `scratch` is overwritten. Thread-safe. Throws
+    /// InputError, OutputError.
+    [[nodiscard]] Prepared prepare(const obt::TileName& tile, std::span<const float> numbers,
+                                   const obt::TileFacts& facts, obt::EncodedTile& scratch);
+    /// Enters it into the directory; the order of tiles is that of wide tiles in the file.
+    void commit(const obt::TileName& tile, Prepared prepared);
+    /// Both.
+    void write(const obt::TileName& tile, std::span<const float> numbers, const obt::TileFacts& facts) {
+        commit(tile, prepare(tile, numbers, facts, encoded_));
+    }
     /// The entry of a tile that is there and has its checksum. Fills `numbers` (tile_count), if not empty.
     [[nodiscard]] std::optional<obt::Entry> intact(const obt::TileName& tile, std::span<float> numbers);
     /// Keeps a tile of an earlier writer. `entry`, `numbers`: of intact().

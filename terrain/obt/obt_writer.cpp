@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "terrain/obt/obt_reduction.hpp"
 #include "terrain/obt/obt_tile_writer.hpp"
+#include "terrain/obt/worker_team.hpp"
 
 #include <fmt/format.h>
 
@@ -26,6 +27,9 @@ constexpr std::int64_t most_row_bytes = std::int64_t{400} << 20;
 /// Rows that two blocks of whole rows share at most.
 constexpr int most_shared_rows = 4 * margin << most_reductions;
 
+/// Threads that make tiles, if options do not say.
+constexpr unsigned most_threads = 8;
+
 struct Interrupted {};
 
 /// Errors of the source, told from those of the output.
@@ -45,7 +49,8 @@ public:
           source_(source),
           options_(options),
           numbers_(tile_count),
-          previous_(metadata.planes) {
+          previous_(metadata.planes),
+          team_(options.threads, most_threads) {
         total_ = static_cast<std::uint64_t>(metadata.planes) * static_cast<std::uint64_t>(metadata.width) *
                  static_cast<std::uint64_t>(metadata.height);
     }
@@ -153,7 +158,8 @@ private:
     void block(std::uint32_t plane, int base, int reductions, bool from_source, std::int64_t x0,
                std::int64_t y0, std::int64_t x1, std::int64_t y1) {
         if (keep_block(plane, base, reductions, from_source, x0, y0, x1, y1)) return;
-        SampleBlock fine;
+        // Memory is used again: it is larger than what a process gets cheaply.
+        SampleBlock& fine = fine_;
         fine.level = base;
         fine.x = std::max<std::int64_t>(0, x0 - halo(reductions));
         fine.y = std::max<std::int64_t>(0, y0 - halo(reductions));
@@ -166,35 +172,67 @@ private:
             writer_.read(plane, base, fine.x, fine.y, fine.columns, fine.rows, fine.samples);
         }
         std::map<TileName, TileFacts> facts;
-        for_each_tile(plane, base, base, x0, y0, x1, y1, [&](const TileName& tile) {
-            if (from_source) {
-                facts[tile] = range_of(fine, tile);
-                write(fine, tile, facts[tile]);
-            } else if (const auto entry = writer_.intact(tile, {})) {
-                facts[tile] = facts_of(metadata_, *entry);
-            }
-        });
+        if (from_source) {
+            make_tiles(tiles_of(plane, base, base, x0, y0, x1, y1), fine, facts,
+                       [&](const TileName& tile) { return range_of(fine, tile); });
+        } else {
+            for_each_tile(plane, base, base, x0, y0, x1, y1, [&](const TileName& tile) {
+                if (const auto entry = writer_.intact(tile, {})) facts[tile] = facts_of(metadata_, *entry);
+            });
+        }
         for (int level = base + 1; level <= base + reductions; ++level) {
-            SampleBlock coarse;
+            SampleBlock& coarse = coarse_;
             reduce(fine, metadata_.registration, metadata_.width, metadata_.height, coarse);
             std::map<TileName, TileFacts> above;
-            for_each_tile(plane, base, level, x0, y0, x1, y1, [&](const TileName& tile) {
-                TileFacts& f = above[tile];
-                double step = 0;
-                for (std::int64_t k = 0; k < 4; ++k) {
-                    const TileName child{plane, level - 1, 2 * tile.i + k % 2, 2 * tile.j + k / 2};
-                    const auto it = facts.find(child);
-                    if (it == facts.end() || !it->second.any()) continue;
-                    f.add(it->second);
-                    step = std::max(step, difference(fine, coarse, child));
-                }
-                f.error += step;
-                write(coarse, tile, f);
-            });
+            make_tiles(tiles_of(plane, base, level, x0, y0, x1, y1), coarse, above,
+                       [&](const TileName& tile) {
+                           TileFacts f;
+                           double step = 0;
+                           for (std::int64_t k = 0; k < 4; ++k) {
+                               const TileName child{plane, level - 1, 2 * tile.i + k % 2, 2 * tile.j + k / 2};
+                               const auto it = facts.find(child);
+                               if (it == facts.end() || !it->second.any()) continue;
+                               f.add(it->second);
+                               step = std::max(step, difference(fine, coarse, child));
+                           }
+                           f.error += step;
+                           return f;
+                       });
             facts = std::move(above);
-            fine = std::move(coarse);
+            std::swap(fine, coarse);
         }
         writer_.flush();
+    }
+
+    [[nodiscard]] std::vector<TileName> tiles_of(std::uint32_t plane, int base, int level, std::int64_t x0,
+                                                 std::int64_t y0, std::int64_t x1, std::int64_t y1) const {
+        std::vector<TileName> tiles;
+        for_each_tile(plane, base, level, x0, y0, x1, y1,
+                      [&](const TileName& tile) { tiles.push_back(tile); });
+        return tiles;
+    }
+
+    /// Memory of a thread that makes tiles.
+    struct TileScratch {
+        std::vector<float> numbers = std::vector<float>(tile_count);
+        EncodedTile encoded;
+    };
+
+    /// Writes tiles of a block. `look(tile)`: what is below it; called by several threads.
+    template<typename Look>
+    void make_tiles(const std::vector<TileName>& tiles, const SampleBlock& from,
+                    std::map<TileName, TileFacts>& facts, const Look& look) {
+        std::vector<TileFacts> found(tiles.size());
+        std::vector<ObtTileWriter::Prepared> prepared(tiles.size());
+        team_.run(tiles.size(), [&](std::size_t k, TileScratch& scratch) {
+            found[k] = look(tiles[k]);
+            cut(from, tiles[k], scratch.numbers);
+            prepared[k] = writer_.prepare(tiles[k], scratch.numbers, found[k], scratch.encoded);
+        });
+        for (std::size_t k = 0; k < tiles.size(); ++k) {
+            writer_.commit(tiles[k], std::move(prepared[k]));
+            facts[tiles[k]] = found[k];
+        }
     }
 
     [[nodiscard]] std::int64_t end_column(const TileName& tile) const {
@@ -243,18 +281,19 @@ private:
     }
 
     /// Cuts a tile with its margin out of a block; beyond the raster, the nearest samples are repeated.
-    void write(const SampleBlock& from, const TileName& tile, const TileFacts& facts) {
+    void cut(const SampleBlock& from, const TileName& tile, std::span<float> numbers) const {
         const std::int64_t x = tile.i * tile_samples - margin, y = tile.j * tile_samples - margin;
         const std::int64_t right = layout_.width(tile.level) - 1, bottom = layout_.height(tile.level) - 1;
+        const std::int64_t first = std::max<std::int64_t>(x, 0), last = std::min(x + tile_edge - 1, right);
         for (std::int64_t row = 0; row < tile_edge; ++row) {
             const std::int64_t at = std::clamp<std::int64_t>(y + row, 0, bottom);
             const float* const line = from.samples.data() + static_cast<std::size_t>(at - from.y) *
                                                                 static_cast<std::size_t>(from.columns);
-            float* const out = numbers_.data() + row * tile_edge;
-            for (std::int64_t column = 0; column < tile_edge; ++column)
-                out[column] = line[std::clamp<std::int64_t>(x + column, 0, right) - from.x];
+            float* const out = numbers.data() + row * tile_edge;
+            std::fill(out, out + (first - x), line[first - from.x]);
+            std::copy(line + (first - from.x), line + (last + 1 - from.x), out + (first - x));
+            std::fill(out + (last + 1 - x), out + tile_edge, line[last - from.x]);
         }
-        writer_.write(tile, numbers_, facts);
     }
 
     ObtTileWriter& writer_;
@@ -264,6 +303,8 @@ private:
     const ObtWriteOptions& options_;
     std::vector<float> numbers_;
     std::vector<SampleBlock> previous_;
+    SampleBlock fine_, coarse_;
+    WorkerTeam<TileScratch> team_;
     std::uint64_t done_ = 0, total_ = 0, resumed_ = 0;
     std::chrono::steady_clock::time_point told_{};
 };

@@ -36,6 +36,8 @@ struct ObtWriteOptions {
     std::function<bool(std::uint64_t done, std::uint64_t total)> progress;
     /// Parts of the file on disk; a multiple of 4096.
     std::uint64_t shard_bytes = std::uint64_t{1} << 40;
+    /// Threads that make tiles; 0: as many as there are processors, at most 8. The bytes are the same.
+    unsigned threads = 0;
 };
 
 /// What writing a giant texture came to.

@@ -47,6 +47,10 @@ void ReadAhead::run() {
             if (end_) return;
             strip.y = next_;
             strip.rows = std::min(most, h - next_);
+            if (!spare_.empty()) {
+                strip.numbers = std::move(spare_.back());
+                spare_.pop_back();
+            }
         }
         std::exception_ptr failure;
         try {
@@ -100,6 +104,7 @@ void ReadAhead::read(std::uint32_t plane, std::int64_t x, std::int64_t y, int co
         row += std::max<std::int64_t>(count, 0);
         if (row < strip.y + strip.rows) continue;
         lock.lock();
+        spare_.push_back(std::move(strips_.front().numbers));
         strips_.pop_front();
         lock.unlock();
         changed_.notify_all();

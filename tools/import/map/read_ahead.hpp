@@ -47,6 +47,7 @@ private:
     std::condition_variable changed_;
     // Guarded by mutex_ while the thread runs.
     std::deque<Strip> strips_;
+    std::vector<std::vector<float>> spare_; ///< memory of strips that were used
     std::exception_ptr failure_;
     bool end_ = false;
     std::uint32_t plane_ = 0;
