@@ -147,15 +147,36 @@ class Maps:
         self.site = -523.2 + 0.0378835736629282 * read_tiff(files[2])
 
     def global_height(self, longitude, latitude):
-        """Across the south pole the other side's rows follow; within half a row of it, the last row's mean is gone over to."""
-        over = np.concatenate([self.ldem[-60:], np.roll(self.ldem[:-4:-1], 720, axis=1)])
+        """Across the south pole the other side's rows follow; within three rows of it, a grid of squares about it is gone over to."""
+        over = np.concatenate([self.ldem[-60:], np.roll(self.ldem[:-9:-1], 720, axis=1)])
         y = (90 - latitude) * 4 - 0.5
         near = y > 700
         height = np.empty_like(y)
-        height[~near] = cubic(self.ldem, longitude[~near] * 4 - 0.5, y[~near], wraps=True)
-        height[near] = cubic(over, longitude[near] * 4 - 0.5, y[near] - 660, wraps=True)
-        mean = self.ldem[-1].mean()
-        return mean + (height - mean) * smoothstep(2 * (719.5 - y))
+        for part, values, first in ((~near, self.ldem, 0), (near, over, 660)):
+            height[part] = cubic_of_thinned(values, longitude[part] * 4 - 0.5, y[part] - first, latitude[part], wraps=True)
+        rows = 719.5 - y
+        close = rows < 3
+        if close.any():
+            turn = np.radians(longitude[close])
+            cap = cubic(self.polar_grid(over), rows[close] * np.cos(turn) + 4, rows[close] * np.sin(turn) + 4)
+            height[close] += smoothstep(1.5 * (1 - rows[close] / 3)) * (cap - height[close])
+        return height
+
+    @staticmethod
+    def polar_grid(over):
+        """Heights at whole rows east and north of the south pole, -4 to 4; the pole itself is the mean of all longitudes."""
+        rings = {row: thinned(over[row][None], 4 * math.ceil(math.pi * max(from_pole, 0.5)), True)
+                 for from_pole in range(8) for row in (59 - from_pole, 60 + from_pole)}
+        grid = np.zeros((9, 9))
+        for j in range(9):
+            for i in range(9):
+                distance, turn = math.hypot(i - 4, j - 4), math.atan2(j - 4, i - 4) / (2 * math.pi) % 1
+                y = 59.5 - distance
+                for b, weight in enumerate(catmull_rom(y - math.floor(y))):
+                    ring = rings[math.floor(y) + b - 1]
+                    value = cubic(ring, np.array([turn * ring.shape[1] - 0.5]), np.zeros(1), wraps=True)[0] if distance > 0 else ring.mean()
+                    grid[j, i] += weight * value
+        return grid
 
     def height(self, p):
         """Above the sphere, of directions in rows."""
@@ -170,7 +191,7 @@ class Maps:
         along = (np.minimum(y, 3070 - y) - 1.5) * pixel
         w = smoothstep(np.minimum(aside, along) / 4000)
         inside = w > 0
-        height[inside] += w[inside] * (cubic(self.strip, x[inside], y[inside]) - height[inside])
+        height[inside] += w[inside] * (cubic_of_thinned(self.strip, x[inside], y[inside], latitude[inside]) - height[inside])
         rho = 2 * RADIUS_M * np.tan(np.radians(90 + latitude) / 2)
         i = (rho * np.sin(np.radians(longitude)) + 19000) / 10 - 0.5
         j = (-4000 - rho * np.cos(np.radians(longitude))) / 10 - 0.5
@@ -186,12 +207,44 @@ def smoothstep(t):
     return t * t * (3 - 2 * t)
 
 
+def catmull_rom(t):
+    return (-0.5 * t**3 + t**2 - 0.5 * t, 1.5 * t**3 - 2.5 * t**2 + 1, -1.5 * t**3 + 2 * t**2 + 0.5 * t, 0.5 * t**3 - 0.5 * t**2)
+
+
+def thinned(values, count, wraps):
+    """Rows with `count` columns: means, less what the mean of a parabola exceeds its middle by."""
+    width = values.shape[1]
+    sums = np.concatenate([np.zeros((len(values), 1)), np.cumsum(values, axis=1)], axis=1)
+    edges = np.arange(count + 1) * (width / count)
+    whole = np.minimum(edges.astype(int), width - 1)
+    means = np.diff(sums[:, whole] + (edges - whole) * values[:, whole], axis=1) * (count / width)
+    around = np.pad(means, ((0, 0), (1, 1)), "wrap" if wraps else "edge")
+    return means - (1 - (count / width)**2) / 24 * (around[:, :-2] - 2 * means + around[:, 2:])
+
+
+def cubic_of_thinned(values, x, y, latitude, wraps=False):
+    """Columns are taken together where they are closer than a third of the distance of rows."""
+    width = values.shape[1]
+    aspect = 1 / np.cos(np.radians(latitude))
+    columns = np.where(aspect > 3, 0.75 * aspect - 3.75 / aspect, 1)
+    halvings = np.minimum(np.floor(np.log2(columns)).astype(int), int(math.log2(width / (8 if wraps else 1))))
+    height = np.empty_like(x)
+    for k in np.unique(halvings):
+        part = halvings == k
+        pair = []
+        for times in (k, k + 1):
+            wide = width / 2**times
+            count = width if times == 0 else int(2 * math.ceil(wide / 2) if wraps else math.ceil(wide))
+            level = values if times == 0 else thinned(values, count, wraps)
+            pair.append(cubic(level, (x[part] + 0.5) * count / width - 0.5, y[part], wraps))
+        height[part] = pair[0] + smoothstep(columns[part] / 2**k - 1) * (pair[1] - pair[0])
+    return height
+
+
 def cubic(values, x, y, wraps=False):
     """Catmull-Rom between samples."""
-    def weights(t):
-        return (-0.5 * t**3 + t**2 - 0.5 * t, 1.5 * t**3 - 2.5 * t**2 + 1, -1.5 * t**3 + 2 * t**2 + 0.5 * t, 0.5 * t**3 - 0.5 * t**2)
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
-    across, down = weights(x - i), weights(y - j)
+    across, down = catmull_rom(x - i), catmull_rom(y - j)
     height, width = values.shape
     total = 0
     for b in range(4):
