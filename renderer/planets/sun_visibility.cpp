@@ -202,7 +202,8 @@ SunTile* SunVisibility::take(bool wait) const {
     return new (::operator new (sizeof(SunTile), std::align_val_t{page})) SunTile;
 }
 
-bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait) const {
+bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait,
+                         const std::function<bool()>& pause) const {
     const std::lock_guard one(making_[node.slot % stripes]);
     const SunTile* const old = node.sun.load(std::memory_order_acquire);
     if (old != nullptr && old->sun == sun) return true;
@@ -210,12 +211,17 @@ bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait) const
     if (made == nullptr) return false;
     made->sun = sun;
     try {
-        fill(node, *made);
+        if (!fill(node, *made, pause)) {
+            const std::lock_guard lock(mutex_);
+            give(made);
+            return false;
+        }
     } catch (...) {
         const std::lock_guard lock(mutex_);
         give(made);
         throw;
     }
+    made_.fetch_add(1, std::memory_order_relaxed);
     made->made_at = std::chrono::steady_clock::now();
     made->born = tiles_.version() + 1;
     const SunTile* const before = node.sun_before.exchange(old, std::memory_order_acq_rel);
@@ -248,7 +254,7 @@ const SunTile* SunVisibility::find(SurfaceNode& node, const DetailView& view, in
     return nullptr;
 }
 
-void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
+bool SunVisibility::fill(const SurfaceNode& node, SunTile& out, const std::function<bool()>& pause) const {
     const terrain::SurfaceDomain& domain = tiles_.domain();
     const CellMiddles middles(domain, node);
     const scene::Sun disc{out.sun.centre_m, out.sun.radius_m};
@@ -261,7 +267,8 @@ void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
     for (double& t : rays.t_max.v)
         t = no_hit;
     constexpr std::uint32_t square = 4; // cells of a packet, each way
-    for (std::uint32_t j0 = 0; j0 < tile_cells; j0 += square)
+    for (std::uint32_t j0 = 0; j0 < tile_cells; j0 += square) {
+        if (pause && !pause()) return false;
         for (std::uint32_t i0 = 0; i0 < tile_cells; i0 += square) {
             std::array<CellMiddles::Middle, packet_size> cells;
             Vec3s positions, direction;
@@ -293,6 +300,7 @@ void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
                 sum = sum + 0.25 * cells[static_cast<std::size_t>(k)].smooth;
             }
         }
+    }
     std::size_t width = edge;
     for (int level = SunTile::first_level; level <= SunTile::last_level; ++level, width /= 2) {
         std::uint32_t* const texels = out.texels.data() + SunTile::offset(level);
@@ -304,6 +312,7 @@ void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
                 sums[j * (width / 2) + i] = 0.25 * (four[0] + four[1] + four[width] + four[width + 1]);
             }
     }
+    return true;
 }
 
 } // namespace obscura::renderer
