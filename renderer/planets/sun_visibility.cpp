@@ -102,27 +102,6 @@ std::uint32_t SunTile::pack(Vec3 v) {
     return part(v.x) | part(v.y) << 10 | part(v.z) << 20;
 }
 
-Vec3 SunTile::mean(double x, double y, double width) const {
-    const double level = std::clamp(std::log2(std::max(width, 1.0)), double{first_level}, double{last_level});
-    const int fine = std::min(static_cast<int>(level), last_level - 1);
-    const double coarse_share = level - fine;
-    const auto at_level = [&](int k) {
-        const int edge = 1 << (last_level - k);
-        const double scale = std::ldexp(1.0, -k), last = edge - 1;
-        const double tx = std::clamp(x * scale - 0.5, 0.0, last), ty = std::clamp(y * scale - 0.5, 0.0, last);
-        const int i = std::min(static_cast<int>(tx), std::max(edge - 2, 0)),
-                  j = std::min(static_cast<int>(ty), std::max(edge - 2, 0));
-        const int right = edge > 1 ? 1 : 0, down = edge > 1 ? edge : 0;
-        const double s = tx - i, r = ty - j;
-        const std::uint32_t* const t = texels.data() + offset(k) + static_cast<std::ptrdiff_t>(j) * edge + i;
-        return (1 - r) * ((1 - s) * unpack(t[0]) + s * unpack(t[right])) +
-               r * ((1 - s) * unpack(t[down]) + s * unpack(t[down + right]));
-    };
-    const Vec3 own = at_level(fine);
-    if (!(coarse_share > 0)) return own;
-    return own + coarse_share * (at_level(fine + 1) - own);
-}
-
 std::size_t SunVisibility::slot_bytes() {
     return (sizeof(SunTile) + page - 1) / page * page;
 }
@@ -207,6 +186,10 @@ bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait,
     const std::lock_guard one(making_[node.slot % stripes]);
     const SunTile* const old = node.sun.load(std::memory_order_acquire);
     if (old != nullptr && old->sun == sun) return true;
+    // Frames that began before `old` was there take the one before it.
+    if (!wait && old != nullptr && node.sun_before.load(std::memory_order_acquire) != nullptr &&
+        std::chrono::steady_clock::now() - old->made_at < longest_frame)
+        return false;
     SunTile* const made = take(wait);
     if (made == nullptr) return false;
     made->sun = sun;

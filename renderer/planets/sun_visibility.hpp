@@ -59,10 +59,6 @@ struct SunTile {
         };
         return Vec3{part(22), part(12), part(2)} * (1.0 / 511);
     }
-
-    /// The mean about a place (cells from the tile's corner) over texels of about `width` cells: between the
-    /// two nearest mip levels, each interpolated between four texels.
-    [[nodiscard]] Vec3 mean(double x, double y, double width) const;
 };
 
 /// Keeps a SunTile for each tile that rays ask for. In each, of all samples in the middles of cells, towards
@@ -86,7 +82,8 @@ public:
     /// null: none has. Those that are missing or of another Sun are asked for, or made if the view waits.
     [[nodiscard]] const SunTile* find(SurfaceNode& node, const DetailView& view, int& levels) const;
 
-    /// Makes that of a tile; false: there is no room until frames are done, or `pause`, which is called after
+    /// Makes that of a tile; false: there is no room until frames are done, it has been
+    /// replaced within the last second, which is longer than any frame, or `pause`, which is called after
     /// every millisecond of work or so, returned false. May throw what layers throw. `wait`: takes more
     /// memory instead.
     bool make(SurfaceNode& node, const SunSeen& sun, bool wait,
