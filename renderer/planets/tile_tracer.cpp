@@ -145,7 +145,7 @@ bool TileTracer::cross_shell(const SphereRay& ray, double from, double to, bool 
     return false;
 }
 
-TileCrossing TileTracer::below(Vec3 p) const {
+TileCrossing TileTracer::below(Vec3 p, double height) const {
     const bool plane = tiles_.domain().is_plane();
     const std::size_t face = plane ? 0 : terrain::cube_face_of(p);
     const CubeFace& f = cube_faces[face];
@@ -156,8 +156,13 @@ TileCrossing TileTracer::below(Vec3 p) const {
     SurfaceNode* tile = tiles_.root(face);
     while (levels_.splits(*tile)) {
         const int bit = place_bits - 1 - tile->tile.key.level;
-        SurfaceNode* const next = child(tiles_, levels_, *tile, (i >> bit & 1u) | (j >> bit & 1u) << 1);
+        const unsigned quarter = (i >> bit & 1u) | (j >> bit & 1u) << 1;
+        const bool waits = levels_.view == nullptr || levels_.view->wait;
+        const bool clear = height > tile->child_highest[quarter];
+        if (clear && waits) return {height, tile, 0, 0, 0};
+        SurfaceNode* const next = child(tiles_, levels_, *tile, quarter);
         if (next == nullptr) break;
+        if (clear) return {height, tile, 0, 0, 0};
         tile = next;
     }
     const double x = (u + 1) * tile->half_cells - static_cast<double>(tile->tile.key.i) * tile_cells;

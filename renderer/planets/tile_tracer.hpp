@@ -46,7 +46,9 @@ public:
     /// surface, from inside to outside. `direction`: any length above 0.
     [[nodiscard]] TileCrossing first_crossing(Vec3 origin, Vec3 direction, double t_max) const;
     /// The place of the surface in the direction of `p`, or below it; t is the unit height.
-    [[nodiscard]] TileCrossing below(Vec3 p) const;
+    [[nodiscard]] TileCrossing below(Vec3 p) const { return below(p, -no_hit); }
+    /// Whether a point at a unit height is below the surface there.
+    [[nodiscard]] bool is_below(Vec3 p, double height) const { return height < below(p, height).t; }
 
     /// Gradients at a place of a cell, in scaled space.
     [[nodiscard]] static TileGradients gradients(const terrain::SurfaceDomain& domain,
@@ -63,6 +65,9 @@ public:
     }
 
 private:
+    /// Ends early at any tile if that and all finer ones are lower than `height`: then t is no more than
+    /// that.
+    [[nodiscard]] TileCrossing below(Vec3 p, double height) const;
     template<typename Ray>
     bool cross_face(const Ray& ray, std::size_t face, double from, double to, bool inside,
                     TileCrossing& found) const;
