@@ -105,8 +105,9 @@ private:
                 const bool beneath = std::abs(from) < walk_.inner[i];
                 // It begins in the shell of heights, where it may be below the surface.
                 const bool in_shell = !any_ && from == -walk_.along[i];
-                if (beneath || (in_shell && ray(i).height(from).value <
-                                                TileTracer(tiles_, levels(i)).below(ray(i).at(from)).t)) {
+                if (beneath ||
+                    (in_shell &&
+                     TileTracer(tiles_, levels(i)).is_below(ray(i).at(from), ray(i).height(from).value))) {
                     alone |= 1u << i;
                     walk_.from[i] = 1;
                     walk_.to[i] = -1;
@@ -275,6 +276,7 @@ private:
         segments_.least[i] = node.own_least;
         segments_.vertices[i] = reinterpret_cast<std::int64_t>(tile.vertex(0, 0));
         segments_.maxima[i] = reinterpret_cast<std::int64_t>(tile.maxima.data());
+        segments_.cones[i] = reinterpret_cast<std::int64_t>(node.cones.rise.data());
         tile_[static_cast<std::size_t>(i)] = &node;
     }
 

@@ -26,6 +26,18 @@ std::size_t stripe_of(terrain::TileKey key, std::size_t stripes) {
     return static_cast<std::size_t>((mixed ^ (mixed >> 29)) % stripes);
 }
 
+/// Largest ratio of distances on the plane of a face to angles in a tile: at its corner farthest from the
+/// middle.
+double smallest_cells(const terrain::SurfaceDomain& domain, terrain::TileKey key) {
+    if (domain.is_plane()) return 1;
+    const auto farthest = [&](std::uint32_t index) {
+        return std::max(std::abs(terrain::SurfaceDomain::coordinate(key.level, index, 0)),
+                        std::abs(terrain::SurfaceDomain::coordinate(key.level, index, terrain::tile_cells)));
+    };
+    const double u = farthest(key.i), v = farthest(key.j);
+    return 1 + u * u + v * v;
+}
+
 } // namespace
 
 double LevelChoice::coarseness(const SurfaceNode& node) const {
@@ -158,7 +170,6 @@ SurfaceNode* SurfaceTiles::take_slot() const {
         auto* const node = new (arena_ + slot * slot_bytes()) SurfaceNode;
         node->slot = slot;
         table_[slot] = node;
-        slots_used_ = std::max<std::size_t>(slots_used_, slot + 1);
         return node;
     }
     if (free_beyond_.empty()) throw std::bad_alloc();
@@ -167,7 +178,6 @@ SurfaceNode* SurfaceTiles::take_slot() const {
     node->slot = free_beyond_.back();
     free_beyond_.pop_back();
     table_[node->slot] = node;
-    slots_used_ = std::max<std::size_t>(slots_used_, node->slot + 1);
     ++beyond_;
     return node;
 }
@@ -193,6 +203,7 @@ SurfaceNode* SurfaceTiles::fill(terrain::TileKey key, SurfaceNode* parent, Surfa
     slot->half_cells = std::ldexp(terrain::tile_cells / 2.0, key.level);
     slot->own_highest = slot->tile.maximum_m(terrain::pyramid_levels, 0, 0) * per_m;
     slot->own_least = slot->tile.least_m * per_m;
+    make_cones(slot->tile, per_m * slot->half_cells * smallest_cells(domain(), key), slot->cones);
     slot->least = maker_.range(key).least * per_m;
     if (key.level < terrain::deepest_level)
         for (unsigned quarter = 0; quarter < 4; ++quarter)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/tile_packets.hpp"
 
+#include "renderer/planets/tile_cones.hpp"
 #include "terrain/surface_domain.hpp"
 
 #include <bit>
@@ -180,7 +181,7 @@ HWY_INLINE void narrow_to_heights(V miss2, V speed2, V highest, V least, V& from
 template<bool plane>
 class Group {
 public:
-    void begin(const TileLanes& lanes, int first, double per_m_value) {
+    void begin(const TileLanes& lanes, int first, double per_m_value, bool any) {
         const D d;
         const I i64;
         const auto load = [&](const Doubles& from) { return hn::Load(d, from.v + first); };
@@ -193,6 +194,7 @@ public:
         const M fresh = in_state(TileLanes::running);
         active_ = hn::Or(passed_, fresh);
         crossed_ = hn::MaskFromVec(hn::Zero(d));
+        once_ = crossed_;
         begun_ = running();
         if (!begun_) return;
         const V zero = hn::Zero(d), one = set(1);
@@ -263,9 +265,28 @@ public:
         per_width_ = hn::IfThenElse(narrowed, reciprocal_of_power(held), per_width_);
         i_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(i0, per_width_)), i_);
         j_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(j0, per_width_)), j_);
+        if (any) {
+            // Rays that climb faster than the ground does from where they begin are met there or not at all.
+            const V at_i = hn::Floor(hn::Mul(i0, set(1.0 / cone_cells))),
+                    at_j = hn::Floor(hn::Mul(j0, set(1.0 / cone_cells)));
+            const V node = hn::IfThenElseZero(narrowed, hn::Add(hn::Mul(at_j, set(cone_edge)), at_i));
+            const VI cones = hn::Add(hn::Load(i64, lanes.cones + first), hn::ShiftLeft<2>(to_integers(node)));
+            const V rise = first_floats(load_pairs(cones));
+            V climb; // as the tangent of the elevation
+            if constexpr (plane)
+                climb = hn::Div(speed2_, hn::Sqrt(hn::Add(hn::Mul(ub_, ub_), hn::Mul(vb_, vb_))));
+            else
+                climb = hn::Mul(hn::Mul(x_, hn::Sqrt(hn::Div(speed2_, miss2_))),
+                                hn::Add(one, hn::Min(load(lanes.least), zero)));
+            once_ = hn::And(narrowed, hn::Gt(climb, rise));
+            width_ = hn::IfThenElse(once_, one, width_);
+            per_width_ = hn::IfThenElse(once_, one, per_width_);
+            i_ = hn::IfThenElse(once_, i0, i_);
+            j_ = hn::IfThenElse(once_, j0, j_);
+        }
         prefetch(narrowed, i0, j0);
-        prefetch(narrowed, i1, j1);
-        most_width_ = hn::IfThenElse(narrowed, width_, most_width_);
+        prefetch(hn::AndNot(once_, narrowed), i1, j1);
+        most_width_ = hn::IfThenElse(narrowed, held, most_width_);
     }
 
     [[nodiscard]] HWY_INLINE bool running() const { return !hn::AllFalse(D(), active_); }
@@ -400,7 +421,7 @@ public:
             const V last = hn::Sub(hn::Mul(set(terrain::tile_cells), per_width_), one);
             const M outside = hn::Or(hn::Or(hn::Lt(i_, zero), hn::Gt(i_, last)),
                                      hn::Or(hn::Lt(j_, zero), hn::Gt(j_, last)));
-            finish(hn::Or(ends, hn::And(through, outside)), TileLanes::off);
+            finish(hn::Or(ends, hn::And(through, hn::Or(outside, once_))), TileLanes::off);
         }
     }
 
@@ -465,6 +486,7 @@ private:
     VI vertices_, maxima_, result_;
     V x_, to_, exit_, i_, j_, width_, per_width_, most_width_, steps_u_, steps_v_;
     M active_, passed_, u_changes_, v_changes_;
+    M once_;    ///< rays that meet the cell in which they begin, or nothing in the tile
     M crossed_; ///< rays that cross `patches_` between x and exit, where their heights are `low_` and `high_`
     Patches<plane> patches_;
     V low_, high_;
@@ -475,7 +497,7 @@ void trace_groups(TileLanes& lanes, double per_m, bool roots) {
     constexpr int size = static_cast<int>(hn::MaxLanes(D())), count = packet_size / size;
     Group<plane> groups[count];
     for (int k = 0; k < count; ++k)
-        groups[k].begin(lanes, k * size, per_m);
+        groups[k].begin(lanes, k * size, per_m, !roots);
     for (bool more = true; more;) {
         more = false;
         for (Group<plane>& group : groups)

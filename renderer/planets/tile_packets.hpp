@@ -31,6 +31,7 @@ struct alignas(64) TileLanes {
     Doubles i, j;                                   ///< node, counted in its widths
     alignas(64) std::int64_t vertices[packet_size]; ///< address of vertex (0, 0)
     alignas(64) std::int64_t maxima[packet_size];   ///< address of the pyramid
+    alignas(64) std::int64_t cones[packet_size];    ///< address of TileCones::rise
     alignas(64) std::int64_t state[packet_size];
 };
 
