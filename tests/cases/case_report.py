@@ -24,7 +24,7 @@ class Report:
     def print(self):
         print(self.table())
 
-    def into_page(self, page):
-        """Puts the table between the page's two marks."""
+    def into_page(self, page, mark="figures"):
+        """Puts the table between the page's two marks, the first of that name."""
         text = page.read_text()
-        page.write_text(re.sub(r"(<!-- figures -->\n).*?(<!-- end -->)", lambda m: m[1] + self.table() + "\n" + m[2], text, flags=re.S))
+        page.write_text(re.sub(rf"(<!-- {mark} -->\n).*?(<!-- end -->)", lambda m: m[1] + self.table() + "\n" + m[2], text, flags=re.S))

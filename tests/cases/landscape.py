@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Case study: a landscape like Mars, as a lander sees it: picture, depth, slope and hazard map.
 
-Usage: landscape.py OBSCURA [--size WxH] [--samples N] [--output FOLDER] [--json FILE]
+Usage: landscape.py OBSCURA [--size WxH] [--samples N] [--made] [--output FOLDER] [--json FILE]
 Makes two height maps, 9.6 km at 8 m and in its middle 768 m at 0.75 m with craters and rocks, from random numbers (no data are
 needed), lays one over the other as a scene's [[body.height]] tables, renders them with all layers, and holds depth, slopes and hazards
-against the maps, which it interpolates, blends and searches on its own. Exit status 1 where one is further off than it may be, 77
+against the maps, which it interpolates, blends and searches on its own. With --made there are no maps: [body.detail] makes the ground
+with craters and rocks, and what is held against each other are two views, and the slopes and the table they follow. Exit status 1 where one is further off than it may be, 77
 where numpy is missing. With --output also the pictures and the table of docs/cases/landscape.md.
 """
 import argparse
@@ -28,7 +29,17 @@ SITE_M, SITE_PIXEL_M, FEATHER_M = 768.0, 0.75, 60.0
 HALF_EDGE_M = 4700.0
 CAMERA_M, LOOK_AT_M, FIELD_DEG = np.array([-640.0, -330.0, 235.0]), np.array([150.0, 75.0, 25.0]), 62.0
 SUN = np.array([-0.55, 0.70, 0.46])  # 27 degrees above the horizon
-ABOVE_M = 900.0  # of the camera that looks down
+# Rms slopes in degrees over baselines in metres; craters of the Moon on ground of that age, few for it: wind and water wear them.
+SLOPES = {0.1: 9, 1: 7, 10: 5.2, 100: 5, 300: 5.4, 1000: 5.2, 3000: 3.6, 10000: 1.4}
+MADE = f"""[body.detail]
+terrain = "own"
+baselines_m = {list(SLOPES)}
+slopes_deg = {list(SLOPES.values())}
+seed = 12
+crater_age_ga = 0.6
+boulders_per_m2 = 4e-3
+"""
+ABOVE_M, FIELD_M, SITE_HALF_M = 900.0, 600.0, 230.0  # of the camera that looks down, and half of the ground whose heights it gives
 # A lander of 4 m: steepest ground under it and highest rock above the plane through it.
 LANDER_M, MOST_SLOPE_DEG, MOST_ROUGHNESS_M = 4.0, 12.0, 0.35
 
@@ -151,7 +162,7 @@ up = {list(map(float, self.up))}
 """
 
 
-def scene_text(camera):
+def scene_text(camera, made):
     def table(name, ground, more):
         edge = ground.edge / 2
         return (f'[[body.height]]\nfile = "{name}.fits"\nprojection = "planar"\nleft_m = {-edge}\ntop_m = {edge}\n'
@@ -179,14 +190,13 @@ material = "oren-nayar"
 albedo = 0.3
 slope_deg = 20
 colour = [1.0, 0.62, 0.36]
-{table("region", region, "")}
-{table("site", site, f"priority = 1{chr(10)}feather_m = {FEATHER_M}")}
+{MADE if made else table("region", region, "") + chr(10) + table("site", site, f"priority = 1{chr(10)}feather_m = {FEATHER_M}")}
 """
 
 
-def render(obscura, folder, name, camera, samples):
+def render(obscura, folder, name, camera, samples, made=False):
     scene, image = folder / f"{name}.toml", folder / f"{name}.fits"
-    scene.write_text(scene_text(camera))
+    scene.write_text(scene_text(camera, made))
     told = json.loads(case_files.run(obscura, "render", scene, "-o", image, "--layers", "--samples", samples, "--json"))
     images = case_files.read_fits(image)[1]
     return {key.lower(): value for key, value in images.items()}, told
@@ -285,50 +295,104 @@ def picture_of(layers):
     return np.stack([case_files.grey(b, 0, white, 1.9) for b in bands], axis=-1)
 
 
+def rms_slopes(heights, pixel_m, steps):
+    """Degrees, over baselines of that many points, along both axes."""
+    for n in steps:
+        rises = [(heights[n:] - heights[:-n]).ravel(), (heights[:, n:] - heights[:, :-n]).ravel()]
+        yield n * pixel_m, float(np.degrees(np.arctan(np.sqrt(np.mean(np.concatenate(rises)**2)) / (n * pixel_m))))
+
+
+def looked_down(options, folder, name, made, ground_m=0.0, above_m=ABOVE_M, edge=750, field_m=FIELD_M):
+    """Camera straight above, its layers, and the heights at the points of a grid in the middle of its field."""
+    down = Camera(np.array([0.0, 0, above_m + ground_m]), np.array([0.0, 0, ground_m]), np.array([0.0, 1, 0]),
+                  2 * np.degrees(np.arctan(field_m / 2 / above_m)), edge, edge)
+    layers, _ = render(options.obscura, folder, name, down, 1, made)
+    return down, layers, heights_on_grid(down, layers, SITE_HALF_M / FIELD_M * field_m, field_m / 750)
+
+
+def made_landscape(options, folder, width, height):
+    """The ground of [body.detail]: an oblique view against one from above, that against one from half as high, slopes and their table."""
+    report, step = Report(), FIELD_M / 750
+    _, _, (_, _, wide) = looked_down(options, folder, "wide", True, 0.0, 8 * ABOVE_M, field_m=8 * FIELD_M)
+    middle = float(wide[wide.shape[0] // 2, wide.shape[1] // 2])
+    _, below, (_, _, z) = looked_down(options, folder, "down", True, middle)
+    place = CAMERA_M + [0, 0, middle]
+    view = Camera(place, LOOK_AT_M + [0, 0, middle], np.array([0.0, 0, 1]), FIELD_DEG, width, height)
+    layers, told = render(options.obscura, folder, "view", view, options.samples, True)
+    depth = layers["range_m"]
+    hit = np.isfinite(depth) & (depth > 0)
+    points = (view.place + np.nan_to_num(depth)[..., None] * view.rays())[hit]
+    inside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) < SITE_HALF_M - 5
+    px, py, pz = points[inside].T
+    there = cubic(z, (px + SITE_HALF_M) / step - 0.5, (SITE_HALF_M - py) / step - 0.5)
+    pixel = depth[hit][inside] * view.pixel
+    off = np.abs(pz - there) / np.maximum(pixel, step)
+    report.add("oblique view: points met, above the heights of the view from above", f"median {np.median(off):.3f}, 90 % within {np.percentile(off, 90):.3f} of a pixel's width, {len(off)} points",
+               "the range layer of a camera 900 m above", np.percentile(off, 90), 0.5, "px")
+    for baseline, found in [*rms_slopes(z, step, (4, 8)), *rms_slopes(wide, 8 * step, (2,))]:
+        # The table is of all ground of that kind; most of the slope over longer baselines is that of a few waves of kilometres.
+        rises = np.log(list(SLOPES)) + np.log(np.tan(np.radians(list(SLOPES.values()))))
+        wanted = float(np.degrees(np.arctan(np.exp(np.interp(np.log(baseline), np.log(list(SLOPES)), rises)) / baseline)))
+        report.add(f"rms slope over {baseline:.3g} m", f"{found:.2f} deg", f"{wanted:.2f} deg of the table, for all such ground", abs(found / wanted - 1), 0.2, "of it")
+    _, _, (_, _, low) = looked_down(options, folder, "low", True, middle, ABOVE_M / 2)
+    found, _ = hazards(z, step)
+    truth, _ = hazards(low, step)
+    report.add("hazard map from the range layer", f"{100 * found.mean():.1f} % of the ground is steeper than {MOST_SLOPE_DEG:g} deg or rougher than "
+               f"{MOST_ROUGHNESS_M:g} m under a lander of {LANDER_M:g} m", "the same from half as high", np.mean(found != truth), 0.03, "of the pixels")
+    report.say("time", f"{told['render_cpu_s']:.0f} s of processor time", f"{width} x {height} pixels, {options.samples} samples")
+    if options.output:
+        write_pictures(options.output, "landscape-made", view, layers, hit, found, step, below)
+        report.into_page(options.output / "landscape.md", "made")
+    return report
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("obscura")
     parser.add_argument("--size", default="960x600")
     parser.add_argument("--samples", type=int, default=48)
+    parser.add_argument("--made", action="store_true")
     parser.add_argument("--output", type=pathlib.Path)
     parser.add_argument("--json", type=pathlib.Path)
     options = parser.parse_args()
     width, height = map(int, options.size.split("x"))
-    ground, report = Ground(), Report()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for file, raster in (("region", ground.region), ("site", ground.site)):
-            raster.values = raster.values.astype(np.float32).astype(float)
-            case_files.write_fits(folder / f"{file}.fits", [(raster.values, {})])
-        view = Camera(CAMERA_M, LOOK_AT_M, np.array([0.0, 0, 1]), FIELD_DEG, width, height)
-        layers, told = render(options.obscura, folder, "view", view, options.samples)
-        hit = check_surface(report, ground, view, layers, "oblique view")
-        check_first(report, ground, view, layers, "oblique view")
-        above = ABOVE_M + float(ground.height(np.zeros(1), np.zeros(1))[0])
-        edge = 750
-        down = Camera(np.array([0.0, 0, above]), np.array([0.0, 0, 0]), np.array([0.0, 1, 0]), 2 * np.degrees(np.arctan(300 / ABOVE_M)), edge, edge)
-        below, _ = render(options.obscura, folder, "down", down, 1)
-        check_surface(report, ground, down, below, "view from above")
-        half, step = 230.0, 600.0 / edge
-        x, y, z = heights_on_grid(down, below, half, step)
-        found, reach = hazards(z, step)
-        truth, _ = hazards(ground.height(x, y), step)
-        share = np.mean(found != truth)
-        report.add("hazard map from the range layer", f"{100 * truth.mean():.1f} % of the ground is steeper than {MOST_SLOPE_DEG:g} deg or rougher than "
-                   f"{MOST_ROUGHNESS_M:g} m under a lander of {LANDER_M:g} m", "the same from the maps", share, 0.03, "of the pixels")
-        notes = [note for body in told["plausibility"]["bodies"] for note in body.get("notes", [])]
-        report.say("maps where they overlap", "; ".join(n.rsplit("/", 1)[-1] for n in notes), "stated by `obscura render`")
-        report.say("time", f"{told['render_cpu_s']:.0f} s of processor time", f"{width} x {height} pixels, {options.samples} samples")
-        if options.output:
-            write_pictures(options.output, ground, view, layers, hit, x, y, truth, found, reach, step, below)
-            report.into_page(options.output / "landscape.md")
+        report = (made_landscape if options.made else mapped_landscape)(options, folder, width, height)
     report.print()
     if options.json:
         options.json.write_text(json.dumps(report.figures))
     return 0 if report.good else 1
 
 
-def write_pictures(output, ground, view, layers, hit, x, y, truth, found, reach, step, below):
+def mapped_landscape(options, folder, width, height):
+    """The ground of two maps, against these."""
+    ground, report = Ground(), Report()
+    for file, raster in (("region", ground.region), ("site", ground.site)):
+        raster.values = raster.values.astype(np.float32).astype(float)
+        case_files.write_fits(folder / f"{file}.fits", [(raster.values, {})])
+    view = Camera(CAMERA_M, LOOK_AT_M, np.array([0.0, 0, 1]), FIELD_DEG, width, height)
+    layers, told = render(options.obscura, folder, "view", view, options.samples)
+    hit = check_surface(report, ground, view, layers, "oblique view")
+    check_first(report, ground, view, layers, "oblique view")
+    step = FIELD_M / 750
+    down, below, (x, y, z) = looked_down(options, folder, "down", False, float(ground.height(np.zeros(1), np.zeros(1))[0]))
+    check_surface(report, ground, down, below, "view from above")
+    found, _ = hazards(z, step)
+    truth, _ = hazards(ground.height(x, y), step)
+    share = np.mean(found != truth)
+    report.add("hazard map from the range layer", f"{100 * truth.mean():.1f} % of the ground is steeper than {MOST_SLOPE_DEG:g} deg or rougher than "
+               f"{MOST_ROUGHNESS_M:g} m under a lander of {LANDER_M:g} m", "the same from the maps", share, 0.03, "of the pixels")
+    notes = [note for body in told["plausibility"]["bodies"] for note in body.get("notes", [])]
+    report.say("maps where they overlap", "; ".join(n.rsplit("/", 1)[-1] for n in notes), "stated by `obscura render`")
+    report.say("time", f"{told['render_cpu_s']:.0f} s of processor time", f"{width} x {height} pixels, {options.samples} samples")
+    if options.output:
+        write_pictures(options.output, "landscape", view, layers, hit, found, step, below)
+        report.into_page(options.output / "landscape.md")
+    return report
+
+
+def write_pictures(output, name, view, layers, hit, found, step, below):
     picture = picture_of(layers)
     depth = np.where(hit, layers["range_m"], np.nan)
     dark = np.array([20, 20, 24], np.uint8)
@@ -348,14 +412,14 @@ def write_pictures(output, ground, view, layers, hit, x, y, truth, found, reach,
     hazard = hazard.astype(np.uint8)
     rows = [case_files.beside(picture, shown), case_files.beside(slope, hazard)]
     gap = np.full((6, rows[0].shape[1], 3), 255, np.uint8)
-    case_files.write_png(output / "landscape.png", np.concatenate([rows[0], gap, rows[1]])[::2, ::2] if picture.shape[1] > 1200 else
+    case_files.write_png(output / f"{name}.png", np.concatenate([rows[0], gap, rows[1]])[::2, ::2] if picture.shape[1] > 1200 else
                          np.concatenate([rows[0], gap, rows[1]]))
     grey = picture_of(below)
     inner = below["range_m"].shape[0]
     margin = (inner - found.shape[0]) // 2
     over = grey[margin:margin + found.shape[0], margin:margin + found.shape[1]].astype(float)
     over = np.where(found[..., None], 0.45 * over + 0.55 * np.array([220, 40, 30]), over).astype(np.uint8)
-    case_files.write_png(output / "landscape-hazards.png", case_files.beside(grey[margin:-margin, margin:-margin][:found.shape[0], :found.shape[1]], over))
+    case_files.write_png(output / f"{name}-hazards.png", case_files.beside(grey[margin:-margin, margin:-margin][:found.shape[0], :found.shape[1]], over))
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ from case_runs import SKIPPED, case, check, failures  # noqa: E402
 status, said, figures = case("landscape.py", "--size", "240x150", "--samples", 2)
 check("a landscape's depth, slopes and hazards are those of its maps", status == 0, said)
 check("the overlap of its maps is stated", "mean" in str(figures.get("maps where they overlap")), said)
+status, said, figures = case("landscape.py", "--made", "--size", "160x100", "--samples", 1)
+check("a made landscape is the same from two places, and its slopes are those of its table", status == 0, said)
 status, said, figures = case("lunar_south_pole.py", "--size", 48, "--samples", 2, "--sheet", "2,32,1")
 if status == SKIPPED:
     print(said.strip())
