@@ -2,14 +2,18 @@
 #include "core/log.hpp"
 
 #include "core/clock.hpp"
+#include "core/log_history.hpp"
 
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
+#include <deque>
 #include <mutex>
 #include <utility>
 
@@ -70,8 +74,31 @@ std::string printable(std::string_view text) {
     return clean;
 }
 
+/// The latest lines, oldest first.
+struct History {
+    std::mutex mutex;
+    std::deque<LoggedLine> lines;
+    std::uint64_t last_id = 0;
+};
+
+History& history() {
+    static History all;
+    return all;
+}
+
+void remember(LogLevel level, const std::string& text) {
+    timespec now{};
+    clock_gettime(CLOCK_REALTIME, &now);
+    History& all = history();
+    const std::lock_guard lock(all.mutex);
+    if (all.lines.size() == log_history_lines) all.lines.pop_front();
+    all.lines.push_back(
+        {++all.last_id, now.tv_sec * ns_per_s + now.tv_nsec, level, text.substr(0, log_history_text)});
+}
+
 void write_line(LogLevel level, const std::string& text) {
     static const Journal journal;
+    remember(level, text);
     if (journal.is_stderr() && journal.send(journal_entry(level, text))) return;
     const std::string line = journal.is_stderr() ? fmt::format("<{}>{}\n", static_cast<int>(level), text)
                                                  : fmt::format("{}{}\n", name_of(level), text);
@@ -122,6 +149,15 @@ void log_line(LogLevel level, std::string_view text) {
         write_line(LogLevel::warning, fmt::format("log: {} lines were too many for {} s and are left out",
                                                   suppressed, LogLimit::window_ns / ns_per_s));
     write_line(level, printable(text));
+}
+
+std::vector<LoggedLine> logged_lines(std::uint64_t after, std::size_t most) {
+    History& all = history();
+    const std::lock_guard lock(all.mutex);
+    const auto first = std::find_if(all.lines.begin(), all.lines.end(),
+                                    [after](const LoggedLine& line) { return line.id > after; });
+    const auto count = std::min(most, static_cast<std::size_t>(all.lines.end() - first));
+    return {first, first + static_cast<std::ptrdiff_t>(count)};
 }
 
 LogRing::LogRing() noexcept {
