@@ -84,6 +84,9 @@ public:
 
     /// "ADDRESS:PORT" of the control protocol, valid after start(); empty: none.
     [[nodiscard]] virtual std::string control_address() const { return {}; }
+    /// "ADDRESS:PORT" of the client that controls the camera through this transport; empty: none. Valid
+    /// between start() and stop(). Thread-safe.
+    [[nodiscard]] virtual std::string controller() const { return {}; }
     /// Takes control away from a client of the control protocol, if there is one: its acquisition ends, and
     /// the next client may take control. Called between start() and stop().
     virtual void release_control() {}

@@ -203,6 +203,10 @@ std::string GigeCamera::control_address() const {
     return parts_ ? fmt::format("{}:{}", address(), settings_.port) : std::string();
 }
 
+std::string GigeCamera::controller() const {
+    return parts_ ? parts_->port.controller() : std::string();
+}
+
 void GigeCamera::release_control() {
     if (parts_) parts_->server.release_control();
 }

@@ -101,6 +101,7 @@ public:
     [[nodiscard]] TransportStatistics statistics() const override;
     [[nodiscard]] Heartbeats heartbeats() const override;
     [[nodiscard]] std::string control_address() const override;
+    [[nodiscard]] std::string controller() const override;
     void release_control() override;
     [[nodiscard]] GigeCounters gige_counters() const noexcept;
     /// The IPv4 address the camera answers on; valid after start().

@@ -256,7 +256,7 @@ Status ControlPort::write_privilege(std::uint32_t value) {
     // A time-out is its controller's alone: the next one starts with the configured time-out.
     if (!is_controller(asking_)) bank_.poke(reg::heartbeat_timeout, heartbeat_reset_ms_);
     const bool was_free = !controlled();
-    controller_ = asking_;
+    set_controller(asking_);
     privilege_ = bits;
     last_heard_ = asked_;
     device_.set_controller(asking_.ip);
@@ -289,9 +289,20 @@ std::string ControlPort::client() const {
     return fmt::format("{}:{}", dotted(controller_.ip), controller_.port);
 }
 
+void ControlPort::set_controller(Peer peer) noexcept {
+    controller_ = peer;
+    shown_controller_ = std::uint64_t{peer.ip} << 16 | peer.port;
+}
+
+std::string ControlPort::controller() const {
+    const std::uint64_t shown = shown_controller_;
+    if (shown == 0) return {};
+    return fmt::format("{}:{}", dotted(static_cast<std::uint32_t>(shown >> 16)), shown & 0xFFFF);
+}
+
 void ControlPort::release(std::string_view why) {
     const std::string sentence = controlled() ? fmt::format("client {} {}", client(), why) : std::string();
-    controller_ = {};
+    set_controller({});
     privilege_ = 0;
     last_request_bytes_ = 0;
     bank_.poke(reg::heartbeat_timeout, heartbeat_reset_ms_);

@@ -56,6 +56,8 @@ public:
 
     [[nodiscard]] const ControlCounters& counters() const noexcept { return counters_; }
     [[nodiscard]] bool controlled() const noexcept { return controller_.ip != 0; }
+    /// "ADDRESS:PORT" of the client in control; empty: none. Thread-safe.
+    [[nodiscard]] std::string controller() const;
 
 private:
     std::span<const std::uint8_t> run(const Request& request, Peer from, bool broadcast, Time now);
@@ -65,6 +67,7 @@ private:
     Status write_registers(const Request& request, std::size_t& entries);
     [[nodiscard]] bool is_controller(Peer p) const noexcept { return controlled() && p == controller_; }
     [[nodiscard]] std::string client() const;
+    void set_controller(Peer peer) noexcept;
     Status write_privilege(std::uint32_t value);
     [[nodiscard]] Status force_ip(const ForceIpRequest& wanted) const;
     [[nodiscard]] Time heartbeat_deadline() const noexcept;
@@ -83,7 +86,8 @@ private:
     std::uint64_t commands_ = 0; // datagrams from admitted sources, counted for fault rules
     RegisterBank& bank_;
     ControlCounters counters_;
-    Peer controller_; // ip 0: none
+    Peer controller_;                                // ip 0: none
+    std::atomic<std::uint64_t> shown_controller_{0}; ///< controller_ for other threads: address << 16 | port
     std::uint32_t privilege_ = 0;
     Time last_heard_;
     Peer asking_; // sender of the current request
