@@ -171,6 +171,12 @@ void CameraUnit::release_control() {
         transport->release_control();
 }
 
+std::string CameraUnit::controller() const {
+    for (const auto& transport : transports_)
+        if (std::string client = transport->controller(); !client.empty()) return client;
+    return {};
+}
+
 std::string CameraUnit::summary() const {
     return summary_line(*camera_, transports_);
 }

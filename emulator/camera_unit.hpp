@@ -58,6 +58,8 @@ public:
     /// "ADDRESS:PORT" of the transport that serves the control port; "none" without a control port. Valid
     /// after start().
     [[nodiscard]] const std::string& address() const noexcept { return address_; }
+    /// "ADDRESS:PORT" of the client that controls it; empty: none. Between start() and stop().
+    [[nodiscard]] std::string controller() const;
     void tick();
     /// Sets the correction of the kernel's TAI offset.
     void set_tai_correction_ns(std::int64_t ns) noexcept { imaging_->clock.set_tai_correction_ns(ns); }

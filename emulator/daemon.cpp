@@ -248,15 +248,15 @@ std::string Daemon::summary() const {
     return lines;
 }
 
-std::string Daemon::statistics_of(std::size_t unit) const {
+std::string Daemon::statistics_of(std::size_t camera) const {
     for (const auto& line : lines_)
         for (const CameraUnit* one : line->units)
-            if (one == units_[unit].get())
+            if (one == units_.at(camera).get())
                 return one->statistics_json({.name = line->source_name(),
                                              .clock = line->clock_state(),
                                              .lockstep = line->lockstep(),
                                              .refused = line->refused()});
-    return units_[unit]->statistics_json({});
+    return units_.at(camera)->statistics_json({});
 }
 
 std::string Daemon::statistics_json() const {

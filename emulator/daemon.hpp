@@ -14,6 +14,8 @@
 #include "sync/ptp_monitor.hpp"
 #include "sync/sync.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <iosfwd>
 #include <memory>
@@ -40,6 +42,12 @@ public:
     /// Control addresses of the cameras, "ADDRESS:PORT" of each separated by blanks; "none" for a camera
     /// without a control port. Valid after start().
     [[nodiscard]] std::string address() const;
+    /// "ADDRESS:PORT" of the client that controls a camera; empty: none. Between start() and stop().
+    [[nodiscard]] std::string controller(std::size_t camera) const { return units_.at(camera)->controller(); }
+    /// Control address of a camera, "none" without a control port. Valid after start().
+    [[nodiscard]] const std::string& address(std::size_t camera) const {
+        return units_.at(camera)->address();
+    }
     /// Writes the messages of real-time threads to the log; to be called several times a second.
     void tick();
     /// Applies the changes of `next` if all of them are reloadable; otherwise changes nothing and returns the
@@ -59,6 +67,10 @@ public:
 
     /// Counters in one line, for the log.
     [[nodiscard]] std::string summary() const;
+    /// Log messages of real-time threads that found no room.
+    [[nodiscard]] std::uint64_t lost_messages() const noexcept { return log_.lost(); }
+    /// Counters and latencies of one camera as JSON.
+    [[nodiscard]] std::string statistics_of(std::size_t camera) const;
     /// Counters and latencies as JSON; for several cameras a list "cameras" with the address of each.
     [[nodiscard]] std::string statistics_json() const;
 
@@ -66,6 +78,8 @@ public:
     [[nodiscard]] const ThreadPlan& threads() const noexcept { return threads_; }
     [[nodiscard]] std::size_t camera_count() const noexcept { return units_.size(); }
     [[nodiscard]] Camera& camera(std::size_t number = 0) noexcept { return units_.at(number)->camera(); }
+    /// Configuration in use.
+    [[nodiscard]] const emulator::DaemonConfig& config() const noexcept { return config_; }
 
 private:
     /// A trigger source and the cameras connected to it.
@@ -92,7 +106,6 @@ private:
     void publish_clock_states();
     void report_refused_triggers();
     void replace_trigger(TriggerLine& line, const emulator::DaemonConfig& camera);
-    [[nodiscard]] std::string statistics_of(std::size_t unit) const;
 
     emulator::DaemonConfig config_;
     ThreadPlan threads_;

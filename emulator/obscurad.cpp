@@ -8,6 +8,7 @@
 #include "core/terminal_text.hpp"
 #include "emulator/config/daemon_config.hpp"
 #include "emulator/daemon.hpp"
+#include "emulator/monitor/monitor.hpp"
 #include "emulator/service_notify.hpp"
 #include "emulator/version.hpp"
 
@@ -96,7 +97,8 @@ void write_statistics(const emulator::Daemon& daemon, const std::string& file) {
 }
 
 // Serves until SIGTERM or SIGINT.
-void serve(emulator::Daemon& daemon, const sigset_t& signals, const Options& options) {
+void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, const sigset_t& signals,
+           const Options& options) {
     const MonotonicClock clock;
     const std::int64_t watchdog_ns = emulator::watchdog_interval_ns();
     Time next_beat = clock.now();
@@ -105,6 +107,7 @@ void serve(emulator::Daemon& daemon, const sigset_t& signals, const Options& opt
     Time next_statistics = clock.now() + between_statistics_ns;
     const auto mind = [&] {
         daemon.tick();
+        monitor.tick();
         // Notify the watchdog after a third of its interval, so that one notification may be lost; withhold
         // it when a thread hangs.
         if (watchdog_ns > 0 && clock.now() >= next_beat && daemon.alive()) {
@@ -178,13 +181,15 @@ int run(const Options& options) {
     }
     if (config.daemon.drop_capabilities) give_up_capabilities(daemon.threads());
     daemon.start();
+    emulator::Monitor monitor(daemon, emulator::version);
+    monitor.start();
     const std::string ready = fmt::format("ready {}\n", daemon.address());
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
     emulator::notify_service_manager("READY=1");
 
-    serve(daemon, signals, options);
+    serve(daemon, monitor, signals, options);
 
     emulator::notify_service_manager("STOPPING=1");
     daemon.stop();

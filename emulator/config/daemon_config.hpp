@@ -30,6 +30,7 @@ struct DaemonConfig {
     SimulatorSection simulator;
     OutputsSection outputs;
     ThreadsSection threads;
+    MonitorSection monitor;
     CameraSection camera;
     transports::ConfiguredTransports transports;
     SensorDescription sensor;

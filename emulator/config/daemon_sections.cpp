@@ -2,6 +2,7 @@
 #include "emulator/config/daemon_sections.hpp"
 
 #include "core/realtime.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
 #include "sync/ipv4_endpoint.hpp"
 
 #include <fmt/format.h>
@@ -271,6 +272,25 @@ config::Section section_of(OutputsSection& s) {
     section.check = [&s](const config::ReadTable& table) {
         if (!s.exposure.empty() && s.exposure == s.trigger_ready)
             table.refuse("exposure", "the same line as trigger_ready");
+    };
+    return section;
+}
+
+config::Section section_of(MonitorSection& s) {
+    config::Section section;
+    section.name = "monitor";
+    section.help = "The local socket through which programs of this machine ask for state and events.";
+    section.keys = {
+        key("socket", &s.socket)
+            .help("Absolute path of the socket that obscura status and obscura events ask, for this user and "
+                  "group; auto: a name of its own in the runtime folder, where they find it; off: none"),
+    };
+    section.check = [&s](const config::ReadTable& table) {
+        if (s.socket == automatic_monitor || s.socket == no_monitor) return;
+        if (s.socket.empty() || s.socket.front() != '/' || s.socket.size() > longest_socket_path())
+            table.refuse("socket", fmt::format("\"{}\"; allowed are \"auto\", \"off\" and an absolute path "
+                                               "of at most {} bytes",
+                                               s.socket, longest_socket_path()));
     };
     return section;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs].
+// The daemon's own sections: [daemon] [render] [deadline] [threads] [simulator] [outputs] [monitor].
 #pragma once
 
 #include "config/section.hpp"
@@ -97,11 +97,17 @@ struct OutputsSection {
     bool active_low = false;
 };
 
+/// [monitor]: the local socket that `obscura status` asks.
+struct MonitorSection {
+    std::string socket = "auto"; ///< path, or see monitor_paths.hpp
+};
+
 [[nodiscard]] config::Section section_of(DaemonSection& section);
 [[nodiscard]] config::Section section_of(RenderSection& section);
 [[nodiscard]] config::Section section_of(DeadlineSection& section);
 [[nodiscard]] config::Section section_of(ThreadsSection& section);
 [[nodiscard]] config::Section section_of(SimulatorSection& section);
 [[nodiscard]] config::Section section_of(OutputsSection& section);
+[[nodiscard]] config::Section section_of(MonitorSection& section);
 
 } // namespace obscura::emulator

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/monitor/monitor.hpp"
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/log_history.hpp"
+#include "emulator/daemon.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
+#include "emulator/monitor/own_threads.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <ctime>
+#include <fstream>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Time now() {
+    return MonotonicClock().now();
+}
+
+Json to_json(const FrameOutcomes& o) {
+    return {{"seconds", o.seconds},     {"triggers", o.triggers},   {"missed_triggers", o.missed_triggers},
+            {"frames", o.frames},       {"complete", o.complete},   {"late", o.late},
+            {"late_rows", o.late_rows}, {"abandoned", o.abandoned}, {"dropped", o.dropped},
+            {"degraded", o.degraded}};
+}
+
+double resident_mib() {
+    std::uint64_t size = 0, resident = 0;
+    std::ifstream("/proc/self/statm") >> size >> resident;
+    return static_cast<double>(resident) * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+std::string utc_text(std::int64_t ns) {
+    const std::time_t seconds = ns / ns_per_s;
+    return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(seconds), ns % ns_per_s / ns_per_ms);
+}
+
+} // namespace
+
+Monitor::Monitor(Daemon& daemon, std::string version)
+    : daemon_(daemon), version_(std::move(version)), started_(now()), recent_(daemon.camera_count()) {
+    constexpr std::uint64_t largest_id = std::uint64_t{1} << 53; // whole in every JSON reader
+    verbs_ = {
+        {"state",
+         "Process, threads and cameras with their counters, latencies and last minute",
+         {},
+         [this](const VerbArguments&) { return state(); }},
+        {"events",
+         "Lines of the log, oldest first",
+         {{"after", "Only lines with a larger id", 0, largest_id, 0},
+          {"most", "Number of lines", 1, log_history_lines, log_history_lines}},
+         [](const VerbArguments& a) { return events(a.at("after"), a.at("most")); }},
+    };
+}
+
+void Monitor::start() {
+    const std::string& where = daemon_.config().monitor.socket;
+    if (where == no_monitor) return;
+    const bool automatic = where == automatic_monitor;
+    if (automatic) remove_left_over_sockets(own_monitor_folder());
+    socket_.emplace(automatic ? own_monitor_socket() : std::filesystem::path(where),
+                    [this](std::string_view request) { return answer_request(verbs_, request); });
+    try {
+        socket_->start();
+        log_info("monitor: {}", socket_->path().string());
+    } catch (const HardwareError& error) {
+        if (!automatic) throw;
+        log_warning("monitor: none: {}", error.what());
+        socket_.reset();
+    }
+}
+
+void Monitor::tick() {
+    const Time time = now();
+    for (std::size_t i = 0; i < recent_.size(); ++i)
+        recent_[i].note(time, daemon_.camera(i).counters());
+    if (socket_) socket_->serve();
+}
+
+std::string Monitor::state() const {
+    const Time time = now();
+    Json state;
+    state["daemon"] = {{"version", version_},
+                       {"pid", ::getpid()},
+                       {"config", daemon_.config().source.string()},
+                       {"up_s", static_cast<double>(time - started_) / static_cast<double>(ns_per_s)},
+                       {"resident_mib", resident_mib()},
+                       {"log_lost", daemon_.lost_messages()}};
+    state["threads"] = Json::array();
+    for (const OwnThread& t : own_threads())
+        state["threads"].push_back({{"name", t.name},
+                                    {"policy", t.policy},
+                                    {"priority", t.priority},
+                                    {"nice", t.nice},
+                                    {"cpu_s", t.cpu_s}});
+    state["cameras"] = Json::array();
+    for (std::size_t i = 0; i < recent_.size(); ++i) {
+        const Camera& camera = daemon_.camera(i);
+        const FrameOutcomes recent = recent_[i].until(time, camera.counters());
+        const std::string controller = daemon_.controller(i);
+        const Verdict verdict = judge(recent, camera.acquiring(), controller);
+        Json one{{"address", daemon_.address(i)},
+                 {"controller", controller},
+                 {"acquiring", camera.acquiring()},
+                 {"trigger_ready", camera.trigger_ready()},
+                 {"frame_id", camera.moments().frame_id},
+                 {"verdict", {{"health", name_of(verdict.health)}, {"text", verdict.text}}},
+                 {"recent", to_json(recent)}};
+        one.update(Json::parse(daemon_.statistics_of(i)));
+        state["cameras"].push_back(std::move(one));
+    }
+    return state.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string Monitor::events(std::uint64_t after, std::uint64_t most) {
+    Json list = Json::array();
+    std::size_t bytes = 0;
+    // Room for the longest line, each character of which may take six bytes as JSON, is left at the end.
+    constexpr std::size_t enough = monitor_answer_bytes - 6 * log_history_text - 256;
+    for (const LoggedLine& line : logged_lines(after, static_cast<std::size_t>(most))) {
+        Json one{{"id", line.id},
+                 {"utc", utc_text(line.utc_ns)},
+                 {"level", name_of(line.level)},
+                 {"text", line.text}};
+        bytes += one.dump(-1, ' ', true, Json::error_handler_t::replace).size() + 1;
+        if (bytes > enough) break;
+        list.push_back(std::move(one));
+    }
+    return Json{{"events", std::move(list)}}.dump(-1, ' ', true, Json::error_handler_t::replace);
+}
+
+} // namespace obscura::emulator

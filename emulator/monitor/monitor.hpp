@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Monitor of a daemon: its state and events for programs of the same machine.
+#pragma once
+
+#include "core/time.hpp"
+#include "emulator/monitor/monitor_socket.hpp"
+#include "emulator/monitor/monitor_verbs.hpp"
+#include "emulator/monitor/recent_frames.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace obscura::emulator {
+
+class Daemon;
+
+/// Answers the verbs "state" and "events" on the socket of [monitor]. It has no thread: the main thread,
+/// which is an ordinary one and owns the daemon, calls tick() several times a second, so that an answer takes
+/// a tick at most, and reads counters that real-time threads write without locks. Thread-bound.
+class Monitor {
+public:
+    /// `daemon` must outlive the monitor. `version` of the program. Opens nothing.
+    Monitor(Daemon& daemon, std::string version);
+
+    /// Opens the socket. Throws HardwareError if the configuration names a path that cannot be opened; the
+    /// automatic one is done without, with a warning.
+    void start();
+    /// Takes a snapshot of the counters each second, and answers what has been asked.
+    void tick();
+
+    /// The answer to "state": see docs/monitor.md.
+    [[nodiscard]] std::string state() const;
+    /// The answer to "events": log lines with ids above `after`, oldest first, at most `most`.
+    [[nodiscard]] static std::string events(std::uint64_t after, std::uint64_t most);
+
+private:
+    Daemon& daemon_;
+    const std::string version_;
+    const Time started_;
+    std::vector<RecentFrames> recent_; ///< of each camera
+    std::vector<MonitorVerb> verbs_;
+    std::optional<MonitorSocket> socket_;
+};
+
+} // namespace obscura::emulator

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/monitor/monitor_paths.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdlib>
+#include <string_view>
+#include <system_error>
+
+namespace obscura::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view prefix = "obscurad-", suffix = ".socket";
+
+std::string environment(const char* name) {
+    const char* const value = std::getenv(name);
+    return value == nullptr ? std::string() : std::string(value);
+}
+
+fs::path session_folder() {
+    const std::string runtime = environment("XDG_RUNTIME_DIR");
+    return runtime.empty() ? fs::path() : fs::path(runtime) / "obscura";
+}
+
+fs::path temporary_folder() {
+    return fmt::format("/tmp/obscura-{}", ::geteuid());
+}
+
+/// Anybody can make folders in /tmp: only one of this user's own is looked into.
+bool trusted(const fs::path& folder) {
+    struct stat status {};
+    return folder != temporary_folder() ||
+           (::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == ::geteuid());
+}
+
+bool is_monitor_name(const std::string& name) {
+    return name.rfind(prefix, 0) == 0 && name.size() > prefix.size() + suffix.size() &&
+           name.ends_with(suffix);
+}
+
+} // namespace
+
+std::size_t longest_socket_path() noexcept {
+    return sizeof sockaddr_un{}.sun_path - 1;
+}
+
+fs::path own_monitor_folder() {
+    // systemd lists several folders with colons between them.
+    if (const std::string runtime = environment("RUNTIME_DIRECTORY"); !runtime.empty())
+        return runtime.substr(0, runtime.find(':'));
+    if (const fs::path session = session_folder(); !session.empty()) return session;
+    return ::geteuid() == 0 ? fs::path("/run/obscura") : temporary_folder();
+}
+
+fs::path own_monitor_socket() {
+    return own_monitor_folder() / fmt::format("{}{}{}", prefix, ::getpid(), suffix);
+}
+
+void remove_left_over_sockets(const fs::path& folder) {
+    std::error_code error;
+    std::vector<fs::path> left_over;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+        const std::string name = entry.path().filename().string();
+        if (!is_monitor_name(name)) continue;
+        const char* const end = name.data() + name.size() - suffix.size();
+        pid_t pid = 0;
+        const auto [stop, bad] = std::from_chars(name.data() + prefix.size(), end, pid);
+        if (bad == std::errc{} && stop == end && pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH)
+            left_over.push_back(entry.path());
+    }
+    for (const fs::path& socket : left_over)
+        fs::remove(socket, error);
+}
+
+std::vector<fs::path> monitor_sockets() {
+    std::error_code error;
+    std::vector<fs::path> folders{session_folder(), temporary_folder()};
+    // Each unit has a folder of its own below /run, obscura or obscura-INSTANCE.
+    for (const auto& entry : fs::directory_iterator("/run", error))
+        if (entry.path().filename().string().rfind("obscura", 0) == 0) folders.push_back(entry.path());
+    std::vector<fs::path> found;
+    for (const fs::path& folder : folders) {
+        if (folder.empty() || !trusted(folder)) continue;
+        for (const auto& entry : fs::directory_iterator(folder, error)) {
+            if (is_monitor_name(entry.path().filename().string())) found.push_back(entry.path());
+        }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+}
+
+} // namespace obscura::emulator

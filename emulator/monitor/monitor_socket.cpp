@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emulator/monitor/monitor_socket.hpp"
+
+#include "core/error.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+namespace obscura::emulator {
+namespace {
+
+// Requests of one client that are answered in one call of serve(), so that no client holds up the caller.
+constexpr int most_requests = 16;
+
+sockaddr_un address_of(const std::filesystem::path& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string& text = path.native();
+    std::memcpy(address.sun_path, text.data(), std::min(text.size(), longest_socket_path()));
+    return address;
+}
+
+FileDescriptor packet_socket() {
+    return FileDescriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+}
+
+} // namespace
+
+FileDescriptor connect_to_monitor(const std::filesystem::path& path) {
+    FileDescriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    const sockaddr_un address = address_of(path);
+    // Also of connect(), which waits while the server has not accepted those before.
+    const timeval patience{monitor_patience_s, 0};
+    ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+        return FileDescriptor();
+    return socket;
+}
+
+MonitorSocket::MonitorSocket(std::filesystem::path path, Answer answer)
+    : path_(std::move(path)), answer_(std::move(answer)), request_(monitor_request_bytes + 1) {}
+
+MonitorSocket::~MonitorSocket() {
+    stop();
+}
+
+void MonitorSocket::start() {
+    const auto refuse = [this](const std::string& why) {
+        throw HardwareError(fmt::format("monitor.socket: {}: {}", path_.string(), why));
+    };
+    if (path_.native().size() > longest_socket_path())
+        refuse(fmt::format("a path of at most {} bytes is allowed", longest_socket_path()));
+    std::error_code error;
+    if (std::filesystem::create_directories(path_.parent_path(), error))
+        std::filesystem::permissions(path_.parent_path(),
+                                     std::filesystem::perms::owner_all | std::filesystem::perms::group_read |
+                                         std::filesystem::perms::group_exec,
+                                     error);
+    if (error) refuse(error.message());
+    struct stat folder {};
+    if (::stat(path_.parent_path().c_str(), &folder) != 0) refuse(std::strerror(errno));
+    if (folder.st_uid != ::geteuid() && folder.st_uid != 0) refuse("the folder belongs to another user");
+    if (std::filesystem::exists(path_, error)) {
+        if (!std::filesystem::is_socket(path_, error)) refuse("exists, and is no socket");
+        if (connect_to_monitor(path_)) refuse("another daemon serves it");
+        std::filesystem::remove(path_, error);
+    }
+    FileDescriptor listener = packet_socket();
+    const sockaddr_un address = address_of(path_);
+    if (!listener || ::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+        refuse(std::strerror(errno));
+    // The umask of a service keeps its group from writing, and so from connecting.
+    if (::chmod(path_.c_str(), 0660) != 0 || ::listen(listener.get(), most_clients) != 0)
+        refuse(std::strerror(errno));
+    listener_ = std::move(listener);
+}
+
+void MonitorSocket::stop() {
+    clients_.clear();
+    if (!listener_) return;
+    listener_ = FileDescriptor();
+    std::error_code error;
+    std::filesystem::remove(path_, error);
+}
+
+void MonitorSocket::serve() {
+    if (!listener_) return;
+    accept_clients();
+    std::erase_if(clients_, [this](const FileDescriptor& client) { return !answer_client(client.get()); });
+}
+
+void MonitorSocket::accept_clients() {
+    while (clients_.size() < most_clients) {
+        FileDescriptor client(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!client) return;
+        clients_.push_back(std::move(client));
+    }
+}
+
+bool MonitorSocket::answer_client(int client) {
+    for (int i = 0; i < most_requests; ++i) {
+        const ssize_t bytes = ::recv(client, request_.data(), request_.size(), 0);
+        if (bytes < 0) return errno == EAGAIN || errno == EINTR;
+        if (bytes == 0) return false;
+        // One byte more than allowed is read of a longer packet; its text is refused as such.
+        const std::string answer = answer_({request_.data(), static_cast<std::size_t>(bytes)});
+        if (::send(client, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT) !=
+            static_cast<ssize_t>(answer.size()))
+            return false;
+    }
+    return true;
+}
+
+} // namespace obscura::emulator

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Monitor socket: a local SOCK_SEQPACKET server that answers packets of JSON with packets of JSON.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// Largest request and largest answer, bytes.
+constexpr std::size_t monitor_request_bytes = 4096, monitor_answer_bytes = 65536;
+
+/// Serves any number of requests on each connection, one answer for each. Never blocks: a client that does
+/// not read its answers is disconnected, and at most `most_clients` are served. Thread-bound.
+class MonitorSocket {
+public:
+    static constexpr std::size_t most_clients = 8;
+    /// Makes the answer to one request, of at most monitor_answer_bytes; must not throw.
+    using Answer = std::function<std::string(std::string_view request)>;
+
+    /// Opens nothing yet.
+    MonitorSocket(std::filesystem::path path, Answer answer);
+    ~MonitorSocket();
+    MonitorSocket(const MonitorSocket&) = delete;
+    MonitorSocket& operator=(const MonitorSocket&) = delete;
+
+    /// Creates folder and socket; the socket is for the user and the group of this process. A socket that is
+    /// left over at that path is replaced, one that is served is not. Throws HardwareError.
+    void start();
+    /// Removes the socket.
+    void stop();
+    /// Accepts clients and answers what they have asked by now.
+    void serve();
+
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+    [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
+
+private:
+    void accept_clients();
+    [[nodiscard]] bool answer_client(int client);
+
+    const std::filesystem::path path_;
+    const Answer answer_;
+    FileDescriptor listener_;
+    std::vector<FileDescriptor> clients_;
+    std::vector<char> request_;
+};
+
+/// Longest wait of a client for the server, s.
+constexpr int monitor_patience_s = 5;
+/// Connects to a monitor socket; an empty descriptor if that is not possible, with the reason in errno. Its
+/// calls wait for monitor_patience_s at most.
+[[nodiscard]] FileDescriptor connect_to_monitor(const std::filesystem::path& path);
+
+} // namespace obscura::emulator

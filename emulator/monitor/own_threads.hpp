@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads of this process as the kernel schedules them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace obscura::emulator {
+
+/// One thread.
+struct OwnThread {
+    std::string name;
+    std::string policy; ///< "other", "fifo", "rr", "batch" or "idle"
+    int priority = 0;   ///< of fifo and rr
+    int nice = 0;       ///< of the others
+    double cpu_s = 0;   ///< processor time taken
+};
+
+/// Reads `tasks`, of this process by default (proc(5)); threads that end meanwhile are left out.
+[[nodiscard]] std::vector<OwnThread> own_threads(const std::filesystem::path& tasks = "/proc/self/task");
+
+} // namespace obscura::emulator

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frame counters of the last minute, from snapshots taken every second.
+#pragma once
+
+#include "core/enum_names.hpp"
+#include "core/time.hpp"
+#include "emulator/camera.hpp"
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+
+namespace obscura::emulator {
+
+/// What happened to triggers and frames within a span of time; names as in CameraCounters.
+struct FrameOutcomes {
+    double seconds = 0; ///< length of the span
+    std::uint64_t triggers = 0, missed_triggers = 0, frames = 0, complete = 0, late = 0, late_rows = 0,
+                  abandoned = 0, dropped = 0, degraded = 0;
+};
+
+/// Thread-bound.
+class RecentFrames {
+public:
+    static constexpr std::int64_t span_ns = 60 * ns_per_s;
+
+    /// Takes a snapshot if the last one is a second old; to be called several times a second.
+    void note(Time now, const CameraCounters& counters);
+    /// Outcomes from about a minute before `now`, or from the first snapshot, until `now`.
+    [[nodiscard]] FrameOutcomes until(Time now, const CameraCounters& counters) const;
+
+private:
+    struct Snapshot {
+        Time time;
+        CameraCounters counters;
+    };
+    std::deque<Snapshot> snapshots_; ///< oldest first, the first about span_ns before the last
+};
+
+/// Whether a camera does what it should.
+enum class Health : std::uint8_t {
+    good, ///< frames come, and in time
+    idle, ///< nobody has started the acquisition
+    bad,
+};
+constexpr auto enum_names(Health /*type*/) {
+    return std::array{EnumName{Health::good, "good"}, EnumName{Health::idle, "idle"},
+                      EnumName{Health::bad, "bad"}};
+}
+
+/// With one line for people: "on time: 0 late rows in 600 frames, last 60 s", or the first reason why not.
+struct Verdict {
+    Health health = Health::idle;
+    std::string text;
+};
+/// `controller`: address of the client in control; empty: none.
+[[nodiscard]] Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& controller);
+
+} // namespace obscura::emulator

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+// Monitor: the table of verbs, its socket, counters of the last minute, threads of the process.
+#include "core/log.hpp"
+#include "core/log_history.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
+#include "emulator/monitor/monitor_socket.hpp"
+#include "emulator/monitor/monitor_verbs.hpp"
+#include "emulator/monitor/own_threads.hpp"
+#include "emulator/monitor/recent_frames.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::emulator;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::vector<MonitorVerb> verbs{
+    {"plain", "No parameters", {}, [](const VerbArguments&) { return std::string(R"({"ok":1})"); }},
+    {"sum",
+     "Two numbers",
+     {{"a", "One", 0, 10, 3}, {"b", "Another", 1, 5, 1}},
+     [](const VerbArguments& v) { return fmt::format(R"({{"sum":{}}})", v.at("a") + v.at("b")); }},
+    {"large",
+     "Too much",
+     {},
+     [](const VerbArguments&) { return std::string(monitor_answer_bytes + 1, 'x'); }},
+    {"thrower", "Fails", {}, [](const VerbArguments&) -> std::string { throw std::runtime_error("why"); }},
+};
+
+std::string error_of(std::string_view request) {
+    return Json::parse(answer_request(verbs, request)).value("error", "");
+}
+
+std::string ask(const FileDescriptor& client, MonitorSocket& server, const std::string& request) {
+    if (::send(client.get(), request.data(), request.size(), MSG_NOSIGNAL) < 0) return "not sent";
+    server.serve();
+    std::string answer(monitor_answer_bytes, '\0');
+    const ssize_t bytes = ::recv(client.get(), answer.data(), answer.size(), MSG_DONTWAIT);
+    answer.resize(bytes > 0 ? static_cast<std::size_t>(bytes) : 0);
+    return answer;
+}
+
+std::string echo(std::string_view request) {
+    return fmt::format("{} bytes", request.size());
+}
+
+} // namespace
+
+TEST_CASE("a verb gets its parameters, or their defaults", "[emulator]") {
+    CHECK(answer_request(verbs, R"({"verb":"plain"})") == R"({"ok":1})");
+    CHECK(answer_request(verbs, R"({"verb":"sum"})") == R"({"sum":4})");
+    CHECK(answer_request(verbs, R"({"b":5,"verb":"sum","a":10})") == R"({"sum":15})");
+}
+
+TEST_CASE("a request that is not understood is answered with what is allowed", "[emulator]") {
+    for (const char* text : {"", "x", "[]", "3", R"({"verb":3})", R"({"verb":)", "\xff\xfe", "{}"})
+        CHECK(error_of(text) == R"(a request is a JSON object like {"verb": "state"})");
+    CHECK(error_of(R"({"verb":"other"})") ==
+          "no such verb, allowed are describe, plain, sum, large, thrower");
+    CHECK(error_of(R"({"verb":"sum","c":1})") == "sum: c: no such parameter, allowed are a, b");
+    CHECK(error_of(R"({"verb":"plain","c":1})") == "plain: c: no such parameter, allowed are none");
+    for (const char* b : {"0", "6", "-1", "1.5", "\"1\"", "null", "1e400", "99999999999999999999999"})
+        CHECK(
+            error_of(fmt::format(R"({{"verb":"sum","b":{}}})", b))
+                .starts_with(std::string(b) == "1e400" ? "a request" : "sum: b: a whole number from 1 to 5"));
+    CHECK(error_of(std::string(monitor_request_bytes + 1, ' ')) == "a request has at most 4096 bytes");
+    CHECK(error_of(std::string(monitor_request_bytes, '[')).starts_with("a request is"));
+    CHECK(error_of(R"({"verb":"large"})") == "large: the answer has more than 65536 bytes");
+    CHECK(error_of(R"({"verb":"thrower"})") == "why");
+    CHECK(error_of("{\"verb\":\"sum\",\"\\u0000\\ud83d\":1}").starts_with("a request is"));
+}
+
+TEST_CASE("the table of verbs describes itself", "[emulator]") {
+    const Json table = Json::parse(answer_request(verbs, R"({"verb":"describe"})"));
+    REQUIRE(table["verbs"].size() == verbs.size());
+    CHECK(table["verbs"][1]["name"] == "sum");
+    CHECK(table["verbs"][1]["parameters"][1] == Json::parse(R"({"name":"b","type":"integer","min":1,"max":5,
+        "default":1,"help":"Another"})"));
+}
+
+TEST_CASE("the monitor socket answers several clients and outlives rude ones", "[emulator]") {
+    const test::TempFolder folder;
+    const auto path = folder.path() / "deep" / "one.socket";
+    MonitorSocket server(path, echo);
+    server.start();
+    const FileDescriptor first = connect_to_monitor(path);
+    REQUIRE(first);
+    CHECK(ask(first, server, "abc") == "3 bytes");
+    // A longer packet is cut, and its length shows that.
+    CHECK(ask(first, server, std::string(9000, 'x')) == fmt::format("{} bytes", monitor_request_bytes + 1));
+    {
+        const FileDescriptor second = connect_to_monitor(path);
+        CHECK(ask(second, server, "abcd") == "4 bytes");
+        CHECK(server.clients() == 2);
+    }
+    server.serve();
+    CHECK(server.clients() == 1);
+
+    // Connections beyond the limit wait until there is room.
+    std::vector<FileDescriptor> many;
+    for (std::size_t i = 0; i < MonitorSocket::most_clients; ++i)
+        many.push_back(connect_to_monitor(path));
+    server.serve();
+    CHECK(server.clients() == MonitorSocket::most_clients);
+    many.erase(many.begin());
+    server.serve();
+    server.serve();
+    CHECK(server.clients() == MonitorSocket::most_clients);
+    CHECK(ask(many.back(), server, "abcde") == "5 bytes");
+}
+
+TEST_CASE("a client of the monitor that does not read is disconnected", "[emulator]") {
+    const test::TempFolder folder;
+    MonitorSocket server(folder.path() / "one.socket",
+                         [](std::string_view) { return std::string(monitor_answer_bytes, 'x'); });
+    server.start();
+    const FileDescriptor client = connect_to_monitor(server.path());
+    for (int i = 0; i < 1000 && (i == 0 || server.clients() == 1); ++i) {
+        [[maybe_unused]] const ssize_t sent = ::send(client.get(), "{}", 2, MSG_NOSIGNAL | MSG_DONTWAIT);
+        server.serve();
+    }
+    CHECK(server.clients() == 0);
+}
+
+TEST_CASE("a left over monitor socket is replaced, a served one and other files are not", "[emulator]") {
+    const test::TempFolder folder;
+    const auto path = folder.path() / "one.socket";
+    {
+        MonitorSocket first(path, echo);
+        first.start();
+        MonitorSocket second(path, echo);
+        CHECK_THROWS_WITH(second.start(), Catch::Matchers::EndsWith("one.socket: another daemon serves it"));
+        CHECK(connect_to_monitor(path));
+    }
+    CHECK_FALSE(std::filesystem::exists(path));
+    {
+        // As SIGKILL leaves it.
+        const FileDescriptor gone(::socket(AF_UNIX, SOCK_SEQPACKET, 0));
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        path.native().copy(address.sun_path, sizeof address.sun_path - 1);
+        REQUIRE(::bind(gone.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    }
+    REQUIRE(std::filesystem::exists(path));
+    MonitorSocket third(path, echo);
+    third.start();
+    CHECK(connect_to_monitor(path));
+    third.stop();
+    std::ofstream(path) << "text";
+    CHECK_THROWS_WITH(third.start(), Catch::Matchers::EndsWith("exists, and is no socket"));
+    CHECK(std::filesystem::exists(path));
+    MonitorSocket long_path(folder.path() / std::string(120, 'x'), echo);
+    CHECK_THROWS_WITH(long_path.start(), Catch::Matchers::EndsWith("a path of at most 107 bytes is allowed"));
+}
+
+TEST_CASE("sockets of daemons that have gone are removed, no others", "[emulator]") {
+    const test::TempFolder folder;
+    const auto touch = [&folder](const std::string& name) { std::ofstream(folder.path() / name) << ""; };
+    const std::string own = fmt::format("obscurad-{}.socket", ::getpid());
+    // Numbers of processes end at 2^22.
+    const std::vector<std::string> kept{own,
+                                        "obscurad-.socket",
+                                        "obscurad-x1.socket",
+                                        "obscurad-1x.socket",
+                                        "obscurad-0.socket",
+                                        "obscurad--5.socket",
+                                        "other-99999999.socket"};
+    for (const std::string& name : kept)
+        touch(name);
+    touch("obscurad-99999999.socket");
+    remove_left_over_sockets(folder.path());
+    for (const std::string& name : kept)
+        CHECK(std::filesystem::exists(folder.path() / name));
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "obscurad-99999999.socket"));
+}
+
+TEST_CASE("a daemon's own monitor socket is found again", "[emulator]") {
+    const test::TempFolder folder;
+    ::unsetenv("RUNTIME_DIRECTORY");
+    ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
+    CHECK(own_monitor_folder() == folder.path() / "obscura");
+    MonitorSocket server(own_monitor_socket(), echo);
+    server.start();
+    const auto found = monitor_sockets();
+    CHECK(std::find(found.begin(), found.end(), server.path()) != found.end());
+    ::setenv("RUNTIME_DIRECTORY", "/run/obscura-left:/run/other", 1);
+    CHECK(own_monitor_folder() == "/run/obscura-left");
+    ::unsetenv("RUNTIME_DIRECTORY");
+}
+
+TEST_CASE("the last minute is counted from snapshots a second apart", "[emulator]") {
+    RecentFrames recent;
+    CameraCounters counters;
+    const auto at = [](double s) { return Time{static_cast<std::int64_t>(s * 1e9)}; };
+    CHECK(recent.until(at(0), counters).seconds == 0);
+    // 10 frames a second for 200 s, looked at ten times a second; from 150 s on every tenth is late.
+    for (int i = 0; i <= 2000; ++i) {
+        counters.triggers = counters.frames = counters.complete = static_cast<std::uint64_t>(i);
+        if (i > 1500 && i % 10 == 0) {
+            ++counters.late;
+            counters.late_rows += 7;
+        }
+        recent.note(at(0.1 * i), counters);
+    }
+    const FrameOutcomes last = recent.until(at(200), counters);
+    CHECK(last.seconds >= 60);
+    CHECK(last.seconds <= 61.1);
+    CHECK(last.frames == static_cast<std::uint64_t>(std::lround(10 * last.seconds)));
+    CHECK(last.late == 50);
+    CHECK(last.late_rows == 350);
+    // Later, without further frames, they move out of the minute.
+    for (int i = 0; i < 130; ++i)
+        recent.note(at(200 + 0.5 * i), counters);
+    CHECK(recent.until(at(265), counters).frames == 0);
+}
+
+TEST_CASE("the verdict names the first thing that is wrong", "[emulator]") {
+    FrameOutcomes o;
+    o.seconds = 60;
+    CHECK(judge(o, false, "").text == "idle: no client is in control");
+    CHECK(judge(o, false, "10.0.0.1:7").text == "idle: 10.0.0.1:7 has not started it");
+    CHECK(judge(o, false, "").health == Health::idle);
+    CHECK(judge(o, true, "").text == "no trigger, last 60 s");
+    CHECK(judge(o, true, "").health == Health::bad);
+    o.triggers = o.frames = o.complete = 600;
+    CHECK(judge(o, true, "").text == "on time: 0 late rows in 600 frames, last 60 s");
+    CHECK(judge(o, true, "").health == Health::good);
+    o.degraded = 4;
+    CHECK(judge(o, true, "").text == "on time: 0 late rows in 600 frames, 4 degraded, last 60 s");
+    o.late = 2;
+    o.late_rows = 30;
+    CHECK(judge(o, true, "").text == "30 late rows in 2 of 600 frames, last 60 s");
+    o.abandoned = 3;
+    CHECK(judge(o, true, "").text == "3 of 600 frames abandoned, last 60 s");
+    o.dropped = 5;
+    CHECK(judge(o, true, "").text ==
+          "5 of 600 triggers without a frame: no memory or transport was free, last 60 s");
+    o.missed_triggers = 1;
+    CHECK(judge(o, true, "").text == "1 of 600 triggers missed, last 60 s");
+    CHECK(judge(o, true, "").health == Health::bad);
+}
+
+TEST_CASE("threads are read as the kernel schedules them", "[emulator]") {
+    const test::TempFolder folder;
+    // Fields 3 to 41 of proc(5); name with a parenthesis, FIFO at 80, 150 + 50 clock ticks.
+    std::filesystem::create_directory(folder.path() / "7");
+    std::ofstream(folder.path() / "7" / "stat") << "7 (trig) ger) S 1 2 3 4 5 6 7 8 9 10 150 50 13 14 -81 "
+                                                   "-10 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 "
+                                                   "33 34 35 36 80 1 39\n";
+    std::filesystem::create_directory(folder.path() / "8"); // ended meanwhile
+    const auto threads = own_threads(folder.path());
+    REQUIRE(threads.size() == 1);
+    CHECK(threads[0].name == "trig) ger");
+    CHECK(threads[0].policy == "fifo");
+    CHECK(threads[0].priority == 80);
+    CHECK(threads[0].nice == -10);
+    CHECK(threads[0].cpu_s == 200.0 / static_cast<double>(::sysconf(_SC_CLK_TCK)));
+    CHECK_FALSE(own_threads().empty());
+}
+
+TEST_CASE("the log's history has numbers that go on and a last line", "[core]") {
+    const auto last_id = [] {
+        const auto lines = logged_lines(0, log_history_lines);
+        return lines.empty() ? std::uint64_t{0} : lines.back().id;
+    };
+    const std::uint64_t before = last_id();
+    log_warning("one");
+    log_notice("two {}", std::string(3000, 'x'));
+    const auto lines = logged_lines(before, 10);
+    REQUIRE(lines.size() == 2);
+    CHECK(lines[0].id == before + 1);
+    CHECK(lines[0].text == "one");
+    CHECK(lines[0].level == LogLevel::warning);
+    CHECK(lines[1].text.size() == log_history_text);
+    CHECK(logged_lines(before, 1).size() == 1);
+    CHECK(logged_lines(before + 2, 10).empty());
+}
