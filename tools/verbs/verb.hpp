@@ -50,6 +50,8 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_characterise();
 [[nodiscard]] std::unique_ptr<Verb> make_time();
 [[nodiscard]] std::unique_ptr<Verb> make_timing();
+[[nodiscard]] std::unique_ptr<Verb> make_status();
+[[nodiscard]] std::unique_ptr<Verb> make_events();
 [[nodiscard]] std::unique_ptr<Verb> make_release();
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
 [[nodiscard]] std::unique_ptr<Verb> make_truth();

@@ -34,6 +34,8 @@ std::span<const VerbEntry> verbs() {
         VerbEntry{"characterise", make_characterise},
         VerbEntry{"time", make_time},
         VerbEntry{"timing", make_timing},
+        VerbEntry{"status", make_status},
+        VerbEntry{"events", make_events},
         VerbEntry{"trigger", make_trigger},
         VerbEntry{"release", make_release},
         VerbEntry{"truth", make_truth},

@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""A running daemon is asked what it does, by obscura status and obscura events and by a client of its socket that
+follows no rule.
+
+Usage: status_test.py OBSCURAD OBSCURA SOURCE-DIRECTORY
+Exit status 1 if a check failed.
+"""
+import json
+import os
+import pathlib
+import random
+import shutil
+import socket
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+
+obscurad, obscura, source = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+PATIENCE_S = 60  # a busy machine, a sanitizer
+failures = []
+
+
+def check(what, good, detail=""):
+    print(f"{'ok' if good else 'NOT OK'} - {what}{'' if good or not detail else ': ' + str(detail)}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def ask(*arguments):
+    return subprocess.run([obscura, *arguments], capture_output=True, text=True, env=environment, timeout=PATIENCE_S)
+
+
+def wait_for(condition):
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def state():
+    answer = ask("status", "--json", "--socket", path)
+    return json.loads(answer.stdout) if answer.stdout else {}
+
+
+def connect():
+    client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    client.connect(path)  # waits while the daemon has not accepted those before
+    client.settimeout(PATIENCE_S)
+    return client
+
+
+def complete():
+    return state()["cameras"][0]["camera"]["complete"]
+
+
+with tempfile.TemporaryDirectory(prefix="obscura-status-") as temporary:
+    folder = pathlib.Path(temporary)
+    (folder / "frames").mkdir()
+    path = str(folder / "monitor.socket")
+    environment = dict(os.environ, XDG_RUNTIME_DIR=str(folder / "runtime"))
+    shutil.copy(source / "tests" / "support" / "light_scene.toml", folder / "scene.toml")
+    config = folder / "obscurad.toml"
+    config.write_text(f"""[scene]
+file = "scene.toml"
+[trigger]
+rate_hz = 10
+[gige]
+enabled = false
+[file]
+enabled = true
+format = "raw"
+directory = "{folder / 'frames'}"
+[sensor.readout]
+width = 64
+height = 48
+[monitor]
+socket = "{path}"
+""")
+
+    missing = ask("status", "--socket", path)
+    check("without a daemon the status is 69, in one line", missing.returncode == 69 and
+          missing.stderr == f"{path}: No such file or directory\n", missing)
+
+    log = open(folder / "log", "w", encoding="utf-8")
+    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    check("the socket appears", wait_for(lambda: os.path.exists(path)))
+    mode = os.stat(path)
+    check("the socket is for user and group only", stat.S_IMODE(mode.st_mode) == 0o660, oct(mode.st_mode))
+    check("frames are counted", wait_for(lambda: complete() > 3))
+
+    told = state()
+    camera = told["cameras"][0]
+    check("the state names process and configuration", told["daemon"]["pid"] == daemon.pid and
+          told["daemon"]["config"] == str(config), told["daemon"])
+    check("every edge is accounted for, but for one in work", 0 <= camera["camera"]["triggers"] - sum(
+        camera["camera"][k] for k in ("frames", "missed_triggers", "masked_triggers", "dropped")) <= 1,
+        camera["camera"])
+    kernel = {(pathlib.Path("/proc") / str(daemon.pid) / "task" / t / "comm").read_text().strip()
+              for t in os.listdir(f"/proc/{daemon.pid}/task")}
+    check("its threads are those of the kernel", {t["name"] for t in told["threads"]} == kernel, told["threads"])
+    files = len(list((folder / "frames").glob("*.raw")))
+    check("the frames counted are those on disk", files - 1 <= complete(), (files, camera["camera"]))
+    text = ask("status", "--socket", path)
+    check("the text has the verdict of the state, and the exit status follows it",
+          text.returncode == (1 if "NOT GOOD: " in text.stdout else 0) and ", last " in text.stdout, text.stdout)
+
+    log.flush()
+    written = (folder / "log").read_text(encoding="utf-8").splitlines()
+    events = [json.loads(line) for line in ask("events", "--json", "--socket", path).stdout.splitlines()]
+    # Levels from warning on stand before a line's text in the log.
+    check("the events are the lines of the log", [e["text"] for e in events[:len(written)]] ==
+          [w.split(": ", 1)[1] if w.startswith(("warning: ", "error: ")) else w for w in written],
+          (events, written))
+    check("events count from 1", [e["id"] for e in events] == list(range(1, len(events) + 1)), events)
+    rest = ask("events", "--json", "--after", "1", "--socket", path).stdout.splitlines()
+    check("only later events are given", rest and json.loads(rest[0])["id"] == 2, rest)
+
+    # Bytes of a client that follows no rule; a second one that never reads.
+    dice = random.Random(7)
+    deaf = connect()
+    client = connect()
+    answered = 0
+    for i in range(300):
+        length = dice.choice([1, 7, 60, 4096, 4097, 60000])
+        request = dice.choice([dice.randbytes(length), b"{" * length, b'{"verb":"state","x":' + b"1" * length,
+                               b'{"verb":"events","after":1}', b'{"verb":"describe"}'])
+        client.send(request)
+        answered += isinstance(json.loads(client.recv(1 << 17)), dict)
+        try:
+            deaf.send(b'{"verb":"state"}', socket.MSG_DONTWAIT)
+        except OSError:
+            pass
+    check("every request is answered with an object", answered == 300, answered)
+    before = complete()
+    check("frames go on", wait_for(lambda: complete() > before))
+    crowd = [connect() for _ in range(12)]
+    del crowd, client, deaf
+    check("clients that have gone leave room", wait_for(lambda: state() != {}))
+
+    daemon.terminate()
+    check("the daemon ends well", daemon.wait(PATIENCE_S) == 0)
+    check("the socket is gone", not os.path.exists(path))
+
+    # Without a path of its own it is found by its name.
+    config.write_text(config.read_text().replace(f'[monitor]\nsocket = "{path}"\n', ""))
+    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    name = folder / "runtime" / "obscura" / f"obscurad-{daemon.pid}.socket"
+    check("the automatic socket has the process in its name", wait_for(name.exists))
+    listed = [json.loads(line)["daemon"]["pid"] for line in ask("status", "--json").stdout.splitlines()]
+    check("obscura status finds it", daemon.pid in listed, listed)
+    daemon.kill()
+    daemon.wait()
+    daemon = subprocess.Popen([obscurad, "--config", config], stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    second = name.with_name(f"obscurad-{daemon.pid}.socket")
+    check("the next daemon removes what a killed one has left", wait_for(lambda: second.exists() and
+                                                                        not name.exists()))
+    daemon.terminate()
+    daemon.wait(PATIENCE_S)
+
+    config.write_text(config.read_text() + '[monitor]\nsocket = "off"\n')
+    daemon = subprocess.Popen([obscurad, "--config", config, "--ready-file", folder / "ready"],
+                              stdout=subprocess.DEVNULL, stderr=log, env=environment)
+    check("without a monitor it runs as well", wait_for((folder / "ready").exists) and
+          not list((folder / "runtime" / "obscura").iterdir()))
+    daemon.terminate()
+    daemon.wait(PATIENCE_S)
+
+    config.write_text(config.read_text().replace('"off"', '"relative"'))
+    refused = subprocess.run([obscurad, "--check", "--config", config], capture_output=True, text=True)
+    check("a path that is no path is refused", refused.returncode == 78 and "monitor.socket" in refused.stderr and
+          refused.stderr.count("\n") == 1, refused.stderr)
+    log.close()
+
+print(f"{len(failures)} failed" if failures else "all good")
+sys.exit(1 if failures else 0)

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/support/monitor_client.hpp"
+
+#include "core/error.hpp"
+#include "emulator/monitor/monitor_paths.hpp"
+#include "emulator/monitor/monitor_socket.hpp"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace obscura::tools {
+MonitorClient::MonitorClient(const std::filesystem::path& socket)
+    : path_(socket), socket_(emulator::connect_to_monitor(socket)) {
+    if (!socket_) throw HardwareError(fmt::format("{}: {}", socket.string(), std::strerror(errno)));
+}
+
+nlohmann::ordered_json MonitorClient::ask(const nlohmann::ordered_json& request) const {
+    const auto refuse = [this](const std::string& why) {
+        throw HardwareError(fmt::format("{}: {}", path_.string(), why));
+    };
+    const std::string text = request.dump();
+    std::vector<char> answer(emulator::monitor_answer_bytes);
+    if (::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) < 0) refuse(std::strerror(errno));
+    const ssize_t bytes = ::recv(socket_.get(), answer.data(), answer.size(), 0);
+    if (bytes == 0) refuse("the daemon has ended the connection");
+    if (bytes < 0)
+        refuse(errno == EAGAIN ? fmt::format("no answer within {} s", emulator::monitor_patience_s)
+                               : std::string(std::strerror(errno)));
+    auto json = nlohmann::ordered_json::parse(answer.begin(), answer.begin() + bytes, nullptr, false);
+    if (!json.is_object()) refuse("the answer is no JSON object");
+    if (json.contains("error")) refuse(json["error"].dump());
+    return json;
+}
+
+std::vector<MonitorClient> connect_to_daemons(const std::string& socket) {
+    std::vector<MonitorClient> clients;
+    if (!socket.empty()) {
+        clients.emplace_back(socket);
+        return clients;
+    }
+    std::string refused;
+    for (const std::filesystem::path& path : emulator::monitor_sockets()) {
+        try {
+            clients.emplace_back(path);
+        } catch (const HardwareError& error) {
+            refused = error.what(); // left over, or of another group
+        }
+    }
+    if (clients.empty())
+        throw HardwareError(refused.empty()
+                                ? "no daemon with a monitor socket runs here (monitor.socket; --socket PATH)"
+                                : fmt::format("no daemon answers: {}", refused));
+    return clients;
+}
+
+} // namespace obscura::tools

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Client of a daemon's monitor socket.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace obscura::tools {
+
+/// A connection to one daemon. Thread-bound.
+class MonitorClient {
+public:
+    /// Throws HardwareError if nothing serves the socket.
+    explicit MonitorClient(const std::filesystem::path& socket);
+
+    /// Sends a request and waits for its answer, for 5 s at most. Throws HardwareError if the daemon goes, is
+    /// silent or refuses.
+    [[nodiscard]] nlohmann::ordered_json ask(const nlohmann::ordered_json& request) const;
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+private:
+    std::filesystem::path path_;
+    FileDescriptor socket_;
+};
+
+/// The daemon at `socket`; if that is empty, all daemons of this machine that this user may ask. Throws
+/// HardwareError if there is none, with the reason.
+[[nodiscard]] std::vector<MonitorClient> connect_to_daemons(const std::string& socket);
+
+} // namespace obscura::tools
