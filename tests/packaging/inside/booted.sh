@@ -53,6 +53,11 @@ END
 wait_for 120 systemctl is-active obscurad
 [ "$(property ActiveState)" = active ] && ok "the service is active after boot, with the shipped configuration" ||
     { bad "the service is $(property ActiveState)"; systemctl status obscurad --no-pager; }
+# answered_by USER: whether the monitor socket of the service answers that user.
+answered_by() { runuser -u "$1" -- obscura status --json 2>/dev/null | grep -q "\"pid\":$(property MainPID),"; }
+wait_for 60 answered_by obscura && ok "obscura status answers the service's user" || bad "obscura status answers nothing"
+answered_by nobody && bad "obscura status answers an account outside of the group" ||
+    ok "obscura status answers no account outside of the group"
 
 cat >/etc/obscura/scene.toml <<END
 [sun]
