@@ -9,21 +9,30 @@
 #include <limits>
 
 namespace obscura::emulator {
+namespace {
+
+/// For the maker to wake in time for the last resort.
+constexpr std::int64_t wake_ns = 500'000;
+
+} // namespace
 
 AdaptiveFrame::AdaptiveFrame(std::size_t floats, std::size_t pixels, std::size_t rows, const Clock& clock,
                              std::function<void()> changed)
     : clock_(clock), changed_(std::move(changed)) {
     for (std::vector<float>& part : floats_)
         part.assign(floats, 0.0F);
-    variance_.assign(pixels, 0.0F);
-    samples_.assign(pixels, 0.0F);
+    for (auto* const planes : {&variance_, &samples_})
+        for (std::vector<float>& plane : *planes)
+            plane.assign(pixels, 0.0F);
     for (std::vector<RowSums>& part : sums_)
         part.resize(rows);
     times_.reserve(rows);
     levels_.reserve(rows);
+    earlier_levels_.reserve(rows);
 }
 
-bool AdaptiveFrame::begin(const FrameLight& light) noexcept {
+bool AdaptiveFrame::begin(const FrameLight& light, renderer::KeptLight* earlier,
+                          double earlier_error) noexcept {
     light_ = nullptr;
     if (light.windows.size() != 1 || light.push_broom || light.blocks.empty() ||
         light.due.size() != light.blocks.size())
@@ -34,7 +43,7 @@ bool AdaptiveFrame::begin(const FrameLight& light) noexcept {
     area_rows_ = halo_above_ + height + light.blocks.back().halo_below;
     area_width_ = light.width(first);
     const std::size_t pixels = static_cast<std::size_t>(area_rows_) * static_cast<std::size_t>(area_width_);
-    if (pixels > variance_.size() || pixels * light.renderer->band_count() > floats_[0].size() ||
+    if (pixels > variance_[0].size() || pixels * light.renderer->band_count() > floats_[0].size() ||
         static_cast<std::size_t>(area_rows_) > sums_[0].size())
         return false;
     group_rows_ = FrameQuality::group_rows_for(height);
@@ -59,6 +68,10 @@ bool AdaptiveFrame::begin(const FrameLight& light) noexcept {
     rendered_.store(false, std::memory_order_relaxed);
     sparse_begun_ = false;
     outcome_ = {};
+    earlier_ = earlier;
+    earlier_error_ = earlier_error;
+    used_earlier_ = false;
+    if (earlier_ != nullptr) earlier_->begin_reprojection();
     light_ = &light;
     return true;
 }
@@ -107,19 +120,18 @@ Time AdaptiveFrame::block_due(std::size_t index) const noexcept {
 
 bool AdaptiveFrame::block_lit(std::size_t index) const noexcept {
     const auto [first, last] = groups_of_block(index);
-    for (std::size_t g = first; g <= last; ++g)
-        if (!groups_[g].sparse.load(std::memory_order_acquire) &&
-            !groups_[g].better.load(std::memory_order_acquire))
-            return false;
-    return true;
+    return std::all_of(&groups_[first], &groups_[last] + 1, [](const Group& group) {
+        return group.settled.load(std::memory_order_relaxed) ||
+               group.sparse.load(std::memory_order_acquire) || group.better.load(std::memory_order_acquire);
+    });
 }
 
 bool AdaptiveFrame::block_final(std::size_t index) const noexcept {
     if (rendered()) return block_lit(index);
     const auto [first, last] = groups_of_block(index);
-    for (std::size_t g = first; g <= last; ++g)
-        if (!groups_[g].better.load(std::memory_order_acquire)) return false;
-    return true;
+    return std::all_of(&groups_[first], &groups_[last] + 1, [](const Group& group) {
+        return group.settled.load(std::memory_order_relaxed) || group.better.load(std::memory_order_acquire);
+    });
 }
 
 bool AdaptiveFrame::wants(std::int32_t r) noexcept {
@@ -130,24 +142,29 @@ bool AdaptiveFrame::wants(std::int32_t r) noexcept {
     return !cut_when_due_ || !claimed_.load();
 }
 
-void AdaptiveFrame::done(std::int32_t r) noexcept {
-    const std::int32_t row = first_row_ + r;
+void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row) noexcept {
     const auto width = static_cast<std::size_t>(area_width_);
     const std::size_t at = static_cast<std::size_t>(row) * width;
-    const std::size_t part = optional_ ? 1 : 0;
+    const std::vector<float>& samples = samples_[part / 2];
+    const std::vector<float>& variance = variance_[part / 2];
     RowSums sums;
     sums.least_samples = std::numeric_limits<float>::max();
     for (std::size_t x = at; x < at + width; ++x) {
-        if (!(samples_[x] > 0)) continue;
+        if (!(samples[x] > 0)) continue;
         const auto light = static_cast<double>(floats_[part][x]);
         sums.light2 += light * light;
-        sums.variance += static_cast<double>(variance_[x]);
-        sums.samples += static_cast<double>(samples_[x]);
-        sums.least_samples = std::min(sums.least_samples, samples_[x]);
+        sums.variance += static_cast<double>(variance[x]);
+        sums.samples += static_cast<double>(samples[x]);
+        sums.least_samples = std::min(sums.least_samples, samples[x]);
         ++sums.lit;
-        if (!(variance_[x] > 0)) ++sums.unknown;
+        if (!(variance[x] > 0)) ++sums.unknown;
     }
     sums_[part][static_cast<std::size_t>(row)] = sums;
+}
+
+void AdaptiveFrame::done(std::int32_t r) noexcept {
+    const std::int32_t row = first_row_ + r;
+    sum_row(optional_ ? 1 : 0, row);
     Group& group = groups_[group_of(row)];
     if (group.rows_done.fetch_add(1, std::memory_order_acq_rel) + 1 != group.rows) return;
     if (optional_) {
@@ -157,6 +174,25 @@ void AdaptiveFrame::done(std::int32_t r) noexcept {
         group.sparse.store(true, std::memory_order_release);
     }
     changed_();
+}
+
+renderer::RenderRequest AdaptiveFrame::request_for(std::int32_t first_row, std::int32_t rows,
+                                                   std::span<const QualityLevel> levels) const noexcept {
+    const FrameLight::Window& window = light_->windows.front();
+    renderer::RenderRequest request;
+    request.window = {window.sensor.x - light_->blocks.front().halo_left, window.sensor.y - halo_above_,
+                      area_width_, area_rows_};
+    request.first_row = first_row;
+    request.rows = rows;
+    request.row_times =
+        std::span(times_).subspan(static_cast<std::size_t>(first_row), static_cast<std::size_t>(rows));
+    request.frame_id = light_->frame_id;
+    request.common_mid = light_->common_mid;
+    request.levels = levels;
+    request.frame_times = times_;
+    request.frame_y = request.window.y;
+    request.plane_rows = area_rows_;
+    return request;
 }
 
 bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::int32_t groups) noexcept {
@@ -172,28 +208,69 @@ bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::in
     const auto first = static_cast<std::size_t>(first_row_);
     levels_.assign(static_cast<std::size_t>(rows), level);
 
-    const FrameLight::Window& window = light_->windows.front();
-    renderer::RenderRequest request;
-    request.window = {window.sensor.x - light_->blocks.front().halo_left, window.sensor.y - halo_above_,
-                      area_width_, area_rows_};
-    request.first_row = first_row_;
-    request.rows = rows;
-    request.row_times = std::span(times_).subspan(first, static_cast<std::size_t>(rows));
-    request.frame_id = light_->frame_id;
-    request.common_mid = light_->common_mid;
-    request.levels = levels_;
-    request.frame_times = times_;
-    request.frame_y = request.window.y;
-    request.plane_rows = area_rows_;
+    renderer::RenderRequest request = request_for(first_row_, rows, levels_);
     const std::size_t at = first * static_cast<std::size_t>(area_width_);
     const std::size_t pixels = static_cast<std::size_t>(rows) * static_cast<std::size_t>(area_width_);
-    request.samples = std::span(samples_).subspan(at, pixels);
-    request.variance = std::span(variance_).subspan(at, pixels);
+    request.samples = std::span(samples_[0]).subspan(at, pixels);
+    request.variance = std::span(variance_[0]).subspan(at, pixels);
     request.kept = &samples_kept_;
     request.keep = light_->keep;
     request.gate = this;
     static_cast<void>(light_->renderer->render(request, std::span(floats_[optional_ ? 1 : 0]).subspan(at)));
     return !cancel_->load();
+}
+
+Time AdaptiveFrame::last_resort_due(std::size_t index) const noexcept {
+    if (earlier_ == nullptr) return never_due;
+    Time begin = never_due;
+    double needed_ns = 0;
+    for (std::size_t i = index; i < light_->blocks.size(); ++i) {
+        needed_ns += 1.25 * earlier_row_ns_ * light_->blocks[i].lines();
+        begin = std::min(begin, block_due(i) - static_cast<std::int64_t>(needed_ns));
+    }
+    return begin - wake_ns;
+}
+
+void AdaptiveFrame::make_earlier(const Group& group, QualityLevel level) noexcept {
+    earlier_levels_.assign(static_cast<std::size_t>(group.rows), level);
+    renderer::RenderRequest request = request_for(group.first_row, group.rows, earlier_levels_);
+    const std::size_t at = static_cast<std::size_t>(group.first_row) * static_cast<std::size_t>(area_width_);
+    const std::size_t pixels = static_cast<std::size_t>(group.rows) * static_cast<std::size_t>(area_width_);
+    request.samples = std::span(samples_[1]).subspan(at, pixels);
+    request.variance = std::span(variance_[1]).subspan(at, pixels);
+    request.from = earlier_;
+    request.alone = true;
+    static_cast<void>(light_->renderer->render(request, std::span(floats_[2]).subspan(at)));
+    for (std::int32_t row = group.first_row; row < group.first_row + group.rows; ++row)
+        sum_row(2, row);
+}
+
+void AdaptiveFrame::take_earlier(std::size_t index) noexcept {
+    const auto [first, last] = groups_of_block(index);
+    for (std::size_t g = first; g <= last; ++g) {
+        Group& group = groups_[g];
+        if (group.settled.load(std::memory_order_relaxed) || group.sparse.load(std::memory_order_acquire) ||
+            group.better.load(std::memory_order_acquire))
+            continue;
+        group.settled.store(true, std::memory_order_release);
+        const Time begin = clock_.now();
+        const double needed_ns = earlier_row_ns_ * group.rows;
+        const bool in_time = begin + static_cast<std::int64_t>(needed_ns) <= block_due(index);
+        settled_[g] = in_time ? QualityLevel::reprojected : QualityLevel::repeated;
+        make_earlier(group, settled_[g]);
+        used_earlier_ = true;
+        if (in_time)
+            earlier_row_ns_ +=
+                0.3 * (static_cast<double>(clock_.now() - begin) / group.rows - earlier_row_ns_);
+    }
+}
+
+void AdaptiveFrame::try_last_resort() noexcept {
+    if (earlier_ == nullptr || earlier_row_ns_ > 0) return;
+    const Group& group = groups_[static_cast<std::size_t>(group_count_ / 2)];
+    const Time begin = clock_.now();
+    make_earlier(group, QualityLevel::reprojected);
+    earlier_row_ns_ = std::max(1.0, static_cast<double>(clock_.now() - begin) / group.rows);
 }
 
 void AdaptiveFrame::settle(std::size_t index) noexcept {
@@ -220,7 +297,7 @@ void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
     const std::size_t bands = light_->renderer->band_count();
     for (std::int32_t line = 0; line < block.lines(); ++line) {
         const std::int32_t row = top + line;
-        const std::size_t part = settled_[group_of(row)] == QualityLevel::sixteenth ? 0 : 1;
+        const std::size_t part = part_of(settled_[group_of(row)]);
         for (std::size_t b = 0; b < bands; ++b) {
             const auto from = floats_[part].begin() +
                               static_cast<std::ptrdiff_t>(b * plane + static_cast<std::size_t>(row) * width);
@@ -250,14 +327,16 @@ void AdaptiveFrame::describe(FrameQuality& quality) const noexcept {
     std::int64_t worst_lit = 0;
     for (std::size_t g = 0; g < static_cast<std::size_t>(group_count_); ++g) {
         const Group& group = groups_[g];
-        const std::vector<RowSums>& part = sums_[settled_[g] == QualityLevel::sixteenth ? 0 : 1];
+        const std::vector<RowSums>& part = sums_[part_of(settled_[g])];
+        // What is made from an earlier frame has its error, too.
+        const double earlier = settled_[g] >= QualityLevel::reprojected ? earlier_error_ * earlier_error_ : 0;
         double group_variance = 0;
         double group_samples = 0;
         std::int64_t group_lit = 0;
         for (std::int32_t r = group.first_row; r < group.first_row + group.rows; ++r) {
             const RowSums& row = part[static_cast<std::size_t>(r)];
             light2 += row.light2;
-            group_variance += row.variance;
+            group_variance += row.variance + earlier * row.light2;
             group_samples += row.samples;
             group_lit += row.lit;
             unknown += row.unknown;
@@ -288,7 +367,8 @@ void AdaptiveFrame::describe(FrameQuality& quality) const noexcept {
     }
     quality.reasons = quality.level_max == QualityLevel::full ? 0 : outcome_.reasons;
     // Not rendered to its end yet: the last blocks were taken before.
-    if (quality.level_max != QualityLevel::full && !rendered()) quality.reasons |= quality_budget;
+    if (used_earlier_ || (quality.level_max != QualityLevel::full && !rendered()))
+        quality.reasons |= quality_budget;
     quality.spent_us = 0;
     if (rendered()) {
         quality.spent_us = (outcome_.end - outcome_.begin) / ns_per_us;

@@ -26,7 +26,9 @@ namespace obscura::emulator {
 /// Store for a frame of one window whose groups of rows have levels. A render thread fills it by a
 /// QualityController; the thread that makes the frame takes its blocks, each as good as it is when its time
 /// has come, and thereby ends the work on the groups that it took. Every pixel is that of its group's level,
-/// whenever it was rendered. Real-time safe after construction; a function says which thread calls it.
+/// whenever it was rendered. Groups without any light when their time comes are made from an earlier frame by
+/// the thread that takes them, reprojected or, if even that is too late, repeated. Real-time safe after
+/// construction; a function says which thread calls it.
 class AdaptiveFrame final : private LevelWork, private renderer::RowGate {
 public:
     /// For areas of at most `floats` of irradiance and `pixels` pixels, in `rows` rows. `changed` is called
@@ -35,8 +37,10 @@ public:
                   std::function<void()> changed);
 
     /// Maker, before the work on the frame begins: whether its rows can have levels: one window, for which
-    /// there is room.
-    [[nodiscard]] bool begin(const FrameLight& light) noexcept;
+    /// there is room. `earlier`: light of an earlier frame with an error of `earlier_error`, of the same
+    /// area; null: none.
+    [[nodiscard]] bool begin(const FrameLight& light, renderer::KeptLight* earlier = nullptr,
+                             double earlier_error = 0) noexcept;
     /// Maker: the trigger has come, rows are due at the planned times plus `from_plan_ns`.
     void claim(std::int64_t from_plan_ns) noexcept {
         from_plan_ns_ = from_plan_ns;
@@ -53,6 +57,13 @@ public:
     /// has no light.
     [[nodiscard]] bool block_final(std::size_t index) const noexcept;
     [[nodiscard]] bool block_lit(std::size_t index) const noexcept;
+    /// Maker: by when making block `index` from the earlier frame must begin, so that it and all that follow
+    /// are in time; never_due: there is none.
+    [[nodiscard]] Time last_resort_due(std::size_t index) const noexcept;
+    /// Maker: makes the groups of block `index` that have no light from the earlier frame.
+    void take_earlier(std::size_t index) noexcept;
+    /// Maker, once all blocks have been taken: tries how long that takes, unless it is known.
+    void try_last_resort() noexcept;
     /// Maker: settles the levels of the groups of block `index`: work on them ends.
     void settle(std::size_t index) noexcept;
     /// Maker: copies the light of block `index` and settles the levels of its groups.
@@ -91,6 +102,15 @@ private:
     bool wants(std::int32_t r) noexcept override;
     void done(std::int32_t r) noexcept override;
 
+    /// Request for rows of the area, without the outputs of their quality.
+    [[nodiscard]] renderer::RenderRequest request_for(std::int32_t first_row, std::int32_t rows,
+                                                      std::span<const QualityLevel> levels) const noexcept;
+    /// Sums of a row of a part.
+    void sum_row(std::size_t part, std::int32_t row) noexcept;
+    void make_earlier(const Group& group, QualityLevel level) noexcept;
+    [[nodiscard]] static std::size_t part_of(QualityLevel level) noexcept {
+        return level >= QualityLevel::reprojected ? 2 : level == QualityLevel::sixteenth ? 0 : 1;
+    }
     [[nodiscard]] std::size_t group_of(std::int32_t area_row) const noexcept;
     [[nodiscard]] std::pair<std::size_t, std::size_t> groups_of_block(std::size_t index) const noexcept;
 
@@ -98,9 +118,11 @@ private:
     std::function<void()> changed_;
     const FrameLight* light_ = nullptr;
     renderer::FrameSamples samples_kept_;
-    std::array<std::vector<float>, 2> floats_; ///< of the mandatory and of the optional part: bands x rows
-    std::vector<float> variance_, samples_;    ///< of the part that is being rendered
-    std::array<std::vector<RowSums>, 2> sums_; ///< by row of the area
+    /// Bands x rows, of the mandatory and of the optional part, and of what is made from the earlier frame.
+    std::array<std::vector<float>, 3> floats_;
+    /// Of the first two parts, one of which is being rendered, and of the third.
+    std::array<std::vector<float>, 2> variance_, samples_;
+    std::array<std::vector<RowSums>, 3> sums_; ///< by row of the area
     std::vector<RowTime> times_;               ///< by row of the area
     std::vector<QualityLevel> levels_;         ///< by row of the area, of the part that is being rendered
     std::array<Group, max_quality_groups> groups_;
@@ -115,6 +137,13 @@ private:
     std::int32_t first_row_ = 0; ///< of the request, in the area
     bool sparse_begun_ = false;  ///< of the frame
     const std::atomic<bool>* cancel_ = nullptr;
+
+    // Maker's.
+    renderer::KeptLight* earlier_ = nullptr;
+    double earlier_error_ = 0;
+    std::vector<QualityLevel> earlier_levels_; ///< by row of a group
+    double earlier_row_ns_ = 0;                ///< time that a reprojected row takes; 0: not known
+    bool used_earlier_ = false;                ///< in this frame
 
     std::atomic<std::int64_t> from_plan_ns_{FrameLight::unknown_clock};
     std::atomic<bool> claimed_{false};

@@ -95,7 +95,7 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
         LevelStore levels;
         if (settings_.adapts) levels = {line * area_rows, line * area_rows / band_count_, area_rows};
         std::function<std::unique_ptr<renderer::KeptLight>()> make_kept;
-        if (settings_.reprojects)
+        if (settings_.reprojects || settings_.adapts)
             make_kept = [&] {
                 return std::make_unique<renderer::KeptLight>(renderer, readout_.width,
                                                              static_cast<std::int32_t>(area_rows));
@@ -283,6 +283,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
         posted_.notify_one();
     }
     const bool complete = number == end;
+    if (complete && by_level) render_thread_->end_claimed();
     if (complete && next != nullptr) render_ahead(*next);
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
          done = done_.load(std::memory_order_acquire))

@@ -37,8 +37,10 @@ RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRen
         if (levels.floats > 0)
             s.levels = std::make_unique<AdaptiveFrame>(levels.floats, levels.pixels, levels.rows, clock_,
                                                        [this] { changed_.notify(); });
-        if (make_kept) s.kept = make_kept();
     }
+    if (make_kept)
+        for (std::unique_ptr<renderer::KeptLight>& kept : kept_)
+            kept = make_kept();
     thread_ = std::thread([this, enter] {
         enter();
         declare_this_thread_realtime();
@@ -66,9 +68,16 @@ void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance) n
 void RenderThread::keep_light(Store& s) noexcept {
     const std::optional<Region> area = s.light.area();
     s.light.keep = nullptr;
-    if (!s.kept || !area || s.offsets.size() != s.light.blocks.size()) return;
-    s.kept->begin_frame(*area);
-    s.light.keep = s.kept.get();
+    renderer::KeptLight* const kept = kept_[1 - whole_].get();
+    if (kept == nullptr || !area || s.offsets.size() != s.light.blocks.size()) return;
+    kept->begin_frame(*area);
+    s.light.keep = kept;
+}
+
+void RenderThread::note_kept(const Store& before) noexcept {
+    if (before.light.keep == nullptr || !before.light.keep->complete(*before.light.renderer)) return;
+    whole_ = before.light.keep == kept_[0].get() ? 0 : 1;
+    whole_error_ = last_error_;
 }
 
 void RenderThread::take_from(Store& s, const Store& source, QualityLevel level) noexcept {
@@ -76,7 +85,7 @@ void RenderThread::take_from(Store& s, const Store& source, QualityLevel level) 
     const std::int32_t group_rows = FrameQuality::group_rows_for(height);
     s.light.levels.assign(static_cast<std::size_t>((height + group_rows - 1) / group_rows), level);
     s.light.keep = nullptr;
-    s.light.from = source.kept.get();
+    s.light.from = source.light.keep;
     s.light.from->begin_reprojection();
 }
 
@@ -91,7 +100,12 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
     Store& s = store(job);
     s.light = light;
     s.source = source;
-    s.adapts = source == nullptr && s.levels && s.light.adapts && s.levels->begin(s.light);
+    if (job > 0) note_kept(store(job - 1));
+    renderer::KeptLight* const earlier = kept_[whole_].get();
+    const bool has_earlier =
+        earlier != nullptr && earlier->complete(*s.light.renderer) && earlier->area() == s.light.area();
+    s.adapts = source == nullptr && s.levels && s.light.adapts &&
+               s.levels->begin(s.light, has_earlier ? earlier : nullptr, whole_error_);
     s.offsets.clear();
     std::size_t used = 0;
     for (const RowBlock& block : s.light.blocks) {
@@ -147,7 +161,7 @@ RenderThread::Match RenderThread::match(const Store& s, const FrameLight& light,
         near = m.error_px <= tolerance_.image_px;
     }
     const bool movable = m.error_px > star_tolerance_px && m.error_px <= most_reprojected_px &&
-                         s.light.keep != nullptr && s.kept->complete(*light.renderer) &&
+                         s.light.keep != nullptr && s.light.keep->complete(*light.renderer) &&
                          s.ready.load(std::memory_order_acquire) == light.blocks.size();
     if (near)
         m.use = movable ? Match::Use::with_true_stars : Match::Use::as_it_is;
@@ -181,6 +195,9 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
         }
         discard();
     }
+    // Of a frame made from an earlier one the sparse grid may still be rendered.
+    if (const std::uint32_t jobs = jobs_.load(std::memory_order_relaxed); jobs > 0)
+        store(jobs - 1).cancel = true;
     begin(light);
     claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
     claim_levels(light);
@@ -216,7 +233,14 @@ bool RenderThread::take_by_level(std::size_t index, std::span<float> out,
             s.cancel = true;
             return false;
         }
-        const std::int64_t wait_ns = now < due ? std::min(due - now, cancel_poll_ns) : cancel_poll_ns;
+        const Time last_resort = s.levels->last_resort_due(index);
+        if (now >= last_resort && !s.levels->block_lit(index)) {
+            s.levels->take_earlier(index);
+            s.levels->take(index, out);
+            return true;
+        }
+        const Time wake = now < last_resort ? std::min(due, last_resort) : due;
+        const std::int64_t wait_ns = now < wake ? std::min(wake - now, cancel_poll_ns) : cancel_poll_ns;
         changed_.wait(seen, MonotonicClock().now() + wait_ns);
     }
 }

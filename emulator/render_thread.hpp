@@ -93,12 +93,19 @@ public:
     /// Whether the rows of the claimed frame have levels.
     [[nodiscard]] bool has_levels() const noexcept { return claimed().adapts; }
     /// Describes the quality of the claimed frame, all blocks of which have been taken by level.
-    void describe(FrameQuality& quality) const noexcept { claimed().levels->describe(quality); }
+    void describe(FrameQuality& quality) noexcept {
+        claimed().levels->describe(quality);
+        last_error_ = static_cast<double>(quality.error_rms);
+    }
     /// Largest apparent motion between what was rendered for the claimed frame and what it should show,
     /// pixels.
     [[nodiscard]] double error_px() const noexcept { return error_px_; }
     /// Describes the quality of the claimed frame, of `height` rows, if it was made from the expected one.
     void describe_moved(FrameQuality& quality, std::int32_t height) const noexcept;
+    /// All blocks of the claimed frame have been taken: measures what is not known yet for the next.
+    void end_claimed() noexcept {
+        if (claimed().adapts) claimed().levels->try_last_resort();
+    }
     /// True if all blocks of the claimed frame have been rendered here.
     [[nodiscard]] bool took_all() const noexcept {
         return claimed().ready.load(std::memory_order_acquire) == claimed().light.blocks.size();
@@ -117,10 +124,9 @@ public:
 private:
     struct Store {
         FrameLight light;
-        std::unique_ptr<AdaptiveFrame> levels;     ///< null: no frame has them
-        bool adapts = false;                       ///< `levels` has the light of this frame
-        std::unique_ptr<renderer::KeptLight> kept; ///< null: no frame is reprojected
-        const Store* source = nullptr;             ///< store of the frame that this one is made from
+        std::unique_ptr<AdaptiveFrame> levels; ///< null: no frame has them
+        bool adapts = false;                   ///< `levels` has the light of this frame
+        const Store* source = nullptr;         ///< store of the frame that this one is made from
         std::vector<float> floats;
         std::vector<std::size_t> offsets;  ///< of each block that has room
         std::atomic<std::size_t> ready{0}; ///< blocks that are rendered
@@ -140,6 +146,7 @@ private:
     void begin(const FrameLight& light, const Store* source = nullptr,
                QualityLevel level = QualityLevel::full) noexcept;
     void keep_light(Store& store) noexcept;
+    void note_kept(const Store& before) noexcept;
     void take_from(Store& store, const Store& source, QualityLevel level) noexcept;
     void claim_levels(const FrameLight& light) noexcept;
     void discard() noexcept;
@@ -159,6 +166,12 @@ private:
     BlockRenderer blocks_;
     QualityController controller_; ///< render thread only
     std::array<Store, 2> stores_;
+    /// Light of the last frame that was rendered whole, and of the one that is being rendered; null: none is
+    /// kept.
+    std::array<std::unique_ptr<renderer::KeptLight>, 2> kept_;
+    std::size_t whole_ = 0;                  ///< the first of them
+    double whole_error_ = 0;                 ///< FrameQuality::error_rms of that frame
+    double last_error_ = 0;                  ///< of the frame described last
     Tolerance tolerance_;                    ///< of the expected frame
     double error_px_ = 0;                    ///< of the claimed frame
     std::atomic<std::uint32_t> expected_{0}; ///< jobs begun with the expected frame; 0: none, or claimed

@@ -153,6 +153,9 @@ void KeptLight::begin_frame(const Region& area) noexcept {
     impl_->kept_by = 0;
     impl_->motion.reset(area);
 }
+Region KeptLight::area() const noexcept {
+    return impl_->area;
+}
 void KeptLight::begin_reprojection() noexcept {
     impl_->motion.reset(impl_->area);
 }
@@ -307,17 +310,24 @@ struct Renderer::Impl {
             surface_coarser[k].fetch_add(counts.coarser[k], std::memory_order_relaxed);
         counts = {};
     }
+    /// Of what rows belong to: see frame_key(); and whether the calling thread does them alone.
+    struct RowsOf {
+        std::uint64_t frame = 0;
+        bool alone = false;
+    };
+    [[nodiscard]] RowsOf rows_of(const RenderRequest& request) const {
+        return {frame_key(request), request.alone};
+    }
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled. Their time belongs
     /// to `part` where no lap assigns it.
-    /// `frame`: see frame_key().
     template<typename DoRow>
-    bool for_rows(RenderPart part, std::int32_t rows, std::uint64_t frame, const std::atomic<bool>* cancel,
+    bool for_rows(RenderPart part, std::int32_t rows, const RowsOf& of, const std::atomic<bool>* cancel,
                   const DoRow& do_row) const {
-        return for_rows(part, rows, frame, cancel, nullptr, do_row);
+        return for_rows(part, rows, of, cancel, nullptr, do_row);
     }
     /// With a gate, which is asked for row `row_of(r)` of its request before row r: in the order of the rows.
     template<typename Wanted, typename DoRow>
-    bool for_rows(RenderPart part, std::int32_t rows, std::uint64_t frame, const std::atomic<bool>* cancel,
+    bool for_rows(RenderPart part, std::int32_t rows, const RowsOf& of, const std::atomic<bool>* cancel,
                   const Wanted& wanted, const DoRow& do_row) const;
     /// What all requests of a frame have in common, for the tiles that it shows; 0: those that are there.
     [[nodiscard]] std::uint64_t frame_key(const RenderRequest& request) const {
@@ -423,7 +433,11 @@ struct Renderer::Impl {
                      const RowBlock& rows) const;
     /// Takes the row's pixels from an earlier frame.
     void take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level, std::size_t channels,
-                      Scratch& s) const;
+                      const RowState& now, Scratch& s) const;
+    /// Sets Scratch::variance of such a row: bounds of what resampling, the light of another time, hidden
+    /// places and, of repeated rows, motion make wrong; without the error of the earlier frame itself.
+    void bound_variance(const KeptImage& image, std::int32_t y, QualityLevel level, std::size_t channels,
+                        const RowState& now, Scratch& s) const;
     /// Keeps the light of a row's bodies.
     void keep_light(const RenderRequest& request, std::int32_t y, const Exposure& when, Scratch& s) const;
     /// Adds a block of a row's pixels.
@@ -450,7 +464,7 @@ struct Renderer::Impl {
                       std::uint32_t instant, Tracer& tracer, Scratch& s) const;
     /// Makes the wings of the request's rows ready; false when cancelled.
     bool fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
-    bool fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const;
+    bool fill_wing_map(const WingMaps::Needed& needed, bool alone, const std::atomic<bool>* cancel) const;
     [[nodiscard]] static std::int32_t plane_rows(const RenderRequest& request) {
         return request.plane_rows > 0 ? request.plane_rows : request.rows;
     }
@@ -482,7 +496,7 @@ struct Renderer::Impl {
 };
 
 template<typename Wanted, typename DoRow>
-bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, std::uint64_t frame,
+bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const RowsOf& of,
                               const std::atomic<bool>* cancel, const Wanted& wanted,
                               const DoRow& do_row) const {
     constexpr bool gated = !std::is_null_pointer_v<Wanted>;
@@ -502,8 +516,8 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, std::uint
                 complete.store(false, std::memory_order_relaxed);
                 break;
             }
-            if (local.frame != frame) local.whole.request = local.fewer.request = 0;
-            local.frame = frame;
+            if (local.frame != of.frame) local.whole.request = local.fewer.request = local.middle.request = 0;
+            local.frame = of.frame;
             local.pins.clear();
             for (const SurfaceTiles* const tiles : terrains)
                 local.pins.push_back(tiles->pin());
@@ -518,6 +532,10 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, std::uint
         local.pins.clear();
         local.work.stop(work_done);
     };
+    if (of.alone) {
+        do_rows(0, row_count, scratch.local());
+        return complete.load();
+    }
 #ifdef __SANITIZE_THREAD__
     // ThreadSanitizer does not understand TBB: it would report every fork and join, or, with those
     // suppressed, no race between rows. Plain threads let it check the rows.
@@ -726,9 +744,9 @@ bool Renderer::Impl::fill_rows(RenderPart part, const RenderRequest& request, co
                                const std::atomic<bool>* cancel, const RowOf& row_of, const Fill& fill,
                                const Flag& flag) const {
     const auto jobs = static_cast<std::int32_t>(rows.grid_jobs.size());
-    if (request.gate == nullptr) return for_rows(part, jobs, frame_key(request), cancel, fill);
+    if (request.gate == nullptr) return for_rows(part, jobs, rows_of(request), cancel, fill);
     for_rows(
-        part, jobs, frame_key(request), cancel,
+        part, jobs, rows_of(request), cancel,
         [&](std::int32_t job) { return request.gate->wants(row_of(job)); }, fill);
     for (std::int32_t job = 0; job < jobs; ++job)
         if (std::uint8_t& filled = flag(job); filled != 1) filled = 0;
@@ -785,7 +803,7 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic
              ++r)
             if (motion.done(r) < which) from.motion_jobs.push_back(r);
         return for_rows(RenderPart::grid, static_cast<std::int32_t>(from.motion_jobs.size()),
-                        frame_key(request), cancel, [&](std::int32_t job, Scratch& s) {
+                        rows_of(request), cancel, [&](std::int32_t job, Scratch& s) {
                             const std::int32_t r = from.motion_jobs[static_cast<std::size_t>(job)];
                             fill(r, s);
                             motion.done(r) = which;
@@ -806,7 +824,7 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic
 }
 
 void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level,
-                                  std::size_t channels, Scratch& s) const {
+                                  std::size_t channels, const RowState& now, Scratch& s) const {
     const KeptLight::Impl& from = *request.from->impl_;
     const KeptImage& image = from.image;
     const Region& area = image.area();
@@ -839,6 +857,42 @@ void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, 
         constexpr float share = 1.0F / (MotionGrid::cell_px * MotionGrid::cell_px);
         for (std::size_t x = 0; x < width; ++x)
             if (s.light[x] > 0) request.samples[at + x] = share;
+    }
+    if (!request.variance.empty()) bound_variance(image, y, level, channels, now, s);
+}
+
+void Renderer::Impl::bound_variance(const KeptImage& image, std::int32_t y, QualityLevel level,
+                                    std::size_t channels, const RowState& now, Scratch& s) const {
+    // Share of the second difference that is lost along an axis, mean over the places between pixels
+    // (measured by reprojection_test.cpp).
+    constexpr double resampled = 0.06;
+    // Brightness over the cosine of incidence at which its change by the angle is typical.
+    constexpr double slope = 2;
+    const KeptView::Change change = image.views_about(y).first->change_to(now, *lens, field_rad);
+    const bool moved = level == QualityLevel::reprojected;
+    const auto width = static_cast<std::ptrdiff_t>(s.variance.size());
+    const auto light = [&](std::ptrdiff_t x) {
+        double sum = 0;
+        for (std::size_t c = 0; c < channels; ++c)
+            sum += s.light[c * s.variance.size() +
+                           static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(x, 0, width - 1))];
+        return sum / static_cast<double>(channels);
+    };
+    double before = light(0);
+    double here = before;
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
+        const double next = light(x + 1);
+        double error = slope * change.sun_rad * here;
+        if (moved)
+            error = std::hypot(error, std::sqrt(2.0) * resampled * (before - 2 * here + next));
+        else
+            error +=
+                std::min(here, change.motion_px * std::max(std::abs(next - here), std::abs(here - before)));
+        const auto pixel = static_cast<std::size_t>(x);
+        if (moved && s.motion_of_row.filled[s.motion_of_row.first + pixel] != 0) error = here;
+        s.variance[pixel] = here > 0 ? std::max(error * error, least_variance) : 0;
+        before = here;
+        here = next;
     }
 }
 
@@ -927,7 +981,7 @@ bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic
         });
     }
     if (shared.done.size() < shared.jobs.size()) shared.done.resize(shared.jobs.size());
-    return for_rows(RenderPart::points, static_cast<std::int32_t>(shared.jobs.size()), frame_key(request),
+    return for_rows(RenderPart::points, static_cast<std::int32_t>(shared.jobs.size()), rows_of(request),
                     cancel, [&](std::int32_t j, Scratch& s) {
                         const PointJob& job = shared.jobs[static_cast<std::size_t>(j)];
                         const RowState& row = begin_row(when.time_s(job.instant), s, 0, least_samples);
@@ -978,10 +1032,11 @@ bool Renderer::Impl::fill_wings(const RenderRequest& request, const std::atomic<
         rows.wings->find(request.frame_id, times, request.window.y + request.first_row, request.window.x,
                          request.window.width);
     return std::all_of(needed.begin(), needed.end(),
-                       [&](const WingMaps::Needed& n) { return fill_wing_map(n, cancel); });
+                       [&](const WingMaps::Needed& n) { return fill_wing_map(n, request.alone, cancel); });
 }
 
-bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::atomic<bool>* cancel) const {
+bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, bool alone,
+                                   const std::atomic<bool>* cancel) const {
     WingMap& map = *needed.map;
     const double time_s = to_seconds(map.time().ns);
     if (!map.has_bodies()) {
@@ -991,7 +1046,7 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
     }
     // Calls `use(job, view)` for every job, with the scene at the map's time.
     const auto trace = [&](std::int32_t jobs, const auto& use) {
-        return for_rows(RenderPart::wings, jobs, 0, cancel, [&](std::int32_t i, Scratch& s) {
+        return for_rows(RenderPart::wings, jobs, {0, alone}, cancel, [&](std::int32_t i, Scratch& s) {
             const RowState& row = begin_row(time_s, s);
             with_tracer(row, s, [&](Tracer& tracer) {
                 use(i, WingMap::View{*s.lens, row, tracer, s.candidates, settings.seed});
@@ -999,7 +1054,7 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, const std::at
         });
     };
     const auto each = [&](std::span<const WingMap::Job> jobs, const auto& use) {
-        return for_rows(RenderPart::wings, static_cast<std::int32_t>(jobs.size()), 0, cancel,
+        return for_rows(RenderPart::wings, static_cast<std::int32_t>(jobs.size()), {0, alone}, cancel,
                         [&](std::int32_t i, Scratch& s) { use(jobs[static_cast<std::size_t>(i)], s); });
     };
     if (!map.has_points()) {
@@ -1052,7 +1107,10 @@ void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
 void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                                   const Instants& instants, std::span<const SweptBody> swept,
                                   QualityLevel level, Tracer& tracer, Scratch& s) const {
-    if (level >= QualityLevel::reprojected) return take_earlier(request, y, level, tracer.channels(), s);
+    if (level >= QualityLevel::reprojected) {
+        const std::span<const RowState> states = instants.states();
+        return take_earlier(request, y, level, tracer.channels(), states[states.size() / 2], s);
+    }
     if (std::none_of(instants.states().begin(), instants.states().end(),
                      [&](const RowState& row) { return resolves_any(row, field_rad); }))
         return;
@@ -1223,7 +1281,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
         rows.kept = request.kept != nullptr;
         // What it keeps between frames refers to its renderer.
         if (std::exchange(rows.kept_by, impl_->number) != impl_->number) rows.wings.reset();
-        if (!impl_->loaders.empty() && request.first_row == 0) {
+        if (!impl_->loaders.empty() && request.first_row == 0 && !request.alone) {
             for (const SurfaceTiles* const tiles : impl_->terrains)
                 tiles->begin_frame(impl_->frame_key(request));
             impl_->predict_views(request);
@@ -1251,9 +1309,9 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
         if (request.gate != nullptr) request.gate->done(r);
     };
     if (request.gate == nullptr)
-        return impl_->for_rows(RenderPart::rest, request.rows, impl_->frame_key(request), cancel, render_row);
+        return impl_->for_rows(RenderPart::rest, request.rows, impl_->rows_of(request), cancel, render_row);
     return impl_->for_rows(
-        RenderPart::rest, request.rows, impl_->frame_key(request), cancel,
+        RenderPart::rest, request.rows, impl_->rows_of(request), cancel,
         [&](std::int32_t r) {
             return request.gate->wants(r) && impl_->grids_ready(request, rows, r, impl_->scratch.local());
         },
@@ -1283,7 +1341,7 @@ bool Renderer::render_aovs(const RenderRequest& request, std::span<float> aovs,
     const std::size_t plane = static_cast<std::size_t>(request.rows) * width;
     assert(aovs.size() == aov_count * plane);
     return impl_->for_rows(
-        RenderPart::rest, request.rows, impl_->frame_key(request), cancel, [&](std::int32_t r, Scratch& s) {
+        RenderPart::rest, request.rows, impl_->rows_of(request), cancel, [&](std::int32_t r, Scratch& s) {
             const double time_s = to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns);
             const RowState& row = impl_->begin_row(time_s, s);
             trace_aovs(*s.lens, row, request.window.x, request.window.y + request.first_row + r,

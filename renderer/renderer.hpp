@@ -112,6 +112,7 @@ public:
     void begin_reprojection() noexcept;
     /// Whether all rows of the area have been kept by `renderer`.
     [[nodiscard]] bool complete(const Renderer& renderer) const noexcept;
+    [[nodiscard]] Region area() const noexcept;
 
 private:
     friend class Renderer;
@@ -149,6 +150,8 @@ struct RenderRequest {
     KeptLight* keep = nullptr; ///< keeps the light of the rows; its area is as wide as the window
     /// For rows at QualityLevel::reprojected and repeated: a frame of the same columns, complete().
     KeptLight* from = nullptr;
+    /// The calling thread renders the rows alone, whatever the workers do.
+    bool alone = false;
 };
 
 /// Middle of the exposure if it is the same for all rows of a frame, as with a global shutter.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace obscura::renderer {
 
@@ -23,6 +24,35 @@ std::optional<ImagePoint> KeptView::project(const Projection& lens, Vec3 directi
         moving ? MovingLens(lens, beta).project(direction) : lens.project(direction);
     if (at) weight_sr = lens.solid_angle_sr(at->x, at->y) * lens.transmission(direction);
     return at;
+}
+
+KeptView::Change KeptView::change_to(const RowState& row, const Projection& lens, double field_rad) const {
+    Change change;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const BodyState& body = row.bodies[b];
+        const Vec3 d = body.direction;
+        const double off_rad = std::atan2(std::hypot(d.x, d.y), d.z);
+        if (body.targeted || (body.cos_cone >= 0 && off_rad > field_rad + std::asin(body.cone_sine)))
+            continue;
+        const Body& then = bodies[b];
+        const auto angle = [](Vec3 u, Vec3 v) { return std::atan2(length(cross(u, v)), dot(u, v)); };
+        change.sun_rad = std::max(change.sun_rad, angle(then.sun_m, body.sun_m));
+        // Points of the body turn about its centre, which moves too.
+        const Vec3 centre_then = transposed(then.from_camera) * -then.camera_m;
+        double shift_px = angle(centre_then, body.direction) / lens.pixel_angle_rad();
+        if (const auto before = lens.project(centre_then), after = lens.project(body.direction);
+            before && after)
+            shift_px = std::hypot(after->x - before->x, after->y - before->y);
+        double turn_rad = 0;
+        for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+            turn_rad = std::max(
+                turn_rad, angle(transposed(then.from_camera) * axis, transposed(body.from_camera) * axis));
+        const double radius_px = body.cos_cone < 0 ? std::numeric_limits<double>::infinity()
+                                                   : std::asin(body.cone_sine) / lens.pixel_angle_rad();
+        const double turn_px = turn_rad > 0 ? turn_rad * radius_px : 0;
+        change.motion_px = std::max(change.motion_px, shift_px + turn_px);
+    }
+    return change;
 }
 
 void KeptImage::begin(const Region& area, std::size_t channels, std::size_t bodies) {

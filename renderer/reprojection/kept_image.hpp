@@ -29,6 +29,14 @@ struct KeptView {
     /// Image point and weight (Projection::rays()) of a direction, camera axes at this instant.
     [[nodiscard]] std::optional<ImagePoint> project(const Projection& lens, Vec3 direction,
                                                     double& weight_sr) const;
+
+    /// What has changed until another instant, of all bodies larger than pixels within `field_rad` of the
+    /// boresight the most.
+    struct Change {
+        double motion_px = 0; ///< bound of the motion of any point in the image; infinite: not known
+        double sun_rad = 0;   ///< direction of the Sun, as a body sees it
+    };
+    [[nodiscard]] Change change_to(const RowState& row, const Projection& lens, double field_rad) const;
 };
 
 /// Light of an area of the sensor without stars and sub-pixel bodies, in the channels and the unit of the

@@ -30,13 +30,21 @@ FrameSamples::FrameSamples() = default;
 FrameSamples::~FrameSamples() = default;
 void FrameSamples::begin_frame() noexcept {}
 
-struct KeptLight::Impl {};
-KeptLight::KeptLight(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/) {}
+struct KeptLight::Impl {
+    Region area{};
+};
+KeptLight::KeptLight(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/)
+    : impl_(std::make_unique<Impl>()) {}
 KeptLight::~KeptLight() = default;
-void KeptLight::begin_frame(const Region& /*area*/) noexcept {}
+void KeptLight::begin_frame(const Region& area) noexcept {
+    impl_->area = area;
+}
 void KeptLight::begin_reprojection() noexcept {}
 bool KeptLight::complete(const Renderer& /*renderer*/) const noexcept {
-    return false;
+    return test::frames_are_kept.load() && impl_->area.width > 0;
+}
+Region KeptLight::area() const noexcept {
+    return impl_->area;
 }
 
 struct Renderer::Impl {
@@ -61,7 +69,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     test::RenderGate& gate = test::render_gate();
     ++gate.waiting;
     gate.waiting.notify_all();
-    while (gate.closed.load() && !(cancel != nullptr && cancel->load()))
+    while (gate.closed.load() && !request.alone && !(cancel != nullptr && cancel->load()))
         std::this_thread::yield();
     --gate.waiting;
     if (cancel != nullptr && cancel->load()) return false;

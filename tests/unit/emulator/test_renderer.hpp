@@ -10,7 +10,8 @@
 
 namespace obscura::test {
 
-/// Holds every render() back while closed; shared by all renderers of the program.
+/// Holds every render() back while closed, but for those of a thread alone; shared by all renderers of the
+/// program.
 struct RenderGate {
     std::atomic<bool> closed{false};
     std::atomic<std::uint32_t> waiting{0};      ///< renders that stand at the gate
@@ -35,6 +36,9 @@ inline constexpr double motion_px_per_s = 10;
 
 /// Where the scene's live poses are now: an image of another place is so many pixels off.
 inline std::atomic<double> live_px{0};
+
+/// Whether an earlier frame can be reprojected.
+inline std::atomic<bool> frames_are_kept{false};
 
 /// What the test renderer shows: W/m2 at sensor pixel (x, y) seen at scene time `mid_ns` in frame `frame_id`.
 float test_irradiance(std::int32_t x, std::int32_t y, std::int64_t mid_ns, std::uint64_t frame_id);

@@ -51,11 +51,12 @@ std::vector<RowTime> rows_at(Time t, std::int64_t between_ns = 0) {
 std::vector<float> frame(const renderer::Renderer& r, const std::vector<RowTime>& times,
                          renderer::KeptLight* keep, renderer::KeptLight* from = nullptr,
                          QualityLevel level = QualityLevel::full, std::int32_t block = size,
-                         std::uint64_t frame_id = 1, std::vector<float>* samples = nullptr) {
+                         std::uint64_t frame_id = 1, std::vector<float>* variance = nullptr,
+                         bool alone = false) {
     if (keep != nullptr) keep->begin_frame(field);
     if (from != nullptr) from->begin_reprojection();
     std::vector<float> image(static_cast<std::size_t>(size) * size * r.band_count());
-    if (samples != nullptr) samples->assign(static_cast<std::size_t>(size) * size, 0);
+    if (variance != nullptr) variance->assign(static_cast<std::size_t>(size) * size, 0);
     const std::vector<QualityLevel> levels(static_cast<std::size_t>(size), level);
     for (std::int32_t first = 0; first < size; first += block) {
         renderer::RenderRequest request;
@@ -72,7 +73,8 @@ std::vector<float> frame(const renderer::Renderer& r, const std::vector<RowTime>
         request.plane_rows = size;
         request.keep = keep;
         request.from = from;
-        if (samples != nullptr) request.samples = std::span(*samples).subspan(at * size, rows * size);
+        if (variance != nullptr) request.variance = std::span(*variance).subspan(at * size, rows * size);
+        request.alone = alone;
         REQUIRE(r.render(request, std::span(image).subspan(at * size)));
     }
     return image;
@@ -131,7 +133,17 @@ scene::Motion turning(Vec3 axis, double rate_rad_s) {
 
 struct Errors {
     double moved, repeated, floor, limb;
+    double moved_estimate, repeated_estimate; ///< with the noise of the two renderings
 };
+
+/// Whether the estimates are bounds, and not far from the truth.
+void check_estimates(const Errors& e) {
+    CAPTURE(e.moved_estimate, e.moved, e.repeated_estimate, e.repeated, e.floor);
+    CHECK(e.moved_estimate > 0.8 * e.moved);
+    CHECK(e.moved_estimate < 4 * e.moved);
+    CHECK(e.repeated_estimate > 0.8 * e.repeated);
+    CHECK(e.repeated_estimate < 6 * e.repeated);
+}
 
 /// Of a frame made at `t` from one at 0, against one that is rendered then.
 Errors compare(const renderer::Renderer& r, Time t, std::int64_t between_ns = 0) {
@@ -141,9 +153,25 @@ Errors compare(const renderer::Renderer& r, Time t, std::int64_t between_ns = 0)
     const std::vector<RowTime> then = rows_at(t, between_ns);
     const std::vector<float> truth = frame(r, then, nullptr, nullptr, QualityLevel::full, size, 2);
     const std::vector<float> again = frame(r, then, nullptr, nullptr, QualityLevel::full, size, 3);
-    const std::vector<float> moved = frame(r, then, nullptr, &kept.light, QualityLevel::reprojected);
-    const std::vector<float> repeated = frame(r, then, nullptr, &kept.light, QualityLevel::repeated);
-    return {error(moved, truth), error(repeated, truth), error(again, truth), limb_shift_px(moved, truth)};
+    std::vector<float> variance;
+    const double floor = error(again, truth);
+    const auto estimate = [&] {
+        double sum = 0;
+        for (const float v : variance)
+            sum += static_cast<double>(v);
+        return std::hypot(std::sqrt(sum / pixels) / rms(truth), floor);
+    };
+    Errors e{};
+    e.floor = floor;
+    const std::vector<float> moved =
+        frame(r, then, nullptr, &kept.light, QualityLevel::reprojected, size, 1, &variance);
+    e.moved = error(moved, truth);
+    e.moved_estimate = estimate();
+    e.limb = limb_shift_px(moved, truth);
+    e.repeated =
+        error(frame(r, then, nullptr, &kept.light, QualityLevel::repeated, size, 1, &variance), truth);
+    e.repeated_estimate = estimate();
+    return e;
 }
 
 } // namespace
@@ -187,6 +215,7 @@ TEST_CASE("a camera that turns is reprojected to within the interpolation") {
         CHECK(e.repeated > 0.02);
         CHECK(e.moved < e.floor + 0.005);
         CHECK(e.limb < 0.05);
+        check_estimates(e);
     }
 }
 
@@ -225,6 +254,7 @@ TEST_CASE("bodies move by their range as the camera passes them") {
         CHECK(e.moved < e.floor + 0.002 + 0.025 * share);
         CHECK(e.moved < e.repeated / 4);
         CHECK(e.limb < 0.05);
+        check_estimates(e);
     }
 }
 
@@ -240,6 +270,8 @@ TEST_CASE("spinning bodies are turned") {
             CHECK(e.moved < 1.5 * e.floor + 1e-5 * static_cast<double>(ms));
             if (!smooth) CHECK(e.moved < e.repeated);
             CHECK(e.limb < 0.05);
+            check_estimates(e);
+            check_estimates(e);
         }
     }
 }
@@ -260,6 +292,7 @@ TEST_CASE("reprojected rows have the same bytes on any threads and in any parts"
         const std::vector<float> moved = frame(one, then, nullptr, &from_one, QualityLevel::reprojected);
         CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 16) == moved);
         CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 50) == moved);
+        CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 16, 1, nullptr, true) == moved);
     }
 }
 
