@@ -74,6 +74,8 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
                                       static_cast<std::uint32_t>(config.render.max_instants),
                                       [render = threads.render] { enter_render_worker(render); }};
     settings.wait_for_tiles = wait_for_tiles;
+    settings.enter_loader = [tiles = threads.tiles] { enter_thread("tiles", tiles); };
+    settings.loader_share = threads.tiles_share;
     return std::make_unique<renderer::Renderer>(std::move(scene), std::move(settings));
 }
 
@@ -138,9 +140,26 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                            .enter_render = enter_render});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
+    sensor_columns_ = config.sensor.readout.width;
+    sensor_rows_ = config.sensor.readout.height;
     const auto rows = static_cast<std::size_t>(camera.limits.rows_max);
     pool = std::make_unique<FramePool>(
         pool_frames, rows * static_cast<std::size_t>(config.sensor.readout.width), rows, truth);
+}
+
+bool Imaging::load_tiles(const renderer::Renderer& of, const std::function<bool(double)>& go_on) const {
+    SceneClock scene(camera.scene);
+    const Time now = clock.now();
+    scene.begin(now);
+    const SceneClock::Instant first = scene.at({.edge = now, .tai_offset_ns = clock.tai_offset_ns()});
+    const Time shown = first.shown.at(first.planned);
+    const std::vector<RowTime> rows(static_cast<std::size_t>(sensor_rows_), RowTime{shown, shown});
+    renderer::RenderRequest request;
+    request.window = {0, 0, sensor_columns_, sensor_rows_};
+    request.rows = sensor_rows_;
+    request.row_times = rows;
+    request.frame_id = 1;
+    return of.load_tiles(request, go_on);
 }
 
 void Imaging::catch_up(std::uint64_t first) {

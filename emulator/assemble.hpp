@@ -42,6 +42,9 @@ struct Imaging {
     /// Prepares for `first` as the first frame made: plans the readouts of the frames before it, as far as
     /// its timing depends on them, and makes those whose image lag reaches it. Throws ConfigError.
     void catch_up(std::uint64_t first);
+    /// Makes the tiles that a renderer needs for the whole sensor, at the time that the first frame of an
+    /// acquisition shows that began now. See renderer::Renderer::load_tiles().
+    bool load_tiles(const renderer::Renderer& of, const std::function<bool(double)>& go_on) const;
 
     MonotonicClock clock;
     CameraConfig camera;
@@ -51,6 +54,9 @@ struct Imaging {
     std::unique_ptr<sensors::Detector> detector;
     std::unique_ptr<FrameMaker> maker;
     std::unique_ptr<FramePool> pool;
+
+private:
+    std::int32_t sensor_columns_ = 0, sensor_rows_ = 0;
 };
 
 /// Settings of the configuration that decide what a frame costs, for the timing file.

@@ -5,6 +5,7 @@
 #include "renderer/camera/lens_cards.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <future>
@@ -75,6 +76,17 @@ CameraUnit::~CameraUnit() {
     transports_.clear();
 }
 
+bool CameraUnit::load_tiles(const std::function<bool(double)>& go_on) {
+    const renderer::Renderer& renderer = *imaging_->renderer;
+    const std::uint64_t before = renderer.tiles_made();
+    const Time began = imaging_->clock.now();
+    if (!imaging_->load_tiles(renderer, go_on)) return false;
+    if (const std::uint64_t made = renderer.tiles_made() - before; made > 0)
+        log_info("tiles: {} made for the first frame in {:.1f} s", made,
+                 to_seconds(imaging_->clock.now() - began));
+    return true;
+}
+
 void CameraUnit::start() {
     for (const auto& transport : transports_)
         transport->start();
@@ -104,7 +116,7 @@ void CameraUnit::step_with(sync::SoftwareTrigger* source) {
     if (simulator_) simulator_->step_with(source);
 }
 
-std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::function<void()>& meanwhile) {
+std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::function<bool()>& meanwhile) {
     next_fingerprint_ = scene_fingerprint(next.scene_file);
     if (next_fingerprint_ == scene_fingerprint_) return {};
     const scene::Scene &before = imaging_->renderer->scene(), &after = next.scene;
@@ -120,12 +132,17 @@ std::string CameraUnit::prepare(const emulator::DaemonConfig& next, const std::f
                "restart "
                "for that";
     if (simulator_) return "the scene cannot change while a simulator moves it; restart for that";
-    auto built =
-        std::async(std::launch::async, [&] { return make_renderer(next, next.scene, threads_, false); });
+    std::atomic<bool> stop{false};
+    bool loaded = false;
+    auto built = std::async(std::launch::async, [&] {
+        auto renderer = make_renderer(next, next.scene, threads_, false);
+        loaded = imaging_->load_tiles(*renderer, [&](double) { return !stop; });
+        return renderer;
+    });
     while (built.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready)
-        if (meanwhile) meanwhile();
+        if (meanwhile && !meanwhile()) stop = true;
     next_renderer_ = built.get();
-    return {};
+    return loaded ? "" : "stopped while tiles were made";
 }
 
 void CameraUnit::take_on(const emulator::DaemonConfig& next) {

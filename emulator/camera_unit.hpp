@@ -38,6 +38,9 @@ public:
     CameraUnit(const CameraUnit&) = delete;
     CameraUnit& operator=(const CameraUnit&) = delete;
 
+    /// Makes the tiles of terrains that the first frame needs, before start(). `go_on` is called several
+    /// times a second with the share that is done; false ends it. Returns whether it is done. Throws Error.
+    bool load_tiles(const std::function<bool(double)>& go_on);
     /// Starts the transports. Throws Error; stop() then stops those that have started.
     void start();
     /// Starts the acquisition if no client can control it; or if that is configured, while none does.
@@ -47,9 +50,10 @@ public:
     /// Sets the trigger source of steps of this camera's simulator; null: steps are refused.
     void step_with(sync::SoftwareTrigger* source);
     /// First half of a reload, which may fail: builds a changed scene while frames continue; `meanwhile` is
-    /// called several times a second. Returns the reason of a refusal, or empty. Throws Error.
+    /// called several times a second, and ends it by returning false. Returns the reason of a refusal, or
+    /// empty. Throws Error.
     [[nodiscard]] std::string prepare(const emulator::DaemonConfig& next,
-                                      const std::function<void()>& meanwhile);
+                                      const std::function<bool()>& meanwhile);
     /// Second half of a reload, which cannot fail: scene and late policy change from the next frame on.
     void take_on(const emulator::DaemonConfig& next);
     /// Discards the scene that prepare() built.

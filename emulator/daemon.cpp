@@ -75,6 +75,15 @@ Daemon::~Daemon() {
     stop();
 }
 
+bool Daemon::load_tiles(const std::function<bool(double)>& go_on) {
+    const auto count = static_cast<double>(units_.size());
+    for (std::size_t i = 0; i < units_.size(); ++i)
+        if (!units_[i]->load_tiles(
+                [&](double share) { return go_on((static_cast<double>(i) + share) / count); }))
+            return false;
+    return true;
+}
+
 void Daemon::start() {
     if (highest_priority(threads_) > 0) {
         const RealtimeGrant locked = lock_memory();
@@ -113,7 +122,7 @@ void Daemon::stop() {
     tick();
 }
 
-std::string Daemon::reload(emulator::DaemonConfig next, const std::function<void()>& meanwhile) {
+std::string Daemon::reload(emulator::DaemonConfig next, const std::function<bool()>& meanwhile) {
     std::string refused;
     const std::vector<std::string> changed = changed_keys(config_, next);
     for (const std::string& key : changed)

@@ -34,6 +34,10 @@ public:
     Daemon(const Daemon&) = delete;
     Daemon& operator=(const Daemon&) = delete;
 
+    /// Makes the tiles of terrains that the first frames need, on threads of ordinary priority; before
+    /// start(). `go_on` is called several times a second with the share that is done; false ends it. Returns
+    /// whether it is done. Throws Error.
+    bool load_tiles(const std::function<bool(double)>& go_on);
     /// Opens ports and files and starts to serve. Throws Error; nothing is left running then.
     void start();
     /// Stops in reverse order of start(), within 1 s.
@@ -52,10 +56,10 @@ public:
     void tick();
     /// Applies the changes of `next` if all of them are reloadable; otherwise changes nothing and returns the
     /// reason. Frames in progress are not disturbed; a scene is built while frames continue, and `meanwhile`
-    /// is called several times a second during that. Throws Error if the new scene or trigger source is not
-    /// usable; the old one stays in use.
+    /// is called several times a second during that, and ends it by returning false. Throws Error if the new
+    /// scene or trigger source is not usable; the old one stays in use.
     [[nodiscard]] std::string reload(emulator::DaemonConfig next,
-                                     const std::function<void()>& meanwhile = {});
+                                     const std::function<bool()>& meanwhile = {});
     /// Takes control of all cameras away from their clients.
     void release_control();
     /// Makes tick() append the time stamps of every further frame of that camera to `out`, as CSV. `out` must

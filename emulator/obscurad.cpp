@@ -64,10 +64,36 @@ sigset_t block_signals() {
     return set;
 }
 
+/// Whether a signal that ends the daemon waits to be taken.
+bool stop_is_pending() {
+    sigset_t pending;
+    sigemptyset(&pending);
+    sigpending(&pending);
+    return sigismember(&pending, SIGTERM) == 1 || sigismember(&pending, SIGINT) == 1;
+}
+
+/// Makes the tiles of terrains that the first frames need. False: the daemon is to stop.
+bool load_tiles(emulator::Daemon& daemon) {
+    const MonotonicClock clock;
+    constexpr std::int64_t between_ns = 5 * ns_per_s;
+    Time next = clock.now() + ns_per_s;
+    return daemon.load_tiles([&](double share) {
+        if (const Time now = clock.now(); now >= next) {
+            const int percent = static_cast<int>(100 * share);
+            log_info("tiles: {} % of those for the first frame", percent);
+            emulator::notify_service_manager(fmt::format("STATUS=making tiles, {} %\nWATCHDOG=1\n"
+                                                         "EXTEND_TIMEOUT_USEC={}",
+                                                         percent, 4 * between_ns / ns_per_us));
+            next = now + between_ns;
+        }
+        return !stop_is_pending();
+    });
+}
+
 // Reloads the configuration as a whole; the old one stays in use if the new one is not valid or not
 // reloadable.
 void reload(emulator::Daemon& daemon, const std::string& config_file,
-            const std::function<void()>& meanwhile) {
+            const std::function<bool()>& meanwhile) {
     emulator::notify_service_manager(
         fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicClock().now().ns / ns_per_us));
     try {
@@ -123,7 +149,11 @@ void serve(emulator::Daemon& daemon, emulator::Monitor& monitor, const sigset_t&
             log_notice("{}: stopping", signal == SIGTERM ? "SIGTERM" : "SIGINT");
             return;
         }
-        if (signal == SIGHUP) reload(daemon, options.config_file, mind);
+        if (signal == SIGHUP)
+            reload(daemon, options.config_file, [&] {
+                mind();
+                return !stop_is_pending();
+            });
         if (signal == SIGUSR1) {
             log_notice("SIGUSR1: {}", daemon.summary());
             if (!options.statistics_file.empty()) write_statistics(daemon, options.statistics_file);
@@ -180,6 +210,10 @@ int run(const Options& options) {
         daemon.write_timing_to(timing[i], i);
     }
     if (config.daemon.drop_capabilities) give_up_capabilities(daemon.threads());
+    if (!load_tiles(daemon)) {
+        log_notice("stopped while tiles were made");
+        return exit_ok;
+    }
     daemon.start();
     emulator::Monitor monitor(daemon, emulator::version);
     monitor.start();
@@ -187,7 +221,7 @@ int run(const Options& options) {
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
-    emulator::notify_service_manager("READY=1");
+    emulator::notify_service_manager("READY=1\nSTATUS=");
 
     serve(daemon, monitor, signals, options);
 

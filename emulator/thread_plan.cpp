@@ -40,6 +40,8 @@ void clear_priorities(ThreadPlan& plan) {
     for (auto& [name, thread] : parts_of(plan))
         thread->priority = 0;
     if (plan.render.has_priority()) plan.render = {.cores = plan.render.cores};
+    plan.tiles.priority = 0;
+    plan.tiles_share = 1;
 }
 
 void grant_priorities(ThreadPlan& plan, bool required) {
@@ -93,20 +95,29 @@ ThreadPlan configured_threads(const emulator::DaemonConfig& config) {
         render.priority = s.render_priority;
     else
         render.nice = s.render_nice;
+    ThreadSettings tiles;
+    double tiles_share = 1;
+    if (render.has_priority() && s.tiles_share > 0) {
+        // Workers that render all the time would leave it nothing; above them it must not take much.
+        tiles.priority = render.priority + 1;
+        tiles_share = s.tiles_share;
+    }
     return {{s.trigger_priority, cores(s.trigger_cores)},
             {s.pipeline_priority, cores(s.pipeline_cores)},
             {s.detector_priority, cores(s.detector_cores)},
             {s.release_priority, cores(s.release_cores)},
             {s.transmit_priority, cores(s.transmit_cores)},
             {s.display_priority, cores(s.display_cores)},
-            render};
+            render,
+            tiles,
+            tiles_share};
 }
 
 int highest_priority(const ThreadPlan& plan) noexcept {
     const int control = plan.transmit.priority > 0 ? plan.transmit.priority + 1 : 0;
     return std::max({plan.trigger.priority, plan.pipeline.priority, plan.detector.priority,
                      plan.release.priority, control, plan.display.priority,
-                     plan.render.has_priority() ? plan.render.priority : 0});
+                     plan.render.has_priority() ? plan.render.priority : 0, plan.tiles.priority});
 }
 
 ThreadPlan granted_threads(const emulator::DaemonConfig& config, const CoreSet& permitted) {
@@ -127,6 +138,7 @@ ThreadPlan granted_threads(const emulator::DaemonConfig& config, const CoreSet& 
     if (config.render.ahead == RenderAhead::automatic && plan.pipeline.priority == 0)
         plan.pipeline.priority = plan.detector.priority;
     separate_rendering(plan, permitted);
+    plan.tiles.cores = plan.render.cores;
     return plan;
 }
 

@@ -17,6 +17,8 @@ struct ThreadPlan {
     ThreadSettings transmit; ///< GigE Vision; its control thread runs one priority above
     ThreadSettings display;  ///< V4L2 and stimulator
     RenderScheduling render; ///< the renderer's workers, and the pipeline thread if that has no priority
+    ThreadSettings tiles; ///< makes tiles of terrains: above the renderer's workers if those have a priority
+    double tiles_share = 1; ///< of a core that it takes at most while frames are rendered
 };
 
 /// Plan as configured in [threads], which emulator::load_config() has checked.

@@ -49,8 +49,12 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <exception>
 #include <limits>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <thread>
@@ -95,6 +99,7 @@ struct Scratch {
     std::vector<std::uint64_t> tile_versions; ///< of the bodies, for the truth of a frame
     DetailCounts detail;                      ///< of the row
     std::uint64_t frame = 0;                  ///< see frame_key()
+    bool waits = false;                       ///< for tiles, whatever the settings
     RowTime measured{};                       ///< the exposure that `motion` belongs to
     double motion = 0;                        ///< see motion_px()
 };
@@ -169,11 +174,28 @@ constexpr double least_variance = std::numeric_limits<double>::min();
 /// edge crosses during the exposure see only one side of it (measured by noise_estimate_test.cpp).
 constexpr std::uint32_t least_moving_samples = 8;
 
+/// Samples of a pixel of load_tiles().
+constexpr std::uint32_t loading_samples = 4;
+
 /// QualityLevel::goal: of the target error, or of the samples per pixel without one.
 constexpr double larger_error = 2.5;
 constexpr std::uint32_t fewer_samples = 4;
 /// QualityLevel::instants.
 constexpr std::uint32_t fewer_instants = 4;
+
+/// Counts a call while it lasts.
+class UnderWay {
+public:
+    explicit UnderWay(std::atomic<int>& calls) : calls_(calls) {
+        calls_.fetch_add(1, std::memory_order_relaxed);
+    }
+    ~UnderWay() { calls_.fetch_sub(1, std::memory_order_relaxed); }
+    UnderWay(const UnderWay&) = delete;
+    UnderWay& operator=(const UnderWay&) = delete;
+
+private:
+    std::atomic<int>& calls_;
+};
 
 /// Index of the sparse grid of a level in RowBlock::sparse, and its spacing. At QualityLevel::grid it serves
 /// where no grid is shared.
@@ -216,6 +238,7 @@ struct Renderer::Impl {
     std::unique_ptr<const Psf> psf;      ///< null: the Gaussian
     std::vector<BuiltBody> bodies;
     std::vector<const SurfaceTiles*> terrains;        ///< tiles of the bodies, each once
+    mutable std::atomic<int> under_way{0};            ///< calls of render()
     std::vector<std::unique_ptr<TileLoader>> loaders; ///< of those, unless rendering waits for tiles
     std::vector<Vec3> landmarks_m;                    ///< see landmark_points()
     PointSplatter splatter;
@@ -262,8 +285,12 @@ struct Renderer::Impl {
                 terrains.push_back(tiles);
         if (!settings.wait_for_tiles)
             for (const SurfaceTiles* const tiles : terrains)
-                loaders.push_back(
-                    std::make_unique<TileLoader>(*tiles, TileLoader::Settings{settings.tiles_per_s}));
+                loaders.push_back(std::make_unique<TileLoader>(
+                    *tiles, TileLoader::Settings{
+                                .tiles_per_s = settings.tiles_per_s,
+                                .enter = settings.enter_loader,
+                                .share = settings.loader_share,
+                                .busy = [this] { return under_way.load(std::memory_order_relaxed) > 0; }}));
         if (!settings.wait_for_tiles)
             for (const BuiltBody& body : bodies)
                 if (body.textures) body.textures->stop_waiting();
@@ -338,6 +365,9 @@ struct Renderer::Impl {
         const auto mid = static_cast<std::uint64_t>(common_mid ? common_mid->ns : 0);
         return (frame_id * 0x9e3779b97f4a7c15ull ^ mid * 0xc2b2ae3d27d4eb4full) | 1;
     }
+    /// See Renderer::load_tiles(): one row.
+    void load_row(const RenderRequest& request, std::int32_t r, Scratch& s) const;
+    bool load_tiles(const RenderRequest& request, const std::function<bool(double)>& go_on) const;
     /// Tells the loaders where the next second's frames will be seen from.
     void predict_views(const RenderRequest& request) const;
     /// Irradiance of the Sun at the camera over that at 1 au.
@@ -378,7 +408,7 @@ struct Renderer::Impl {
         if (!terrains.empty())
             for (BodyState& body : row.bodies) {
                 if (body.detail_view() == nullptr) continue;
-                body.detail.wait = settings.wait_for_tiles;
+                body.detail.wait = settings.wait_for_tiles || s.waits;
                 body.detail.version = body.shape->tiles()->version_of(s.frame);
                 body.detail.counts = &s.detail;
                 if (body.shape->tiles()->sun_visibility() != nullptr)
@@ -1243,6 +1273,70 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     }
 }
 
+void Renderer::Impl::load_row(const RenderRequest& request, std::int32_t r, Scratch& s) const {
+    for (const SurfaceTiles* const tiles : terrains)
+        s.pins.push_back(tiles->pin());
+    const RowState& row = begin_row(to_seconds(request.row_times[static_cast<std::size_t>(r)].mid().ns), s);
+    if (resolves_any(row, field_rad))
+        with_tracer(row, s, [&](Tracer& tracer) {
+            // With some rays a pixel, what frames take at random is met.
+            const Sampling how{settings.seed, request.frame_id, loading_samples};
+            BlockTracer blocks(*s.lens, gaussian_psf, psf.get(), how, row, {}, tracer, s.candidates);
+            const Region& window = request.window;
+            const std::int32_t last = BlockTracer::block_of(window.x + window.width - 1);
+            BlockResult unused;
+            for (std::int32_t block = BlockTracer::block_of(window.x); block <= last; ++block)
+                blocks.trace(block, window.y + request.first_row + r, unused);
+        });
+    s.pins.clear();
+}
+
+bool Renderer::Impl::load_tiles(const RenderRequest& request,
+                                const std::function<bool(double)>& go_on) const {
+    if (terrains.empty()) return true;
+    std::mutex mutex;
+    std::condition_variable ended;
+    unsigned working = threads; // with the mutex, as is `failure`
+    std::exception_ptr failure;
+    std::atomic<std::int32_t> next{0}, done{0};
+    std::atomic<bool> stop{false};
+    const auto work = [&] {
+        const FlushDenormals flush;
+        Scratch own;
+        own.waits = true;
+        std::exception_ptr failed;
+        try {
+            for (std::int32_t r = next++; r < request.rows && !stop; r = next++) {
+                load_row(request, r, own);
+                ++done;
+            }
+        } catch (...) {
+            failed = std::current_exception();
+            stop = true;
+        }
+        const std::lock_guard lock(mutex);
+        if (failed) failure = failed;
+        if (--working == 0) ended.notify_one();
+    };
+    {
+        // Not the arena's workers, which render other frames meanwhile and may have a priority.
+        std::vector<std::jthread> workers;
+        for (unsigned i = 0; i < threads; ++i)
+            workers.emplace_back(work);
+        std::unique_lock lock(mutex);
+        while (!ended.wait_for(lock, std::chrono::milliseconds(100), [&] { return working == 0; })) {
+            lock.unlock();
+            if (!go_on(static_cast<double>(done) / request.rows)) stop = true;
+            lock.lock();
+        }
+    }
+    for (const SurfaceTiles* const tiles : terrains)
+        tiles->publish();
+    if (failure) std::rethrow_exception(failure);
+    if (!loaders.empty()) predict_views(request);
+    return done == request.rows;
+}
+
 Renderer::Renderer(scene::Scene scene, RenderSettings settings)
     : impl_(std::make_unique<Impl>(std::move(scene), settings)) {}
 Renderer::~Renderer() = default;
@@ -1266,8 +1360,22 @@ bool KeptLight::complete(const Renderer& renderer) const noexcept {
     return impl_->kept_by == renderer.impl_->number && impl_->image.complete();
 }
 
+bool Renderer::load_tiles(const RenderRequest& request, const std::function<bool(double)>& go_on) const {
+    return impl_->load_tiles(request, go_on);
+}
+
+std::uint64_t Renderer::tiles_made() const noexcept {
+    std::uint64_t made = 0;
+    for (const SurfaceTiles* const tiles : impl_->terrains) {
+        made += tiles->made();
+        if (tiles->sun_visibility() != nullptr) made += tiles->sun_visibility()->made();
+    }
+    return made;
+}
+
 bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                       const std::atomic<bool>* cancel) const {
+    const UnderWay counted(impl_->under_way);
     assert(request.plane_rows > 0 || irradiance.size() == band_count() *
                                                               static_cast<std::size_t>(request.rows) *
                                                               static_cast<std::size_t>(request.window.width));

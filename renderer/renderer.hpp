@@ -64,6 +64,10 @@ struct RenderSettings {
     /// from what rays missed and where the camera will be. Then the result depends on what is there.
     bool wait_for_tiles = true;
     double tiles_per_s = 0; ///< without waiting: at most so many are made a second; 0: as many as can be
+    /// Called first on each of those threads: sets its scheduling. Must not throw.
+    std::function<void()> enter_loader{};
+    /// Share of a core that each of those threads takes at most while rows are rendered.
+    double loader_share = 1;
 };
 
 /// Follows the rows of a request that has a deadline. All calls come from render threads and must be
@@ -184,6 +188,14 @@ public:
     /// the gate left out rows, meanwhile.
     bool render(const RenderRequest& request, std::span<float> irradiance,
                 const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Makes the tiles of terrains that the request's rows need, and the visibility of the Sun in them, on
+    /// threads of its own: as many as render, of the caller's scheduling class. Calls `go_on` several times a
+    /// second with the share of the rows that is done; it ends this by returning false. Returns whether all
+    /// is done. Throws what the sources of tiles throw.
+    bool load_tiles(const RenderRequest& request, const std::function<bool(double share)>& go_on) const;
+    /// Tiles of terrains made so far, and visibilities of the Sun in them, those replaced since included.
+    [[nodiscard]] std::uint64_t tiles_made() const noexcept;
 
     /// Fills `aovs` (aov_count x rows x window.width floats, in the order of Aov) with the geometry at the
     /// rows' times; where no body is, `body` is 0 and all else NaN. Returns as render().

@@ -218,6 +218,12 @@ config::Section section_of(ThreadsSection& s) {
         key("render_cores", &s.render_cores)
             .help("Cores of the render threads, like \"2-3,5\"; empty: those that no thread with a priority "
                   "has been given, or any if there are none"),
+        key("tiles_share", &s.tiles_share)
+            .range(0, 0.5)
+            .help(
+                "With render_class rr or fifo: share of a core that the thread which makes tiles of terrains "
+                "takes while frames are rendered, at one priority above them; 0: ordinary scheduling, with "
+                "what rendering leaves"),
     };
     section.check = [&s, keys = section.keys](const config::ReadTable& table) {
         for (const config::Key& key : keys)

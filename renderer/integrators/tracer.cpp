@@ -63,6 +63,7 @@ void Tracer::intersect(const Vec3s& direction, const Lanes& active, std::span<co
             rays.level_u[i] = level_u != nullptr ? (*level_u)[i] : 0.5;
     for (const std::int32_t index : candidates) {
         instants_.from_camera(index, instant, direction, rays);
+        rays.sunlight_only = level_u != nullptr && sunlight_only();
         row_.bodies[static_cast<std::size_t>(index)].shape->intersect(rays, index, hits);
     }
 }
@@ -166,6 +167,13 @@ void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayP
         width_m[i] = left.on[i] != 0 ? rays.hits.t[i] * ray_width_rad_ : 0.0;
     SunlitPacket lit;
     if (!body.shape->sunlit(view, rays.hits, index, width_m, lit)) return;
+    bool dark = true;
+    for (int i = 0; i < packet_size; ++i)
+        dark = dark && (left.on[i] == 0 || (lit.known.on[i] != 0 && !(lit.visible[i] > 0)));
+    if (dark) {
+        left = {};
+        return;
+    }
     SurfacePacket surface;
     surface.position = surface.shadow_origin = lit.position;
     surface.normal = surface.facet_normal = lit.normal;

@@ -66,6 +66,8 @@ struct RayPacket {
     bool coherent = true; ///< similar directions: a hint for traversal
     /// Level of detail of terrain (detail_view.hpp), for the body that is traced next; null: a fixed one.
     const DetailView* detail = nullptr;
+    /// Only direct sunlight is wanted of the hits: where none can be, they need not be exact.
+    bool sunlight_only = false;
     Doubles level_u; ///< with `detail`: the sample's own random number, in [0,1), the same along its path
 };
 

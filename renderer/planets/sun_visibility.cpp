@@ -102,27 +102,6 @@ std::uint32_t SunTile::pack(Vec3 v) {
     return part(v.x) | part(v.y) << 10 | part(v.z) << 20;
 }
 
-Vec3 SunTile::mean(double x, double y, double width) const {
-    const double level = std::clamp(std::log2(std::max(width, 1.0)), double{first_level}, double{last_level});
-    const int fine = std::min(static_cast<int>(level), last_level - 1);
-    const double coarse_share = level - fine;
-    const auto at_level = [&](int k) {
-        const int edge = 1 << (last_level - k);
-        const double scale = std::ldexp(1.0, -k), last = edge - 1;
-        const double tx = std::clamp(x * scale - 0.5, 0.0, last), ty = std::clamp(y * scale - 0.5, 0.0, last);
-        const int i = std::min(static_cast<int>(tx), std::max(edge - 2, 0)),
-                  j = std::min(static_cast<int>(ty), std::max(edge - 2, 0));
-        const int right = edge > 1 ? 1 : 0, down = edge > 1 ? edge : 0;
-        const double s = tx - i, r = ty - j;
-        const std::uint32_t* const t = texels.data() + offset(k) + static_cast<std::ptrdiff_t>(j) * edge + i;
-        return (1 - r) * ((1 - s) * unpack(t[0]) + s * unpack(t[right])) +
-               r * ((1 - s) * unpack(t[down]) + s * unpack(t[down + right]));
-    };
-    const Vec3 own = at_level(fine);
-    if (!(coarse_share > 0)) return own;
-    return own + coarse_share * (at_level(fine + 1) - own);
-}
-
 std::size_t SunVisibility::slot_bytes() {
     return (sizeof(SunTile) + page - 1) / page * page;
 }
@@ -202,20 +181,30 @@ SunTile* SunVisibility::take(bool wait) const {
     return new (::operator new (sizeof(SunTile), std::align_val_t{page})) SunTile;
 }
 
-bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait) const {
+bool SunVisibility::make(SurfaceNode& node, const SunSeen& sun, bool wait,
+                         const std::function<bool()>& pause) const {
     const std::lock_guard one(making_[node.slot % stripes]);
     const SunTile* const old = node.sun.load(std::memory_order_acquire);
     if (old != nullptr && old->sun == sun) return true;
+    // Frames that began before `old` was there take the one before it.
+    if (!wait && old != nullptr && node.sun_before.load(std::memory_order_acquire) != nullptr &&
+        std::chrono::steady_clock::now() - old->made_at < longest_frame)
+        return false;
     SunTile* const made = take(wait);
     if (made == nullptr) return false;
     made->sun = sun;
     try {
-        fill(node, *made);
+        if (!fill(node, *made, pause)) {
+            const std::lock_guard lock(mutex_);
+            give(made);
+            return false;
+        }
     } catch (...) {
         const std::lock_guard lock(mutex_);
         give(made);
         throw;
     }
+    made_.fetch_add(1, std::memory_order_relaxed);
     made->made_at = std::chrono::steady_clock::now();
     made->born = tiles_.version() + 1;
     const SunTile* const before = node.sun_before.exchange(old, std::memory_order_acq_rel);
@@ -248,7 +237,7 @@ const SunTile* SunVisibility::find(SurfaceNode& node, const DetailView& view, in
     return nullptr;
 }
 
-void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
+bool SunVisibility::fill(const SurfaceNode& node, SunTile& out, const std::function<bool()>& pause) const {
     const terrain::SurfaceDomain& domain = tiles_.domain();
     const CellMiddles middles(domain, node);
     const scene::Sun disc{out.sun.centre_m, out.sun.radius_m};
@@ -261,7 +250,8 @@ void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
     for (double& t : rays.t_max.v)
         t = no_hit;
     constexpr std::uint32_t square = 4; // cells of a packet, each way
-    for (std::uint32_t j0 = 0; j0 < tile_cells; j0 += square)
+    for (std::uint32_t j0 = 0; j0 < tile_cells; j0 += square) {
+        if (pause && !pause()) return false;
         for (std::uint32_t i0 = 0; i0 < tile_cells; i0 += square) {
             std::array<CellMiddles::Middle, packet_size> cells;
             Vec3s positions, direction;
@@ -293,6 +283,7 @@ void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
                 sum = sum + 0.25 * cells[static_cast<std::size_t>(k)].smooth;
             }
         }
+    }
     std::size_t width = edge;
     for (int level = SunTile::first_level; level <= SunTile::last_level; ++level, width /= 2) {
         std::uint32_t* const texels = out.texels.data() + SunTile::offset(level);
@@ -304,6 +295,7 @@ void SunVisibility::fill(const SurfaceNode& node, SunTile& out) const {
                 sums[j * (width / 2) + i] = 0.25 * (four[0] + four[1] + four[width] + four[width + 1]);
             }
     }
+    return true;
 }
 
 } // namespace obscura::renderer

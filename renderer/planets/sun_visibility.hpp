@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -58,10 +59,6 @@ struct SunTile {
         };
         return Vec3{part(22), part(12), part(2)} * (1.0 / 511);
     }
-
-    /// The mean about a place (cells from the tile's corner) over texels of about `width` cells: between the
-    /// two nearest mip levels, each interpolated between four texels.
-    [[nodiscard]] Vec3 mean(double x, double y, double width) const;
 };
 
 /// Keeps a SunTile for each tile that rays ask for. In each, of all samples in the middles of cells, towards
@@ -85,9 +82,14 @@ public:
     /// null: none has. Those that are missing or of another Sun are asked for, or made if the view waits.
     [[nodiscard]] const SunTile* find(SurfaceNode& node, const DetailView& view, int& levels) const;
 
-    /// Makes that of a tile; false: there is no room until frames are done. May throw what layers throw.
-    /// `wait`: takes more memory instead.
-    bool make(SurfaceNode& node, const SunSeen& sun, bool wait) const;
+    /// Makes that of a tile; false: there is no room until frames are done, it has been
+    /// replaced within the last second, which is longer than any frame, or `pause`, which is called after
+    /// every millisecond of work or so, returned false. May throw what layers throw. `wait`: takes more
+    /// memory instead.
+    bool make(SurfaceNode& node, const SunSeen& sun, bool wait,
+              const std::function<bool()>& pause = {}) const;
+    /// How many have been made so far. Real-time safe.
+    [[nodiscard]] std::uint64_t made() const { return made_.load(std::memory_order_relaxed); }
 
     /// As SurfaceTiles::keep_resident().
     bool keep_resident() const;
@@ -100,7 +102,7 @@ private:
         std::uint64_t epoch;
     };
 
-    void fill(const SurfaceNode& node, SunTile& out) const;
+    bool fill(const SurfaceNode& node, SunTile& out, const std::function<bool()>& pause) const;
     SunTile* take(bool wait) const;
     void give(const SunTile* tile) const;
     void retire(const SunTile* tile) const;
@@ -110,7 +112,8 @@ private:
     std::size_t slots_ = 0;
     static constexpr std::size_t stripes = 64;
     mutable std::array<std::mutex, stripes> making_; ///< by slot of the tile: one thread makes it
-    mutable std::mutex mutex_;                       ///< of what follows
+    mutable std::atomic<std::uint64_t> made_{0};
+    mutable std::mutex mutex_; ///< of what follows
     mutable std::vector<std::byte*> free_;
     mutable std::vector<Retired> retired_;
 };

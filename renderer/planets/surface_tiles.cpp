@@ -170,6 +170,7 @@ SurfaceNode* SurfaceTiles::take_slot() const {
         auto* const node = new (arena_ + slot * slot_bytes()) SurfaceNode;
         node->slot = slot;
         table_[slot] = node;
+        slots_used_ = std::max<std::size_t>(slots_used_, slot + 1);
         return node;
     }
     if (free_beyond_.empty()) throw std::bad_alloc();
@@ -178,6 +179,7 @@ SurfaceNode* SurfaceTiles::take_slot() const {
     node->slot = free_beyond_.back();
     free_beyond_.pop_back();
     table_[node->slot] = node;
+    slots_used_ = std::max<std::size_t>(slots_used_, node->slot + 1);
     ++beyond_;
     return node;
 }

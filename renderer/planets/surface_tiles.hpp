@@ -175,7 +175,7 @@ public:
     template<typename Use>
     void take_wanted(const Use& use) const {
         const std::lock_guard lock(mutex_);
-        for (SurfaceNode* const node : table_)
+        for (SurfaceNode* const node : std::span(table_).first(slots_used_))
             if (node != nullptr && !node->retired && node->born <= version() + 1)
                 if (const std::uint32_t bits = node->wanted.exchange(0, std::memory_order_relaxed); bits != 0)
                     use(*node, bits);
@@ -191,7 +191,7 @@ public:
     template<typename Use>
     void for_each(const Use& use) const {
         const std::lock_guard lock(mutex_);
-        for (SurfaceNode* const node : table_)
+        for (SurfaceNode* const node : std::span(table_).first(slots_used_))
             if (node != nullptr && !node->retired && node->born <= version() + 1) use(*node);
     }
 
@@ -204,6 +204,8 @@ public:
         std::uint64_t clamped = 0;
     };
     [[nodiscard]] Usage usage() const;
+    /// Usage::made. Real-time safe.
+    [[nodiscard]] std::uint64_t made() const { return clock() - 1; }
     [[nodiscard]] static std::size_t slot_bytes();
 
 private:
@@ -232,6 +234,7 @@ private:
     mutable std::array<std::mutex, stripes> making_; ///< by key: one thread makes a tile
     mutable std::mutex mutex_;                       ///< of what follows
     mutable std::vector<SurfaceNode*> table_;        ///< by slot; null: free. Read without the mutex
+    mutable std::size_t slots_used_ = 0;             ///< all of `table_` from here on is free
     mutable std::vector<std::uint32_t> free_;        ///< slots of the arena, the next one last
     mutable std::vector<std::uint32_t> free_beyond_;
     mutable std::size_t tiles_ = 0, beyond_ = 0;

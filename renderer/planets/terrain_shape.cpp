@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planets/terrain_shape.hpp"
 
+#include "renderer/planets/sun_lookup.hpp"
 #include "renderer/planets/sun_visibility.hpp"
+#include "renderer/planets/umbra.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +16,12 @@ Vec3 inverse_radii(const terrain::SurfaceDomain& domain) {
     if (domain.is_plane()) return Vec3{1, 1, 1} / domain.half_edge_m();
     const Vec3 radii = domain.radii_m();
     return {1 / radii.x, 1 / radii.y, 1 / radii.z};
+}
+
+/// Place on a cell of hits that no sunlight can reach, of rays that were not traced. Others are from 0 to 1.
+constexpr float dark_place = -1;
+bool is_dark(const HitPacket& hits, int i) {
+    return hits.u[i] == dark_place;
 }
 
 double bounding_radius(const SurfaceTiles& tiles) {
@@ -54,14 +62,31 @@ Vec3 TerrainShape::raised(Vec3 point, double height) const {
 void TerrainShape::trace(const RayPacket& rays, const Doubles& t_max, bool any,
                          std::array<TileCrossing, packet_size>& found, ScaledRays& scaled_rays) const {
     for (int i = 0; i < packet_size; ++i) {
-        if (rays.active.on[i] == 0) continue;
+        if (scaled_rays.active.on[i] == 0) continue;
         scaled_rays.origin.set(i, scaled(rays.origin.lane(i)));
         scaled_rays.direction.set(i, scaled(rays.direction.lane(i)));
         scaled_rays.levels[static_cast<std::size_t>(i)] = levels(rays, i);
     }
     scaled_rays.t_max = t_max;
-    scaled_rays.active = rays.active;
     first_crossings(tiles_, scaled_rays, any, found);
+}
+
+void TerrainShape::leave_dark(const RayPacket& rays, std::int32_t body, const Doubles& t_max, Lanes& active,
+                              HitPacket& hits) const {
+    const Vec3 sun = scaled(rays.detail->sun.centre_m);
+    const double widest = std::max({inverse_radii_.x, inverse_radii_.y, inverse_radii_.z});
+    const Umbra umbra(sun, rays.detail->sun.radius_m * widest, tiles_.least(), tiles_.largest());
+    if (!umbra.exists()) return;
+    for (int i = 0; i < packet_size; ++i) {
+        if (active.on[i] == 0) continue;
+        const double t = umbra.dark_entry(scaled(rays.origin.lane(i)), scaled(rays.direction.lane(i)));
+        if (!(t < t_max[i])) continue;
+        active.on[i] = 0;
+        hits.t[i] = t;
+        hits.body[i] = body;
+        hits.primitive[i] = 0;
+        hits.u[i] = hits.v[i] = dark_place;
+    }
 }
 
 void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket& hits) const {
@@ -70,10 +95,14 @@ void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket
         t_max[i] = std::min(rays.t_max[i], hits.t[i]);
     std::array<TileCrossing, packet_size> found;
     ScaledRays scaled_rays;
+    scaled_rays.active = rays.active;
+    if (rays.sunlight_only && rays.detail != nullptr && rays.detail->sun.radius_m > 0 && !plane_)
+        leave_dark(rays, body, t_max, scaled_rays.active, hits);
+    if (!scaled_rays.active.any()) return;
     trace(rays, t_max, false, found, scaled_rays);
     for (int i = 0; i < packet_size; ++i) {
         const TileCrossing& crossing = found[static_cast<std::size_t>(i)];
-        if (rays.active.on[i] == 0 || crossing.t == no_hit) continue;
+        if (scaled_rays.active.on[i] == 0 || crossing.t == no_hit) continue;
         hits.t[i] = crossing.t;
         hits.body[i] = body;
         hits.primitive[i] = crossing.node->slot << 16 | crossing.cell;
@@ -93,6 +122,7 @@ void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket
 void TerrainShape::occlude(RayPacket& rays) const {
     std::array<TileCrossing, packet_size> found;
     ScaledRays scaled_rays;
+    scaled_rays.active = rays.active;
     trace(rays, rays.t_max, true, found, scaled_rays);
     for (int i = 0; i < packet_size; ++i)
         if (found[static_cast<std::size_t>(i)].t != no_hit) rays.active.on[i] = 0;
@@ -127,48 +157,94 @@ void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::in
     }
 }
 
+namespace {
+
+/// What the widths and places of look-ups depend on, of 16 hits.
+struct HitTiles {
+    Doubles x, y;             ///< cells from the corner of the tile
+    Doubles first_u, first_v; ///< cells of the face before the tile
+    Doubles half_cells, spacing_m;
+    Doubles shrink, beside_u, beside_v; ///< to the tile above that has the Sun's visibility
+};
+
+/// The footprint of a ray is as wide as `width_m` across it, and longer where the surface is seen obliquely;
+/// cells are smaller off the middle of a face. Both by the root of the area.
+OBSCURA_VECTOR_CLONES
+void place_lookups(const HitTiles& tiles, const RayPacket& rays, const Vec3s& points, const Doubles& width_m,
+                   bool plane, SunLookups& out) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double u = (tiles.first_u.v[i] + tiles.x.v[i]) / tiles.half_cells.v[i] - 1;
+        const double v = (tiles.first_v.v[i] + tiles.y.v[i]) / tiles.half_cells.v[i] - 1;
+        const double q2 = plane ? 1 : 1 + u * u + v * v;
+        const double spacing_m = tiles.spacing_m.v[i] / std::sqrt(q2 * std::sqrt(q2));
+        const double px = points.x.v[i], py = points.y.v[i], pz = points.z.v[i];
+        const double dx = rays.direction.x.v[i], dy = rays.direction.y.v[i], dz = rays.direction.z.v[i];
+        const double down =
+            plane ? -dz : -(px * dx + py * dy + pz * dz) / std::sqrt(px * px + py * py + pz * pz);
+        const double stretched = 1 / (down > 0.05 ? down : 0.05);
+        const double shrink = tiles.shrink.v[i];
+        out.x.v[i] = (tiles.x.v[i] + tiles.beside_u.v[i]) * shrink;
+        out.y.v[i] = (tiles.y.v[i] + tiles.beside_v.v[i]) * shrink;
+        out.width.v[i] = sun_texel_widths * width_m.v[i] * std::sqrt(stretched) / spacing_m * shrink;
+    }
+}
+
+OBSCURA_VECTOR_CLONES
+void split_means(const Vec3s& mean, SunlitPacket& out) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double x = mean.x.v[i], y = mean.y.v[i], z = mean.z.v[i];
+        const double visible = std::sqrt(x * x + y * y + z * z), per = 1 / (visible > 0 ? visible : 1);
+        out.visible.v[i] = visible;
+        out.normal.x.v[i] = x * per;
+        out.normal.y.v[i] = y * per;
+        out.normal.z.v[i] = visible > 0 ? z * per : 1;
+    }
+}
+
+} // namespace
+
 bool TerrainShape::sunlit(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                           const Doubles& width_m, SunlitPacket& out) const {
     const SunVisibility* const kept = tiles_.sun_visibility();
     if (kept == nullptr || rays.detail == nullptr) return false;
+    HitTiles places;
+    SunLookups lookups;
+    // Neighbouring rays mostly meet the same tile.
+    const SurfaceNode* last = nullptr;
+    const SunTile* found = nullptr;
+    int levels = 0;
     for (int i = 0; i < packet_size; ++i) {
-        out.known.on[i] = 0;
-        out.visible[i] = 0;
-        const Vec3 direction = rays.direction.lane(i);
-        const bool hit = hits.body[i] == body;
-        const Vec3 point = rays.origin.lane(i) + (hit ? hits.t[i] : 0.0) * direction;
-        out.position.set(i, point);
-        out.normal.set(i, {0, 0, 1});
-        if (!hit) continue;
+        const bool hit = hits.body[i] == body, dark = hit && is_dark(hits, i);
+        out.position.set(i, rays.origin.lane(i) + (hit ? hits.t[i] : 0.0) * rays.direction.lane(i));
+        out.known.on[i] = dark ? -1 : 0;
+        places.x[i] = places.y[i] = places.first_u[i] = places.first_v[i] = 0;
+        places.beside_u[i] = places.beside_v[i] = 0;
+        places.half_cells[i] = places.spacing_m[i] = places.shrink[i] = 1;
+        if (!hit || dark) continue;
         SurfaceNode& node = tiles_.in_slot(hits.primitive[i] >> 16);
-        int levels = 0;
-        const SunTile* const tile = kept->find(node, *rays.detail, levels);
-        if (tile == nullptr) continue;
+        if (&node != last) found = kept->find(node, *rays.detail, levels);
+        last = &node;
+        if (found == nullptr) continue;
         out.known.on[i] = -1;
-        const std::uint32_t cell = hits.primitive[i] & 0xffffu, row = cell / terrain::tile_cells;
-        double x = cell % terrain::tile_cells + static_cast<double>(hits.u[i]),
-               y = row + static_cast<double>(hits.v[i]);
-        // Cells are smaller off the middle of a face: by the root of the ratio of areas.
+        lookups.tile[static_cast<std::size_t>(i)] = found;
+        const std::uint32_t cell = hits.primitive[i] & 0xffffu;
+        places.x[i] = cell % terrain::tile_cells + static_cast<double>(hits.u[i]);
+        places.y[i] = cell / terrain::tile_cells + static_cast<double>(hits.v[i]);
         const terrain::TileKey key = node.tile.key;
-        const double u = (key.i * double{terrain::tile_cells} + x) / node.half_cells - 1,
-                     v = (key.j * double{terrain::tile_cells} + y) / node.half_cells - 1;
-        const double q2 = plane_ ? 1 : 1 + u * u + v * v;
-        const double spacing_m = node.spacing_m / std::sqrt(q2 * std::sqrt(q2));
-        // The footprint is longer where the surface is seen obliquely; again by the root of the area.
-        const Vec3 outwards = plane_ ? Vec3{0, 0, 1} : normalized(point);
-        const double stretched = 1 / std::max(-dot(outwards, direction), 0.05);
-        double width = sun_texel_widths * width_m[i] * std::sqrt(stretched) / spacing_m;
-        for (const SurfaceNode* at = &node; levels > 0; --levels, at = at->parent) {
-            x = (x + (at->tile.key.i & 1u) * terrain::tile_cells) / 2;
-            y = (y + (at->tile.key.j & 1u) * terrain::tile_cells) / 2;
-            width /= 2;
-        }
-        const Vec3 mean = tile->mean(x, y, width);
-        const double visible = length(mean);
-        if (!(visible > 0)) continue;
-        out.visible[i] = visible;
-        out.normal.set(i, mean / visible);
+        places.first_u[i] = key.i * double{terrain::tile_cells};
+        places.first_v[i] = key.j * double{terrain::tile_cells};
+        places.half_cells[i] = node.half_cells;
+        places.spacing_m[i] = node.spacing_m;
+        if (levels == 0) continue;
+        const std::uint32_t within = (1u << levels) - 1;
+        places.shrink[i] = std::ldexp(1.0, -levels);
+        places.beside_u[i] = (key.i & within) * double{terrain::tile_cells};
+        places.beside_v[i] = (key.j & within) * double{terrain::tile_cells};
     }
+    place_lookups(places, rays, out.position, width_m, plane_, lookups);
+    Vec3s mean;
+    sun_means(lookups, mean);
+    split_means(mean, out);
     return true;
 }
 

@@ -56,7 +56,12 @@ private:
         return {p.x * inverse_radii_.x, p.y * inverse_radii_.y, p.z * inverse_radii_.z};
     }
 
-    /// Fills `found` for the active lanes, and `scaled_rays`: see first_crossings().
+    /// Of camera rays that want sunlight alone: fills the hits of those that can only meet the surface where
+    /// the body itself hides the whole Sun, and takes them from `active`. Their place is that of the least
+    /// sphere.
+    void leave_dark(const RayPacket& rays, std::int32_t body, const Doubles& t_max, Lanes& active,
+                    HitPacket& hits) const;
+    /// Fills `found` for the active lanes of `scaled_rays`, and those: see first_crossings().
     void trace(const RayPacket& rays, const Doubles& t_max, bool any,
                std::array<TileCrossing, packet_size>& found, ScaledRays& scaled_rays) const;
     /// The point, or that above it at a unit height if it is lower.

@@ -18,6 +18,8 @@ using namespace std::chrono_literals;
 
 /// How long the thread sleeps between two looks for missing tiles.
 constexpr auto interval = 2ms;
+/// Shorter pieces of work are not worth a rest.
+constexpr auto shortest_piece = 500us;
 /// Tiles made between two looks: a missing coarse tile does not wait for many fine ones.
 constexpr std::size_t most_at_once = 16;
 
@@ -111,7 +113,12 @@ void TileLoader::collect() {
     }
     if (!view) std::erase_if(requests_, [](const Request& r) { return r.sun; });
     sun_ = view ? view->sun : SunSeen{};
-    if (requests_.size() < most_at_once && view) add_predicted(*view);
+    if (requests_.size() < most_at_once && view && complete_ != view) {
+        const std::size_t wanted = requests_.size();
+        add_predicted(*view);
+        // Until it moves, or what it needs has gone again and rays miss it.
+        if (requests_.size() == wanted) complete_ = view;
+    }
     const std::size_t count = std::min(requests_.size(), most_at_once);
     std::partial_sort(requests_.begin(), requests_.begin() + static_cast<std::ptrdiff_t>(count),
                       requests_.end(), [](const Request& a, const Request& b) {
@@ -125,7 +132,7 @@ void TileLoader::collect() {
 bool TileLoader::make(const Request& request) {
     try {
         if (request.sun)
-            tiles_.sun_visibility()->make(*request.parent, sun_, false);
+            tiles_.sun_visibility()->make(*request.parent, sun_, false, [this] { return rest(); });
         else
             tiles_.make_child(*request.parent, request.quarter);
         tiles_.publish();
@@ -135,14 +142,32 @@ bool TileLoader::make(const Request& request) {
     }
 }
 
+bool TileLoader::rest() {
+    const auto now = std::chrono::steady_clock::now();
+    const auto worked = now - piece_;
+    if (worked < shortest_piece) return true;
+    const auto rested =
+        now + std::chrono::duration_cast<std::chrono::nanoseconds>(worked * (1 / settings_.share - 1));
+    std::unique_lock lock(mutex_);
+    while (!stop_ && settings_.busy && settings_.busy() && std::chrono::steady_clock::now() < rested)
+        changed_.wait_until(lock, std::min(rested, std::chrono::steady_clock::now() + interval));
+    piece_ = std::chrono::steady_clock::now();
+    return !stop_;
+}
+
 void TileLoader::run() {
     pthread_setname_np(pthread_self(), "tiles");
+    if (settings_.enter) settings_.enter();
     auto next = std::chrono::steady_clock::now();
     for (;;) {
-        const SurfaceTiles::Pin pin = tiles_.pin();
+        SurfaceTiles::Pin pin = tiles_.pin();
+        piece_ = std::chrono::steady_clock::now();
         collect();
+        if (!rest()) return;
         for (const Request& request : requests_) {
+            piece_ = std::chrono::steady_clock::now();
             make(request);
+            if (!rest()) return;
             if (!(settings_.tiles_per_s > 0)) continue;
             next = std::max(next, std::chrono::steady_clock::now() - 1s) +
                    std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / settings_.tiles_per_s));

@@ -5,9 +5,10 @@
 #include "core/geometry.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
-#include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -22,9 +23,11 @@ struct PredictedView {
     double field_rad = 0; ///< half angle of the field, with a margin
     double cell_rad = 0;  ///< see DetailView
     SunSeen sun;          ///< of terrains that keep its visibility
+
+    bool operator==(const PredictedView&) const = default;
 };
 
-/// Makes tiles on a thread of ordinary priority, the coarsest first, and publishes each at once.
+/// Makes tiles on a thread of its own, the coarsest first, and publishes each at once.
 class TileLoader {
 public:
     struct Settings {
@@ -32,6 +35,12 @@ public:
         double tiles_per_s = 0;
         /// Share of the arena that predicted tiles may take.
         double predicted_share = 0.75;
+        /// Called first on the thread: sets its scheduling. Must not throw.
+        std::function<void()> enter{};
+        /// Share of a core that it takes at most while `busy` holds: it rests in proportion after every
+        /// piece of work, of a few ms at most.
+        double share = 1;
+        std::function<bool()> busy{}; ///< whether threads that must not be kept waiting have work
     };
 
     /// Makes the pinned tiles, takes the arena's memory and starts the thread. `tiles` must outlive it.
@@ -59,12 +68,16 @@ private:
     void collect();
     void add_predicted(const PredictedView& view);
     bool make(const Request& request);
+    /// Rests after a piece of work; false: it is to stop.
+    bool rest();
 
     const SurfaceTiles& tiles_;
     Settings settings_;
     std::vector<Request> requests_;
-    SunSeen sun_;      ///< for those
-    std::mutex mutex_; ///< of what follows
+    std::optional<PredictedView> complete_;       ///< last view that lacked nothing
+    std::chrono::steady_clock::time_point piece_; ///< beginning of the piece of work
+    SunSeen sun_;                                 ///< for those
+    std::mutex mutex_;                            ///< of what follows
     std::optional<PredictedView> predicted_;
     bool stop_ = false;
     std::condition_variable changed_;

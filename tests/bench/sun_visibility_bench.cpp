@@ -6,7 +6,7 @@
 // the frame (1024); --window N, of the part about its middle whose error is taken (256); --samples N, of the
 // truth (512); --error E, target error of the frames (0.05); --map FILE: heights of the whole Moon with a
 // PDS3 label below the detail; --only WORD: views with it in their name; --frames N: frames that are timed
-// (10).
+// (10); 0: errors alone, for which no more than the window is rendered.
 #include "core/solar_spectrum.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/materials/lambert.hpp"
@@ -151,7 +151,7 @@ void measure(const View& view, double elevation, bool hapke, const Options& o, c
         renderer::RenderSettings settings{o.own, 2, 5};
         settings.target_error = o.error;
         const renderer::Renderer fast(scene_of(view, elevation, hapke, kind, o), settings);
-        render(fast, all, 1); // makes the tiles
+        if (o.frames > 0) render(fast, all, 1); // makes the tiles
         const renderer::RenderWork before = fast.work();
         const double cpu = cpu_seconds();
         const auto wall = std::chrono::steady_clock::now();
@@ -160,6 +160,7 @@ void measure(const View& view, double elevation, bool hapke, const Options& o, c
         const double wall_ms =
             1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
         const double cpu_ms = 1e3 * (cpu_seconds() - cpu);
+        const int timed = std::max(o.frames, 1);
         const renderer::RenderWork work = fast.work() - before;
         const Errors e = compare(render(fast, part, 77), truth);
         fmt::print("{}\n  {{\"view\": \"{}\", \"sun_visibility\": \"{}\", \"error_percent\": {:.2f}, "
@@ -167,9 +168,9 @@ void measure(const View& view, double elevation, bool hapke, const Options& o, c
                    "\"frame_cpu_ms\": {:.0f}, \"frame_wall_ms\": {:.0f}, \"rays_per_pixel\": {:.2f}, "
                    "\"samples_per_pixel\": {:.2f}}}",
                    separator, name, name_of(kind), 100 * e.rms / reference, 100 * e.rms / e.mean,
-                   100 * e.bias / reference, 100 * e.mean / reference, cpu_ms / o.frames, wall_ms / o.frames,
-                   static_cast<double>(work.rays) / o.frames / o.size / o.size,
-                   static_cast<double>(work.samples) / o.frames / o.size / o.size);
+                   100 * e.bias / reference, 100 * e.mean / reference, cpu_ms / timed, wall_ms / timed,
+                   static_cast<double>(work.rays) / timed / o.size / o.size,
+                   static_cast<double>(work.samples) / timed / o.size / o.size);
         separator = ",";
         std::fflush(stdout);
     }
@@ -188,7 +189,7 @@ int main(int argc, char** argv) {
         if (is("--own")) o.own = static_cast<std::uint32_t>(std::atoi(argv[i + 1]));
         if (is("--map")) o.map = argv[i + 1];
         if (is("--only")) o.only = argv[i + 1];
-        if (is("--frames")) o.frames = std::max(std::atoi(argv[i + 1]), 1);
+        if (is("--frames")) o.frames = std::max(std::atoi(argv[i + 1]), 0);
     }
     fmt::print("[");
     const char* separator = "";

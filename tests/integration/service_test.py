@@ -194,6 +194,55 @@ def test_start_and_stop():
         check("but one line", bench.log_text().count("\n") == 1 and str(bench.config) in bench.log_text(), bench.log_text())
 
 
+SLOW_GROUND = """name = "ground"
+[sun]
+direction = [0.4, 1, 0.2]
+distance_au = 1
+[camera]
+focal_length_mm = 10
+aperture_mm = 5
+position_m = [1797400, 0, 0]
+boresight = [-0.3, 1, 0]
+up = [1, 0, 0]
+[[body]]
+name = "moon"
+shape = "planet"
+radii_m = [1737400, 1737400, 1737400]
+albedo = 0.2
+cell_px = %g
+[body.detail]
+terrain = "highlands"
+crater_age_ga = 3.9
+crater_least_m = 20
+"""
+
+
+def test_tiles():
+    """The ground that the first frame shows is made before triggers are taken; that can be broken off."""
+    with Bench() as bench:
+        (bench.folder / "scene.toml").write_text(SLOW_GROUND % 0.1)
+        bench.start(watchdog_s=30)
+        said = [text for _, text in bench.messages(PATIENCE_S, until="EXTEND_TIMEOUT_USEC=")]
+        check("it asks for more time and feeds the watchdog", any("WATCHDOG=1" in text for text in said), said)
+        check("and does not say READY=1", not any("READY=1" in text for text in said), said)
+        check("nor sends frames", not bench.complete_frames())
+        begin = time.monotonic()
+        bench.process.send_signal(signal.SIGTERM)
+        status = bench.process.wait(PATIENCE_S)
+        check("SIGTERM ends it with status 0", status == 0, bench.log_text())
+        check("because it was asked to", "stopped while tiles were made" in bench.log_text(), bench.log_text())
+        print(f"figure - SIGTERM to exit while tiles are made: {time.monotonic() - begin:.3f} s")
+    with Bench() as bench:
+        (bench.folder / "scene.toml").write_text(SLOW_GROUND % 2)
+        bench.start()
+        check("READY=1 is said", bench.wait_for("READY=1", 3 * PATIENCE_S), bench.log_text())
+        check("once the tiles are there", "made for the first frame" in bench.log_text(), bench.log_text())
+        check("frames come", bench.wait_frames(3))
+        status, statistics = bench.stop()
+        check("SIGTERM ends it with status 0", status == 0)
+        print("figure - tiles missing in", statistics["camera"].get("lod_deficit"))
+
+
 def test_long_rendering():
     """A frame that takes far longer than the watchdog is work, not a hung worker."""
     watchdog_s = 2

@@ -60,6 +60,9 @@ private:
     std::thread thread_;
 };
 
+/// For the tiles of all blocks.
+constexpr double longest_loading_s = 20;
+
 struct Block {
     const FrameWindow* window;
     std::int32_t first = 0, rows = 0; ///< rows of the window
@@ -83,6 +86,23 @@ std::vector<Block> blocks_of(const EstimatedFrame& frame, std::int32_t block_row
         if (reversed < in_order.size()) out.push_back(in_order[reversed]);
     }
     return out;
+}
+
+/// Makes the tiles of terrains that the block needs, which stay for later frames: no cost of a frame. False:
+/// `left_s`, from which it takes its time, was not enough.
+bool load_tiles(const renderer::Renderer& renderer, const EstimatedFrame& frame, const Block& block,
+                double& left_s) {
+    renderer::RenderRequest request;
+    request.window = block.window->sensor;
+    request.frame_id = 1;
+    request.first_row = block.first;
+    request.rows = block.rows;
+    request.row_times = frame.rows.subspan(static_cast<std::size_t>(block.window->image_y + block.first),
+                                           static_cast<std::size_t>(block.rows));
+    const Stopwatch watch;
+    const bool done = renderer.load_tiles(request, [&](double) { return watch.seconds() < left_s; });
+    left_s -= watch.seconds();
+    return done;
 }
 
 /// Renders the block into `values`; false when cancelled.
@@ -128,20 +148,24 @@ FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFram
         return static_cast<double>(rows) / static_cast<double>(all_rows);
     };
     constexpr std::int32_t probe_rows = 16;
-    const Deadline deadline(limit_s);
+    double loading_left_s = longest_loading_s;
     std::vector<float> values;
 
     // A first block says whether the whole frame fits into the time; it also warms up the threads.
     const std::int32_t small = std::min(probe_rows, frame.block_rows);
     const Block probe = blocks_of(frame, small).front();
+    load_tiles(renderer, frame, probe, loading_left_s);
+    const bool terrain = renderer.tiles_made() > 0;
+    if (terrain) render_block(renderer, frame, probe, Deadline(limit_s).passed(), values);
     const Stopwatch first;
-    const bool ready = render_block(renderer, frame, probe, deadline.passed(), values);
+    const bool ready = render_block(renderer, frame, probe, Deadline(limit_s).passed(), values);
     const double first_s = first.seconds(), first_cpu_s = first.cpu_s();
     cost.seconds = first_s / share_of(probe.rows);
     cost.cpu_s = first_cpu_s / share_of(probe.rows);
     cost.at_least = !ready;
     if (!ready) return cost;
-    const bool whole = cost.seconds < limit_s;
+    // The tiles of a terrain may take too long: some rows are better than none.
+    const bool whole = cost.seconds < limit_s && !terrain;
 
     std::int64_t done = 0;
     double seconds = 0, cpu_s = 0;
@@ -158,9 +182,21 @@ FrameCost estimate_frame(const renderer::Renderer& renderer, const EstimatedFram
         blocks.erase(blocks.begin());
     }
     for (const Block& block : blocks) {
-        const Stopwatch watch;
-        if (!render_block(renderer, frame, block, deadline.passed(), values)) break;
-        const double took_s = watch.seconds(), took_cpu_s = watch.cpu_s();
+        if (!load_tiles(renderer, frame, block, loading_left_s)) break;
+        bool rendered = false;
+        double took_s = 0, took_cpu_s = 0;
+        // A few tiles that rays take at random are made while it is rendered, which takes as long as many
+        // rows.
+        for (int attempt = 0; attempt < 3; ++attempt) {
+            const std::uint64_t made = renderer.tiles_made();
+            const Stopwatch watch;
+            rendered =
+                render_block(renderer, frame, block, Deadline(limit_s - first_s - seconds).passed(), values);
+            took_s = watch.seconds();
+            took_cpu_s = watch.cpu_s();
+            if (!rendered || renderer.tiles_made() == made) break;
+        }
+        if (!rendered) break;
         take(block, took_s, took_cpu_s);
     }
     if (done == 0) return cost; // one large block, which was not ready in time

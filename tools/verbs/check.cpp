@@ -69,7 +69,8 @@ public:
             "of each body, stars in the field, the brightest expected signal, readout and rendering time. "
             "What is odd is a warning on standard error: what, the figure, and what to try; the exit status "
             "stays 0 without --strict. Signal and rendering time are estimated by rendering a frame, or for "
-            "about 2 seconds as many of its rows as this machine can. Opens no device and no socket without "
+            "about 2 seconds as many of its rows as this machine can, the making of a terrain's tiles apart. "
+            "Opens no device and no socket without "
             "--devices.";
         line.positional(
             "FILE", &file_,

@@ -144,7 +144,15 @@ TEST_CASE("the class of rendering is as configured, and ordinary without real ti
     render = configured_threads(config).render;
     CHECK(render.priority == 90);
     CHECK(render.nice == 0);
-    CHECK(highest_priority(configured_threads(config)) == 90);
+    // Tiles are made one above, by a thread that takes its share.
+    CHECK(configured_threads(config).tiles.priority == 91);
+    CHECK(configured_threads(config).tiles_share == 0.1);
+    CHECK(highest_priority(configured_threads(config)) == 91);
+    CHECK(granted_threads(config, parse_cores("0").value()).tiles.priority == 0);
+    CHECK(granted_threads(config, parse_cores("0").value()).tiles_share == 1);
+    config.threads.tiles_share = 0;
+    CHECK(configured_threads(config).tiles.priority == 0);
+    CHECK(configured_threads(config).tiles_share == 1);
     // More than any process may have.
     RenderScheduling beyond{.policy = RenderClass::fifo, .priority = 100};
     CHECK_FALSE(schedule_this_thread(beyond).granted);

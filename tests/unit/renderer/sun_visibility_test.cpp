@@ -3,6 +3,7 @@
 // against those with shadow rays and many samples.
 #include "renderer/materials/lambert.hpp"
 #include "renderer/planets/planet_parameters.hpp"
+#include "renderer/planets/sun_lookup.hpp"
 #include "renderer/planets/sun_visibility.hpp"
 #include "support.hpp"
 #include "terrain_support.hpp"
@@ -30,6 +31,20 @@ const SunTile& ridge_tile(const TerrainShape& shape, double elevation) {
     // As from a point on the ridge, small enough to have no penumbra.
     REQUIRE(shape.tiles()->sun_visibility()->make(root, {sun_m, 1}, true));
     return *root.sun.load();
+}
+
+/// The mean about a place of a tile, looked up in a lane of its own beside others without a tile.
+Vec3 mean_at(const SunTile& tile, double x, double y, double width) {
+    SunLookups lookups{};
+    const auto lane = static_cast<int>(x) % packet_size;
+    lookups.tile[static_cast<std::size_t>(lane)] = &tile;
+    lookups.x[lane] = x;
+    lookups.y[lane] = y;
+    lookups.width[lane] = width;
+    Vec3s mean;
+    sun_means(lookups, mean);
+    CHECK(length(mean.lane((lane + 1) % packet_size)) == 0);
+    return mean.lane(lane);
 }
 
 TerrainShape::Settings with_sun() {
@@ -91,10 +106,99 @@ TEST_CASE("A ridge's shadow is as long as its height says, in every mip level") 
             CHECK(length(mean - wanted) < 0.005);
         }
         // Across the end of the shadow, within the three cells of a texel and its neighbour.
-        const auto at = [&](double x_m) { return kept.mean(128 + x_m / 10, 128, 1).z; };
+        const auto at = [&](double x_m) { return mean_at(kept, 128 + x_m / 10, 128, 1).z; };
         CHECK(at(-dark_m + 30) < 0.05);
         CHECK(at(-dark_m - 30) > 0.95);
     }
+}
+
+TEST_CASE("Look-ups are linear between texels and between levels") {
+    SunTile tile;
+    // Linear in place; levels of width w one step of x higher each.
+    const auto value = [](double x, double y, double level) {
+        return Vec3{x / 512 + 0.05 * level, y / 512, -x / 1024 - y / 1024};
+    };
+    for (int level = SunTile::first_level; level <= SunTile::last_level; ++level) {
+        const int edge = 1 << (SunTile::last_level - level);
+        const double width = std::ldexp(1.0, level);
+        for (int j = 0; j < edge; ++j)
+            for (int i = 0; i < edge; ++i)
+                tile.texels[SunTile::offset(level) + static_cast<std::size_t>(j * edge + i)] =
+                    SunTile::pack(value((i + 0.5) * width, (j + 0.5) * width, level));
+    }
+    Directions any;
+    for (int k = 0; k < 5000; ++k) {
+        const double width = std::exp2(9 * any.number());
+        const int fine = std::clamp(static_cast<int>(std::log2(width)), 1, 7);
+        const double share = std::clamp(std::ldexp(width, -fine) - 1, 0.0, 1.0);
+        const auto at_level = [&](int level) {
+            const double half = std::ldexp(0.5, level);
+            return std::pair(half, 256 - half);
+        };
+        const double x = 256 * any.number(), y = 256 * any.number();
+        const auto of = [&](int level) {
+            const auto [least, most] = at_level(level);
+            return value(std::clamp(x, least, most), std::clamp(y, least, most), level);
+        };
+        const Vec3 wanted = (1 - share) * of(fine) + share * of(fine + 1);
+        CAPTURE(x, y, width, fine, share);
+        REQUIRE(length(mean_at(tile, x, y, width) - wanted) < 2.0 / 511);
+    }
+}
+
+TEST_CASE("Rays that are left out on the night side can meet nothing that sees the Sun") {
+    const auto hills = [](Vec3 p) {
+        return 20 * std::sin(p.x / 60) * std::sin(p.y / 50) * std::cos(p.z / 70);
+    };
+    TerrainShape::Settings settings = at_level(3);
+    settings.tiles.sun_visibility = true;
+    // Semi-axes that differ: the cone of darkness is one in scaled space only.
+    const TerrainShape shape(terrain::SurfaceDomain::ellipsoid({1000, 950, 900}), layers_of(hills, -20, 20),
+                             settings);
+    const SurfaceTiles::Pin pin = shape.tiles()->pin();
+    Directions any;
+    int left_out = 0, night = 0;
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 sun_m = 2e6 * any(), origin = (1100 + 5000 * any.number()) * any();
+        const double sun_radius_m = 2e6 * 0.0047;
+        const Vec3 direction = normalized(900 * any.number() * any() - origin);
+        const DetailView detail{.eye_m = origin, .cell_rad = 1e-3, .sun = {sun_m, sun_radius_m}};
+        OneRay skipped(origin, direction, &detail), traced(origin, direction, &detail);
+        skipped.rays.sunlight_only = true;
+        shape.intersect(skipped.rays, 2, skipped.hits);
+        shape.intersect(traced.rays, 2, traced.hits);
+        const int lane = OneRay::lane;
+        if (traced.hits.body[lane] != 2) {
+            REQUIRE(skipped.hits.body[lane] == -1);
+            continue;
+        }
+        const SurfacePacket surface = traced.surface(shape);
+        const Vec3 place = surface.shadow_origin.lane(lane);
+        night += dot(place, sun_m) < -0.3 * length(place) * length(sun_m) ? 1 : 0;
+        REQUIRE(skipped.hits.body[lane] == 2);
+        if (skipped.hits.u[lane] >= 0) {
+            CHECK(skipped.hits.t[lane] == traced.hits.t[lane]);
+            continue;
+        }
+        ++left_out;
+        CHECK(std::abs(skipped.hits.t[lane] - traced.hits.t[lane]) < 2000);
+        SunlitPacket lit;
+        REQUIRE(shape.sunlit(skipped.rays, skipped.hits, 2, {}, lit));
+        CHECK(lit.known.on[lane] == -1);
+        CHECK(lit.visible[lane] == 0);
+        // Towards the edge of the disc all around.
+        const Vec3 to_sun = sun_m - place, across = normalized(cross(to_sun, {0.3, 0.5, 0.8}));
+        const Vec3 other = normalized(cross(to_sun, across));
+        for (int edge = 0; edge < 8; ++edge) {
+            const double turn = edge * 45 * degree;
+            const Vec3 point = to_sun + sun_radius_m * (std::cos(turn) * across + std::sin(turn) * other);
+            RayPacket shadow = OneRay(place, normalized(point), &detail).rays;
+            shape.occlude(shadow);
+            REQUIRE(shadow.active.on[lane] == 0);
+        }
+    }
+    CHECK(night > 300);
+    CHECK(left_out > night / 2);
 }
 
 TEST_CASE("Packed normals are right to half a step") {

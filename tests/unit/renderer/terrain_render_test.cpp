@@ -145,6 +145,44 @@ TEST_CASE("Without waiting, frames come at once with coarser tiles, and end up a
     }
 }
 
+TEST_CASE("Tiles that are loaded before are all that a frame needs") {
+    const TempFolder folder;
+    const std::string file = height_file(folder);
+    const auto kind = GENERATE(renderer::SunVisibilityKind::traced, renderer::SunVisibilityKind::tiles);
+    const scene::Scene s = low_orbit(file, 512, kind);
+    renderer::RenderSettings settings{2, 2, 11};
+    settings.wait_for_tiles = false;
+    settings.tiles_per_s = 1e-3;
+    const renderer::Renderer r(s, settings);
+    const std::vector<RowTime> times(96);
+    renderer::RenderRequest request;
+    request.window = {0, 0, 96, 96};
+    request.rows = 96;
+    request.row_times = times;
+    const std::uint64_t before = r.tiles_made();
+    CHECK_FALSE(r.load_tiles(request, [](double share) {
+        CHECK(share < 1);
+        return false;
+    }));
+    REQUIRE(r.load_tiles(request, [](double) { return true; }));
+    const std::uint64_t loaded = r.tiles_made();
+    CHECK(loaded > before + 20);
+    const std::vector<float> image = render_window(r, request.window);
+    const renderer::RenderWork work = r.work();
+    CHECK(work.surface_hits > 5000);
+    // Levels are chosen at random: of tiles in a corner of the view, some are met by few samples.
+    CHECK(work.tiles_missed < work.surface_hits / 2000);
+    CHECK(work.surface_coarser[0] < work.surface_hits / 2000);
+    const std::vector<float> wanted = render_window(renderer::Renderer(s, {2, 2, 11}), request.window);
+    std::size_t differ = 0;
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+        differ += image[k] != wanted[k] ? 1 : 0;
+    CHECK(differ < wanted.size() / 1000);
+    // Nothing is left to do.
+    CHECK(r.load_tiles(request, [](double) { return true; }));
+    CHECK(r.tiles_made() <= loaded + 1);
+}
+
 TEST_CASE("All rows of a frame see the tiles that were there when it began") {
     const TempFolder folder;
     const scene::Scene s = low_orbit(height_file(folder));
