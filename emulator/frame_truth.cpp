@@ -2,7 +2,7 @@
 #include "emulator/frame_truth.hpp"
 
 #include "renderer/truth/scene_truth.hpp"
-#include "sensors/dark_current.hpp"
+#include "sensors/pixel_noise.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +14,10 @@ renderer::TruthDetector detector_of(const FrameSource& source, const FrameInfo& 
     const DetectorSettings& d = source.sensor.detector;
     renderer::TruthDetector out;
     out.electrons_per_s_per_w_m2 = source.detector.electrons_per_s_per_w_m2();
-    out.dark_e_per_s =
-        d.dark_current_e_per_s * sensors::dark_current_ratio(d, d.temperature_c, d.dark_reference_c);
+    const sensors::PixelNoise noise = sensors::pixel_noise(d, info.gain_db);
+    out.dark_e_per_s = noise.dark_e_per_s;
+    out.noise_e = noise.readout_e;
     const double dn_per_e = d.gain_dn_per_e * std::pow(10, info.gain_db / 20);
-    // Amplifier, reset and the rounding of the ADC; double sampling takes the first two twice.
-    const double reset_e = sensors::reset_noise_e(d);
-    const double samples = d.double_sampling ? 2 : 1;
-    out.noise_e = std::sqrt(samples * (d.read_noise_e * d.read_noise_e + reset_e * reset_e) +
-                            1 / (12 * dn_per_e * dn_per_e));
     out.saturation_e = std::min(d.full_well_e, (std::exp2(d.adc_bits) - 1 - d.offset_dn) / dn_per_e);
     return out;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.hpp"
 #include "sensors/photometry.hpp"
+#include "sensors/pixel_noise.hpp"
 #include "sensors/sensor.hpp"
 #include "tests/support/catch.hpp"
 
@@ -203,4 +204,24 @@ TEST_CASE("impossible detectors are refused by name") {
                    s.quantum_efficiency = {{5e-7, 0.5}, {5e-7, 0.6}};
                }),
                ContainsSubstring("wavelength"));
+}
+
+TEST_CASE("the noise that is stated for a pixel is that of its digital numbers") {
+    SensorDescription d = sensor();
+    d.detector.dark_current_e_per_s = 3000;
+    d.detector.conversion_gain_v_per_e = 40e-6;
+    for (const bool double_sampling : {false, true})
+        for (const double gain_db : {0.0, 12.0})
+            for (const double electrons : {0.0, 50.0, 2000.0}) {
+                d.detector.double_sampling = double_sampling;
+                const Detector detector(d, {&band, 1}, aperture_m, 42);
+                const ReadoutPlan plan = plan_of(d, {0, 0, 512, 512}, 10'000'000);
+                const float light = irradiance(d, electrons, 0.01);
+                const auto seen = statistics(shot(detector, plan, light, 1, gain_db),
+                                             shot(detector, plan, light, 2, gain_db));
+                const double dn_per_e = d.detector.gain_dn_per_e * std::pow(10, gain_db / 20);
+                const double stated = pixel_noise(d.detector, gain_db).variance_e2(electrons, 0.01);
+                INFO(double_sampling << " " << gain_db << " dB, " << electrons << " e-");
+                CHECK_THAT(seen.temporal_variance / (dn_per_e * dn_per_e), WithinRel(stated, 0.02));
+            }
 }
