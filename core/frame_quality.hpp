@@ -44,7 +44,7 @@ constexpr auto enum_names(QualityLevel /*type*/) {
 /// Why a frame is not full, as bits.
 enum QualityReason : std::uint32_t {
     quality_budget = 1U << 0,     ///< the time until the rows' deadlines was too short for full rendering
-    quality_stall = 1U << 1,      ///< other programs took the cores: elapsed time far above processor time
+    quality_stall = 1U << 1,      ///< other programs took the cores: elapsed time far above that of the work
     quality_predicted = 1U << 2,  ///< a lower level was begun with because the cost of a better one was known
     quality_page_fault = 1U << 3, ///< rendering waited for memory from disk
     quality_unknown_scene = 1U << 4, ///< nothing was known of this scene's cost
@@ -66,14 +66,14 @@ struct FrameQuality {
     float error_rms = 0;         ///< over the lit pixels, over their root mean square
     float error_worst_group = 0; ///< largest of a group of rows, of the same unit
     float error_goal = 0;        ///< that the settings ask of each pixel; 0: none
-    float noise_ratio_p95 = 0;   ///< error over the detector's noise, 95th percentile of the groups
+    float noise_ratio_p95 = 0;   ///< error over the detector's noise, 95th percentile of the lit groups
     float unknown_share = 0;     ///< of the lit pixels, without an estimate
-    float samples_mean = 0, samples_median = 0, samples_min = 0; ///< rays per pixel near bodies
+    float samples_mean = 0, samples_median = 0, samples_min = 0; ///< rays per lit pixel
     std::uint32_t bounces = 0, bounces_asked = 0; ///< reflections after the first, least of all groups
-    std::uint32_t instants = 0;                   ///< of the row with the fewest
+    std::uint32_t instants = 0; ///< of the exposure at which the row with the fewest was sampled
     std::int32_t rows_degraded = 0, rows_reprojected = 0, rows_repeated = 0;
-    /// Rendering: time that it had, time that it took, and between its end and its deadline, of the group
-    /// where that was least.
+    /// Rendering: from its begin to the last deadline, time that it took, and from the end of a group to its
+    /// deadline, of the group where that was least.
     std::int64_t budget_us = 0, spent_us = 0, margin_us = 0;
     std::int32_t group_rows = quality_group_rows;
     std::uint32_t groups = 0; ///< 0: the frame was rendered without levels, all of it full

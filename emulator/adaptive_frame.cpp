@@ -7,12 +7,24 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace obscura::emulator {
 namespace {
 
 /// For the maker to wake in time for the last resort.
 constexpr std::int64_t wake_ns = 500'000;
+
+/// The render threads had less than this share of a core each while they were at work: other programs took
+/// the rest. Of measurements that add up to so much.
+constexpr double least_cpu_share = 0.75;
+constexpr double least_measured_ns = 1e6;
+
+float nth_of(std::span<float> values, std::size_t n) noexcept {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(n);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
 
 } // namespace
 
@@ -88,9 +100,12 @@ std::pair<std::size_t, std::size_t> AdaptiveFrame::groups_of_block(std::size_t i
 
 bool AdaptiveFrame::render(QualityController& controller, const std::atomic<bool>& cancel) noexcept {
     cancel_ = &cancel;
-    // At least 128 rows at a time: all threads come together after each slab.
-    const std::int32_t slab = std::max(1, 128 / group_rows_);
+    begin_ = now();
+    work_before_ = light_->renderer->work();
+    // All threads come together after each slab: few of them, but enough to follow the clock.
+    const std::int32_t slab = std::max(1, std::min(128 / group_rows_, group_count_ / 8));
     outcome_ = controller.run(*this, {group_count_, light_->period_ns, slab});
+    if (outcome_.complete) work_ = light_->renderer->work() - work_before_;
     if (outcome_.complete) rendered_.store(true, std::memory_order_release);
     return outcome_.complete;
 }
@@ -138,22 +153,34 @@ bool AdaptiveFrame::wants(std::int32_t r) noexcept {
     if (cancel_->load(std::memory_order_relaxed)) return false;
     if (!optional_) return true;
     const Group& group = groups_[group_of(first_row_ + r)];
-    if (group.settled.load(std::memory_order_acquire)) return false;
+    // Light of the optional part may be taken at any time from now on.
+    if (group.settled.load(std::memory_order_acquire) || group.better.load(std::memory_order_acquire))
+        return false;
     return !cut_when_due_ || !claimed_.load();
 }
 
-void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row) noexcept {
+void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row, const renderer::RenderedRow& how) noexcept {
     const auto width = static_cast<std::size_t>(area_width_);
     const std::size_t at = static_cast<std::size_t>(row) * width;
     const std::vector<float>& samples = samples_[part / 2];
     const std::vector<float>& variance = variance_[part / 2];
+    const std::size_t plane = static_cast<std::size_t>(area_rows_) * width;
+    const std::size_t bands = light_->renderer->band_count();
     RowSums sums;
+    sums.instants = how.instants;
+    sums.full = how.level == QualityLevel::full;
     sums.least_samples = std::numeric_limits<float>::max();
     for (std::size_t x = at; x < at + width; ++x) {
         if (!(samples[x] > 0)) continue;
-        const auto light = static_cast<double>(floats_[part][x]);
-        sums.light2 += light * light;
+        // Also of dark pixels, beside which there may be light.
         sums.variance += static_cast<double>(variance[x]);
+        double light = 0;
+        for (std::size_t b = 0; b < bands; ++b)
+            light += static_cast<double>(floats_[part][b * plane + x]);
+        if (!(light > 0)) continue;
+        light /= static_cast<double>(bands);
+        sums.light += light;
+        sums.light2 += light * light;
         sums.samples += static_cast<double>(samples[x]);
         sums.least_samples = std::min(sums.least_samples, samples[x]);
         ++sums.lit;
@@ -162,11 +189,13 @@ void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row) noexcept {
     sums_[part][static_cast<std::size_t>(row)] = sums;
 }
 
-void AdaptiveFrame::done(std::int32_t r) noexcept {
+void AdaptiveFrame::done(std::int32_t r, const renderer::RenderedRow& how) noexcept {
     const std::int32_t row = first_row_ + r;
-    sum_row(optional_ ? 1 : 0, row);
+    const std::size_t part = optional_ ? 1 : 0;
+    sum_row(part, row, how);
     Group& group = groups_[group_of(row)];
     if (group.rows_done.fetch_add(1, std::memory_order_acq_rel) + 1 != group.rows) return;
+    group.ended[part] = now();
     if (optional_) {
         group.level = level_;
         group.better.store(true, std::memory_order_release);
@@ -242,7 +271,7 @@ void AdaptiveFrame::make_earlier(const Group& group, QualityLevel level) noexcep
     request.alone = true;
     static_cast<void>(light_->renderer->render(request, std::span(floats_[2]).subspan(at)));
     for (std::int32_t row = group.first_row; row < group.first_row + group.rows; ++row)
-        sum_row(2, row);
+        sum_row(2, row, {1, level});
 }
 
 void AdaptiveFrame::take_earlier(std::size_t index) noexcept {
@@ -258,6 +287,8 @@ void AdaptiveFrame::take_earlier(std::size_t index) noexcept {
         const bool in_time = begin + static_cast<std::int64_t>(needed_ns) <= block_due(index);
         settled_[g] = in_time ? QualityLevel::reprojected : QualityLevel::repeated;
         make_earlier(group, settled_[g]);
+        part_of_[g] = 2;
+        group.ended[2] = clock_.now();
         used_earlier_ = true;
         if (in_time)
             earlier_row_ns_ +=
@@ -273,17 +304,23 @@ void AdaptiveFrame::try_last_resort() noexcept {
     earlier_row_ns_ = std::max(1.0, static_cast<double>(clock_.now() - begin) / group.rows);
 }
 
+/// Whether no body is near its rows.
+bool AdaptiveFrame::same_as_full(const Group& group, std::size_t part) const noexcept {
+    const auto first = sums_[part].begin() + group.first_row;
+    return std::all_of(first, first + group.rows, [](const RowSums& row) { return row.full; });
+}
+
 void AdaptiveFrame::settle(std::size_t index) noexcept {
     const auto [first, last] = groups_of_block(index);
     for (std::size_t g = first; g <= last; ++g) {
         Group& group = groups_[g];
         if (group.settled.load(std::memory_order_relaxed)) continue;
-        if (!group.better.load(std::memory_order_acquire)) {
-            // A level that is reached from now on is not used: `settled` says so to those who render.
-            settled_[g] = QualityLevel::sixteenth;
-        } else {
-            settled_[g] = group.level;
-        }
+        // A level that is reached from now on is not used: `settled` says so to those who render.
+        const std::size_t part = group.better.load(std::memory_order_acquire) ? 1 : 0;
+        part_of_[g] = part;
+        settled_[g] = same_as_full(group, part) ? QualityLevel::full
+                      : part == 0               ? QualityLevel::sixteenth
+                                                : group.level;
         group.settled.store(true, std::memory_order_release);
     }
 }
@@ -297,7 +334,7 @@ void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
     const std::size_t bands = light_->renderer->band_count();
     for (std::int32_t line = 0; line < block.lines(); ++line) {
         const std::int32_t row = top + line;
-        const std::size_t part = part_of(settled_[group_of(row)]);
+        const std::size_t part = part_of_[group_of(row)];
         for (std::size_t b = 0; b < bands; ++b) {
             const auto from = floats_[part].begin() +
                               static_cast<std::ptrdiff_t>(b * plane + static_cast<std::size_t>(row) * width);
@@ -310,71 +347,92 @@ void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
     }
 }
 
-void AdaptiveFrame::describe(FrameQuality& quality) const noexcept {
+double AdaptiveFrame::lit_share(std::int32_t group) const noexcept {
+    const Group& g = groups_[static_cast<std::size_t>(group)];
+    const bool better = g.better.load(std::memory_order_acquire);
+    if (!better && !g.sparse.load(std::memory_order_acquire)) return -1;
+    const auto first = sums_[better ? 1 : 0].begin() + g.first_row;
+    const std::int64_t lit =
+        std::accumulate(first, first + g.rows, std::int64_t{0},
+                        [](std::int64_t sum, const RowSums& row) { return sum + row.lit; });
+    return static_cast<double>(lit) / (static_cast<double>(g.rows) * area_width_);
+}
+
+std::uint32_t AdaptiveFrame::reasons() const noexcept {
+    // Not rendered to its end: the last blocks were taken before.
+    std::uint32_t bits = rendered() ? outcome_.reasons : quality_budget;
+    const renderer::RenderWork work = rendered() ? work_ : light_->renderer->work() - work_before_;
+    const auto measured_ns = static_cast<double>(work.measured_ns);
+    if (measured_ns > least_measured_ns &&
+        static_cast<double>(work.measured_cpu_ns) < least_cpu_share * measured_ns)
+        bits |= quality_stall;
+    if (work.page_faults > 0) bits |= quality_page_fault;
+    return bits;
+}
+
+void AdaptiveFrame::describe(FrameQuality& quality, const LightUse& use) const noexcept {
     const auto height = static_cast<std::int32_t>(light_->rows.size());
     describe_levels(quality, std::span(settled_).first(static_cast<std::size_t>(group_count_)), height);
-    const std::uint32_t bounces = light_->renderer->bounces_at(QualityLevel::full);
-    quality.bounces_asked = quality.bounces = bounces;
-    double light2 = 0;
-    double variance = 0;
-    double worst_variance = 0;
-    double samples = 0;
-    std::int64_t lit = 0;
-    std::int64_t unknown = 0;
-    float least = std::numeric_limits<float>::max();
+    quality.bounces_asked = quality.bounces = light_->renderer->bounces_at(QualityLevel::full);
+    const double electrons = use.electrons_per_s_per_w_m2 * use.exposure_s;
+    RowSums all;
+    all.least_samples = std::numeric_limits<float>::max();
+    all.instants = std::numeric_limits<std::uint32_t>::max();
+    double worst_variance = 0; // mean of a group
     std::array<float, max_quality_groups> means{};
-    std::size_t mean_count = 0;
-    std::int64_t worst_lit = 0;
+    std::array<float, max_quality_groups> ratios2{};
+    std::size_t lit_groups = 0;
+    std::int64_t margin_ns = std::numeric_limits<std::int64_t>::max();
     for (std::size_t g = 0; g < static_cast<std::size_t>(group_count_); ++g) {
         const Group& group = groups_[g];
-        const std::vector<RowSums>& part = sums_[part_of(settled_[g])];
+        const std::size_t part = part_of_[g];
+        quality.bounces = std::min(quality.bounces, light_->renderer->bounces_at(settled_[g]));
+        margin_ns = std::min(margin_ns, due(static_cast<std::int32_t>(g)) - group.ended[part]);
         // What is made from an earlier frame has its error, too.
-        const double earlier = settled_[g] >= QualityLevel::reprojected ? earlier_error_ * earlier_error_ : 0;
-        double group_variance = 0;
-        double group_samples = 0;
-        std::int64_t group_lit = 0;
+        const double earlier = part == 2 ? earlier_error_ * earlier_error_ : 0;
+        RowSums sums;
         for (std::int32_t r = group.first_row; r < group.first_row + group.rows; ++r) {
-            const RowSums& row = part[static_cast<std::size_t>(r)];
-            light2 += row.light2;
-            group_variance += row.variance + earlier * row.light2;
-            group_samples += row.samples;
-            group_lit += row.lit;
-            unknown += row.unknown;
-            if (row.lit > 0) least = std::min(least, row.least_samples);
+            const RowSums& row = sums_[part][static_cast<std::size_t>(r)];
+            sums.light += row.light;
+            sums.light2 += row.light2;
+            sums.variance += row.variance + earlier * row.light2;
+            sums.samples += row.samples;
+            sums.lit += row.lit;
+            sums.unknown += row.unknown;
+            all.instants = std::min(all.instants, row.instants);
+            if (row.lit > 0) all.least_samples = std::min(all.least_samples, row.least_samples);
         }
-        variance += group_variance;
-        samples += group_samples;
-        lit += group_lit;
-        if (group_lit == 0) continue;
-        means[mean_count++] = static_cast<float>(group_samples / static_cast<double>(group_lit));
-        if (group_variance * static_cast<double>(worst_lit) >=
-            worst_variance * static_cast<double>(group_lit)) {
-            worst_variance = group_variance;
-            worst_lit = group_lit;
-        }
+        if (sums.lit == 0) continue;
+        all.light2 += sums.light2;
+        all.variance += sums.variance;
+        all.samples += sums.samples;
+        all.lit += sums.lit;
+        all.unknown += sums.unknown;
+        const double variance = sums.variance / sums.lit;
+        worst_variance = std::max(worst_variance, variance);
+        means[lit_groups] = static_cast<float>(sums.samples / sums.lit);
+        ratios2[lit_groups++] =
+            static_cast<float>(variance * electrons * electrons /
+                               use.noise.variance_e2(sums.light / sums.lit * electrons, use.exposure_s));
     }
-    if (lit > 0 && light2 > 0) {
-        quality.error_rms = static_cast<float>(std::sqrt(variance / light2));
-        const double mean2 = light2 / static_cast<double>(lit);
-        quality.error_worst_group =
-            static_cast<float>(std::sqrt(worst_variance / static_cast<double>(worst_lit) / mean2));
-        quality.unknown_share = static_cast<float>(unknown) / static_cast<float>(lit);
-        quality.samples_mean = static_cast<float>(samples / static_cast<double>(lit));
-        quality.samples_min = least;
-        const auto middle = means.begin() + static_cast<std::ptrdiff_t>(mean_count / 2);
-        std::nth_element(means.begin(), middle, means.begin() + static_cast<std::ptrdiff_t>(mean_count));
-        quality.samples_median = *middle;
+    quality.instants = all.instants;
+    if (all.lit > 0 && all.light2 > 0) {
+        quality.error_rms = static_cast<float>(std::sqrt(all.variance / all.light2));
+        quality.error_worst_group = static_cast<float>(std::sqrt(worst_variance * all.lit / all.light2));
+        quality.unknown_share = static_cast<float>(all.unknown) / static_cast<float>(all.lit);
+        quality.samples_mean = static_cast<float>(all.samples / all.lit);
+        quality.samples_min = all.least_samples;
+        quality.samples_median = nth_of(std::span(means).first(lit_groups), lit_groups / 2);
+        quality.noise_ratio_p95 =
+            std::sqrt(nth_of(std::span(ratios2).first(lit_groups), (19 * lit_groups - 1) / 20));
     }
-    quality.reasons = quality.level_max == QualityLevel::full ? 0 : outcome_.reasons;
-    // Not rendered to its end yet: the last blocks were taken before.
-    if (used_earlier_ || (quality.level_max != QualityLevel::full && !rendered()))
-        quality.reasons |= quality_budget;
-    quality.spent_us = 0;
-    if (rendered()) {
-        quality.spent_us = (outcome_.end - outcome_.begin) / ns_per_us;
-        quality.margin_us = (block_due(light_->blocks.size() - 1) - outcome_.end) / ns_per_us;
-        quality.budget_us = quality.spent_us + quality.margin_us;
-    }
+    quality.reasons = quality.level_max == QualityLevel::full ? 0 : reasons();
+    if (used_earlier_) quality.reasons |= quality_budget;
+    quality.spent_us = ((rendered() ? outcome_.end : now()) - begin_) / ns_per_us;
+    // The source of another frame has no deadlines.
+    if (!claimed_.load()) return;
+    quality.budget_us = (block_due(light_->blocks.size() - 1) - begin_) / ns_per_us;
+    quality.margin_us = margin_ns / ns_per_us;
 }
 
 } // namespace obscura::emulator

@@ -6,7 +6,9 @@
 #include "core/time.hpp"
 #include "emulator/frame_light.hpp"
 #include "emulator/quality_controller.hpp"
+#include "renderer/render_work.hpp"
 #include "renderer/renderer.hpp"
+#include "sensors/pixel_noise.hpp"
 
 #include <array>
 #include <atomic>
@@ -22,6 +24,13 @@ class Clock;
 }
 
 namespace obscura::emulator {
+
+/// What the light of a frame becomes, for the record of its quality.
+struct LightUse {
+    double electrons_per_s_per_w_m2 = 0; ///< sum over the spectral bands
+    double exposure_s = 0;
+    sensors::PixelNoise noise{};
+};
 
 /// Store for a frame of one window whose groups of rows have levels. A render thread fills it by a
 /// QualityController; the thread that makes the frame takes its blocks, each as good as it is when its time
@@ -69,14 +78,16 @@ public:
     /// Maker: copies the light of block `index` and settles the levels of its groups.
     void take(std::size_t index, std::span<float> out) noexcept;
     /// Maker, when all blocks have been taken: the quality of the frame, without what the terrains lack.
-    void describe(FrameQuality& quality) const noexcept;
+    void describe(FrameQuality& quality, const LightUse& use) const noexcept;
 
 private:
-    /// Of a row of pixels, about its lit ones.
+    /// Of a row of pixels, about its lit ones; their light is the mean of the bands.
     struct RowSums {
-        double light2 = 0, variance = 0, samples = 0;
+        double light = 0, light2 = 0, variance = 0, samples = 0;
         std::int32_t lit = 0, unknown = 0;
         float least_samples = 0;
+        std::uint32_t instants = 0;
+        bool full = false; ///< whatever the level
     };
     struct Group {
         std::int32_t first_row = 0, rows = 0; ///< of the area
@@ -85,6 +96,7 @@ private:
         std::atomic<bool> better{false};            ///< has light of the optional part
         std::atomic<bool> settled{false};           ///< its level is final
         QualityLevel level = QualityLevel::missing; ///< of the optional part, where there is light of it
+        std::array<Time, 3> ended{}; ///< when the mandatory and the optional part had been rendered
     };
 
     // LevelWork, on the render thread.
@@ -100,17 +112,20 @@ private:
     }
     // RowGate, on render threads.
     bool wants(std::int32_t r) noexcept override;
-    void done(std::int32_t r) noexcept override;
+    void done(std::int32_t r, const renderer::RenderedRow& how) noexcept override;
+    [[nodiscard]] double lit_share(std::int32_t group) const noexcept override;
+    [[nodiscard]] std::uint64_t work_done() const noexcept override {
+        return light_->renderer->rays_traced() + light_->renderer->samples_taken();
+    }
 
     /// Request for rows of the area, without the outputs of their quality.
     [[nodiscard]] renderer::RenderRequest request_for(std::int32_t first_row, std::int32_t rows,
                                                       std::span<const QualityLevel> levels) const noexcept;
     /// Sums of a row of a part.
-    void sum_row(std::size_t part, std::int32_t row) noexcept;
+    void sum_row(std::size_t part, std::int32_t row, const renderer::RenderedRow& how) noexcept;
     void make_earlier(const Group& group, QualityLevel level) noexcept;
-    [[nodiscard]] static std::size_t part_of(QualityLevel level) noexcept {
-        return level >= QualityLevel::reprojected ? 2 : level == QualityLevel::sixteenth ? 0 : 1;
-    }
+    [[nodiscard]] std::uint32_t reasons() const noexcept;
+    [[nodiscard]] bool same_as_full(const Group& group, std::size_t part) const noexcept;
     [[nodiscard]] std::size_t group_of(std::int32_t area_row) const noexcept;
     [[nodiscard]] std::pair<std::size_t, std::size_t> groups_of_block(std::size_t index) const noexcept;
 
@@ -127,6 +142,7 @@ private:
     std::vector<QualityLevel> levels_;         ///< by row of the area, of the part that is being rendered
     std::array<Group, max_quality_groups> groups_;
     std::array<QualityLevel, max_quality_groups> settled_{}; ///< levels of the settled groups
+    std::array<std::size_t, max_quality_groups> part_of_{};  ///< which their light is from
     std::int32_t group_count_ = 0, group_rows_ = quality_group_rows;
     std::int32_t area_rows_ = 0, area_width_ = 0, halo_above_ = 0;
 
@@ -148,6 +164,9 @@ private:
     std::atomic<std::int64_t> from_plan_ns_{FrameLight::unknown_clock};
     std::atomic<bool> claimed_{false};
     QualityController::Outcome outcome_;
+    Time begin_;                       ///< of render()
+    renderer::RenderWork work_before_; ///< of the renderer
+    renderer::RenderWork work_;        ///< of the frame, once rendered
     std::atomic<bool> rendered_{false};
 };
 

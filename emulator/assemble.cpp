@@ -137,6 +137,7 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
                            .adapts = adapts,
                            .reserve_ns = std::llround(1e3 * config.deadline.reserve_us),
                            .floor = config.deadline.floor,
+                           .target_error = config.render.target_error,
                            .enter_render = enter_render});
     if (const std::string complaint = maker->answer(camera.initial).refusal; !complaint.empty())
         throw ConfigError(fmt::format("{}: camera: {}", config.source.string(), complaint));
@@ -162,7 +163,7 @@ bool Imaging::load_tiles(const renderer::Renderer& of, const std::function<bool(
     return of.load_tiles(request, go_on);
 }
 
-void Imaging::catch_up(std::uint64_t first) {
+void Imaging::catch_up(std::uint64_t first, const LevelsOf& levels) {
     const std::uint64_t exposed_from = first - std::min(first - 1, detector->lag_frames());
     for (std::uint64_t id = 1; id < exposed_from; ++id) {
         maker->skip(nominal_order(id));
@@ -170,6 +171,7 @@ void Imaging::catch_up(std::uint64_t first) {
         if (!maker->overlaps(nominal_order(id + 1).scene_time + camera.initial.trigger_delay_ns)) break;
     }
     for (std::uint64_t id = exposed_from; id < first; ++id) {
+        if (levels) maker->set_levels(levels(id));
         const FrameRef frame = pool->acquire();
         if (const std::string refusal = maker->make(nominal_order(id), *frame); !refusal.empty())
             throw ConfigError(refusal);

@@ -17,6 +17,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace obscura::emulator {
@@ -40,8 +41,10 @@ struct Imaging {
     /// the scheduling clock counts from 0.
     [[nodiscard]] FrameOrder nominal_order(std::uint64_t frame_id) const;
     /// Prepares for `first` as the first frame made: plans the readouts of the frames before it, as far as
-    /// its timing depends on them, and makes those whose image lag reaches it. Throws ConfigError.
-    void catch_up(std::uint64_t first);
+    /// its timing depends on them, and makes those whose image lag reaches it, at the levels that `levels`
+    /// has for them (FrameMaker::set_levels()). Throws ConfigError.
+    using LevelsOf = std::function<std::span<const QualityLevel>(std::uint64_t frame_id)>;
+    void catch_up(std::uint64_t first, const LevelsOf& levels = {});
     /// Makes the tiles that a renderer needs for the whole sensor, at the time that the first frame of an
     /// acquisition shows that began now. See renderer::Renderer::load_tiles().
     bool load_tiles(const renderer::Renderer& of, const std::function<bool(double)>& go_on) const;

@@ -59,6 +59,13 @@ struct QualityCounters {
     std::uint64_t degraded = 0;                             ///< frames with a row below QualityLevel::full
     std::uint64_t failed = 0;                               ///< of those: their error is above the floor
     std::array<std::uint64_t, quality_level_count> worst{}; ///< frames by the worst level of their rows
+
+    // Of the last frame rendered; from two consecutive ones if it is read meanwhile.
+    QualityLevel last_level = QualityLevel::full;
+    std::uint32_t last_reasons = 0;
+    std::int32_t last_rows_degraded = 0;
+    float last_error = 0;
+    std::int64_t last_margin_us = 0;
 };
 
 /// Receiver of the detector's progress.
@@ -85,6 +92,7 @@ struct FrameMakerSettings {
     bool adapts = false;
     std::int64_t reserve_ns = 0; ///< so much earlier than the detector needs it, light is to be there
     double floor = 0;            ///< error above which a frame counts as failed; 0: none does
+    double target_error = 0;     ///< that rendering has, for the record of frames that adapt
     /// Frames are rendered on a thread of their own, which calls this first, expected ones before their
     /// trigger; empty: on the calling thread.
     std::function<void()> enter_render{};
@@ -228,6 +236,12 @@ private:
     std::atomic<std::int64_t> detector_rows_ns_{0}; ///< time that the detector needs for rows_at_a_time
     std::atomic<std::uint64_t> degraded_{0}, failed_{0};
     std::array<std::atomic<std::uint64_t>, quality_level_count> worst_{};
+    // Of the last frame rendered, see QualityCounters.
+    std::atomic<QualityLevel> last_level_{QualityLevel::full};
+    std::atomic<std::uint32_t> last_reasons_{0};
+    std::atomic<std::int32_t> last_rows_degraded_{0};
+    std::atomic<float> last_error_{0};
+    std::atomic<std::int64_t> last_margin_us_{0};
     std::vector<std::byte> truth_workspace_;
     std::atomic<std::uint64_t> lod_frames_{0}, lod_tiles_{0}; ///< see LodCounters
     std::int64_t scene_to_clock_ns_ = 0;

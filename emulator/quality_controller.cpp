@@ -11,18 +11,28 @@ namespace {
 /// config/realtime.toml).
 constexpr std::array<double, quality_level_count> relative_cost{1, 0.9, 0.7, 0.7, 0.6, 0.2, 0.08, 0, 0, 0};
 
-/// Powers of a measurement over its expectation by which the expectations follow: of the groups measured, of
-/// the level measured unless that is full, and of the groups not measured, because the load has changed.
-constexpr double group_weight = 0.3;
-constexpr double level_weight = 0.2;
-constexpr double load_weight = 0.05;
+/// Powers of a measurement over its expectation by which the expectations follow: of the level measured, if
+/// it took longer and if it did not; of the other levels, because the load has changed; and of the groups
+/// measured over the others. After a stall all follow as the other levels do.
+constexpr double longer_weight = 0.7;
+constexpr double level_weight = 0.4;
+constexpr double load_weight = 0.15;
+constexpr double group_weight = 0.15;
 
-/// The expected cost of full rendering falls by this factor with each frame that is not full: it is tried
-/// again now and then, else nothing would correct an expectation that is too high.
+/// The expected cost of levels that a frame does without falls by this factor: they are tried again now and
+/// then, else nothing would correct an expectation that is too high.
 constexpr double hope = 0.99;
+
+/// A dark group costs as much as one of which this share is lit.
+constexpr double dark_share = 0.02;
 
 /// Expected times are multiplied by this.
 constexpr double caution = 1.15;
+
+/// Rendering stalled if it took more than so many times as long as expected, both by the groups and by their
+/// work, and at least so much longer.
+constexpr double stall_factor = 2;
+constexpr double least_stall_ns = 1e6;
 
 /// Share of the period for which rendering may stall before the sparse grid is late.
 constexpr double stall_share = 0.2;
@@ -42,36 +52,61 @@ std::int64_t whole(double ns) {
 
 double QualityController::cost_ns(QualityLevel level, std::int32_t first,
                                   std::int32_t groups) const noexcept {
-    double full_ns = 0;
-    for (std::int32_t g = first; g < first + groups; ++g)
-        full_ns += full_ns_[static_cast<std::size_t>(g)];
-    return full_ns * ratio_[static_cast<std::size_t>(level)];
+    double lit = 0;
+    for (auto g = static_cast<std::size_t>(first); g < static_cast<std::size_t>(first + groups); ++g)
+        lit += lit_share_[g] * density_[g];
+    return lit * level_ns_[static_cast<std::size_t>(level)];
 }
 
 void QualityController::learn(QualityLevel level, std::int32_t first, std::int32_t groups,
-                              std::int64_t elapsed_ns) noexcept {
+                              std::int64_t elapsed_ns, bool stall) noexcept {
     const auto own = static_cast<std::size_t>(level);
     const double seen_ns = std::max(1.0, static_cast<double>(elapsed_ns));
+    measured_[own] = true;
     if (!known_) {
-        ratio_ = relative_cost;
-        full_ns_.fill(seen_ns / groups / relative_cost[own]);
+        level_ns_ = relative_cost;
+        const double scale = seen_ns / cost_ns(level, first, groups);
+        for (double& ns : level_ns_)
+            ns *= scale;
         known_ = true;
         return;
     }
     const double change = std::clamp(seen_ns / cost_ns(level, first, groups), 0.1, 10.0);
-    const double measured = std::pow(change, group_weight), others = std::pow(change, load_weight);
-    for (std::int32_t g = 0; g < static_cast<std::int32_t>(full_ns_.size()); ++g)
-        full_ns_[static_cast<std::size_t>(g)] *= g >= first && g < first + groups ? measured : others;
-    if (level != QualityLevel::full)
-        ratio_[own] = std::clamp(ratio_[own] * std::pow(change, level_weight), 0.01, 1.0);
+    const double own_weight = stall ? load_weight : change > 1 ? longer_weight : level_weight;
+    for (std::size_t l = 0; l < level_ns_.size(); ++l)
+        level_ns_[l] *= std::pow(change, l == own ? own_weight : load_weight);
+    if (stall || level == QualityLevel::sixteenth) return; // that is of all that is left of the frame
+    for (auto g = static_cast<std::size_t>(first); g < static_cast<std::size_t>(first + groups); ++g)
+        density_[g] = std::clamp(density_[g] * std::pow(change, group_weight), 0.1, 10.0);
 }
 
 bool QualityController::render(LevelWork& work, QualityLevel level, std::int32_t first,
                                std::int32_t groups) noexcept {
     const Time begin = work.now();
+    const std::uint64_t work_before = work.work_done();
+    const double expected_ns = known_ ? cost_ns(level, first, groups) : 0;
     if (!work.render(level, first, groups)) return false;
-    learn(level, first, groups, work.now() - begin);
+    const std::int64_t elapsed_ns = work.now() - begin;
+    for (std::int32_t g = first; g < first + groups; ++g)
+        if (const double share = work.lit_share(g); share >= 0)
+            lit_share_[static_cast<std::size_t>(g)] = std::max(dark_share, share);
+    const bool stall = was_stall(level, expected_ns, elapsed_ns, work.work_done() - work_before);
+    stalled_ = stalled_ || stall;
+    learn(level, first, groups, elapsed_ns, stall);
     return true;
+}
+
+/// A body that comes into view costs more, and has more work: no stall.
+bool QualityController::was_stall(QualityLevel level, double expected_ns, std::int64_t elapsed_ns,
+                                  std::uint64_t work) noexcept {
+    if (work == 0) return false;
+    double& work_ns = work_ns_[static_cast<std::size_t>(level)];
+    const auto seen_ns = static_cast<double>(elapsed_ns);
+    const double by_work_ns = work_ns * static_cast<double>(work);
+    const double most_ns = std::max(expected_ns, by_work_ns);
+    const double change = by_work_ns > 0 ? std::clamp(seen_ns / by_work_ns, 0.1, 10.0) : 1;
+    work_ns = by_work_ns > 0 ? work_ns * std::pow(change, level_weight) : seen_ns / static_cast<double>(work);
+    return by_work_ns > 0 && seen_ns > std::max(stall_factor * most_ns, most_ns + least_stall_ns);
 }
 
 bool QualityController::short_of_time(const LevelWork& work, const Frame& frame, std::int32_t group,
@@ -106,6 +141,8 @@ QualityLevel QualityController::choose(const LevelWork& work, const Frame& frame
 QualityController::Outcome QualityController::run(LevelWork& work, const Frame& frame) noexcept {
     Outcome outcome;
     outcome.begin = work.now();
+    stalled_ = false;
+    measured_ = {};
     if (!known_) outcome.reasons |= quality_unknown_scene;
     bool sparse = false;
     for (std::int32_t group = 0; group < frame.groups;) {
@@ -135,8 +172,9 @@ QualityController::Outcome QualityController::run(LevelWork& work, const Frame& 
         group += slab;
     }
     if (outcome.reasons != 0)
-        for (double& ns : full_ns_)
-            ns *= hope;
+        for (std::size_t l = 0; l < level_ns_.size(); ++l)
+            if (!measured_[l]) level_ns_[l] *= hope;
+    if (stalled_) outcome.reasons |= quality_stall;
     outcome.end = work.now();
     outcome.complete = true;
     return outcome;

@@ -23,6 +23,10 @@ public:
     /// Whether a group has light of the optional part.
     [[nodiscard]] virtual bool improved(std::int32_t group) const noexcept = 0;
     [[nodiscard]] virtual bool has_level(QualityLevel level) const noexcept = 0;
+    /// Share of a group's pixels that are lit; negative: it has no light yet.
+    [[nodiscard]] virtual double lit_share(std::int32_t group) const noexcept = 0;
+    /// Work done so far, in any unit: tells groups that cost more from time that others took.
+    [[nodiscard]] virtual std::uint64_t work_done() const noexcept = 0;
 };
 constexpr Time never_due{INT64_MAX};
 
@@ -30,10 +34,16 @@ constexpr Time never_due{INT64_MAX};
 /// mandatory part is a sparse grid over the whole frame, made first; where so much time is left that it would
 /// still be in time after a stall, full rendering begins without it, from the top down, and the sparse grid
 /// follows for what remains as soon as the time runs short. The levels of the optional part come from the
-/// measured cost of each, by the elapsed time, so that they follow the load of the machine. Thread-bound;
-/// real-time safe.
+/// measured cost of each, by the elapsed time, so that they follow the load of the machine; how it is spread
+/// over the groups comes from their lit pixels, as of the frame's own sparse grid. Thread-bound; real-time
+/// safe.
 class QualityController {
 public:
+    QualityController() noexcept {
+        lit_share_.fill(1);
+        density_.fill(1);
+    }
+
     struct Frame {
         std::int32_t groups = 0;
         std::int64_t period_ns = 0; ///< from one trigger to the next; 0: not known
@@ -52,14 +62,22 @@ public:
 
 private:
     bool render(LevelWork& work, QualityLevel level, std::int32_t first, std::int32_t groups) noexcept;
-    void learn(QualityLevel level, std::int32_t first, std::int32_t groups, std::int64_t elapsed_ns) noexcept;
+    void learn(QualityLevel level, std::int32_t first, std::int32_t groups, std::int64_t elapsed_ns,
+               bool stall) noexcept;
+    [[nodiscard]] bool was_stall(QualityLevel level, double expected_ns, std::int64_t elapsed_ns,
+                                 std::uint64_t work) noexcept;
     [[nodiscard]] bool short_of_time(const LevelWork& work, const Frame& frame, std::int32_t group,
                                      std::int32_t slab) const noexcept;
     [[nodiscard]] QualityLevel choose(const LevelWork& work, const Frame& frame, Time begin,
                                       std::int32_t group, std::int32_t slab) const noexcept;
 
-    std::array<double, max_quality_groups> full_ns_{}; ///< of each group, fully rendered
-    std::array<double, quality_level_count> ratio_{};  ///< of a level's cost to that of full rendering
+    /// Expected time of a group that is lit all over.
+    std::array<double, quality_level_count> level_ns_{};
+    /// Share of a group's pixels that were lit when last seen, and what they cost over that of others.
+    std::array<double, max_quality_groups> lit_share_{}, density_{};
+    std::array<double, quality_level_count> work_ns_{}; ///< of a unit of LevelWork::work_done(), by level
+    std::array<bool, quality_level_count> measured_{};  ///< levels rendered in this frame
+    bool stalled_ = false;                              ///< in this frame
     bool known_ = false;
 };
 

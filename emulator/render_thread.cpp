@@ -203,10 +203,11 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
     claim_levels(light);
 }
 
-void RenderThread::describe_moved(FrameQuality& quality, std::int32_t height) const noexcept {
+void RenderThread::describe_moved(FrameQuality& quality, const LightUse& use,
+                                  std::int32_t height) const noexcept {
     const Store& s = claimed();
     if (s.source == nullptr) return;
-    if (s.source->adapts) s.source->levels->describe(quality);
+    if (s.source->adapts) s.source->levels->describe(quality, use);
     // Within the tolerance the bodies are those that were rendered.
     if (s.light.levels.front() == QualityLevel::reprojected) describe_levels(quality, s.light.levels, height);
 }

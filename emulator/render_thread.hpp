@@ -93,15 +93,15 @@ public:
     /// Whether the rows of the claimed frame have levels.
     [[nodiscard]] bool has_levels() const noexcept { return claimed().adapts; }
     /// Describes the quality of the claimed frame, all blocks of which have been taken by level.
-    void describe(FrameQuality& quality) noexcept {
-        claimed().levels->describe(quality);
+    void describe(FrameQuality& quality, const LightUse& use) noexcept {
+        claimed().levels->describe(quality, use);
         last_error_ = static_cast<double>(quality.error_rms);
     }
     /// Largest apparent motion between what was rendered for the claimed frame and what it should show,
     /// pixels.
     [[nodiscard]] double error_px() const noexcept { return error_px_; }
     /// Describes the quality of the claimed frame, of `height` rows, if it was made from the expected one.
-    void describe_moved(FrameQuality& quality, std::int32_t height) const noexcept;
+    void describe_moved(FrameQuality& quality, const LightUse& use, std::int32_t height) const noexcept;
     /// All blocks of the claimed frame have been taken: measures what is not known yet for the next.
     void end_claimed() noexcept {
         if (claimed().adapts) claimed().levels->try_last_resort();

@@ -70,6 +70,9 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
         fmt::format_to(to, ",{},{},{},{},{},{},{},", static_cast<int>(q.level_max), q.rows_degraded,
                        q.reasons, std::llround(1e6 * static_cast<double>(q.error_rms)), q.budget_us,
                        q.spent_us, q.margin_us);
+        for (const float value : {q.error_worst_group, q.error_goal, q.noise_ratio_p95, q.unknown_share})
+            fmt::format_to(to, "{},", std::llround(1e6 * static_cast<double>(value)));
+        fmt::format_to(to, "{},{},{},{},", q.instants, q.bounces, q.bounces_asked, t.work.render.page_faults);
         fmt::format_to(to, "{},{},{},", std::llround(1e6 * static_cast<double>(q.lod_deficit_share)),
                        static_cast<int>(q.lod_deficit_worst), q.tiles_missing);
         for (std::size_t g = 0; g < q.groups; ++g)
@@ -104,6 +107,8 @@ std::string TimingLog::header() const {
                        "grid_ns,wings_ns,points_ns,rest_ns,measured_ns,measured_cpu_ns,preemptions,"
                        "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_upx,"
                        "level_max,rows_degraded,quality_reasons,error_ppm,budget_us,spent_us,margin_us,"
+                       "error_worst_ppm,error_goal_ppm,noise_ratio_ppm,unknown_ppm,sampled_instants,bounces,"
+                       "bounces_asked,page_faults,"
                        "lod_deficit_ppm,lod_deficit_worst,tiles_missing,levels";
     for (const std::string& kind : transports_)
         line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns,{0}_pace_ns", kind);

@@ -26,6 +26,7 @@ struct RenderWork {
     /// Of a sample of that time: elapsed, and in which the threads ran. The rest went to other programs.
     std::int64_t measured_ns = 0, measured_cpu_ns = 0;
     std::uint64_t preemptions = 0; ///< involuntary context switches of the threads
+    std::uint64_t page_faults = 0; ///< of the threads, for memory that came from disk
     std::uint64_t rows = 0;        ///< rows rendered
     std::uint64_t instants = 0;    ///< of those rows
     std::uint64_t rays = 0, samples = 0;
@@ -49,6 +50,7 @@ struct RenderWork {
         measured_ns -= before.measured_ns;
         measured_cpu_ns -= before.measured_cpu_ns;
         preemptions -= before.preemptions;
+        page_faults -= before.page_faults;
         rows -= before.rows;
         instants -= before.instants;
         rays -= before.rays;

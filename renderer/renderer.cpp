@@ -170,6 +170,13 @@ namespace {
 /// Variance of pixels that have samples, even if all are equal: 0 means none. Any positive number.
 constexpr double least_variance = std::numeric_limits<double>::min();
 
+/// Whether a pixel of a row of `width` pixels has light in some channel.
+bool is_lit(std::span<const double> light, std::size_t x, std::size_t width) {
+    for (; x < light.size(); x += width)
+        if (light[x] > 0) return true;
+    return false;
+}
+
 /// First samples of pixels of adaptive sampling where something moves: with fewer, too many of those that an
 /// edge crosses during the exposure see only one side of it (measured by noise_estimate_test.cpp).
 constexpr std::uint32_t least_moving_samples = 8;
@@ -470,8 +477,8 @@ struct Renderer::Impl {
                         const RowState& now, Scratch& s) const;
     /// Keeps the light of a row's bodies.
     void keep_light(const RenderRequest& request, std::int32_t y, const Exposure& when, Scratch& s) const;
-    /// Adds a block of a row's pixels.
-    void trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block, BlockTracer& blocks,
+    /// Adds a block of a row's pixels. Returns false if no body is near.
+    bool trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block, BlockTracer& blocks,
                      NoiseSums* noise, const SampleGridKernel* kernel, const SampleGrid* grid,
                      std::size_t channels, Scratch& s) const;
     /// Rows of a shared grid above and below a pixel that it needs.
@@ -481,8 +488,8 @@ struct Renderer::Impl {
     /// Whether the grids have what row `r` needs.
     [[nodiscard]] bool grids_ready(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                                    Scratch& s) const;
-    /// Interpolates the row's pixels from a sparse grid.
-    void take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
+    /// Interpolates the row's pixels from a sparse grid. Returns false if all are dark.
+    bool take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
                      std::size_t channels, Scratch& s) const;
     /// Traces the blocks with small bodies as at QualityLevel::full.
     void trace_small_bodies(const RenderRequest& request, std::int32_t y, const Instants& instants,
@@ -498,10 +505,10 @@ struct Renderer::Impl {
     [[nodiscard]] static std::int32_t plane_rows(const RenderRequest& request) {
         return request.plane_rows > 0 ? request.plane_rows : request.rows;
     }
-    void render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
-                    std::span<float> irradiance, Scratch& s) const;
-    /// Adds the light of the row's pixel samples.
-    void trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
+    RenderedRow render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
+                           std::span<float> irradiance, Scratch& s) const;
+    /// Adds the light of the row's pixel samples. Returns false if no body is near.
+    bool trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                       const Instants& instants, std::span<const SweptBody> swept, QualityLevel level,
                       Tracer& tracer, Scratch& s) const;
     /// Estimates the variance of a row from Scratch::noise and what Scratch::variance has of the grid.
@@ -886,7 +893,7 @@ void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, 
         const auto at = static_cast<std::size_t>(y - request.window.y - request.first_row) * width;
         constexpr float share = 1.0F / (MotionGrid::cell_px * MotionGrid::cell_px);
         for (std::size_t x = 0; x < width; ++x)
-            if (s.light[x] > 0) request.samples[at + x] = share;
+            if (is_lit(s.light, x, width)) request.samples[at + x] = share;
     }
     if (!request.variance.empty()) bound_variance(image, y, level, channels, now, s);
 }
@@ -941,7 +948,7 @@ void Renderer::Impl::keep_light(const RenderRequest& request, std::int32_t y, co
     image.set_view(y, begin_row(to_seconds(when.row.mid().ns), s, s.middle, 0, 1));
 }
 
-void Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
+bool Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
                                  std::size_t channels, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     for (std::size_t c = 0; c < channels; ++c)
@@ -949,14 +956,15 @@ void Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, c
     if (!request.variance.empty()) {
         grid.variance(channels, request.window.x, y, std::span(s.variance).first(width));
         for (std::size_t x = 0; x < width; ++x)
-            s.variance[x] = s.light[x] > 0 ? std::max(s.variance[x], least_variance) : 0;
+            s.variance[x] = is_lit(s.light, x, width) ? std::max(s.variance[x], least_variance) : 0;
     }
     if (!request.samples.empty()) {
         const auto row = static_cast<std::size_t>(y - request.window.y - request.first_row);
         const float share = 1 / static_cast<float>(grid.step() * grid.step());
         for (std::size_t x = 0; x < width; ++x)
-            if (s.light[x] > 0) request.samples[row * width + x] = share;
+            if (is_lit(s.light, x, width)) request.samples[row * width + x] = share;
     }
+    return std::any_of(s.light.begin(), s.light.end(), [](double light) { return light > 0; });
 }
 
 void Renderer::Impl::trace_small_bodies(const RenderRequest& request, std::int32_t y,
@@ -968,7 +976,7 @@ void Renderer::Impl::trace_small_bodies(const RenderRequest& request, std::int32
     const std::int32_t first = BlockTracer::block_of(request.window.x);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     for (std::int32_t block = first; block <= last; ++block) {
-        if (!blocks.small_near(block, y)) continue;
+        if (const NearBodies near = blocks.near(block, y); near.samples == 0 || !near.small) continue;
         for (int i = 0; i < packet_size; ++i) {
             const std::int32_t column = block * packet_size + i - request.window.x;
             if (column < 0 || column >= request.window.width) continue;
@@ -1113,12 +1121,12 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, bool alone,
     return true;
 }
 
-void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block,
+bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block,
                                  BlockTracer& blocks, NoiseSums* noise, const SampleGridKernel* kernel,
                                  const SampleGrid* grid, std::size_t channels, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     BlockResult result;
-    if (!blocks.trace(block, y, result, noise, kernel, grid)) return;
+    if (!blocks.trace(block, y, result, noise, kernel, grid)) return false;
     for (int i = 0; i < packet_size; ++i) {
         const std::int32_t column = block * packet_size + i - request.window.x;
         if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
@@ -1132,35 +1140,46 @@ void Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
         if (noise != nullptr && noise->count(i) == 0)
             s.variance[pixel] = std::max(result.variance[i], least_variance);
     }
+    return true;
 }
 
-void Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
+bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                                   const Instants& instants, std::span<const SweptBody> swept,
                                   QualityLevel level, Tracer& tracer, Scratch& s) const {
     if (level >= QualityLevel::reprojected) {
         const std::span<const RowState> states = instants.states();
-        return take_earlier(request, y, level, tracer.channels(), states[states.size() / 2], s);
+        take_earlier(request, y, level, tracer.channels(), states[states.size() / 2], s);
+        return true;
     }
     if (std::none_of(instants.states().begin(), instants.states().end(),
                      [&](const RowState& row) { return resolves_any(row, field_rad); }))
-        return;
+        return false;
     s.sunlight_only = tracer.sunlight_only();
     const bool shared =
         rows.kernel &&
         shares_samples(request,
                        request.row_times[static_cast<std::size_t>(y - request.window.y - request.first_row)],
                        level, s);
-    if (level >= QualityLevel::grid && !shared)
-        return take_sparse(request, y, rows.sparse[sparse_index(level)], tracer.channels(), s);
+    const bool sparse = level >= QualityLevel::grid && !shared;
+    if (sparse && take_sparse(request, y, rows.sparse[sparse_index(level)], tracer.channels(), s))
+        return true;
     const Sampling how = sampling(request, level);
     BlockTracer blocks(instants.one() ? *s.lens : *lens, gaussian_psf, psf.get(), how, instants, swept,
                        tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
     const std::int32_t first = BlockTracer::block_of(request.window.x);
-    for (std::int32_t block = first; block <= last; ++block)
-        trace_block(request, y, block, blocks,
-                    request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)],
-                    shared ? &*rows.kernel : nullptr, shared ? &rows.grid : nullptr, tracer.channels(), s);
+    bool near = false;
+    for (std::int32_t block = first; block <= last; ++block) {
+        // A body may be hidden between the points of a sparse grid.
+        if (sparse && blocks.near(block, y).samples > 0) return true;
+        if (sparse) continue;
+        NoiseSums* const noise =
+            request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)];
+        near = trace_block(request, y, block, blocks, noise, shared ? &*rows.kernel : nullptr,
+                           shared ? &rows.grid : nullptr, tracer.channels(), s) ||
+               near;
+    }
+    return near;
 }
 
 void Renderer::Impl::estimate_variance(const RenderRequest& request, Scratch& s,
@@ -1197,8 +1216,8 @@ void Renderer::Impl::estimate_variance(const RenderRequest& request, Scratch& s,
     }
 }
 
-void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
-                                std::span<float> irradiance, Scratch& s) const {
+RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
+                                       std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     const std::int32_t y = request.window.y + request.first_row + r;
     const Exposure when = exposure(request.row_times[static_cast<std::size_t>(r)], s);
@@ -1223,9 +1242,12 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
     if (&set_up == &s.fewer) set_lens(set_up.rows[0].beta, s);
     s.work.row_set_up(when.instants);
     const Instants sampled(std::span(set_up.rows.data(), traced.instants));
+    bool bodies_near = false;
     with_tracer(
         sampled, s,
-        [&](Tracer& tracer) { trace_pixels(request, y, rows, sampled, set_up.swept, level, tracer, s); },
+        [&](Tracer& tracer) {
+            bodies_near = trace_pixels(request, y, rows, sampled, set_up.swept, level, tracer, s);
+        },
         level);
     begin_rows(rows.request, when, s, s.whole);
     const std::span states(s.whole.rows.data(), when.instants);
@@ -1271,6 +1293,7 @@ void Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& ro
         for (std::size_t x = 0; x < width; ++x)
             out[x] = static_cast<float>((light[x] * unit + s.starlight[b * width + x]) * s.per_pixel[x]);
     }
+    return {traced.instants, bodies_near ? level : QualityLevel::full};
 }
 
 void Renderer::Impl::load_row(const RenderRequest& request, std::int32_t r, Scratch& s) const {
@@ -1413,8 +1436,8 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
         !impl_->fill_wings(request, cancel, rows))
         return false;
     const auto render_row = [&](std::int32_t r, Scratch& s) {
-        impl_->render_row(request, rows, r, irradiance, s);
-        if (request.gate != nullptr) request.gate->done(r);
+        const RenderedRow how = impl_->render_row(request, rows, r, irradiance, s);
+        if (request.gate != nullptr) request.gate->done(r, how);
     };
     if (request.gate == nullptr)
         return impl_->for_rows(RenderPart::rest, request.rows, impl_->rows_of(request), cancel, render_row);

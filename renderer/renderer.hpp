@@ -70,6 +70,13 @@ struct RenderSettings {
     double loader_share = 1;
 };
 
+/// How a row was rendered.
+struct RenderedRow {
+    std::uint32_t instants = 1; ///< of its exposure at which pixels were sampled
+    /// As requested, or full where no body is near: then the level makes no difference.
+    QualityLevel level = QualityLevel::full;
+};
+
 /// Follows the rows of a request that has a deadline. All calls come from render threads and must be
 /// real-time safe.
 class RowGate {
@@ -79,7 +86,7 @@ public:
     /// their work. A row that is not wanted is left as it was.
     virtual bool wants(std::int32_t r) noexcept = 0;
     /// Row `r` has been written.
-    virtual void done(std::int32_t r) noexcept = 0;
+    virtual void done(std::int32_t r, const RenderedRow& how) noexcept = 0;
 };
 
 /// Samples that the requests of one frame share, so that rendering it in parts costs no more than in one

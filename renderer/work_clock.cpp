@@ -25,7 +25,7 @@ std::int64_t steady_ns() noexcept {
 
 struct ThreadUse {
     std::int64_t cpu_ns = 0;
-    std::uint64_t preemptions = 0;
+    std::uint64_t preemptions = 0, page_faults = 0;
 };
 
 ThreadUse thread_use() noexcept {
@@ -35,7 +35,8 @@ ThreadUse thread_use() noexcept {
         return static_cast<std::int64_t>(t.tv_sec) * ns_per_s +
                static_cast<std::int64_t>(t.tv_usec) * ns_per_us;
     };
-    return {ns(use.ru_utime) + ns(use.ru_stime), static_cast<std::uint64_t>(use.ru_nivcsw)};
+    return {ns(use.ru_utime) + ns(use.ru_stime), static_cast<std::uint64_t>(use.ru_nivcsw),
+            static_cast<std::uint64_t>(use.ru_majflt)};
 }
 
 } // namespace
@@ -46,6 +47,7 @@ void WorkTotals::add(const RenderWork& work) noexcept {
     measured_ns_.fetch_add(work.measured_ns, std::memory_order_relaxed);
     measured_cpu_ns_.fetch_add(work.measured_cpu_ns, std::memory_order_relaxed);
     preemptions_.fetch_add(work.preemptions, std::memory_order_relaxed);
+    page_faults_.fetch_add(work.page_faults, std::memory_order_relaxed);
     rows_.fetch_add(work.rows, std::memory_order_relaxed);
     instants_.fetch_add(work.instants, std::memory_order_relaxed);
 }
@@ -57,6 +59,7 @@ RenderWork WorkTotals::read() const noexcept {
     work.measured_ns = measured_ns_.load(std::memory_order_relaxed);
     work.measured_cpu_ns = measured_cpu_ns_.load(std::memory_order_relaxed);
     work.preemptions = preemptions_.load(std::memory_order_relaxed);
+    work.page_faults = page_faults_.load(std::memory_order_relaxed);
     work.rows = rows_.load(std::memory_order_relaxed);
     work.instants = instants_.load(std::memory_order_relaxed);
     return work;
@@ -79,7 +82,10 @@ void WorkClock::start(RenderPart whole) noexcept {
     if (measured_) {
         const ThreadUse use = thread_use();
         cpu_begin_ns_ = use.cpu_ns;
-        if (last_measured_ns_ == 0) preemptions_ = use.preemptions;
+        if (last_measured_ns_ == 0) {
+            preemptions_ = use.preemptions;
+            page_faults_ = use.page_faults;
+        }
     }
     first_ = last_ = ticks();
 }
@@ -100,6 +106,7 @@ void WorkClock::stop(WorkTotals& totals) noexcept {
         work.measured_cpu_ns = std::clamp<std::int64_t>(use.cpu_ns - cpu_begin_ns_, 0, work.measured_ns);
         // All since the last look: a thread without work is not preempted.
         work.preemptions = use.preemptions - std::exchange(preemptions_, use.preemptions);
+        work.page_faults = use.page_faults - std::exchange(page_faults_, use.page_faults);
     }
     work.rows = rows_;
     work.instants = instants_;

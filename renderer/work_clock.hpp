@@ -19,7 +19,7 @@ public:
 private:
     std::array<std::atomic<std::int64_t>, render_part_count> part_ns_{};
     std::atomic<std::int64_t> measured_ns_{0}, measured_cpu_ns_{0};
-    std::atomic<std::uint64_t> preemptions_{0}, rows_{0}, instants_{0};
+    std::atomic<std::uint64_t> preemptions_{0}, page_faults_{0}, rows_{0}, instants_{0};
 };
 
 /// Stop watch of a thread: each lap belongs to a part of the work. Reads the time stamp counter where there
@@ -56,7 +56,7 @@ private:
     std::int64_t begin_ns_ = 0;
     bool measured_ = false; ///< this run is in the sample of CPU time
     std::int64_t last_measured_ns_ = 0, cpu_begin_ns_ = 0;
-    std::uint64_t preemptions_ = 0; ///< of the thread, as last seen
+    std::uint64_t preemptions_ = 0, page_faults_ = 0; ///< of the thread, as last seen
 };
 
 } // namespace obscura::renderer

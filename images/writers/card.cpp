@@ -90,11 +90,17 @@ Cards quality_cards(const FrameQuality& quality) {
             {"QROWDEG", whole(quality.rows_degraded), "rows of levels other than full"},
             {"QERRRMS", real(quality.error_rms), "error over rms of the lit pixels"},
             {"QERRWRST", real(quality.error_worst_group), "the same, of the worst group of rows"},
+            {"QERRGOAL", real(quality.error_goal), "error that the settings ask of each pixel"},
+            {"QNOISE", real(quality.noise_ratio_p95), "error over detector noise, 95 % of the groups"},
             {"QUNKN", real(quality.unknown_share), "share of lit pixels without an estimate"},
-            {"QSPPMEA", real(quality.samples_mean), "mean of rays per pixel near bodies"},
-            {"QSPPMED", real(quality.samples_median), "median of rays per pixel near bodies"},
-            {"QSPPMIN", real(quality.samples_min), "least rays per pixel near bodies"},
-            {"QBOUNCE", whole(quality.bounces), "reflections after the first"}};
+            {"QSPPMEA", real(quality.samples_mean), "mean of rays per lit pixel"},
+            {"QSPPMED", real(quality.samples_median), "median of rays per lit pixel"},
+            {"QSPPMIN", real(quality.samples_min), "least rays of a lit pixel"},
+            {"QBOUNCE", whole(quality.bounces), "reflections after the first"},
+            {"QINSTANT", whole(quality.instants), "motion instants of the row with the fewest"},
+            {"QBUDGET", quality.budget_us, "[us] that rendering had"},
+            {"QSPENT", quality.spent_us, "[us] that rendering took"},
+            {"QMARGIN", quality.margin_us, "[us] least time left at a deadline"}};
 }
 
 Cards frame_cards(const Frame& frame) {

@@ -402,12 +402,6 @@ void BlockTracer::trace_points(double x, double y, double step, float* out, std:
                 active.on[i] != 0 ? static_cast<float>(rays.radiance.v[c].v[i] * solid_angle.v[i]) : 0.0F;
 }
 
-bool BlockTracer::small_near(std::int32_t block, std::int32_t y) {
-    set_block(block, y);
-    const NearBodies near = find_near();
-    return near.samples > 0 && near.small;
-}
-
 void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums) {
     Batch batch;
     for (int p = 0; p < packet_size; ++p) {

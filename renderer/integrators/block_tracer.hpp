@@ -76,8 +76,11 @@ public:
     /// Traces 16 points of a row of a sparse grid, `step` apart from (x, y); their values to `out`, one plane
     /// of `plane` floats for each channel.
     void trace_points(double x, double y, double step, float* out, std::size_t plane);
-    /// Whether a body that is BodyState::small may be seen in the block's pixels.
-    [[nodiscard]] bool small_near(std::int32_t block, std::int32_t y);
+    /// The bodies that may be seen in the block's pixels.
+    [[nodiscard]] NearBodies near(std::int32_t block, std::int32_t y) {
+        set_block(block, y);
+        return find_near();
+    }
 
     /// The block that holds column `x`.
     static std::int32_t block_of(std::int32_t x) {

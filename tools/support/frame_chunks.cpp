@@ -98,6 +98,11 @@ FrameQuality read_quality(Reader reader) {
         share = static_cast<float>(reader.f64());
     for (QualityLevel& level : out.group_level)
         level = reader.choice_byte<QualityLevel>();
+    out.instants = reader.u32();
+    out.rows_reprojected = reader.i32(), out.rows_repeated = reader.i32();
+    reader.u32();
+    for (float* const value : {&out.error_goal, &out.noise_ratio_p95})
+        *value = static_cast<float>(reader.f64());
     return out;
 }
 
@@ -326,12 +331,17 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
                       {"rows_degraded", quality.rows_degraded},
                       {"error", quality.error_rms},
                       {"error_worst_group", quality.error_worst_group},
+                      {"error_goal", quality.error_goal},
+                      {"noise_ratio_p95", quality.noise_ratio_p95},
                       {"unknown_share", quality.unknown_share},
                       {"samples_mean", quality.samples_mean},
                       {"samples_median", quality.samples_median},
                       {"samples_min", quality.samples_min},
                       {"bounces", quality.bounces},
                       {"bounces_asked", quality.bounces_asked},
+                      {"instants", quality.instants},
+                      {"rows_reprojected", quality.rows_reprojected},
+                      {"rows_repeated", quality.rows_repeated},
                       {"budget_us", quality.budget_us},
                       {"spent_us", quality.spent_us},
                       {"margin_us", quality.margin_us},

@@ -78,6 +78,11 @@ constexpr NumberColumn later_columns[] = {
     {"budget_us", &TimingRow::budget_us},
     {"spent_us", &TimingRow::spent_us},
     {"margin_us", &TimingRow::margin_us},
+    {"error_worst_ppm", &TimingRow::error_worst_ppm},
+    {"error_goal_ppm", &TimingRow::error_goal_ppm},
+    {"noise_ratio_ppm", &TimingRow::noise_ratio_ppm},
+    {"unknown_ppm", &TimingRow::unknown_ppm},
+    {"page_faults", &TimingRow::page_faults},
 };
 constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
                            lateness_column = "row_lateness_us", levels_column = "levels",

@@ -33,6 +33,8 @@ struct TimingRow {
     std::int64_t detector_wait = 0, detector = 0, ahead = 0, ahead_error = 0; ///< see emulator::FrameWork
     std::int64_t level_max = 0, rows_degraded = 0, quality_reasons = 0;       ///< see FrameQuality
     std::int64_t error_ppm = 0, budget_us = 0, spent_us = 0, margin_us = 0;
+    std::int64_t error_worst_ppm = 0, error_goal_ppm = 0, noise_ratio_ppm = 0, unknown_ppm = 0;
+    std::int64_t page_faults = 0;   ///< see renderer::RenderWork
     std::string levels;             ///< a digit for each group of rows: QualityLevel
     std::vector<std::int64_t> pace; ///< see Transport::pace_ns(), by TimingFile::transports
 };

@@ -93,7 +93,7 @@ public:
         view.warn("capture");
         if (strict_ && !view.oddities().empty()) return exit_failure;
         const QualityReplay levels(levels_, imaging.maker->answer(imaging.camera.initial));
-        imaging.catch_up(first_);
+        imaging.catch_up(first_, [&levels](std::uint64_t id) { return levels.of(id); });
         FrameRef frame = imaging.pool->acquire();
         const std::filesystem::path folder(output_);
         const images::Cards lens = renderer::lens_cards(config.scene.camera);

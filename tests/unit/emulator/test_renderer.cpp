@@ -92,7 +92,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                 test::test_irradiance(request.window.x + x, request.window.y + request.first_row + r,
                                       request.row_times[static_cast<std::size_t>(r)].mid().ns,
                                       request.frame_id + 1000 * static_cast<std::uint64_t>(level));
-        if (request.gate != nullptr) request.gate->done(r);
+        if (request.gate != nullptr) request.gate->done(r, {1, level});
     }
     return complete;
 }

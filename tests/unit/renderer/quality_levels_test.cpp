@@ -226,7 +226,9 @@ TEST_CASE("a gate leaves out rows that are not wanted any more, and no others") 
         std::array<std::atomic<int>, size> rows{};
         std::int32_t last = 0;
         bool wants(std::int32_t r) noexcept override { return r < last; }
-        void done(std::int32_t r) noexcept override { ++rows[static_cast<std::size_t>(r)]; }
+        void done(std::int32_t r, const renderer::RenderedRow& /*how*/) noexcept override {
+            ++rows[static_cast<std::size_t>(r)];
+        }
     };
     const renderer::Renderer r = renderer_of(asteroid());
     const std::vector<RowTime> times = rows_of(0, 0);

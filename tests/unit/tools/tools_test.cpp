@@ -321,11 +321,13 @@ TEST_CASE("the quality of a frame is read from its chunk") {
         chunks[first + k] = std::vector<std::uint8_t>(4096);
     // By the layout in transports/gige/wire/chunk.hpp.
     std::vector<std::uint8_t>& bytes = chunks[quality];
-    bytes.assign(456, 0);
+    bytes.assign(488, 0);
     bytes[3] = 6, bytes[7] = 5, bytes[11] = 2, bytes[15] = 16, bytes[27] = 16;
     bytes[32] = 0x3F, bytes[33] = 0xA0;      // 2^-5 in binary64
     bytes[96 + 6] = 1, bytes[96 + 7] = 0x2C; // 300 us
     bytes[200] = 6, bytes[201] = 77;         // one of no level
+    bytes[459] = 3;                          // instants
+    bytes[480] = 0x3F, bytes[481] = 0xE0;    // 2^-1
     const FrameChunks read =
         parse_chunks([&](std::uint32_t id) { return std::span<const std::uint8_t>(chunks[id]); });
     CHECK(read.quality.level_max == QualityLevel::sixteenth);
@@ -334,6 +336,8 @@ TEST_CASE("the quality of a frame is read from its chunk") {
     CHECK(read.quality.rows_degraded == 16);
     CHECK(read.quality.error_rms == 0.03125F);
     CHECK(read.quality.budget_us == 300);
+    CHECK(read.quality.instants == 3);
+    CHECK(read.quality.noise_ratio_p95 == 0.5F);
     CHECK(read.quality.group_level[0] == QualityLevel::sixteenth);
     CHECK(read.quality.group_level[1] == QualityLevel::missing);
     CHECK_THAT(chunk_json(read, "a.fits"),
@@ -342,7 +346,7 @@ TEST_CASE("the quality of a frame is read from its chunk") {
     CHECK(std::any_of(cards.begin(), cards.end(), [](const images::Card& card) {
         return card.key == "QLEVEL" && images::card_text(card) == "sixteenth";
     }));
-    bytes.resize(455);
+    bytes.resize(487);
     CHECK_THROWS_AS(parse_chunks([&](std::uint32_t id) { return std::span<const std::uint8_t>(chunks[id]); }),
                     InputError);
 }

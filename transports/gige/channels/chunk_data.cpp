@@ -124,6 +124,11 @@ void write_quality(BigEndianWriter& writer, const FrameQuality& q) {
         writer.f64(static_cast<double>(share));
     static_assert(sizeof(QualityLevel) == 1);
     writer.bytes(q.group_level.data(), q.group_level.size());
+    for (const std::uint32_t value : {q.instants, static_cast<std::uint32_t>(q.rows_reprojected),
+                                      static_cast<std::uint32_t>(q.rows_repeated), 0U})
+        writer.u32(value);
+    for (const float value : {q.error_goal, q.noise_ratio_p95})
+        writer.f64(static_cast<double>(value));
 }
 
 } // namespace

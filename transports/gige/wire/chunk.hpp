@@ -46,12 +46,12 @@ enum class Chunk : std::uint8_t {
     /// bounces asked for, rows degraded, tiles missing; f64 error rms, error of the worst group, share
     /// without an estimate, samples: mean, median, least, share on cells wider than asked for, worst factor
     /// of those; i64 budget, spent, margin in us; f64[10] share of the rows by level; u8[256] level of each
-    /// group
+    /// group; u32 instants, rows reprojected, rows repeated, 0; f64 error goal, error over detector noise
     frame_quality,
 };
 constexpr std::size_t chunk_count = 19;
 constexpr std::size_t truth_entry_bytes = 160;
-constexpr std::size_t frame_quality_bytes = 456;
+constexpr std::size_t frame_quality_bytes = 488;
 constexpr std::uint32_t chunk_id_base = 0x4F420000;
 constexpr std::size_t chunk_tag_bytes = 8;
 
