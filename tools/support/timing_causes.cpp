@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/timing_causes.hpp"
 
-#include "core/frame_quality.hpp"
+#include "tools/support/timing_quality.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -187,35 +185,6 @@ std::string sending(const TimingFile& acquisition, std::size_t t) {
             pace / rows_ms);
     else
         text += ": gige.throughput_limit_mbit_s, DeviceLinkThroughputLimit or GevSCPD set it";
-    return text;
-}
-
-/// How many frames were rendered below full quality, and at which levels; empty if none was.
-std::string quality_remark(const std::vector<TimingRow>& rows) {
-    std::array<std::size_t, quality_level_count> groups{};
-    std::size_t degraded = 0;
-    std::vector<std::int64_t> errors_ppm;
-    for (const TimingRow& row : rows) {
-        for (const char digit : row.levels)
-            ++groups[static_cast<std::size_t>(digit - '0')];
-        if (row.rows_degraded > 0) ++degraded;
-        if (row.error_ppm > 0) errors_ppm.push_back(row.error_ppm);
-    }
-    if (degraded == 0) return "";
-    std::sort(errors_ppm.begin(), errors_ppm.end());
-    const auto all = static_cast<double>(std::accumulate(groups.begin(), groups.end(), std::size_t{0}));
-    std::string levels;
-    for (std::size_t l = 0; l < groups.size(); ++l)
-        if (groups[l] > 0)
-            levels += fmt::format("{}{} {:.1f} %", levels.empty() ? "" : ", ",
-                                  name_of(static_cast<QualityLevel>(l)),
-                                  100 * static_cast<double>(groups[l]) / all);
-    std::string text =
-        fmt::format("quality: {} of {} frames below full, groups of rows: {}", degraded, rows.size(), levels);
-    if (!errors_ppm.empty())
-        text += fmt::format("; estimated error {:.1f} % (median; worst {:.1f} %)",
-                            1e-4 * static_cast<double>(errors_ppm[errors_ppm.size() / 2]),
-                            1e-4 * static_cast<double>(errors_ppm.back()));
     return text;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/timing_report.hpp"
 
+#include "tools/support/timing_quality.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -148,7 +150,7 @@ std::string causes_text(const TimingFile& file) {
     return out;
 }
 
-std::string acquisition_text(const TimingFile& file) {
+std::string acquisition_text(const TimingFile& file, bool degraded) {
     const std::vector<TimingRow>& rows = file.rows;
     const auto late =
         std::count_if(rows.begin(), rows.end(), [](const TimingRow& r) { return r.late_rows > 0; });
@@ -184,18 +186,18 @@ std::string acquisition_text(const TimingFile& file) {
         out += fmt::format("{:>8} {:>12.3f} {:>10} {:>10}  {}\n", row.frame_id,
                            static_cast<double>(lateness(row)) * 1e-6, row.late_rows, row.worst_row_number,
                            reason(row));
-    return out + causes_text(file);
+    return out + causes_text(file) + degraded_text(file.rows, degraded);
 }
 
 } // namespace
 
-std::string timing_text(const TimingFile& file) {
+std::string timing_text(const TimingFile& file, bool degraded) {
     const std::vector<TimingFile> all = acquisitions(file);
-    if (all.size() < 2) return acquisition_text(file);
+    if (all.size() < 2) return acquisition_text(file, degraded);
     std::string out;
     for (const TimingFile& one : all)
         out += fmt::format("{}Acquisition {}\n\n{}", out.empty() ? "" : "\n\n", one.rows.front().acquisition,
-                           acquisition_text(one));
+                           acquisition_text(one, degraded));
     return out;
 }
 
@@ -224,7 +226,7 @@ std::string timing_csv(const TimingFile& file) {
         for (const Cure& cure : cures(judged(one)))
             out += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{}\n", one.rows.front().acquisition,
                                quoted(cure.cause), cure.ms, cure.of_ms, cure.with_ms, quoted(cure.advice));
-    return out;
+    return out + '\n' + degraded_csv(file.rows);
 }
 
 namespace {

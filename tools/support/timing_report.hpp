@@ -32,9 +32,10 @@ struct SpanFigures {
 [[nodiscard]] std::vector<TimingRow> worst(std::span<const TimingRow> rows, std::size_t count);
 
 /// Text tables for each acquisition: quantiles, histograms, the ten worst frames and why, where the time of
-/// the late frames went, and what would help.
-[[nodiscard]] std::string timing_text(const TimingFile& file);
-/// The same as four CSV tables with an empty line between them, with the acquisition in the first column.
+/// the late frames went, what would help, and degraded frames by their reasons, with `degraded` one by one.
+[[nodiscard]] std::string timing_text(const TimingFile& file, bool degraded = false);
+/// The same as CSV tables with an empty line between them, with the acquisition in the first column: the
+/// fifth has each degraded frame.
 [[nodiscard]] std::string timing_csv(const TimingFile& file);
 /// SVG picture: for each acquisition the cumulative distributions of all latencies over a logarithmic time
 /// axis, and the ten worst frames.

@@ -61,13 +61,18 @@ public:
             "row: quantiles, histograms, and the ten worst frames with the stage that delayed them. For the "
             "late frames it says where the time went (scene at motion instants, samples, wings, detector, "
             "other programs, ...), which setting decides that, and what a frame would take with another "
-            "value. Each acquisition has tables of its own. The output is text, CSV, or a picture of the "
+            "value. Frames that were rendered below full quality (deadline.quality) are counted by reason, "
+            "and "
+            "with --degraded listed one by one. Each acquisition has tables of its own. The output is text, "
+            "CSV, or a picture of the "
             "distributions (SVG). With --self-test no file is read: "
             "the daemon's row release thread releases rows at 10 and 100 Hz, with and without polling, "
             "and their lateness is printed.";
         line.positional("FILE", &file_, "Timing file that obscurad --timing wrote").required = false;
         line.option("--format", &format_, "FORMAT", "Output format").choices = {"text", "csv", "svg"};
         line.option("-o,--output", &output_, "FILE", "Write to FILE instead of standard output");
+        line.flag("--degraded", degraded_,
+                  "Also list each degraded frame: levels, errors, times and reasons");
         line.flag("--self-test", self_test_,
                   "Measure the release jitter of this machine instead of reading FILE");
         line.number("--seconds", &seconds_, "S", "With --self-test: duration of each measurement in seconds",
@@ -90,7 +95,7 @@ private:
         const TimingFile run = read_timing(in, file_);
         if (format_ == "csv") return timing_csv(run);
         if (format_ == "svg") return timing_svg(run);
-        return timing_text(run);
+        return timing_text(run, degraded_);
     }
 
     std::string test_machine() const {
@@ -135,7 +140,7 @@ private:
     }
 
     std::string file_, format_ = "text", output_;
-    bool self_test_ = false;
+    bool self_test_ = false, degraded_ = false;
     double seconds_ = 5;
 };
 

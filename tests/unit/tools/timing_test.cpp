@@ -2,6 +2,7 @@
 #include "core/error.hpp"
 #include "emulator/timing_log.hpp"
 #include "tests/support/catch.hpp"
+#include "tools/support/timing_quality.hpp"
 #include "tools/support/timing_report.hpp"
 
 #include <algorithm>
@@ -415,4 +416,52 @@ TEST_CASE("what a frame cost is in the timing file") {
     CHECK(row.detector_wait == 13);
     CHECK(row.detector == 14);
     CHECK(row.pace == std::vector<std::int64_t>{99});
+}
+
+TEST_CASE("degraded frames are counted by reason, and each is explained") {
+    TimingFile file;
+    const auto add = [&](std::uint64_t id, std::int64_t reasons, std::string levels, std::int64_t error_ppm) {
+        TimingRow row;
+        row.acquisition = 1;
+        row.frame_id = id;
+        row.rows = row.height = 64;
+        row.quality_reasons = reasons;
+        row.error_ppm = error_ppm;
+        row.levels = std::move(levels);
+        for (const char digit : row.levels)
+            row.rows_degraded += digit == '0' ? 0 : 16;
+        for (const char digit : row.levels)
+            row.level_max = std::max<std::int64_t>(row.level_max, digit - '0');
+        row.budget_us = 83'200, row.spent_us = 80'000, row.margin_us = static_cast<std::int64_t>(id) * 1000;
+        row.measured = 100, row.measured_cpu = 62, row.preemptions = 17, row.page_faults = 3;
+        file.rows.push_back(row);
+    };
+    add(1, 0, "0000", 6'000);
+    CHECK(degraded_text(file.rows, true).empty());
+    CHECK(quality_remark(file.rows).empty());
+    CHECK(degraded_because(file.rows[0]).empty());
+    add(2, quality_budget | quality_predicted, "0044", 12'300);
+    add(3, quality_budget | quality_predicted, "0066", 30'000);
+    add(4, quality_stall | quality_budget, "6666", 41'000);
+    add(5, quality_page_fault, "0001", 9'000);
+    add(6, quality_unknown_scene, "4444", 9'000);
+    CHECK(degraded_because(file.rows[1]) ==
+          "too little time, foreseen; in full it would have taken longer than the 83.2 ms that there were");
+    CHECK_THAT(degraded_because(file.rows[3]),
+               ContainsSubstring("other programs, too little time") &&
+                   ContainsSubstring("had 62 % of a core each, by 17 involuntary context switches"));
+    CHECK_THAT(degraded_because(file.rows[4]), ContainsSubstring("3 page faults"));
+    CHECK_THAT(degraded_because(file.rows[5]), ContainsSubstring("the first frame"));
+    const std::string text = timing_text(file);
+    CHECK_THAT(text,
+               ContainsSubstring(
+                   "       2      3.00      3.00         2.0  too little time, foreseen                 "
+                   "full 50 %, grid 25 %, sixteenth 25 %\n"));
+    CHECK_THAT(text, !ContainsSubstring("Each degraded frame"));
+    CHECK_THAT(timing_text(file, true),
+               ContainsSubstring("\n       4      4.10      0.00      0.00       83.2       80.0        4.0  "
+                                 "sixteenth 100 %; other programs, too little time; "));
+    CHECK_THAT(timing_csv(file),
+               ContainsSubstring("\n1,3,sixteenth,32,5,30000,0,0,83200,80000,3000,0066,\"too little time, "));
+    CHECK_THAT(quality_remark(file.rows), ContainsSubstring("quality: 5 of 6 frames below full"));
 }
