@@ -458,6 +458,10 @@ TEST_CASE("Chunks say what the frame is, in both payload types") {
             CHECK(real("ChunkQualityLodDeficit") == 0.125);
             CHECK(integer("ChunkQualityBudget") == 90000);
             CHECK(integer("ChunkQualitySpent") == 70000);
+            CHECK(integer("ChunkQualityMargin") == -500);
+            CHECK(integer("ChunkQualityInstants") == 4);
+            CHECK(real("ChunkQualityErrorGoal") == 0.0625);
+            CHECK(real("ChunkQualityNoiseRatio") == 0.75);
             CHECK(integer("ChunkRowCount") == 48);
             CHECK(integer("ChunkRowRead") - integer("ChunkRowReset") == 1'500'000);
             CHECK(integer("ChunkRowReset") == integer("ChunkTimestamp"));
@@ -995,6 +999,15 @@ TEST_CASE("Events reach the message channel and are repeated until acknowledged"
     const Message missed = receive(true);
     CHECK(missed.id == 0x9004);
     CHECK(missed.timestamp == 1007);
+    client.set("EventSelector", "FrameDegraded");
+    client.set("EventNotification", "On");
+    bench.source.set_degraded(true);
+    client.execute("AcquisitionStart");
+    CHECK(receive(true).id == 0x9001);
+    const Message degraded = receive(true);
+    CHECK(degraded.id == 0x9009);
+    CHECK(degraded.block == 1);
+    CHECK(degraded.id == client.integer("EventFrameDegraded"));
     close(fd);
 }
 

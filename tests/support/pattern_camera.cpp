@@ -211,6 +211,7 @@ bool PatternCamera::make_frame(const CameraSettings& settings, const std::vector
     GroundTruth& truth = frame->info.truth;
     truth.camera.position_m = {1.5 * static_cast<double>(id), 0, 0};
     truth.camera_pose_age_s = 0.25;
+    if (degraded_) frame->flags.fetch_or(frame_degraded);
     FrameQuality& quality = frame->info.quality;
     quality.level_max = QualityLevel::quarter;
     quality.reasons = quality_stall;
@@ -218,7 +219,8 @@ bool PatternCamera::make_frame(const CameraSettings& settings, const std::vector
     quality.tiles_missing = 3;
     quality.error_rms = 0.25F, quality.error_worst_group = 0.5F, quality.samples_mean = 1.5F;
     quality.lod_deficit_share = 0.125F;
-    quality.budget_us = 90'000, quality.spent_us = 70'000;
+    quality.budget_us = 90'000, quality.spent_us = 70'000, quality.margin_us = -500;
+    quality.instants = 4, quality.error_goal = 0.0625F, quality.noise_ratio_p95 = 0.75F;
     truth.sun_position_m = {0, 0, -1e11};
     truth.intrinsics = {{2000, 1250}, {31.5, 23.5}, {10e-6, 16e-6}};
     truth.body_count = 2;

@@ -44,6 +44,8 @@ public:
     }
     /// Leaves the pixels as they are: for benchmarks, where making the image must not be what is measured.
     void set_blank(bool blank) { blank_ = blank; }
+    /// Frames say that they are degraded.
+    void set_degraded(bool degraded) { degraded_ = degraded; }
     /// Gives up the frame after this many rows (0: never).
     void abandon_after(std::int32_t rows) { abandon_after_ = rows; }
 
@@ -82,7 +84,7 @@ private:
     transports::Transport* transport_ = nullptr;
     std::atomic<std::int32_t> band_rows_{32}, abandon_after_{0};
     std::atomic<std::int64_t> band_ns_{0};
-    std::atomic<bool> blank_{false};
+    std::atomic<bool> blank_{false}, degraded_{false};
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;

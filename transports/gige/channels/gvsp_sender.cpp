@@ -257,6 +257,8 @@ bool GvspSender::send_block(const FrameRef& frame, bool again) noexcept {
     // Report a frame that was cut short or repeats another.
     if (!frame->complete() || (frame->flags.load(std::memory_order_relaxed) & frame_repeated) != 0)
         post(Event::error, block, clock_.now());
+    if ((frame->flags.load(std::memory_order_relaxed) & frame_degraded) != 0)
+        post(Event::frame_degraded, block, clock_.now());
     const auto rows = frame->row_times();
     if (!rows.empty()) {
         post(Event::exposure_start, block, rows.front().reset);

@@ -16,6 +16,7 @@ constexpr std::array event_selector_entries{
     entry("Test", Event::test),
     entry("PrimaryApplicationSwitch", Event::application_switch),
     entry("ActionLate", Event::action_late),
+    entry("FrameDegraded", Event::frame_degraded),
 };
 
 constexpr std::array features{
@@ -63,6 +64,11 @@ constexpr std::array features{
             .tooltip = "Identifier of the event on the message channel",
             .access = Access::read_only,
             .constant = event_id(Event::action_late)},
+    Feature{.name = "EventFrameDegraded",
+            .custom = true,
+            .tooltip = "Identifier of the event on the message channel",
+            .access = Access::read_only,
+            .constant = event_id(Event::frame_degraded)},
 };
 
 } // namespace

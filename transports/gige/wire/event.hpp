@@ -17,8 +17,9 @@ enum class Event : std::uint8_t {
     test,
     application_switch,
     action_late,
+    frame_degraded,
 };
-constexpr std::size_t event_count = 8;
+constexpr std::size_t event_count = 9;
 
 /// Identifier on the wire: that of the standard where it defines the event, else one of the range for
 /// devices.
