@@ -39,6 +39,13 @@ std::string explain_unknown_name(const PoseRings& rings) {
     return fmt::format("pose: nothing in the scene has that name, allowed are {}", names);
 }
 
+/// About the last frame, for the end of an answer.
+std::string quality_words(const QualityCounters& q) {
+    return fmt::format("level={} error={:.5f} rows_degraded={} reasons={} margin_us={}",
+                       name_of(q.last_level), q.last_error, q.last_rows_degraded, q.last_reasons,
+                       q.last_margin_us);
+}
+
 const char* outcome(const CameraCounters& before, const CameraCounters& after) {
     if (after.complete > before.complete)
         return after.repeated > before.repeated ? "repeated" : after.late > before.late ? "late" : "complete";
@@ -294,15 +301,17 @@ void SimulatorServer::go_on_with_step() {
     steps_.fetch_add(1);
     const CameraCounters before = *step_.before;
     end();
-    answer(client, fmt::format("frame {} {} {} {}", camera_.moments().frame_id, seconds_text(step_.scene),
-                               outcome(before, after), after.late_rows - before.late_rows));
+    answer(client, fmt::format("frame {} {} {} {} {}", camera_.moments().frame_id, seconds_text(step_.scene),
+                               outcome(before, after), after.late_rows - before.late_rows,
+                               quality_words(after.quality)));
 }
 
 std::string SimulatorServer::state_line() const {
     const CameraCounters c = camera_.counters();
-    return fmt::format("state acquiring={} ready={} lockstep={} frames={} missed={}",
+    return fmt::format("state acquiring={} ready={} lockstep={} frames={} missed={} degraded={} failed={} {}",
                        camera_.acquiring() ? 1 : 0, camera_.ready_for_line0(clock_.now()) ? 1 : 0,
-                       source_.load() != nullptr ? 1 : 0, c.frames, c.missed_triggers);
+                       source_.load() != nullptr ? 1 : 0, c.frames, c.missed_triggers, c.quality.degraded,
+                       c.quality.failed, quality_words(c.quality));
 }
 
 void SimulatorServer::answer(Client& client, const std::string& line) {

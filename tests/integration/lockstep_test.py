@@ -48,7 +48,7 @@ def free_port():
 
 
 class Daemon:
-    def __init__(self, source="lockstep", policy="late"):
+    def __init__(self, source="lockstep", policy="late", quality="hold"):
         self.temporary = tempfile.TemporaryDirectory(prefix="obscura-lockstep-")
         self.folder = pathlib.Path(self.temporary.name)
         self.port = free_port()
@@ -78,6 +78,8 @@ source = "{source}"
 rate_hz = 20
 [deadline]
 policy = "{policy}"
+quality = "{quality}"
+reserve_us = 1000000
 [simulator]
 enabled = true
 listen = "127.0.0.1:{self.port}"
@@ -152,9 +154,9 @@ def centre(pixels):
     return (x / weight, y / weight) if weight else None
 
 
-def fly_past(steps):
+def fly_past(steps, quality="hold"):
     """The rock crosses the image; the frames that come of it."""
-    with Daemon() as daemon, Simulator("127.0.0.1", daemon.port) as simulator:
+    with Daemon(quality=quality) as daemon, Simulator("127.0.0.1", daemon.port) as simulator:
         frames, answers = [], []
         for i in range(steps):
             t = 0.5 * i
@@ -184,12 +186,17 @@ if all(places):
         check(f"the rock moves by {expected:.2f} pixels in {name}", abs(abs(moved) - expected) < 0.3, moved)
 again, _, _, _, _ = fly_past(12)
 check("the same poses and steps give the same bytes", again == frames)
+# A second of reserve is more than there is: whoever has deadlines would have to degrade.
+adapting, answers, _, _, statistics = fly_past(12, "adapt")
+check("lockstep never degrades, whatever deadlines may", adapting == frames)
+check("and each step says so", all(a.quality["level"] == "full" and a.quality["rows_degraded"] == "0" for a in answers), answers)
+check("as do the statistics", statistics["quality"]["degraded"] == 0, statistics["quality"])
 
 with Daemon() as daemon:
     with Simulator("127.0.0.1", daemon.port) as simulator:
         check("it greets", simulator.greeting == "obscura simulator 1", simulator.greeting)
         state = simulator.state()
-        check("state", state["acquiring"] == "1" and state["lockstep"] == "1" and state["frames"] == "0", state)
+        check("state", state["acquiring"] == "1" and state["lockstep"] == "1" and state["frames"] == "0" and state["degraded"] == "0", state)
         first = daemon.frame(simulator.step(1).number)
         check("a step back is refused", "not later" in refusal(lambda: simulator.step(0.5)))
         check("and one to the same time", "not later" in refusal(lambda: simulator.step(1)))

@@ -4,12 +4,12 @@
 
     with Simulator("127.0.0.1", 5003) as simulator:
         simulator.pose("camera", 0.0, (-20000, 0, 0), (1, 0, 0, 0))
-        print(simulator.step(0.1))    # Frame(number=1, time='0.100000000', outcome='complete', late_rows=0)
+        print(simulator.step(0.1))    # Frame(number=1, time='0.100000000', outcome='complete', late_rows=0, quality={...})
 """
 import collections
 import socket
 
-Frame = collections.namedtuple("Frame", "number time outcome late_rows")
+Frame = collections.namedtuple("Frame", "number time outcome late_rows quality")
 
 
 class Refused(Exception):
@@ -52,9 +52,9 @@ class Simulator:
     def step(self, time_s):
         """Lets one frame be made at `time_s` of the scene; returns when its last row has left."""
         self.send(f"step {time_s:.9f}\n".encode())
-        word, number, time, outcome, late_rows = self.answer().split()
+        word, number, time, outcome, late_rows, *quality = self.answer().split()
         assert word == "frame"
-        return Frame(int(number), time, outcome, int(late_rows))
+        return Frame(int(number), time, outcome, int(late_rows), dict(pair.split("=") for pair in quality))
 
     def state(self):
         self.send(b"state\n")
