@@ -4,7 +4,7 @@
 flagged, listed and says why.
 
 Usage: quality_replay_test.py OBSCURAD OBSCURA
-Exit status 1 if a check failed.
+Exit status 1 if a check failed, 77 on a machine that is too busy.
 """
 import csv
 import pathlib
@@ -45,7 +45,7 @@ samples_per_pixel = 256
 threads = 1
 [trigger]
 source = "timer"
-rate_hz = 10
+rate_hz = 2
 over_trigger = "latch"
 [deadline]
 quality = "adapt"
@@ -86,6 +86,9 @@ lag = 0.02
     check("those and no others have reasons", all((r["quality_reasons"] != "0") == (r in degraded) for r in rows))
     check("each has its error", all(int(r["error_ppm"]) > 0 and int(r["error_worst_ppm"]) >= int(r["error_ppm"]) for r in degraded))
 
+    if any(set(r["levels"]) & {"7", "8"} for r in rows):
+        print("skipped: a machine so busy that rows were made from an earlier frame, which no levels give again")
+        sys.exit(77)
     replay = [obscura, "capture", folder / "obscurad.toml", "--format", "raw", "--no-preview", "--levels", folder / "run.csv"]
     subprocess.run([*replay, "-n", str(FRAMES), "-o", folder / "again"], check=True, stdout=subprocess.DEVNULL)
     check("the levels give the same bytes", all(pixels(folder / "frames", n) == pixels(folder / "again", n) for n in range(1, FRAMES + 1)),
