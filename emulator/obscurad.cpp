@@ -74,10 +74,11 @@ bool stop_is_pending() {
 
 /// Makes the tiles of terrains that the first frames need. False: the daemon is to stop.
 bool load_tiles(emulator::Daemon& daemon) {
+    bool told = false;
     const MonotonicClock clock;
     constexpr std::int64_t between_ns = 5 * ns_per_s;
     Time next = clock.now() + ns_per_s;
-    return daemon.load_tiles([&](double share) {
+    const bool made = daemon.load_tiles([&](double share) {
         if (const Time now = clock.now(); now >= next) {
             const int percent = static_cast<int>(100 * share);
             log_info("tiles: {} % of those for the first frame", percent);
@@ -85,9 +86,12 @@ bool load_tiles(emulator::Daemon& daemon) {
                                                          "EXTEND_TIMEOUT_USEC={}",
                                                          percent, 4 * between_ns / ns_per_us));
             next = now + between_ns;
+            told = true;
         }
         return !stop_is_pending();
     });
+    if (told) emulator::notify_service_manager("STATUS=");
+    return made;
 }
 
 // Reloads the configuration as a whole; the old one stays in use if the new one is not valid or not
@@ -221,7 +225,7 @@ int run(const Options& options) {
     std::fputs(ready.c_str(), stdout);
     std::fflush(stdout);
     if (!options.ready_file.empty()) write_whole(options.ready_file, ready);
-    emulator::notify_service_manager("READY=1\nSTATUS=");
+    emulator::notify_service_manager("READY=1");
 
     serve(daemon, monitor, signals, options);
 

@@ -87,7 +87,7 @@ class Bench:
         self.process = None
         self.write()
 
-    def write(self, exposure_us=2000, more="", samples=1, trigger="rate_hz = 10"):
+    def write(self, exposure_us=2000, more="", samples=1, trigger="rate_hz = 10", size=(WIDTH, HEIGHT)):
         self.config.write_text(f"""[scene]
 file = "scene.toml"
 [render]
@@ -104,8 +104,8 @@ enabled = true
 format = "raw"
 directory = "{self.frames}"
 [sensor.readout]
-width = {WIDTH}
-height = {HEIGHT}
+width = {size[0]}
+height = {size[1]}
 {more}
 """)
 
@@ -247,7 +247,8 @@ def test_long_rendering():
     """A frame that takes far longer than the watchdog is work, not a hung worker."""
     watchdog_s = 2
     with Bench() as bench:
-        bench.write(samples=65536 // options.slowdown)
+        # Some 30 s of work for a fast core, with most of the body in the picture.
+        bench.write(samples=65536 // options.slowdown, size=(4 * WIDTH, 4 * HEIGHT))
         bench.start(watchdog_s=watchdog_s)
         check("READY=1 is said", bench.wait_for("READY=1"), bench.log_text())
         fed = [t for t, text in bench.messages(4 * watchdog_s) if "WATCHDOG=1" in text]

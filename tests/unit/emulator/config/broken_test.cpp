@@ -427,8 +427,14 @@ rate_hz = 5
 file = "scene.toml"
 [completely_different]
 )",
-     "c.toml:3:2: completely_different: unknown key, allowed scene, daemon, render, ptp, threads, "
+     "c.toml:3:2: completely_different: unknown key, allowed scene, daemon, render, ptp, threads, monitor, "
      "trigger, deadline, camera, simulator, outputs, gige, file, v4l2, stimulator, sensor"},
+    {R"([scene]
+file = "scene.toml"
+[monitor]
+socket = "relative"
+)",
+     R"(c.toml:4:10: monitor.socket: "relative"; allowed are "auto", "off" and an absolute path of at most 107 bytes)"},
     {R"([scene]
 file = "scene.toml"
 [threads]
