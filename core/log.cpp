@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <deque>
 #include <mutex>
 #include <utility>
 
@@ -74,31 +73,20 @@ std::string printable(std::string_view text) {
     return clean;
 }
 
-/// The latest lines, oldest first.
-struct History {
-    std::mutex mutex;
-    std::deque<LoggedLine> lines;
-    std::uint64_t last_id = 0;
-};
-
-History& history() {
-    static History all;
+LogHistory& history() noexcept {
+    static LogHistory all;
     return all;
 }
 
-void remember(LogLevel level, const std::string& text) {
+std::int64_t utc_ns() {
     timespec now{};
     clock_gettime(CLOCK_REALTIME, &now);
-    History& all = history();
-    const std::lock_guard lock(all.mutex);
-    if (all.lines.size() == log_history_lines) all.lines.pop_front();
-    all.lines.push_back(
-        {++all.last_id, now.tv_sec * ns_per_s + now.tv_nsec, level, text.substr(0, log_history_text)});
+    return now.tv_sec * ns_per_s + now.tv_nsec;
 }
 
 void write_line(LogLevel level, const std::string& text) {
     static const Journal journal;
-    remember(level, text);
+    history().add(level, text, utc_ns());
     if (journal.is_stderr() && journal.send(journal_entry(level, text))) return;
     const std::string line = journal.is_stderr() ? fmt::format("<{}>{}\n", static_cast<int>(level), text)
                                                  : fmt::format("{}{}\n", name_of(level), text);
@@ -151,13 +139,27 @@ void log_line(LogLevel level, std::string_view text) {
     write_line(level, printable(text));
 }
 
-std::vector<LoggedLine> logged_lines(std::uint64_t after, std::size_t most) {
-    History& all = history();
-    const std::lock_guard lock(all.mutex);
-    const auto first = std::find_if(all.lines.begin(), all.lines.end(),
-                                    [after](const LoggedLine& line) { return line.id > after; });
-    const auto count = std::min(most, static_cast<std::size_t>(all.lines.end() - first));
-    return {first, first + static_cast<std::ptrdiff_t>(count)};
+void LogHistory::add(LogLevel level, std::string_view text, std::int64_t utc_ns) {
+    const std::lock_guard lock(mutex_);
+    Entry& entry = entries_[++last_id_ % lines];
+    entry.utc_ns = utc_ns;
+    entry.level = level;
+    entry.bytes = text.copy(entry.text.data(), entry.text.size());
+}
+
+std::vector<LoggedLine> LogHistory::after(std::uint64_t after, std::size_t most) const {
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t gone = last_id_ > lines ? last_id_ - lines : std::uint64_t{0};
+    std::vector<LoggedLine> found;
+    for (std::uint64_t id = std::max(after, gone); id < last_id_ && found.size() < most;) {
+        const Entry& entry = entries_[++id % lines];
+        found.push_back({id, entry.utc_ns, entry.level, {entry.text.data(), entry.bytes}});
+    }
+    return found;
+}
+
+const LogHistory& log_history() noexcept {
+    return history();
 }
 
 LogRing::LogRing() noexcept {

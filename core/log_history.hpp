@@ -4,9 +4,12 @@
 
 #include "core/log.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace obscura {
@@ -16,13 +19,33 @@ struct LoggedLine {
     std::uint64_t id = 0;    ///< counts from 1 in this process
     std::int64_t utc_ns = 0; ///< when it was written, CLOCK_REALTIME
     LogLevel level = LogLevel::info;
-    std::string text; ///< at most log_history_text bytes of it
+    std::string text; ///< at most LogHistory::text_bytes of it
 };
 
-/// Lines that are kept, and bytes of each.
-constexpr std::size_t log_history_lines = 1024, log_history_text = 1024;
+/// The latest lines, in memory that does not grow: a service runs for months. Thread-safe, not real-time
+/// safe.
+class LogHistory {
+public:
+    /// Lines that are kept, and bytes of each.
+    static constexpr std::size_t lines = 1024, text_bytes = 512;
 
-/// The oldest lines kept with an id above `after`, at most `most` of them. Thread-safe, not real-time safe.
-[[nodiscard]] std::vector<LoggedLine> logged_lines(std::uint64_t after, std::size_t most);
+    void add(LogLevel level, std::string_view text, std::int64_t utc_ns);
+    /// The oldest lines kept with an id above `after`, at most `most` of them.
+    [[nodiscard]] std::vector<LoggedLine> after(std::uint64_t after, std::size_t most) const;
+
+private:
+    struct Entry {
+        std::int64_t utc_ns;
+        LogLevel level;
+        std::size_t bytes;
+        std::array<char, text_bytes> text;
+    };
+    mutable std::mutex mutex_;
+    std::array<Entry, lines> entries_{}; ///< line n at n % lines
+    std::uint64_t last_id_ = 0;
+};
+
+/// The history of log_line().
+[[nodiscard]] const LogHistory& log_history() noexcept;
 
 } // namespace obscura

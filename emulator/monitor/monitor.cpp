@@ -58,7 +58,7 @@ Monitor::Monitor(Daemon& daemon, std::string version)
         {"events",
          "Lines of the log, oldest first",
          {{"after", "Only lines with a larger id", 0, largest_id, 0},
-          {"most", "Number of lines", 1, log_history_lines, log_history_lines}},
+          {"most", "Number of lines", 1, LogHistory::lines, LogHistory::lines}},
          [](const VerbArguments& a) { return events(a.at("after"), a.at("most")); }},
     };
 }
@@ -126,8 +126,8 @@ std::string Monitor::events(std::uint64_t after, std::uint64_t most) {
     Json list = Json::array();
     std::size_t bytes = 0;
     // Room for the longest line, each character of which may take six bytes as JSON, is left at the end.
-    constexpr std::size_t enough = monitor_answer_bytes - 6 * log_history_text - 256;
-    for (const LoggedLine& line : logged_lines(after, static_cast<std::size_t>(most))) {
+    constexpr std::size_t enough = monitor_answer_bytes - 6 * LogHistory::text_bytes - 256;
+    for (const LoggedLine& line : log_history().after(after, static_cast<std::size_t>(most))) {
         Json one{{"id", line.id},
                  {"utc", utc_text(line.utc_ns)},
                  {"level", name_of(line.level)},

@@ -21,6 +21,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -275,20 +276,36 @@ TEST_CASE("threads are read as the kernel schedules them", "[emulator]") {
     CHECK_FALSE(own_threads().empty());
 }
 
-TEST_CASE("the log's history has numbers that go on and a last line", "[core]") {
-    const auto last_id = [] {
-        const auto lines = logged_lines(0, log_history_lines);
-        return lines.empty() ? std::uint64_t{0} : lines.back().id;
-    };
-    const std::uint64_t before = last_id();
+TEST_CASE("the log's lines are kept with numbers that go on", "[core]") {
+    const auto all = log_history().after(0, LogHistory::lines);
+    const std::uint64_t before = all.empty() ? 0 : all.back().id;
     log_warning("one");
-    log_notice("two {}", std::string(3000, 'x'));
-    const auto lines = logged_lines(before, 10);
+    log_notice("two");
+    const auto lines = log_history().after(before, 10);
     REQUIRE(lines.size() == 2);
     CHECK(lines[0].id == before + 1);
     CHECK(lines[0].text == "one");
     CHECK(lines[0].level == LogLevel::warning);
-    CHECK(lines[1].text.size() == log_history_text);
-    CHECK(logged_lines(before, 1).size() == 1);
-    CHECK(logged_lines(before + 2, 10).empty());
+    CHECK(log_history().after(before, 1).size() == 1);
+    CHECK(log_history().after(before + 2, 10).empty());
+}
+
+TEST_CASE("the oldest lines of the log make room, and long ones are cut", "[core]") {
+    const auto history = std::make_unique<LogHistory>();
+    CHECK(history->after(0, 10).empty());
+    const std::size_t count = 3 * LogHistory::lines + 5;
+    for (std::size_t i = 1; i <= count; ++i)
+        history->add(LogLevel::info, fmt::format("line {}", i), static_cast<std::int64_t>(i));
+    const auto kept = history->after(0, 2 * LogHistory::lines);
+    REQUIRE(kept.size() == LogHistory::lines);
+    CHECK(kept.front().id == count - LogHistory::lines + 1);
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        REQUIRE(kept[i].id == kept.front().id + i);
+        REQUIRE(kept[i].text == fmt::format("line {}", kept[i].id));
+        REQUIRE(kept[i].utc_ns == static_cast<std::int64_t>(kept[i].id));
+    }
+    CHECK(history->after(count, 10).empty());
+    CHECK(history->after(UINT64_MAX, 10).empty());
+    history->add(LogLevel::error, std::string(3000, 'x'), 0);
+    CHECK(history->after(count, 10).at(0).text == std::string(LogHistory::text_bytes, 'x'));
 }
