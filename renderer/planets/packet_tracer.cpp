@@ -29,32 +29,25 @@ class PacketTracer {
 public:
     static constexpr bool plane = std::is_same_v<Ray, PlaneRay>;
 
-    PacketTracer(const SurfaceTiles& tiles, const ScaledRays& rays, bool any,
-                 std::array<TileCrossing, packet_size>& found)
+    PacketTracer(const SurfaceTiles& tiles, const ScaledRays& rays, bool any, TileCrossings& found)
         : tiles_(tiles), rays_(rays), any_(any), found_(found), per_m_(1 / tiles.domain().unit_m()) {}
 
     void trace() {
+        for (double& t : found_.t.v)
+            t = no_hit;
         begin();
         if (begun_ == 0) return;
-        for (int i = 0; i < packet_size; ++i) {
-            // Lanes that are off read a tile all the same.
-            point_to(i, *tiles_.root(0));
-            segments_.state[i] = TileLanes::off;
-            best_[i] = no_hit;
-        }
+        for (double& best : best_.v)
+            best = no_hit;
         segments_.miss2 = walk_.miss2;
         segments_.speed2 = walk_.speed2;
-        view_ = rays_.levels[static_cast<std::size_t>(std::countr_zero(begun_))].view;
         least_reach_ = no_hit;
-        for_lanes(begun_, [&](int i) {
-            reach_[i] = levels(i).reach;
-            least_reach_ = std::min(least_reach_, reach_[i]);
-        });
+        for_lanes(begun_, [&](int i) { least_reach_ = std::min(least_reach_, rays_.reach[i]); });
         if constexpr (plane)
             trace_face(0, {walk_.from, walk_.to});
         else
             trace_faces();
-        for_lanes(begun_, [&](int i) { report(i); });
+        report();
     }
 
 private:
@@ -97,29 +90,25 @@ private:
                 begun_ |= 1u << i;
             }
         } else {
-            begin_walk(rays_.origin, rays_.direction, rays_.t_max, rays_.active, tiles_.least(),
-                       tiles_.largest(), walk_);
-            for (int i = 0; i < packet_size; ++i) {
-                const double from = walk_.from[i];
-                if (!(from < walk_.to[i])) continue;
-                const bool beneath = std::abs(from) < walk_.inner[i];
-                // It begins in the shell of heights, where it may be below the surface.
-                const bool in_shell = !any_ && from == -walk_.along[i];
-                if (beneath ||
-                    (in_shell &&
-                     TileTracer(tiles_, levels(i)).is_below(ray(i).at(from), ray(i).height(from).value))) {
-                    alone |= 1u << i;
-                    walk_.from[i] = 1;
-                    walk_.to[i] = -1;
-                } else {
-                    begun_ |= 1u << i;
-                }
-            }
+            const WalkBegin begin = begin_walk(rays_.origin, rays_.direction, rays_.t_max, rays_.active,
+                                               tiles_.least(), tiles_.largest(), walk_);
+            alone = begin.beneath;
+            // In the shell of heights a ray may begin below the surface.
+            if (!any_)
+                for_lanes(begin.within & ~alone, [&](int i) {
+                    const double from = walk_.from[i];
+                    if (TileTracer(tiles_, levels(i)).is_below(ray(i).at(from), ray(i).height(from).value))
+                        alone |= 1u << i;
+                });
+            for_lanes(alone, [&](int i) {
+                walk_.from[i] = 1;
+                walk_.to[i] = -1;
+            });
+            begun_ = begin.begun & ~alone;
         }
         for_lanes(alone, [&](int i) {
-            found_[static_cast<std::size_t>(i)] =
-                TileTracer(tiles_, levels(i))
-                    .first_crossing(rays_.origin.lane(i), rays_.direction.lane(i), rays_.t_max[i]);
+            found_.set(i, TileTracer(tiles_, levels(i))
+                              .first_crossing(rays_.origin.lane(i), rays_.direction.lane(i), rays_.t_max[i]));
         });
     }
 
@@ -129,10 +118,13 @@ private:
         else
             return {walk_.near.lane(i), walk_.direction.lane(i), walk_.miss2[i], walk_.speed2[i]};
     }
-    [[nodiscard]] const LevelChoice& levels(int i) const { return rays_.levels[static_cast<std::size_t>(i)]; }
+    [[nodiscard]] LevelChoice levels(int i) const { return rays_.levels(i); }
 
     void trace_faces() {
         // Where the ends of a ray's part are on one face, all of it is: faces are convex.
+        const FaceLanes whole = whole_on_faces(walk_, begun_);
+        for (std::size_t face = 0; face < whole.size(); ++face)
+            if (whole[face] == begun_) return trace_face(face, {walk_.from, walk_.to});
         std::array<WalkParts, terrain::cube_face_count> faces;
         std::array<std::size_t, terrain::cube_face_count> order{};
         std::array<bool, terrain::cube_face_count> met{};
@@ -153,8 +145,8 @@ private:
         for_lanes(begun_, [&](int i) {
             const Ray one = ray(i);
             const double from = walk_.from[i], to = walk_.to[i];
-            const std::size_t face = terrain::cube_face_of(one.at(from));
-            if (face == terrain::cube_face_of(one.at(to))) return add(i, face, from, to);
+            for (std::size_t face = 0; face < whole.size(); ++face)
+                if ((whole[face] >> i & 1u) != 0) return add(i, face, from, to);
             const FaceCuts cuts(one, from, to);
             for (std::size_t k = 0; k < cuts.count; ++k)
                 add(i, terrain::cube_face_of(one.at((cuts.at[k] + cuts.at[k + 1]) / 2)), cuts.at[k],
@@ -167,21 +159,13 @@ private:
     void trace_face(std::size_t face, const WalkParts& parts) {
         std::uint32_t left = lanes_left(parts, best_);
         if (left == 0) return;
-        for (int i = 0; i < packet_size; ++i) {
-            const FaceLines lines = ray(i).lines(face);
-            lines_.ua[i] = lines.u.a;
-            lines_.ub[i] = lines.u.b;
-            lines_.va[i] = lines.v.a;
-            lines_.vb[i] = lines.v.b;
-            lines_.wa[i] = lines.w.a;
-            lines_.wb[i] = lines.w.b;
-        }
-        segments_.lines = lines_;
+        set_lines(face);
         // Front to back for rays along which u and v change as along the first.
+        const WalkLines& lines = segments_.lines;
         const int lead = std::countr_zero(left);
         const std::uint32_t first =
-            (lines_.ub[lead] * lines_.wa[lead] < lines_.ua[lead] * lines_.wb[lead] ? 1u : 0u) |
-            (lines_.vb[lead] * lines_.wa[lead] < lines_.va[lead] * lines_.wb[lead] ? 2u : 0u);
+            (lines.ub[lead] * lines.wa[lead] < lines.ua[lead] * lines.wb[lead] ? 1u : 0u) |
+            (lines.vb[lead] * lines.wa[lead] < lines.va[lead] * lines.wb[lead] ? 2u : 0u);
         std::size_t waiting = 1;
         Entry& all = stack_[0];
         all.quarter = -1;
@@ -201,13 +185,13 @@ private:
                 const auto quarter = static_cast<unsigned>(entry.quarter);
                 node = TileTracer::child(tiles_, levels(std::countr_zero(left)), *node, quarter);
                 if (node == nullptr) {
-                    for_lanes(left, [&](int i) { add(i, *entry.node, entry.parts, 1, quarter); });
+                    add(left, *entry.node, entry.parts, 1, quarter);
                     continue;
                 }
             }
             WalkParts here = entry.parts;
-            split_walk(walk_, lines_, reach_, best_, walk_tile(*node), plane, here, split);
-            for_lanes(split.here, [&](int i) { add(i, *node, here, 0, 0); });
+            split_walk(walk_, lines, rays_.reach, best_, walk_tile(*node), plane, here, split);
+            if (split.here != 0) add(split.here, *node, here, 0, 0);
             for (std::uint32_t k = 4; k-- > 0;) { // the first one last, to be next
                 const std::uint32_t quarter = first ^ k;
                 if (split.lanes[quarter] != 0)
@@ -224,7 +208,8 @@ private:
         constexpr double clear = 1e-12;
         double highest = tiles_.largest();
         for (;;) {
-            const WalkBox box = narrow_walk(walk_, lines_, best_, highest, node->least, plane, parts);
+            const WalkBox box =
+                narrow_walk(walk_, segments_.lines, best_, highest, node->least, plane, parts);
             if (!(box.u0 <= box.u1)) return node; // nothing is left
             const SurfaceNode* const before = node;
             for (;;) {
@@ -236,8 +221,8 @@ private:
                     break;
                 const unsigned quarter = (right ? 1u : 0u) | (up ? 2u : 0u);
                 SurfaceNode* const next = tiles_.made(*node, quarter);
-                if (next == nullptr || !(view_ == nullptr || view_->wait || next->born <= view_->version))
-                    break;
+                const DetailView* const view = rays_.view;
+                if (next == nullptr || !(view == nullptr || view->wait || next->born <= view->version)) break;
                 highest = node->child_highest[quarter];
                 node = next;
             }
@@ -253,126 +238,160 @@ private:
                       0,
                       node.radius_m,
                       node.spacing_m,
+                      node.own_highest,
                       node.child_highest,
                       false,
                       -1};
-        if (view_ == nullptr) {
+        if (rays_.view == nullptr) {
             tile.fixed_reach = 0;
             tile.can_split = levels(std::countr_zero(begun_)).splits(node);
         } else {
-            tile.distance2_m2 = length_squared(node.centre_m - view_->eye_m);
+            tile.distance2_m2 = length_squared(node.centre_m - rays_.view->eye_m);
             tile.can_split = key.level < terrain::deepest_level;
         }
         return tile;
     }
 
-    void point_to(int i, const SurfaceNode& node) {
-        const terrain::SurfaceTile& tile = node.tile;
-        segments_.offset_m[i] = tile.offset_m;
-        segments_.half_cells[i] = node.half_cells;
-        segments_.first_i[i] = static_cast<double>(tile.key.i) * tile_cells;
-        segments_.first_j[i] = static_cast<double>(tile.key.j) * tile_cells;
-        segments_.highest[i] = node.own_highest;
-        segments_.least[i] = node.own_least;
-        segments_.vertices[i] = reinterpret_cast<std::int64_t>(tile.vertex(0, 0));
-        segments_.maxima[i] = reinterpret_cast<std::int64_t>(tile.maxima.data());
-        segments_.cones[i] = reinterpret_cast<std::int64_t>(node.cones.rise.data());
-        tile_[static_cast<std::size_t>(i)] = &node;
+    void set_lines(std::size_t face) {
+        WalkLines& lines = segments_.lines;
+        if constexpr (plane) {
+            lines.ua = walk_.near.x;
+            lines.ub = walk_.direction.x;
+            lines.va = walk_.near.y;
+            lines.vb = walk_.direction.y;
+            for (int i = 0; i < packet_size; ++i) {
+                lines.wa[i] = 1;
+                lines.wb[i] = 0;
+            }
+        } else {
+            const terrain::CubeFace& f = terrain::cube_faces[face];
+            const auto along = [](const Vec3s& p, int axis) -> const Doubles& {
+                return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+            };
+            lines.ua = along(walk_.near, f.u_axis);
+            lines.ub = along(walk_.direction, f.u_axis);
+            lines.va = along(walk_.near, f.v_axis);
+            lines.vb = along(walk_.direction, f.v_axis);
+            const Doubles &near = along(walk_.near, f.axis), &direction = along(walk_.direction, f.axis);
+            for (int i = 0; i < packet_size; ++i) {
+                lines.wa[i] = f.sign * near[i];
+                lines.wb[i] = f.sign * direction[i];
+            }
+        }
     }
 
-    /// The ray is to be traced in a tile, or in a quarter of it (`depth` 1).
-    void add(int i, const SurfaceNode& node, const WalkParts& parts, int depth, unsigned quarter) {
-        if (tile_[static_cast<std::size_t>(i)] != &node) point_to(i, node);
-        segments_.x[i] = parts.from[i];
-        segments_.to[i] = std::min(parts.to[i], best_[i]);
-        segments_.width[i] = segments_.most_width[i] = static_cast<double>(tile_cells >> depth);
-        segments_.i[i] = quarter & 1u;
-        segments_.j[i] = quarter >> 1;
-        segments_.state[i] = TileLanes::running;
-        pending_ |= 1u << i;
+    /// The rays are to be traced in a tile, or in a quarter of it (`depth` 1).
+    void add(std::uint32_t lanes, const SurfaceNode& node, const WalkParts& parts, int depth,
+             unsigned quarter) {
+        const terrain::SurfaceTile& tile = node.tile;
+        const TileSource source{tile.offset_m,
+                                node.half_cells,
+                                static_cast<double>(tile.key.i) * tile_cells,
+                                static_cast<double>(tile.key.j) * tile_cells,
+                                node.own_highest,
+                                node.own_least,
+                                reinterpret_cast<std::int64_t>(tile.vertex(0, 0)),
+                                reinterpret_cast<std::int64_t>(tile.maxima.data()),
+                                reinterpret_cast<std::int64_t>(node.cones.rise.data()),
+                                reinterpret_cast<std::int64_t>(&node)};
+        // Lanes that are off read a tile all the same.
+        enter_tile(lanes, !entered_, source, parts, best_, static_cast<double>(tile_cells >> depth),
+                   quarter & 1u, quarter >> 1, segments_);
+        entered_ = true;
+        pending_ |= lanes;
     }
 
     /// Traces the rays that wait with a tile.
     void flush() {
         while (pending_ != 0) {
-            trace_tile_lanes(segments_, per_m_, plane, !any_);
-            for_lanes(pending_, [&](int i) { finish(i); });
+            const TileOutcome outcome = trace_tile_lanes(segments_, per_m_, plane, !any_);
+            const std::uint32_t waited = pending_;
+            pending_ = 0;
+            for_lanes(outcome.met & waited, [&](int i) { finish(i); });
+            for_lanes(outcome.grazing & waited, [&](int i) {
+                if (meets(i))
+                    finish(i);
+                else
+                    pending_ |= 1u << i;
+            });
         }
     }
 
+    /// Whether a grazing ray meets its cell, and where; it is to be traced on if not.
+    [[nodiscard]] bool meets(int i) {
+        const double x =
+            clearance(i, [&](const auto& c) { return c.first_root(segments_.x[i], segments_.exit[i], 1); });
+        if (x == no_hit) {
+            segments_.state[i] = TileLanes::passed;
+            return false;
+        }
+        segments_.x[i] = x;
+        if (any_) return true;
+        clearance(i, [&](const auto& c) {
+            segments_.s[i] = std::clamp(c.s(x), 0.0, 1.0);
+            segments_.r[i] = std::clamp(c.r(x), 0.0, 1.0);
+            return 0;
+        });
+        return true;
+    }
+
+    /// Takes over where a ray meets its tile.
     void finish(int i) {
-        const std::int64_t state = segments_.state[i];
-        if (state == TileLanes::grazing) {
-            const double x = clearance(
-                i, [&](const auto& c) { return c.first_root(segments_.x[i], segments_.exit[i], 1); });
-            if (x == no_hit) {
-                segments_.state[i] = TileLanes::passed;
-                return;
-            }
-            segments_.x[i] = x;
-        }
-        if (state != TileLanes::off) {
-            best_[i] = any_ ? -no_hit : segments_.x[i];
-            const std::size_t lane = static_cast<std::size_t>(i);
-            crossing_[lane] = {segments_.x[i], tile_[lane],
-                               static_cast<std::uint32_t>(segments_.j[i]) * tile_cells +
-                                   static_cast<std::uint32_t>(segments_.i[i]),
-                               0, 0};
-            if (!any_) {
-                const auto [s, r] = clearance(
-                    i, [&](const auto& c) { return std::pair(c.s(segments_.x[i]), c.r(segments_.x[i])); });
-                crossing_[lane].s = std::clamp(s, 0.0, 1.0);
-                crossing_[lane].r = std::clamp(r, 0.0, 1.0);
-            }
-        }
         segments_.state[i] = TileLanes::off;
-        pending_ &= ~(1u << i);
+        best_[i] = any_ ? -no_hit : segments_.x[i];
+        found_.t[i] = segments_.x[i];
+        if (any_) return;
+        found_.s[i] = segments_.s[i];
+        found_.r[i] = segments_.r[i];
+        found_.node[static_cast<std::size_t>(i)] = &node_of(i);
+        found_.cell[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(segments_.j[i]) * tile_cells +
+                                                   static_cast<std::uint32_t>(segments_.i[i]);
+    }
+
+    [[nodiscard]] const SurfaceNode& node_of(int i) const {
+        return *reinterpret_cast<const SurfaceNode*>(segments_.node[i]);
     }
 
     /// Calls `use` with the height of a ray above the patch of its cell.
     template<typename Use>
     auto clearance(int i, const Use& use) const {
-        const SurfaceNode& node = *tile_[static_cast<std::size_t>(i)];
+        const SurfaceNode& node = node_of(i);
+        const WalkLines& at = segments_.lines;
         const auto ci = static_cast<std::uint32_t>(segments_.i[i]),
                    cj = static_cast<std::uint32_t>(segments_.j[i]);
         const Patch patch = patch_of(node, ci, cj, per_m_);
-        const FaceLines lines{
-            {lines_.ua[i], lines_.ub[i]}, {lines_.va[i], lines_.vb[i]}, {lines_.wa[i], lines_.wb[i]}};
+        const FaceLines lines{{at.ua[i], at.ub[i]}, {at.va[i], at.vb[i]}, {at.wa[i], at.wb[i]}};
         const Ray one = ray(i);
         return use(Clearance<Ray>(one, patch, lines, node.half_cells, segments_.first_i[i] + ci,
                                   segments_.first_j[i] + cj));
     }
 
-    void report(int i) {
-        if (best_[i] == no_hit) return;
-        TileCrossing crossing = crossing_[static_cast<std::size_t>(i)];
-        crossing.t += walk_.along[i];
-        if ((crossing.t > 0 || any_) && crossing.t < rays_.t_max[i])
-            found_[static_cast<std::size_t>(i)] = crossing;
+    /// From the walks' parameter to the rays' own.
+    void report() {
+        for_lanes(begun_, [&](int i) {
+            const double t = found_.t[i] + walk_.along[i];
+            found_.t[i] = (t > 0 || any_) && t < rays_.t_max[i] ? t : no_hit;
+        });
     }
 
     const SurfaceTiles& tiles_;
     const ScaledRays& rays_;
     bool any_;
-    std::array<TileCrossing, packet_size>& found_;
+    TileCrossings& found_;
     double per_m_;
-    const DetailView* view_ = nullptr;
     std::uint32_t begun_ = 0, pending_ = 0;
+    bool entered_ = false; ///< the lanes of `segments_` have a tile
     WalkRays walk_;
-    WalkLines lines_;
-    Doubles reach_{}, best_;
+    Doubles best_;
     double least_reach_ = 0;
     TileLanes segments_;
-    std::array<const SurfaceNode*, packet_size> tile_;
-    std::array<TileCrossing, packet_size> crossing_;
     /// Each step down leaves at most three more.
     std::array<Entry, 3 * terrain::deepest_level + 8> stack_;
 };
 
 } // namespace
 
-void first_crossings(const SurfaceTiles& tiles, const ScaledRays& rays, bool any,
-                     std::array<TileCrossing, packet_size>& found) {
+void first_crossings(const SurfaceTiles& tiles, const ScaledRays& rays, bool any, TileCrossings& found) {
     if (tiles.domain().is_plane())
         PacketTracer<PlaneRay>(tiles, rays, any, found).trace();
     else

@@ -246,7 +246,7 @@ bool SunVisibility::fill(const SurfaceNode& node, SunTile& out, const std::funct
     std::vector<Vec3> sums(edge * edge);
 
     ScaledRays rays;
-    rays.levels.fill({nullptr, 0, node.tile.key.level});
+    rays.fixed_level = node.tile.key.level;
     for (double& t : rays.t_max.v)
         t = no_hit;
     constexpr std::uint32_t square = 4; // cells of a packet, each way
@@ -273,10 +273,10 @@ bool SunVisibility::fill(const SurfaceNode& node, SunTile& out, const std::funct
                 rays.direction.set(k, middles.scaled(to_sun));
             }
             if (!rays.active.any()) continue;
-            std::array<TileCrossing, packet_size> found;
+            TileCrossings found;
             first_crossings(tiles_, rays, true, found);
             for (int k = 0; k < packet_size; ++k) {
-                if (rays.active.on[k] == 0 || found[static_cast<std::size_t>(k)].t != no_hit) continue;
+                if (rays.active.on[k] == 0 || found.t[k] != no_hit) continue;
                 const std::size_t i = (i0 + static_cast<std::uint32_t>(k) % square) / 2,
                                   j = (j0 + static_cast<std::uint32_t>(k) / square) / 2;
                 Vec3& sum = sums[j * edge + i];

@@ -44,11 +44,19 @@ TerrainShape::TerrainShape(const terrain::SurfaceDomain& domain,
       bounding_radius_m_(bounding_radius(tiles_)),
       notes_(settings.notes) {}
 
-LevelChoice TerrainShape::levels(const RayPacket& rays, int i) const {
-    if (fixed_level_ >= 0) return {nullptr, 0, fixed_level_};
-    if (rays.detail == nullptr) return {nullptr, 0, query_level_};
+void TerrainShape::set_levels(const RayPacket& rays, ScaledRays& scaled_rays) const {
+    scaled_rays.view = fixed_level_ >= 0 ? nullptr : rays.detail;
+    scaled_rays.fixed_level = fixed_level_ >= 0 ? fixed_level_ : query_level_;
     // Between one and two times the distance at which cells are as small as asked for, so that none is wider.
-    return {rays.detail, (1 + rays.level_u[i]) / rays.detail->cell_rad, 0};
+    for (int i = 0; i < packet_size; ++i)
+        scaled_rays.reach[i] =
+            scaled_rays.view == nullptr ? 0 : (1 + rays.level_u[i]) / scaled_rays.view->cell_rad;
+}
+
+LevelChoice TerrainShape::levels(const RayPacket& rays, int i) const {
+    ScaledRays scaled_rays;
+    set_levels(rays, scaled_rays);
+    return scaled_rays.levels(i);
 }
 
 Vec3 TerrainShape::raised(Vec3 point, double height) const {
@@ -59,14 +67,20 @@ Vec3 TerrainShape::raised(Vec3 point, double height) const {
     return radius < 1 + height ? point * ((1 + height) / radius) : point;
 }
 
-void TerrainShape::trace(const RayPacket& rays, const Doubles& t_max, bool any,
-                         std::array<TileCrossing, packet_size>& found, ScaledRays& scaled_rays) const {
-    for (int i = 0; i < packet_size; ++i) {
-        if (scaled_rays.active.on[i] == 0) continue;
-        scaled_rays.origin.set(i, scaled(rays.origin.lane(i)));
-        scaled_rays.direction.set(i, scaled(rays.direction.lane(i)));
-        scaled_rays.levels[static_cast<std::size_t>(i)] = levels(rays, i);
-    }
+void TerrainShape::trace(const RayPacket& rays, const Doubles& t_max, bool any, TileCrossings& found,
+                         ScaledRays& scaled_rays) const {
+    const auto scale = [](const Doubles& from, double by, Doubles& to) {
+        for (int i = 0; i < packet_size; ++i)
+            to[i] = from[i] * by;
+    };
+    const auto scale_all = [&](const Vec3s& from, Vec3s& to) {
+        scale(from.x, inverse_radii_.x, to.x);
+        scale(from.y, inverse_radii_.y, to.y);
+        scale(from.z, inverse_radii_.z, to.z);
+    };
+    scale_all(rays.origin, scaled_rays.origin);
+    scale_all(rays.direction, scaled_rays.direction);
+    set_levels(rays, scaled_rays);
     scaled_rays.t_max = t_max;
     first_crossings(tiles_, scaled_rays, any, found);
 }
@@ -93,7 +107,7 @@ void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket
     Doubles t_max;
     for (int i = 0; i < packet_size; ++i)
         t_max[i] = std::min(rays.t_max[i], hits.t[i]);
-    std::array<TileCrossing, packet_size> found;
+    TileCrossings found;
     ScaledRays scaled_rays;
     scaled_rays.active = rays.active;
     if (rays.sunlight_only && rays.detail != nullptr && rays.detail->sun.radius_m > 0 && !plane_)
@@ -101,31 +115,31 @@ void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket
     if (!scaled_rays.active.any()) return;
     trace(rays, t_max, false, found, scaled_rays);
     for (int i = 0; i < packet_size; ++i) {
-        const TileCrossing& crossing = found[static_cast<std::size_t>(i)];
-        if (scaled_rays.active.on[i] == 0 || crossing.t == no_hit) continue;
-        hits.t[i] = crossing.t;
+        if (scaled_rays.active.on[i] == 0 || found.t[i] == no_hit) continue;
+        const SurfaceNode& node = *found.node[static_cast<std::size_t>(i)];
+        hits.t[i] = found.t[i];
         hits.body[i] = body;
-        hits.primitive[i] = crossing.node->slot << 16 | crossing.cell;
-        hits.u[i] = static_cast<float>(crossing.s);
-        hits.v[i] = static_cast<float>(crossing.r);
-        const LevelChoice& choice = scaled_rays.levels[static_cast<std::size_t>(i)];
+        hits.primitive[i] = node.slot << 16 | found.cell[static_cast<std::size_t>(i)];
+        hits.u[i] = static_cast<float>(found.s[i]);
+        hits.v[i] = static_cast<float>(found.r[i]);
+        const LevelChoice choice = scaled_rays.levels(i);
         if (choice.view == nullptr || choice.view->counts == nullptr) continue;
         DetailCounts& counts = *choice.view->counts;
         ++counts.hits;
-        if (!choice.splits(*crossing.node)) continue;
-        const double ratio = choice.coarseness(*crossing.node);
+        if (!choice.splits(node)) continue;
+        const double ratio = choice.coarseness(node);
         for (std::size_t k = 0; k < counts.coarser.size() && ratio > static_cast<double>(1u << k); ++k)
             ++counts.coarser[k];
     }
 }
 
 void TerrainShape::occlude(RayPacket& rays) const {
-    std::array<TileCrossing, packet_size> found;
+    TileCrossings found;
     ScaledRays scaled_rays;
     scaled_rays.active = rays.active;
     trace(rays, rays.t_max, true, found, scaled_rays);
     for (int i = 0; i < packet_size; ++i)
-        if (found[static_cast<std::size_t>(i)].t != no_hit) rays.active.on[i] = 0;
+        if (found.t[i] != no_hit) rays.active.on[i] = 0;
 }
 
 void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,

@@ -62,8 +62,10 @@ private:
     void leave_dark(const RayPacket& rays, std::int32_t body, const Doubles& t_max, Lanes& active,
                     HitPacket& hits) const;
     /// Fills `found` for the active lanes of `scaled_rays`, and those: see first_crossings().
-    void trace(const RayPacket& rays, const Doubles& t_max, bool any,
-               std::array<TileCrossing, packet_size>& found, ScaledRays& scaled_rays) const;
+    void trace(const RayPacket& rays, const Doubles& t_max, bool any, TileCrossings& found,
+               ScaledRays& scaled_rays) const;
+    /// Levels of all lanes.
+    void set_levels(const RayPacket& rays, ScaledRays& scaled_rays) const;
     /// The point, or that above it at a unit height if it is lower.
     [[nodiscard]] Vec3 raised(Vec3 point, double height) const;
 

@@ -11,170 +11,13 @@
 #define HWY_TARGET_INCLUDE "renderer/planets/tile_packets.cpp"
 #include <hwy/foreach_target.h>
 // Must follow foreach_target.h.
+#include "renderer/planets/tile_patches-inl.hpp"
+
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace obscura::renderer::HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<double, packet_size>;
-using I = hn::RebindToSigned<D>;
-using V = hn::Vec<D>;
-using VI = hn::Vec<I>;
-using M = hn::Mask<D>;
-
-HWY_INLINE V set(double value) {
-    return hn::Set(D(), value);
-}
-
-/// Pairs of neighbouring floats at addresses.
-HWY_INLINE VI load_pairs(VI addresses) {
-    // Offsets from a null base are addresses.
-    return hn::GatherOffset(I(), static_cast<const std::int64_t*>(nullptr), addresses);
-}
-HWY_INLINE V first_floats(VI pairs) {
-    const hn::Rebind<std::uint32_t, D> narrow;
-    const hn::Rebind<float, D> floats;
-    const hn::RebindToUnsigned<D> wide;
-    return hn::PromoteTo(D(), hn::BitCast(floats, hn::TruncateTo(narrow, hn::BitCast(wide, pairs))));
-}
-HWY_INLINE V second_floats(VI pairs) {
-    return first_floats(hn::ShiftRight<32>(pairs));
-}
-/// Whole numbers from 0 to 2^32 - 1.
-HWY_INLINE VI to_integers(V numbers) {
-    const VI bits = hn::BitCast(I(), hn::Add(numbers, set(0x1p52)));
-    return hn::And(bits, hn::Set(I(), 0xffffffff));
-}
-
-/// 1 / x of powers of two.
-HWY_INLINE V reciprocal_of_power(V x) {
-    const I i64;
-    return hn::BitCast(D(), hn::Sub(hn::Set(i64, 0x7fe0000000000000), hn::BitCast(i64, x)));
-}
-
-/// Bilinear patches under rays: height above the patch and its derivative along the ray.
-template<bool plane>
-struct Patches {
-    V ua, ub, va, vb, wa, wb, miss2, speed2;
-    V h, hs, hr, hsr, half, first_i, first_j; ///< first: half_cells less the cell's number on the face
-
-    /// Takes over the patches of some lanes, with their rays.
-    HWY_INLINE void take(M lanes, const Patches& other) {
-        const auto pick = [&](V& mine, V theirs) { mine = hn::IfThenElse(lanes, theirs, mine); };
-        ua = other.ua;
-        ub = other.ub;
-        va = other.va;
-        vb = other.vb;
-        wa = other.wa;
-        wb = other.wb;
-        miss2 = other.miss2;
-        speed2 = other.speed2;
-        half = other.half;
-        pick(h, other.h);
-        pick(hs, other.hs);
-        pick(hr, other.hr);
-        pick(hsr, other.hsr);
-        pick(first_i, other.first_i);
-        pick(first_j, other.first_j);
-    }
-
-    HWY_INLINE void at(V x, V& height, V& slope) const {
-        V inverse, u, v;
-        if constexpr (plane) {
-            inverse = set(1);
-            u = hn::Add(ua, hn::Mul(ub, x));
-            v = hn::Add(va, hn::Mul(vb, x));
-        } else {
-            inverse = hn::Div(set(1), hn::Add(wa, hn::Mul(wb, x)));
-            u = hn::Mul(hn::Add(ua, hn::Mul(ub, x)), inverse);
-            v = hn::Mul(hn::Add(va, hn::Mul(vb, x)), inverse);
-        }
-        const V s = hn::Add(hn::Mul(u, half), first_i), r = hn::Add(hn::Mul(v, half), first_j);
-        const V scale = hn::Mul(inverse, half);
-        const V s_slope = hn::Mul(hn::Sub(ub, hn::Mul(u, wb)), scale);
-        const V r_slope = hn::Mul(hn::Sub(vb, hn::Mul(v, wb)), scale);
-        V above, rises;
-        if constexpr (plane) {
-            above = hn::Add(miss2, hn::Mul(speed2, x));
-            rises = speed2;
-        } else {
-            const V along = hn::Mul(speed2, x);
-            const V radius = hn::Sqrt(hn::Add(miss2, hn::Mul(along, x)));
-            above = hn::Sub(radius, set(1));
-            rises = hn::Div(along, radius);
-        }
-        const V patch_s = hn::Add(hs, hn::Mul(r, hsr)), patch_r = hn::Add(hr, hn::Mul(s, hsr));
-        height = hn::Sub(above, hn::Add(hn::Add(h, hn::Mul(s, hs)), hn::Mul(r, patch_r)));
-        slope = hn::Sub(hn::Sub(rises, hn::Mul(s_slope, patch_s)), hn::Mul(r_slope, patch_r));
-    }
-
-    /// Newton's method, kept within the interval by bisection; the height is above 0 at `from` and not above
-    /// 0 at `to`.
-    HWY_INLINE V root(V from, V to, V low, V high, M lanes) const {
-        V x = hn::Add(from, hn::Mul(hn::Sub(to, from), hn::Div(low, hn::Sub(low, high))));
-        // Each step squares the error, which is a share of the cell: after one so short nothing is left of
-        // it.
-        const V last_step = hn::Mul(hn::Sub(to, from), set(0x1p-27));
-        M left = lanes;
-        for (int step = 0; step < 100 && !hn::AllFalse(D(), left); ++step) {
-            V height, slope;
-            at(x, height, slope);
-            const M over = hn::Gt(height, hn::Zero(D()));
-            from = hn::IfThenElse(over, x, from);
-            to = hn::IfThenElse(over, to, x);
-            const V newton = hn::Sub(x, hn::Div(height, slope));
-            const V closeness = hn::Max(hn::Mul(set(1e-15), hn::Add(hn::Abs(x), hn::Abs(newton))), last_step);
-            const M close = hn::Le(hn::Abs(hn::Sub(newton, x)), closeness);
-            const M within = hn::And(hn::Gt(newton, from), hn::Lt(newton, to));
-            V next = hn::IfThenElse(within, newton, hn::Mul(hn::Add(from, to), set(0.5)));
-            next = hn::IfThenElse(close, hn::Min(hn::Max(newton, from), to), next);
-            const M done = hn::Or(close, hn::Or(hn::Eq(next, from), hn::Eq(next, to)));
-            x = hn::IfThenElse(left, next, x);
-            left = hn::AndNot(done, left);
-        }
-        return x;
-    }
-};
-
-/// Where the ray reaches the plane u = `at` (u: ua + ub x over wa + wb x) that it moves towards, at `x` or
-/// later; infinite: never.
-HWY_INLINE V reach(V at, V ua, V ub, V wa, V wb, V x) {
-    const V a = hn::Sub(ua, hn::Mul(at, wa)), b = hn::Sub(ub, hn::Mul(at, wb));
-    const V root = hn::Neg(hn::Div(a, b));
-    // Roots on the other side of the centre, and no numbers.
-    const M real =
-        hn::And(hn::Gt(hn::Add(wa, hn::Mul(wb, root)), hn::Zero(D())), hn::Lt(hn::Abs(root), set(1e300)));
-    return hn::IfThenElse(real, hn::Max(root, x), set(no_hit));
-}
-
-/// Narrows an interval to where rays are between two heights, or come from above into what is between them.
-template<bool plane>
-HWY_INLINE void narrow_to_heights(V miss2, V speed2, V highest, V least, V& from, V& to) {
-    const D d;
-    const V zero = hn::Zero(d);
-    const V top = hn::Add(highest, set(1e-12)), bottom = hn::Sub(least, set(1e-12));
-    V through; // where a ray is below all
-    if constexpr (plane) {
-        const V x = hn::Div(hn::Sub(top, miss2), speed2);
-        from = hn::IfThenElse(hn::Lt(speed2, zero), hn::Max(from, x), from);
-        to = hn::IfThenElse(hn::Gt(speed2, zero), hn::Min(to, x), to);
-        through = hn::IfThenElse(hn::Lt(speed2, zero), hn::Div(hn::Sub(bottom, miss2), speed2), to);
-    } else {
-        const auto half_chord = [&](V height) {
-            const V radius = hn::Add(set(1), height);
-            return hn::Sqrt(hn::Max(hn::Div(hn::Sub(hn::Mul(radius, radius), miss2), speed2), zero));
-        };
-        const V half = half_chord(top);
-        from = hn::Max(from, hn::Neg(half));
-        to = hn::Min(to, half);
-        const V inner = half_chord(bottom);
-        through = hn::IfThenElse(hn::Gt(inner, zero), hn::Neg(inner), to);
-    }
-    // A ray that comes in below all meets a wall at once.
-    to = hn::IfThenElse(hn::Gt(through, from), hn::Min(to, through), to);
-}
 
 /// The lanes of a packet that fit a register. Several groups take their steps in turn, so that one's loads
 /// and divisions run while another waits for its own.
@@ -186,10 +29,6 @@ public:
         const I i64;
         const auto load = [&](const Doubles& from) { return hn::Load(d, from.v + first); };
         result_ = hn::Load(i64, lanes.state + first);
-        const auto in_state = [&](TileLanes::State state) {
-            return hn::MaskFromVec(
-                hn::BitCast(d, hn::VecFromMask(i64, hn::Eq(result_, hn::Set(i64, state)))));
-        };
         passed_ = in_state(TileLanes::passed);
         const M fresh = in_state(TileLanes::running);
         active_ = hn::Or(passed_, fresh);
@@ -241,6 +80,7 @@ public:
         narrow_to_heights<plane>(miss2_, speed2_, load(lanes.highest), load(lanes.least), from, end);
         finish(hn::AndNot(hn::Lt(from, end), fresh), TileLanes::off);
         const M narrowed = hn::And(fresh, active_);
+        const V begin = x_;
         x_ = hn::IfThenElse(narrowed, from, x_);
         to_ = hn::IfThenElse(narrowed, end, to_);
         // Begin at the smallest node that holds both ends.
@@ -261,8 +101,15 @@ public:
         const V below_it =
             hn::BitCast(d, hn::And(hn::BitCast(i64, number), hn::Set(i64, 0x7ff0000000000000)));
         const V held = hn::Max(hn::Add(below_it, below_it), one);
-        width_ = hn::IfThenElse(narrowed, held, width_);
-        per_width_ = hn::IfThenElse(narrowed, reciprocal_of_power(held), per_width_);
+        // The ray is not above what is around it at first: begin at a node about as wide as its way in the
+        // tile, which goes up to wider ones as the ray leaves their quarters.
+        const V way = hn::Max(hn::Max(hn::Abs(hn::Sub(i1, i0)), hn::Abs(hn::Sub(j1, j0))), one);
+        const V wide = hn::BitCast(d, hn::And(hn::BitCast(i64, way), hn::Set(i64, 0x7ff0000000000000)));
+        V node_width = hn::Min(held, wide);
+        // Shadow rays begin at the ground.
+        if (any) node_width = hn::IfThenElse(hn::Eq(from, begin), one, node_width);
+        width_ = hn::IfThenElse(narrowed, node_width, width_);
+        per_width_ = hn::IfThenElse(narrowed, reciprocal_of_power(node_width), per_width_);
         i_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(i0, per_width_)), i_);
         j_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(j0, per_width_)), j_);
         if (any) {
@@ -426,12 +273,23 @@ public:
     }
 
     /// `roots`: crossings are to be found within their cells; else they are anywhere in them.
-    void end(TileLanes& lanes, int first, bool roots) {
+    void end(TileLanes& lanes, int first, bool roots, TileOutcome& outcome) {
         if (!begun_) return;
         const D d;
-        if (roots && !hn::AllFalse(d, crossed_))
-            x_ = hn::IfThenElse(crossed_, patches_.root(x_, exit_, low_, high_, crossed_), x_);
         const auto store = [&](V value, Doubles& to) { hn::Store(value, d, to.v + first); };
+        const M met = in_state(TileLanes::met);
+        if (roots && !hn::AllFalse(d, met)) {
+            if (!hn::AllFalse(d, crossed_))
+                x_ = hn::IfThenElse(crossed_, patches_.root(x_, exit_, low_, high_, crossed_), x_);
+            const auto place = [&](V a, V b, V before, V number) {
+                const V at = hn::Div(hn::Add(a, hn::Mul(b, x_)), hn::Add(wa_, hn::Mul(wb_, x_)));
+                const V in_cell =
+                    hn::Add(hn::Mul(at, half_cells_), hn::Sub(half_cells_, hn::Add(before, number)));
+                return hn::Min(hn::Max(in_cell, hn::Zero(d)), set(1));
+            };
+            store(place(ua_, ub_, first_i_, i_), lanes.s);
+            store(place(va_, vb_, first_j_, j_), lanes.r);
+        }
         store(x_, lanes.x);
         store(exit_, lanes.exit);
         store(i_, lanes.i);
@@ -440,6 +298,8 @@ public:
         store(most_width_, lanes.most_width);
         store(to_, lanes.to);
         hn::Store(result_, I(), lanes.state + first);
+        outcome.met |= mask_bits(met, first);
+        outcome.grazing |= mask_bits(in_state(TileLanes::grazing), first);
     }
 
 private:
@@ -472,6 +332,10 @@ private:
         level(terrain::tile_cells / 2, 0.5, 5461);
         level(terrain::tile_cells / 4, 0.25, 1365);
     }
+    [[nodiscard]] HWY_INLINE M in_state(TileLanes::State state) const {
+        const I i64;
+        return hn::MaskFromVec(hn::BitCast(D(), hn::VecFromMask(i64, hn::Eq(result_, hn::Set(i64, state)))));
+    }
     HWY_INLINE void finish(M which, std::int64_t with) {
         const D d;
         const I i64;
@@ -493,7 +357,7 @@ private:
 };
 
 template<bool plane>
-void trace_groups(TileLanes& lanes, double per_m, bool roots) {
+TileOutcome trace_groups(TileLanes& lanes, double per_m, bool roots) {
     constexpr int size = static_cast<int>(hn::MaxLanes(D())), count = packet_size / size;
     Group<plane> groups[count];
     for (int k = 0; k < count; ++k)
@@ -506,15 +370,52 @@ void trace_groups(TileLanes& lanes, double per_m, bool roots) {
                 more = true;
             }
     }
+    TileOutcome outcome{};
     for (int k = 0; k < count; ++k)
-        groups[k].end(lanes, k * size, roots);
+        groups[k].end(lanes, k * size, roots, outcome);
+    return outcome;
 }
 
-void trace_all(TileLanes& lanes, double per_m, bool plane, bool roots) {
-    if (plane)
-        trace_groups<true>(lanes, per_m, roots);
-    else
-        trace_groups<false>(lanes, per_m, roots);
+TileOutcome trace_all(TileLanes& lanes, double per_m, bool plane, bool roots) {
+    return plane ? trace_groups<true>(lanes, per_m, roots) : trace_groups<false>(lanes, per_m, roots);
+}
+
+void enter_all(std::uint32_t lanes, bool all, const TileSource& tile, const WalkParts& parts,
+               const Doubles& best, double width, double i, double j, TileLanes& to) {
+    const D d;
+    const I i64;
+    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d))) {
+        const std::uint8_t entering[8] = {static_cast<std::uint8_t>(lanes >> first)};
+        const M in = hn::LoadMaskBits(d, entering);
+        const M takes = all ? hn::Eq(hn::Zero(d), hn::Zero(d)) : in;
+        const auto number = [&](M where, V value, Doubles& out) {
+            hn::BlendedStore(value, where, d, out.v + first);
+        };
+        const auto address = [&](M where, std::int64_t value, std::int64_t* out) {
+            const V bits = hn::BitCast(d, hn::Set(i64, value));
+            hn::BlendedStore(bits, where, d, reinterpret_cast<double*>(out) + first);
+        };
+        number(takes, set(tile.offset_m), to.offset_m);
+        number(takes, set(tile.half_cells), to.half_cells);
+        number(takes, set(tile.first_i), to.first_i);
+        number(takes, set(tile.first_j), to.first_j);
+        number(takes, set(tile.highest), to.highest);
+        number(takes, set(tile.least), to.least);
+        address(takes, tile.vertices, to.vertices);
+        address(takes, tile.maxima, to.maxima);
+        address(takes, tile.cones, to.cones);
+        address(takes, tile.node, to.node);
+        number(takes, set(width), to.width);
+        number(takes, set(width), to.most_width);
+        number(takes, set(i), to.i);
+        number(takes, set(j), to.j);
+        if (all) address(takes, TileLanes::off, to.state);
+        address(in, TileLanes::running, to.state);
+        const V from = hn::Load(d, parts.from.v + first);
+        const V end = hn::Min(hn::Load(d, parts.to.v + first), hn::Load(d, best.v + first));
+        number(takes, from, to.x);
+        number(takes, end, to.to);
+    }
 }
 
 } // namespace
@@ -524,10 +425,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace obscura::renderer {
 
+HWY_EXPORT(enter_all);
 HWY_EXPORT(trace_all);
 
-void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane, bool roots) {
-    HWY_DYNAMIC_DISPATCH(trace_all)(lanes, per_m, plane, roots);
+void enter_tile(std::uint32_t lanes, bool all, const TileSource& tile, const WalkParts& parts,
+                const Doubles& best, double width, double i, double j, TileLanes& to) {
+    HWY_DYNAMIC_DISPATCH(enter_all)(lanes, all, tile, parts, best, width, i, j, to);
+}
+
+TileOutcome trace_tile_lanes(TileLanes& lanes, double per_m, bool plane, bool roots) {
+    return HWY_DYNAMIC_DISPATCH(trace_all)(lanes, per_m, plane, roots);
 }
 
 } // namespace obscura::renderer

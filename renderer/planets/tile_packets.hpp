@@ -32,11 +32,29 @@ struct alignas(64) TileLanes {
     alignas(64) std::int64_t vertices[packet_size]; ///< address of vertex (0, 0)
     alignas(64) std::int64_t maxima[packet_size];   ///< address of the pyramid
     alignas(64) std::int64_t cones[packet_size];    ///< address of TileCones::rise
+    alignas(64) std::int64_t node[packet_size];     ///< the tile's own number: not used here
     alignas(64) std::int64_t state[packet_size];
+    Doubles s, r; ///< of met lanes: place in the cell, 0 to 1
 };
 
+/// What lanes take over of a tile: see TileLanes.
+struct TileSource {
+    double offset_m, half_cells, first_i, first_j, highest, least;
+    std::int64_t vertices, maxima, cones, node;
+};
+
+/// Lanes, a bit each.
+struct TileOutcome {
+    std::uint32_t met, grazing;
+};
+
+/// Lets the lanes (a bit each) run in a node of a tile: from parts.from to parts.to or `best`. With `all`,
+/// the others are off in that tile.
+void enter_tile(std::uint32_t lanes, bool all, const TileSource& tile, const WalkParts& parts,
+                const Doubles& best, double width, double i, double j, TileLanes& to);
+
 /// Traces the running lanes until each is off, met or grazing. `per_m`: unit heights per metre. Without
-/// `roots`, `x` of met lanes is anywhere in the cell up to the crossing.
-void trace_tile_lanes(TileLanes& lanes, double per_m, bool plane, bool roots);
+/// `roots`, `x` of met lanes is anywhere in the cell up to the crossing, and `s` and `r` are not set.
+[[nodiscard]] TileOutcome trace_tile_lanes(TileLanes& lanes, double per_m, bool plane, bool roots);
 
 } // namespace obscura::renderer

@@ -5,33 +5,22 @@
 #define HWY_TARGET_INCLUDE "renderer/planets/tile_walk.cpp"
 #include <hwy/foreach_target.h>
 // Must follow foreach_target.h.
+#include "renderer/planets/tile_patches-inl.hpp"
+
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace obscura::renderer::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<double, packet_size>;
-using V = hn::Vec<D>;
-using M = hn::Mask<D>;
-
 /// Added to unit heights: far above the rounding of a bilinear height.
 constexpr double margin = 1e-12;
 
-HWY_INLINE V set(double value) {
-    return hn::Set(D(), value);
-}
 HWY_INLINE V load(const Doubles& from, int first) {
     return hn::Load(D(), from.v + first);
 }
 HWY_INLINE void store(V value, Doubles& to, int first) {
     hn::Store(value, D(), to.v + first);
-}
-HWY_INLINE std::uint32_t bits(M mask, int first) {
-    std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(D(), mask, bytes);
-    return static_cast<std::uint32_t>(bytes[0]) << first;
 }
 HWY_INLINE V dot(V ax, V ay, V az, V bx, V by, V bz) {
     return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
@@ -42,11 +31,12 @@ HWY_INLINE V half_chord(double radius, V miss2, V speed2) {
     return hn::Sqrt(hn::Max(under, hn::Zero(D())));
 }
 
-void begin_all(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
-               double least, double largest, WalkRays& rays) {
+WalkBegin begin_all(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
+                    double least, double largest, WalkRays& rays) {
     const D d;
     const hn::Rebind<std::int32_t, D> narrow;
     const hn::RebindToSigned<D> wide;
+    WalkBegin begin{};
     rays.direction = direction;
     for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d))) {
         const V ox = load(origin.x, first), oy = load(origin.y, first), oz = load(origin.z, first);
@@ -74,7 +64,40 @@ void begin_all(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max
         store(inner, rays.inner, first);
         store(hn::IfThenElse(on, from, set(1)), rays.from, first);
         store(hn::IfThenElse(on, to, set(-1)), rays.to, first);
+        const M begun = hn::And(on, hn::Lt(from, to));
+        begin.begun |= mask_bits(begun, first);
+        begin.beneath |= mask_bits(hn::And(begun, hn::Lt(hn::Abs(from), inner)), first);
+        begin.within |= mask_bits(hn::And(begun, hn::Eq(from, hn::Neg(along))), first);
     }
+    return begin;
+}
+
+/// terrain::cube_face_of() as a number.
+HWY_INLINE V faces_at(const WalkRays& rays, V at, int first) {
+    const auto place = [&](const Doubles& near, const Doubles& direction) {
+        return hn::Add(load(near, first), hn::Mul(at, load(direction, first)));
+    };
+    const V px = place(rays.near.x, rays.direction.x), py = place(rays.near.y, rays.direction.y),
+            pz = place(rays.near.z, rays.direction.z);
+    const V x = hn::Abs(px), y = hn::Abs(py), z = hn::Abs(pz);
+    const auto sided = [](V p, double face) {
+        return hn::IfThenElse(hn::Ge(p, hn::Zero(D())), set(face), set(face + 1));
+    };
+    return hn::IfThenElse(hn::And(hn::Ge(x, y), hn::Ge(x, z)), sided(px, 0),
+                          hn::IfThenElse(hn::Ge(y, z), sided(py, 2), sided(pz, 4)));
+}
+
+FaceLanes whole_on_all(const WalkRays& rays, std::uint32_t lanes) {
+    FaceLanes whole{};
+    for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(D()))) {
+        const V begin = faces_at(rays, load(rays.from, first), first),
+                end = faces_at(rays, load(rays.to, first), first);
+        const M same = hn::Eq(begin, end);
+        for (std::size_t face = 0; face < whole.size(); ++face)
+            whole[face] |=
+                lanes & mask_bits(hn::And(same, hn::Eq(begin, set(static_cast<double>(face)))), first);
+    }
+    return whole;
 }
 
 template<bool plane>
@@ -166,7 +189,20 @@ void split_all(const WalkRays& rays, const WalkLines& lines, const Doubles& reac
             const V near_m = hn::Add(set(tile.radius_m), hn::Mul(set(tile.spacing_m), load(reaches, first)));
             splits = hn::And(active, hn::Lt(set(tile.distance2_m2), hn::Mul(near_m, near_m)));
         }
-        split.here |= bits(hn::AndNot(splits, active), first);
+        const V miss2 = load(rays.miss2, first), speed2 = load(rays.speed2, first);
+        // Rays that are not above everything all the way.
+        const auto may_meet = [&](V begin, V end, double highest) {
+            if constexpr (plane) {
+                const V lowest = hn::Min(hn::Mul(speed2, begin), hn::Mul(speed2, end));
+                return hn::Le(hn::Add(miss2, lowest), set(highest));
+            } else {
+                const V lowest = hn::Max(begin, hn::Min(end, zero));
+                const V radius2 = hn::Add(miss2, hn::Mul(hn::Mul(speed2, lowest), lowest));
+                return hn::Le(radius2, set((1 + highest) * (1 + highest)));
+            }
+        };
+        split.here |=
+            mask_bits(hn::And(hn::AndNot(splits, active), may_meet(from, to, tile.highest + margin)), first);
         if (hn::AllFalse(d, splits)) {
             for (WalkParts& quarter : split.quarter) {
                 store(zero, quarter.from, first);
@@ -180,25 +216,15 @@ void split_all(const WalkRays& rays, const WalkLines& lines, const Doubles& reac
                        hn::Sub(load(lines.ub, first), hn::Mul(mu, wb)));
         const Halves v(hn::Sub(load(lines.va, first), hn::Mul(mv, wa)),
                        hn::Sub(load(lines.vb, first), hn::Mul(mv, wb)));
-        const V miss2 = load(rays.miss2, first), speed2 = load(rays.speed2, first);
         for (std::size_t q = 0; q < 4; ++q) {
             V begin = from, end = to;
             u.narrow((q & 1) == 0, begin, end);
             v.narrow((q & 2) == 0, begin, end);
-            M in = hn::And(splits, hn::Lt(begin, end));
-            // Not above everything all the way.
-            const double highest = tile.child_highest[q] + margin;
-            if constexpr (plane) {
-                const V lowest = hn::Min(hn::Mul(speed2, begin), hn::Mul(speed2, end));
-                in = hn::And(in, hn::Le(hn::Add(miss2, lowest), set(highest)));
-            } else {
-                const V lowest = hn::Max(begin, hn::Min(end, zero));
-                const V radius2 = hn::Add(miss2, hn::Mul(hn::Mul(speed2, lowest), lowest));
-                in = hn::And(in, hn::Le(radius2, set((1 + highest) * (1 + highest))));
-            }
+            const M in = hn::And(hn::And(splits, hn::Lt(begin, end)),
+                                 may_meet(begin, end, tile.child_highest[q] + margin));
             store(begin, split.quarter[q].from, first);
             store(hn::IfThenElse(in, end, begin), split.quarter[q].to, first);
-            split.lanes[q] |= bits(in, first);
+            split.lanes[q] |= mask_bits(in, first);
         }
     }
 }
@@ -215,8 +241,8 @@ std::uint32_t left_all(const WalkParts& parts, const Doubles& best) {
     const D d;
     std::uint32_t lanes = 0;
     for (int first = 0; first < packet_size; first += static_cast<int>(hn::Lanes(d)))
-        lanes |=
-            bits(hn::Lt(load(parts.from, first), hn::Min(load(parts.to, first), load(best, first))), first);
+        lanes |= mask_bits(hn::Lt(load(parts.from, first), hn::Min(load(parts.to, first), load(best, first))),
+                           first);
     return lanes;
 }
 
@@ -228,13 +254,18 @@ HWY_AFTER_NAMESPACE();
 namespace obscura::renderer {
 
 HWY_EXPORT(begin_all);
+HWY_EXPORT(whole_on_all);
 HWY_EXPORT(narrow_any);
 HWY_EXPORT(split_any);
 HWY_EXPORT(left_all);
 
-void begin_walk(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
-                double least, double largest, WalkRays& rays) {
-    HWY_DYNAMIC_DISPATCH(begin_all)(origin, direction, t_max, active, least, largest, rays);
+WalkBegin begin_walk(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
+                     double least, double largest, WalkRays& rays) {
+    return HWY_DYNAMIC_DISPATCH(begin_all)(origin, direction, t_max, active, least, largest, rays);
+}
+
+FaceLanes whole_on_faces(const WalkRays& rays, std::uint32_t lanes) {
+    return HWY_DYNAMIC_DISPATCH(whole_on_all)(rays, lanes);
 }
 
 WalkBox narrow_walk(const WalkRays& rays, const WalkLines& lines, const Doubles& best, double highest,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/packets/packet.hpp"
+#include "terrain/cube_sphere.hpp"
 
 #include <array>
 #include <cstdint>
@@ -20,10 +21,17 @@ struct alignas(64) WalkRays {
     Doubles inner;    ///< sphere: half of the chord in which no terrain is; 0: none
 };
 
+/// Lanes, a bit each.
+struct WalkBegin {
+    std::uint32_t begun;   ///< not empty
+    std::uint32_t beneath; ///< of them, those that begin in the inner sphere
+    std::uint32_t within;  ///< of them, those that begin at their origin, in the shell
+};
+
 /// Sets up rays about a sphere in the shell of unit heights `least` to `largest`. Inactive lanes are empty.
-/// What lies beyond the inner sphere is left out, unless the ray begins in it: then from > -inner.
-void begin_walk(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max, const Lanes& active,
-                double least, double largest, WalkRays& rays);
+/// What lies beyond the inner sphere is left out, unless the ray begins in it.
+[[nodiscard]] WalkBegin begin_walk(const Vec3s& origin, const Vec3s& direction, const Doubles& t_max,
+                                   const Lanes& active, double least, double largest, WalkRays& rays);
 
 /// Lines of the rays on a face: u and v are the quotients of those of u and v by that of w.
 struct alignas(64) WalkLines {
@@ -34,6 +42,10 @@ struct alignas(64) WalkLines {
 struct alignas(64) WalkParts {
     Doubles from, to;
 };
+
+/// Lanes whose parts begin and end on a face of the cube, a bit each.
+using FaceLanes = std::array<std::uint32_t, terrain::cube_face_count>;
+[[nodiscard]] FaceLanes whole_on_faces(const WalkRays& rays, std::uint32_t lanes);
 
 /// Places on a face, u and v.
 struct WalkBox {
@@ -51,13 +63,14 @@ struct WalkTile {
     double u_middle, v_middle;   ///< its middle planes
     double distance2_m2;         ///< of its centre from the eye
     double radius_m, spacing_m;  ///< see SurfaceNode
+    double highest;              ///< unit height of its own highest vertex
     const double* child_highest; ///< unit heights of the four children
     bool can_split;              ///< it has children
     double fixed_reach;          ///< of all rays; negative: their own
 };
 
-/// Parts in the four quarters of the rays that take finer tiles, where they are not above all that is in
-/// them, and the lanes that take the tile itself.
+/// Parts in the four quarters of the rays that take finer tiles, and the lanes that take the tile itself;
+/// neither where they are above all that is there.
 struct alignas(64) WalkSplit {
     std::array<WalkParts, 4> quarter;
     std::array<std::uint32_t, 4> lanes; ///< that are in the quarter, a bit each
