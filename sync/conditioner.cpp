@@ -31,8 +31,13 @@ void Conditioner::on_trigger(const Trigger& trigger) noexcept {
         return;
     }
     passed_.fetch_add(1, std::memory_order_relaxed);
-    next_.on_trigger({position / settings_.divider + 1, trigger.edge + settings_.delay_ns, trigger.seen,
-                      trigger.clock, trigger.scene, trigger.falling});
+    Trigger passed = trigger;
+    passed.id = position / settings_.divider + 1;
+    passed.edge += settings_.delay_ns;
+    // Of every n-th edge the source does not say when it comes.
+    if (passed.next != Trigger::unknown_edge)
+        passed.next = settings_.divider == 1 ? passed.next + settings_.delay_ns : Trigger::unknown_edge;
+    next_.on_trigger(passed);
 }
 
 ConditionerCounters Conditioner::counters() const noexcept {

@@ -29,6 +29,18 @@ TEST_CASE("without settings every edge passes as it is") {
     }
 }
 
+TEST_CASE("what the source says of its next edge passes with the delay, but not through a divider") {
+    const Trigger trigger{.id = 1, .edge = Time{1000}, .seen = Time{1010}, .next = Time{2000}};
+    Collector delayed, divided;
+    Conditioner({.delay_ns = 300}, delayed).on_trigger(trigger);
+    Conditioner({.divider = 2}, divided).on_trigger(trigger);
+    REQUIRE(delayed.triggers.size() == 1);
+    CHECK(delayed.triggers[0].edge == Time{1300});
+    CHECK(delayed.triggers[0].next == Time{2300});
+    REQUIRE(divided.triggers.size() == 1);
+    CHECK(divided.triggers[0].next == Trigger::unknown_edge);
+}
+
 TEST_CASE("bounces are dropped, counted, and do not prolong the hold-off") {
     Collector out;
     Conditioner conditioner({.debounce_ns = 1000}, out);
