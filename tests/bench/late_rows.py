@@ -55,7 +55,7 @@ def configuration(file, changes):
             table = table.setdefault(section, {})
         table[key] = tomllib.loads(f"x = {value}")["x"]
     scene = tables.get("scene", {})
-    if "file" in scene:
+    if "file" in scene and (file.parent / scene["file"]).exists():  # else the name of a shipped one
         scene["file"] = str((file.parent / scene["file"]).resolve())
     return "".join(f"{name} = {toml(value)}\n" for name, value in tables.items())
 
@@ -87,8 +87,15 @@ class Load:
             process.wait()
 
 
-def run(arguments, folder):
-    """The timing file of a run, and what else went wrong."""
+def receive(arguments, address):
+    """Receives the frames as a GigE Vision client. Returns what went wrong."""
+    grab = subprocess.run([arguments.obscura, "grab", "--address", address, "--frames", str(arguments.frames), "--timeout", "20"],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return "" if grab.returncode == 0 else grab.stdout.strip().splitlines()[-1]
+
+
+def run(arguments, folder, client=receive):
+    """The timing file of a run with a client, and what else went wrong."""
     config, timing, ready = folder / "obscurad.toml", folder / "run.csv", folder / "ready"
     config.write_text(configuration(arguments.config, arguments.set), encoding="utf-8")
     daemon = subprocess.Popen([arguments.obscurad, "--config", config, "--timing", timing, "--ready-file", ready],
@@ -99,13 +106,11 @@ def run(arguments, folder):
             if daemon.poll() is not None or time.monotonic() > end:
                 sys.exit("the daemon does not start: " + daemon.communicate()[1])
             time.sleep(0.05)
-        address = ready.read_text(encoding="ascii").split()[1].rsplit(":", 1)[0]
-        grab = subprocess.run([arguments.obscura, "grab", "--address", address, "--frames", str(arguments.frames), "--timeout", "20"],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        complaint = client(arguments, ready.read_text(encoding="ascii").split()[1].rsplit(":", 1)[0])
     finally:
         daemon.send_signal(signal.SIGTERM)
         daemon.communicate()
-    return timing, "" if grab.returncode == 0 else grab.stdout.strip().splitlines()[-1]
+    return timing, complaint
 
 
 def quantile(values, q):
@@ -152,4 +157,5 @@ def main():
     return 1 if late_rows or explained < len(degraded) else 0
 
 
-sys.exit(main())
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-# For checks with the real daemon: daemon_start WIDTH HEIGHT TOML [ADC-BITS], daemon_stop, daemon_counters TRANSPORT,
+# For checks with the real daemon: daemon_start WIDTH HEIGHT TOML [ADC-BITS [OPTION...]], daemon_stop, daemon_counters TRANSPORT,
 # daemon_undisturbed TRANSPORT (none was dropped while it ran). Frames are also
 # written to ./frames as raw files, in memory. The scene is light: floating-point arithmetic is slow in the emulated machine.
+# daemon_run [OPTION...] starts it with a daemon.toml, and a scene, of the check's own.
 need "$RIG_BUILD/emulator/obscurad"
-daemon_start() {
+daemon_run() {
     rm -rf frames ready "/run/frames/$PWD"
     mkdir -p "/run/frames/$PWD"
     ln -sfn "/run/frames/$PWD" frames
+    obscurad --config daemon.toml --ready-file ready --stats stats.json "$@" >daemon.log 2>&1 &
+    daemon=$!
+    wait_for 60 test -s ready || fail "the daemon is not ready: $(cat daemon.log)"
+}
+daemon_start() {
     cat >scene.toml <<END
 name = "light"
 [sun]
@@ -53,9 +59,7 @@ height = $2
 adc_bits = ${4:-12}
 $3
 END
-    obscurad --config daemon.toml --ready-file ready --stats stats.json >daemon.log 2>&1 &
-    daemon=$!
-    wait_for 60 test -s ready || fail "the daemon is not ready: $(cat daemon.log)"
+    daemon_run "${@:5}"
 }
 daemon_stop() {
     kill -TERM "$daemon"
