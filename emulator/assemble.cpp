@@ -104,11 +104,14 @@ Imaging::Imaging(const emulator::DaemonConfig& config, std::size_t pool_frames, 
     renderer = make_renderer(config, std::move(scene), threads, !real_time);
     detector = std::make_unique<sensors::Detector>(config.sensor, config.scene.bands,
                                                    config.scene.camera.aperture_m, config.daemon.seed);
-    // In lockstep time comes with the trigger; and ground truth has no lamps to compare.
+    // In lockstep time comes with the trigger; and of more bodies and lamps poses are not compared.
     const bool lockstep = std::any_of(config.trigger.lines.begin(), config.trigger.lines.end(),
                                       [](const auto& line) { return line.source == "lockstep"; });
-    camera.expects_frames = !lockstep && !(config.simulator.enabled && !config.scene.lamps.empty());
+    camera.expects_frames =
+        !lockstep && !(config.simulator.enabled && (config.scene.bodies.size() > max_truth_bodies ||
+                                                    config.scene.lamps.size() > RenderThread::most_lamps));
     camera.ahead_tolerance_px = config.render.ahead_tolerance_px;
+    camera.most_ahead_ns = std::llround(config.render.ahead_ms * 1e6);
     // Other scenes show what they must, whenever the edge comes.
     const bool reprojects = camera.expects_frames && ahead == RenderAhead::automatic &&
                             (config.simulator.enabled || camera.scene.mode == SceneTime::clock ||

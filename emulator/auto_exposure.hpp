@@ -63,6 +63,10 @@ public:
 
     /// Control side: begins a new run from `exposure_ns`. Frames of the run before no longer adjust.
     void restart(std::int64_t exposure_ns) noexcept;
+    /// Any thread: exposure of the next frame, as far as it is known.
+    [[nodiscard]] std::int64_t exposure_ns() const noexcept {
+        return static_cast<std::int64_t>(word_.load(std::memory_order_acquire) & exposure_mask);
+    }
     /// Any thread: `settings` as a client sees them, with the exposure reached; `once` reads `off` when
     /// settled.
     [[nodiscard]] CameraSettings shown(CameraSettings settings) const noexcept;

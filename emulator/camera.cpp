@@ -109,6 +109,7 @@ bool Camera::acquisition_start() {
     frame_sequence_ = sequence_;
     sequence_step_ = sequence_.start;
     edges_.restart();
+    line_known_ = router_.next_line_edge(begin).has_value();
     // The pipeline waits for a trigger, which cannot come yet, unless its last frame is still under way.
     if (!router_.busy() && expect_next(expected_)) maker_.render_ahead(expected_);
     router_.acquisition_start(now, begin);
@@ -226,12 +227,16 @@ void Camera::make_frame() noexcept {
         if (waits_for_readout(frame_settings_))
             next = std::max(next, maker_.plan().release.back() + maker_.scene_to_clock_ns());
         gate.started(next);
-        const ExpectedFrame* const expected = expect_next(expected_) ? &expected_ : nullptr;
+        // The next exposure is known when this frame has been measured.
+        const ExpectedFrame* const expected =
+            !adjusts_exposure_ && expect_next(expected_) ? &expected_ : nullptr;
         const bool whole = maker_.fill(*frame, sink_, &releaser_.cancel_flag(), releaser_.work(), expected);
-        if (whole && adjusts_exposure_)
+        if (whole && adjusts_exposure_) {
             auto_exposure_.adjust(
                 exposure_reading(*frame, maker_.histogram(), frame_settings_, config_.limits),
                 frame_settings_.exposure_auto);
+            if (expect_next(expected_)) maker_.render_ahead(expected_);
+        }
         releaser_.end(whole);
     } else {
         dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -297,12 +302,14 @@ FrameOrder Camera::next_order() noexcept {
     return order;
 }
 
-/// The edge of the next frame: what its source says, or what the edges so far let expect.
-std::optional<Time> Camera::expected_edge() noexcept {
-    if (edges_.empty()) return std::nullopt;
+/// The edge of the next frame: what its source says, or what the edges so far let expect, those before the
+/// acquisition too.
+std::optional<Time> Camera::expected_edge() const noexcept {
+    if (edges_.empty()) return router_.next_line_edge(clock_.now());
     const std::optional<Time> predicted = edges_.next();
     const sync::Trigger& last = router_.gate().current();
-    if (last.next == sync::Trigger::unknown_edge) return predicted;
+    if (last.next == sync::Trigger::unknown_edge)
+        return predicted || !line_known_ ? predicted : router_.next_line_edge(last.edge);
     // Of every n-th edge the loop knows the distance, and the source the instant.
     const std::int64_t period_ns = last.next - last.edge;
     if (!predicted || period_ns <= 0) return last.next;
@@ -318,9 +325,9 @@ bool Camera::expect_next(ExpectedFrame& next) noexcept {
     const std::optional<Time> edge = follows ? expected_edge() : Time{};
     if (!edge) return false;
     const std::unique_lock lock(settings_mutex_, std::try_to_lock);
-    const CameraSettings& settings = lock ? settings_ : frame_settings_;
-    if (settings.exposure_auto != ExposureAuto::off || settings.exposure_mode == ExposureMode::trigger_width)
-        return false;
+    CameraSettings settings = lock ? settings_ : frame_settings_;
+    if (settings.exposure_mode == ExposureMode::trigger_width) return false;
+    if (settings.exposure_auto != ExposureAuto::off) settings.exposure_ns = auto_exposure_.exposure_ns();
     order_light(settings,
                 {.frame_id = next_frame_id_,
                  .nominal = nominal_scene_time(settings, trigger_rate_, next_frame_id_),
@@ -329,6 +336,7 @@ bool Camera::expect_next(ExpectedFrame& next) noexcept {
                 next.order);
     next.edge = follows ? edge : expected_edge();
     next.tolerance_px = config_.ahead_tolerance_px;
+    next.most_ahead_ns = config_.most_ahead_ns;
     next.exact_time = !follows;
     return true;
 }

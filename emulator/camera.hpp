@@ -37,6 +37,7 @@ struct CameraConfig {
     sync::RationalRate trigger_rate{10, 1}; ///< nominal rate of Line0, software and action triggers
     sync::OverTrigger over_trigger = sync::OverTrigger::count;
     double ahead_tolerance_px = 0;   ///< see ExpectedFrame
+    std::int64_t most_ahead_ns = 0;  ///< see ExpectedFrame
     bool expects_frames = true;      ///< what the next frame shows can be known before its trigger
     ThreadSettings thread{};         ///< pipeline
     ThreadSettings trigger_thread{}; ///< free-run timer, alarms
@@ -147,7 +148,7 @@ private:
     [[nodiscard]] FrameOrder next_order() noexcept;
     void order_light(const CameraSettings& settings, const SceneClock::Edge& edge,
                      FrameOrder& order) const noexcept;
-    [[nodiscard]] std::optional<Time> expected_edge() noexcept;
+    [[nodiscard]] std::optional<Time> expected_edge() const noexcept;
     [[nodiscard]] bool expect_next(ExpectedFrame& next) noexcept;
     [[nodiscard]] bool waits_for_readout(const CameraSettings& settings) const noexcept;
     bool start_frame(FrameRef& frame) noexcept;
@@ -183,8 +184,9 @@ private:
 
     // Pipeline thread: the current frame.
     CameraSettings frame_settings_;
-    EdgePredictor edges_;    ///< of this acquisition's frames
-    ExpectedFrame expected_; ///< the next frame, as far as it is known before its trigger
+    EdgePredictor edges_;     ///< of this acquisition's frames
+    bool line_known_ = false; ///< edges of the line before the acquisition let expect its first ones
+    ExpectedFrame expected_;  ///< the next frame, as far as it is known before its trigger
     bool adjusts_exposure_ = false;
     RowSink* sink_ = nullptr;
     bool out_of_frames_ = false;

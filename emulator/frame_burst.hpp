@@ -23,6 +23,7 @@ public:
     [[nodiscard]] bool accepts(TriggerSource from, bool falling) const noexcept {
         return trigger_.accepts(from, falling);
     }
+    [[nodiscard]] bool enabled() const noexcept { return trigger_.enabled(); }
     /// Frames require a burst trigger first.
     [[nodiscard]] bool awaited() const noexcept {
         return trigger_.enabled() && left_.load(std::memory_order_acquire) == 0;

@@ -229,7 +229,9 @@ void FrameMaker::render_ahead(const ExpectedFrame& frame) noexcept {
         expected_light_.from_plan_ns = *frame.edge - expected.scene_time;
         expected_light_.period_ns = expected.frame_id > 1 ? *frame.edge - last_edge_ : 0;
     }
-    render_thread_->expect(expected_light_, tolerance(frame));
+    const Time not_before =
+        frame.edge && frame.most_ahead_ns > 0 ? *frame.edge - frame.most_ahead_ns : Time{};
+    render_thread_->expect(expected_light_, tolerance(frame), not_before);
 }
 
 /// For how long nothing in the frame moves by more than the tolerance, if it may come at another time at all.

@@ -51,6 +51,7 @@ struct ExpectedFrame {
     FrameOrder order;           ///< its stamps of the trigger are not used
     std::optional<Time> edge{}; ///< its trigger's, scheduling clock, as expected; none: unknown
     double tolerance_px = 0;
+    std::int64_t most_ahead_ns = 0; ///< rendering begins no earlier before `edge`; 0: as early as it can
     bool exact_time = true; ///< what it shows does not depend on the edge: it must come at that scene time
 };
 

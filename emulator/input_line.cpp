@@ -8,6 +8,7 @@ namespace obscura::emulator {
 std::uint64_t InputLine::record(const sync::Trigger& trigger) noexcept {
     edge_ns_.store(trigger.edge.ns, std::memory_order_relaxed);
     high_.store(!trigger.falling, std::memory_order_relaxed);
+    forecast_.add(trigger);
     edges_.fetch_add(1, std::memory_order_release);
     const std::uint64_t last = std::exchange(last_id_, trigger.id);
     return last != 0 && trigger.id > last ? trigger.id - last - 1 : 0;

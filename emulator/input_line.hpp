@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/camera.hpp"
+#include "emulator/line_forecast.hpp"
 #include "sync/sync.hpp"
 
 #include <atomic>
@@ -22,6 +23,9 @@ public:
     /// Level after the last edge; low before the first. Thread-safe.
     [[nodiscard]] bool high() const noexcept { return high_.load(std::memory_order_relaxed); }
 
+    /// Thread-safe.
+    [[nodiscard]] const LineForecast& forecast() const noexcept { return forecast_; }
+
     /// Records an edge. Returns the number of edges lost before it.
     std::uint64_t record(const sync::Trigger& trigger) noexcept;
     /// Numbers an active edge of a dual-edge input, after `lost` edges, among the active edges.
@@ -37,6 +41,7 @@ private:
     std::atomic<std::uint64_t> edges_{0};
     std::atomic<std::int64_t> edge_ns_{0};
     std::atomic<bool> high_{false};
+    LineForecast forecast_;
     // Source's thread only.
     std::uint64_t last_id_ = 0, active_id_ = 0;
     sync::Trigger pulse_;                 ///< first edge of the pulse

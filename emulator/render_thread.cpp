@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 namespace obscura::emulator {
@@ -14,6 +15,8 @@ namespace {
 
 /// A frame that is abandoned is noticed after this time at the latest.
 constexpr std::int64_t cancel_poll_ns = 1'000'000;
+/// A frame that waits for its instant looks at the clock so often: clocks of tests do not wake it.
+constexpr std::int64_t hold_poll_ns = 20'000'000;
 
 /// Frames whose bodies have moved by less show stars where they were expected.
 constexpr double star_tolerance_px = 0.001;
@@ -54,15 +57,17 @@ RenderThread::~RenderThread() {
         s.cancel = true;
     jobs_.fetch_add(1);
     jobs_.notify_all();
+    withdrawn_.notify();
     thread_.join();
 }
 
-void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance) noexcept {
+void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance, Time not_before) noexcept {
     discard();
-    begin(light);
+    const bool at_once = not_before <= clock_.now();
+    begin(light, nullptr, QualityLevel::full, at_once ? Time{} : not_before);
     tolerance_ = tolerance;
     expected_.store(jobs_.load(std::memory_order_relaxed));
-    begun_.fetch_add(1, std::memory_order_relaxed);
+    if (at_once) begun_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void RenderThread::keep_light(Store& s) noexcept {
@@ -89,7 +94,8 @@ void RenderThread::take_from(Store& s, const Store& source, QualityLevel level) 
     s.light.from->begin_reprojection();
 }
 
-void RenderThread::begin(const FrameLight& light, const Store* source, QualityLevel level) noexcept {
+void RenderThread::begin(const FrameLight& light, const Store* source, QualityLevel level,
+                         Time not_before) noexcept {
     const std::uint32_t job = jobs_.load(std::memory_order_relaxed);
     // The job before has rendered all its blocks, or been cancelled: it stops within a row of a block.
     while (job > 0 && !store(job - 1).stopped.load(std::memory_order_acquire)) {
@@ -100,6 +106,8 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
     Store& s = store(job);
     s.light = light;
     s.source = source;
+    s.not_before = not_before;
+    s.hold.store(not_before == Time{} ? Hold::none : Hold::waiting, std::memory_order_relaxed);
     if (job > 0) note_kept(store(job - 1));
     renderer::KeptLight* const earlier = kept_[whole_].get();
     const bool has_earlier =
@@ -130,13 +138,18 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
 void RenderThread::discard() noexcept {
     const std::uint32_t jobs = expected_.exchange(0);
     if (jobs == 0) return;
-    store(jobs - 1).cancel = true;
+    Store& s = store(jobs - 1);
+    s.cancel = true;
+    withdrawn_.notify();
+    Hold waiting = Hold::waiting;
+    if (s.hold.compare_exchange_strong(waiting, Hold::withdrawn)) return;
     discarded_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void RenderThread::cancel() noexcept {
     // Cancelling a frame that is claimed meanwhile does no harm: its maker renders what is missing.
     if (const std::uint32_t jobs = expected_.load(); jobs != 0) store(jobs - 1).cancel = true;
+    withdrawn_.notify();
 }
 
 /// How far the image that is rendered in `s` is from that of `light`, and what follows from it.
@@ -144,7 +157,7 @@ RenderThread::Match RenderThread::match(const Store& s, const FrameLight& light,
                                         const GroundTruth& truth) const noexcept {
     const std::optional<std::int64_t> later_ns = light.later_than(s.light);
     Match m;
-    if (!later_ns || s.cancel.load()) return m;
+    if (!later_ns || s.cancel.load() || s.hold.load() != Hold::none) return m;
     bool near = false;
     if (!light.live) {
         if (*later_ns != 0 && tolerance_.exact_time) return m;
@@ -157,8 +170,12 @@ RenderThread::Match RenderThread::match(const Store& s, const FrameLight& light,
     } else {
         // What is rendered later sees the poses of today, or newer ones.
         for (std::size_t i = 0; i < s.seen.load(std::memory_order_acquire); ++i)
-            m.error_px = std::max(m.error_px, light.renderer->image_change_px(s.states[i], truth));
+            m.error_px = std::max(m.error_px, light.renderer->image_change_px(s.states[i].truth, truth));
         near = m.error_px <= tolerance_.image_px;
+    }
+    if (const double lamps_px = lamp_change_px(s, light, truth); lamps_px > 0) {
+        m.error_px = std::max(m.error_px, lamps_px);
+        if (lamps_px > tolerance_.image_px) return m; // reprojection moves no light
     }
     const bool movable = m.error_px > star_tolerance_px && m.error_px <= most_reprojected_px &&
                          s.light.keep != nullptr && s.light.keep->complete(*light.renderer) &&
@@ -168,6 +185,34 @@ RenderThread::Match RenderThread::match(const Store& s, const FrameLight& light,
     else if (movable)
         m.use = Match::Use::reprojected;
     return m;
+}
+
+/// How far the light of lamps in `s` is from that of `light`, whose scene is in the state `truth`.
+double RenderThread::lamp_change_px(const Store& s, const FrameLight& light,
+                                    const GroundTruth& truth) const noexcept {
+    const std::size_t count = light.renderer->scene().lamps.size();
+    if (count == 0 || (!light.live && light.mid() == s.light.mid())) return 0;
+    if (count > most_lamps) return std::numeric_limits<double>::infinity();
+    std::array<Pose, most_lamps> lamps;
+    light.renderer->fill_lamps(light.mid(), lamps);
+    const auto change = [&](const State& from) {
+        return light.renderer->lamp_change_px(from.truth, std::span(from.lamps).first(count), truth,
+                                              std::span(lamps).first(count));
+    };
+    double most_px = 0;
+    if (!light.live) {
+        State expected;
+        expected.note(*light.renderer, s.light.mid());
+        return change(expected);
+    }
+    for (std::size_t i = 0; i < s.seen.load(std::memory_order_acquire); ++i)
+        most_px = std::max(most_px, change(s.states[i]));
+    return most_px;
+}
+
+void RenderThread::State::note(const renderer::Renderer& renderer, Time t) noexcept {
+    renderer.fill_truth(t, truth);
+    renderer.fill_lamps(t, lamps);
 }
 
 void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noexcept {
@@ -277,14 +322,34 @@ void RenderThread::run() noexcept {
     }
 }
 
+/// Waits until an expected frame may begin; false if it is not wanted any more.
+bool RenderThread::wait_to_begin(Store& s) noexcept {
+    if (s.hold.load() == Hold::none) return true;
+    for (;;) {
+        const std::uint32_t seen = withdrawn_.value();
+        if (s.cancel.load()) return false;
+        const std::int64_t early_ns = s.not_before - clock_.now();
+        if (early_ns <= 0) break;
+        withdrawn_.wait(seen, MonotonicClock().now() + std::min(early_ns, hold_poll_ns));
+    }
+    Hold waiting = Hold::waiting;
+    if (!s.hold.compare_exchange_strong(waiting, Hold::none)) return false;
+    begun_.fetch_add(1, std::memory_order_relaxed);
+    return true;
+}
+
 void RenderThread::note_state(Store& s) noexcept {
     if (!s.light.live) return;
     const std::size_t seen = s.seen.load(std::memory_order_relaxed);
-    s.light.renderer->fill_truth(s.light.mid(), s.states[seen]);
+    s.states[seen].note(*s.light.renderer, s.light.mid());
     s.seen.store(seen + 1, std::memory_order_release);
 }
 
 void RenderThread::render(Store& s) noexcept {
+    if (!wait_to_begin(s)) {
+        end(s);
+        return;
+    }
     // Of a frame that is made from another one, the work includes that one's.
     s.before = s.source != nullptr ? s.source->before : s.light.renderer->work();
     note_state(s);
@@ -295,9 +360,7 @@ void RenderThread::render(Store& s) noexcept {
             note_state(s);
             s.ready.store(s.light.blocks.size(), std::memory_order_release);
         }
-        rendering_with_.store(nullptr);
-        s.stopped.store(true, std::memory_order_release);
-        changed_.notify();
+        end(s);
         return;
     }
     for (std::size_t i = 0; i < s.offsets.size(); ++i) {
@@ -313,6 +376,11 @@ void RenderThread::render(Store& s) noexcept {
         s.ready.store(i + 1, std::memory_order_release);
         changed_.notify();
     }
+    end(s);
+}
+
+/// No further block of the frame follows.
+void RenderThread::end(Store& s) noexcept {
     rendering_with_.store(nullptr);
     s.stopped.store(true, std::memory_order_release);
     changed_.notify();

@@ -59,6 +59,9 @@ public:
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
 
+    /// Lamps of a scene whose poses or edges are only predicted.
+    static constexpr std::size_t most_lamps = 16;
+
     /// How far the light of the frame of a trigger may be from that of the expected one.
     struct Tolerance {
         double image_px = 0;      ///< apparent motion in the image, of live scenes
@@ -67,7 +70,9 @@ public:
         bool exact_time = true;   ///< those are of no use at another time
     };
     /// Begins to render the frame that is expected next, which replaces an earlier one that was not claimed.
-    void expect(const FrameLight& light, const Tolerance& tolerance) noexcept;
+    /// Rendering begins at `not_before` (clock of the constructor): a frame that is claimed or replaced until
+    /// then has not begun.
+    void expect(const FrameLight& light, const Tolerance& tolerance, Time not_before = {}) noexcept;
     /// Stops rendering what no frame has claimed; it is discarded by the next expect() or claim().
     /// Thread-safe.
     void cancel() noexcept;
@@ -122,8 +127,19 @@ public:
     [[nodiscard]] AheadCounters counters() const noexcept;
 
 private:
+    /// Of a scene, as far as the light depends on it.
+    struct State {
+        GroundTruth truth;
+        std::array<Pose, most_lamps> lamps;
+
+        void note(const renderer::Renderer& renderer, Time t) noexcept;
+    };
+    /// Whether an expected frame still waits for the instant at which it may begin.
+    enum class Hold : std::uint8_t { none, waiting, withdrawn };
     struct Store {
         FrameLight light;
+        Time not_before; ///< see expect()
+        std::atomic<Hold> hold{Hold::none};
         std::unique_ptr<AdaptiveFrame> levels; ///< null: no frame has them
         bool adapts = false;                   ///< `levels` has the light of this frame
         const Store* source = nullptr;         ///< store of the frame that this one is made from
@@ -133,7 +149,7 @@ private:
         std::atomic<bool> stopped{true};   ///< no further block follows
         std::atomic<bool> cancel{false};
         /// Live scenes: their states when rendering began and when it had ended, as many as are `seen`.
-        std::array<GroundTruth, 2> states;
+        std::array<State, 2> states;
         std::atomic<std::size_t> seen{0};
         renderer::RenderWork before; ///< the renderer's totals when the frame was begun
         // Valid when the last block is ready.
@@ -143,8 +159,10 @@ private:
 
     void run() noexcept;
     void render(Store& store) noexcept;
+    void end(Store& store) noexcept;
     void begin(const FrameLight& light, const Store* source = nullptr,
-               QualityLevel level = QualityLevel::full) noexcept;
+               QualityLevel level = QualityLevel::full, Time not_before = {}) noexcept;
+    [[nodiscard]] bool wait_to_begin(Store& store) noexcept;
     void keep_light(Store& store) noexcept;
     void note_kept(const Store& before) noexcept;
     void take_from(Store& store, const Store& source, QualityLevel level) noexcept;
@@ -157,6 +175,8 @@ private:
         Use use = Use::none;
         double error_px = 0;
     };
+    [[nodiscard]] double lamp_change_px(const Store& store, const FrameLight& light,
+                                        const GroundTruth& truth) const noexcept;
     [[nodiscard]] Match match(const Store& store, const FrameLight& light,
                               const GroundTruth& truth) const noexcept;
     [[nodiscard]] Store& store(std::uint32_t job) noexcept { return stores_[job % stores_.size()]; }
@@ -179,7 +199,8 @@ private:
     std::atomic<std::uint32_t> jobs_{0};     ///< begun so far
     std::atomic<bool> quit_{false};
     std::atomic<const renderer::Renderer*> rendering_with_{nullptr};
-    EventCount changed_; ///< blocks ready, or stopped
+    EventCount changed_;   ///< blocks ready, or stopped
+    EventCount withdrawn_; ///< a frame that waits to begin is not wanted any more
     std::atomic<std::uint64_t> begun_{0}, used_{0}, discarded_{0}, early_{0}, moved_{0};
     std::thread thread_;
 };

@@ -66,7 +66,7 @@ public:
         Time planned; ///< time of the edge in which the readout is planned
         SceneShown shown;
     };
-    /// True if the instant of a frame is that of its edge: it is not known before.
+    /// True if the instant of a frame is that of its edge.
     [[nodiscard]] bool follows_edges() const noexcept {
         return settings_.mode == SceneTime::clock || settings_.mode == SceneTime::tai;
     }

@@ -294,6 +294,17 @@ bool TriggerRouter::ready_for_line(std::size_t line, Time edge) const noexcept {
            gate_.selected() == route_of(source_of_line(line)) && gate_.ready_for(edge);
 }
 
+std::optional<Time> TriggerRouter::next_line_edge(Time t) const noexcept {
+    const TriggerChoice trigger = frame_trigger_.get();
+    const std::size_t line = line_of(trigger.source);
+    const bool alone = !start_trigger_.enabled() && !burst_.enabled() && !exposure_trigger_.enabled();
+    if (!alone || !trigger.enabled || line == line_count || is_level(trigger.activation) ||
+        (trigger.activation == TriggerActivation::any_edge && config_.lines[line].both()) ||
+        divider_.load(std::memory_order_relaxed) > 1 || trigger_width_.load(std::memory_order_relaxed))
+        return std::nullopt;
+    return lines_[line].forecast().next(trigger.activation == TriggerActivation::falling_edge, t);
+}
+
 CameraActivity TriggerRouter::activity() const noexcept {
     const sync::GateCounters gate = gate_.counters();
     CameraActivity a;

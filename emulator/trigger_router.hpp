@@ -87,6 +87,7 @@ public:
 
     /// Gate with the edges to make frames of, in TriggerGate's consumer protocol.
     [[nodiscard]] sync::TriggerGate& gate() noexcept { return gate_; }
+    [[nodiscard]] const sync::TriggerGate& gate() const noexcept { return gate_; }
     /// The pipeline has begun the frame of the gate's current trigger.
     void frame_begun(const FrameInstants& instants) noexcept;
 
@@ -100,6 +101,9 @@ public:
     /// True if an edge of `line` at time `edge` would become a frame.
     [[nodiscard]] bool ready_for_line(std::size_t line, Time edge) const noexcept;
     [[nodiscard]] sync::GateCounters counters() const noexcept { return gate_.counters(); }
+    /// The first edge after `t` that becomes a frame, as the edges of its line so far let expect; none where
+    /// other triggers, a divider or the end of a pulse decide about that.
+    [[nodiscard]] std::optional<Time> next_line_edge(Time t) const noexcept;
     /// All but the sequence step.
     [[nodiscard]] CameraActivity activity() const noexcept;
     [[nodiscard]] CameraMoments moments() const noexcept;

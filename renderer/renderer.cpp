@@ -36,6 +36,7 @@
 #include "renderer/world/exposure.hpp"
 #include "renderer/world/key_times.hpp"
 #include "renderer/world/kinematics.hpp"
+#include "renderer/world/lamp_change.hpp"
 #include "renderer/world/planetshine.hpp"
 #include "renderer/world/pose_age.hpp"
 #include "renderer/world/row_state.hpp"
@@ -1496,6 +1497,18 @@ double Renderer::image_motion_px(const RowTime& span) const noexcept {
 
 double Renderer::image_change_px(const GroundTruth& from, const GroundTruth& to) const noexcept {
     return change_px(impl_->scene, impl_->bodies, *impl_->lens, impl_->splatter.reach_px(), from, to);
+}
+
+double Renderer::lamp_change_px(const GroundTruth& from, std::span<const Pose> from_lamps,
+                                const GroundTruth& to, std::span<const Pose> to_lamps) const noexcept {
+    return renderer::lamp_change_px(impl_->scene, impl_->bodies, *impl_->lens, from, from_lamps, to,
+                                    to_lamps);
+}
+
+void Renderer::fill_lamps(Time t, std::span<Pose> lamps) const noexcept {
+    const std::vector<scene::Lamp>& all = impl_->scene.lamps;
+    for (std::size_t i = 0; i < std::min(lamps.size(), all.size()); ++i)
+        lamps[i] = lamp_pose(impl_->scene, impl_->bodies, all[i], to_seconds(t.ns));
 }
 
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {

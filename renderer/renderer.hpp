@@ -220,6 +220,12 @@ public:
     /// room for all bodies.
     [[nodiscard]] double image_change_px(const GroundTruth& from, const GroundTruth& to) const noexcept;
 
+    /// The same of the light of lamps (renderer/world/lamp_change.hpp), whose poses fill_lamps() gives.
+    [[nodiscard]] double lamp_change_px(const GroundTruth& from, std::span<const Pose> from_lamps,
+                                        const GroundTruth& to, std::span<const Pose> to_lamps) const noexcept;
+    /// Poses of the scene's lamps at `t`, as many as `lamps` has room for.
+    void fill_lamps(Time t, std::span<Pose> lamps) const noexcept;
+
     /// Poses of everything at `t`, for the frame's ground truth.
     void fill_truth(Time t, GroundTruth& truth) const noexcept;
 

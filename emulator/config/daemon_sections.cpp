@@ -104,15 +104,22 @@ config::Section section_of(RenderSection& s) {
             .range(1, 16384)
             .help("Rows that are rendered together; they are exposed and sent up to 64 at a time"),
         key("ahead", &s.ahead)
-            .help(
-                "auto: frames are rendered on a thread of their own, and the next one before its trigger "
-                "where "
-                "what it shows is known: not with automatic exposure, exposure as long as a pulse, or in "
-                "lockstep. With scene time nominal or replayed the frames are the same bytes; with clock or "
-                "tai the edge is predicted, and poses of a simulator are extrapolated "
-                "(ahead_tolerance_px). Takes memory for the light of two frames, of four where edges or "
-                "poses "
-                "are predicted. off: rendering begins at the trigger"),
+            .help("auto: frames are rendered on a thread of their own, and the next one before its trigger "
+                  "where "
+                  "what it shows is known: not with exposure as long as a pulse, or in lockstep; with "
+                  "automatic exposure once the frame before has been measured. With scene time nominal or "
+                  "replayed the frames are the same bytes; with clock or "
+                  "tai the edge is predicted, and poses of a simulator are extrapolated "
+                  "(ahead_tolerance_px). Takes memory for the light of two frames, of four where edges or "
+                  "poses "
+                  "are predicted. off: rendering begins at the trigger"),
+        key("ahead_ms", &s.ahead_ms)
+            .unit("ms")
+            .range(0, 1e5)
+            .help("Rendering begins at most so long before the expected edge, for a simulator whose poses "
+                  "come late: those that have come by then are rendered. No less than rendering takes, or "
+                  "rows are late. 0: as soon as the frame before is rendered, as are frames whose edge is "
+                  "not known"),
         key("ahead_tolerance_px", &s.ahead_tolerance_px)
             .unit("px")
             .range(0, 10)

@@ -59,6 +59,7 @@ struct RenderSection {
     std::int32_t threads = 0;
     std::int32_t band_rows = 64;
     RenderAhead ahead = RenderAhead::automatic;
+    double ahead_ms = 0;
     double ahead_tolerance_px = 0.02;
 };
 

@@ -39,11 +39,11 @@ enum class RendersOn { calling_thread, own_thread, own_thread_live };
 /// Renderer, detector and maker for `sensor`.
 struct MakerBench {
     explicit MakerBench(const SensorDescription& description = small_sensor(), std::int32_t band_rows = 8,
-                        RendersOn renders = RendersOn::calling_thread)
+                        RendersOn renders = RendersOn::calling_thread, const Clock* other_clock = nullptr)
         : sensor(description),
           renderer(scene, {}),
           detector(sensor, std::array{SpectralBand{}}, 0.025, 7),
-          maker(renderer, detector, sensor, clock,
+          maker(renderer, detector, sensor, other_clock != nullptr ? *other_clock : clock,
                 {.band_rows = band_rows,
                  .seed = 7,
                  .live_poses = renders == RendersOn::own_thread_live,

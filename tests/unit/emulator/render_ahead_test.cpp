@@ -326,16 +326,124 @@ TEST_CASE("newer poses of a simulator confirm a frame within the tolerance only"
     live_px = 0;
 }
 
-TEST_CASE("nothing is expected when the frame is known at its edge only") {
+TEST_CASE("with automatic exposure the next frame is rendered once this one has been measured") {
+    for (const ExposureAuto mode : {ExposureAuto::continuous, ExposureAuto::once}) {
+        const AheadCounters counters =
+            counters_of(SceneTime::nominal, {0, 20 * ms, 40 * ms, 60 * ms, 80 * ms}, true,
+                        [mode](CameraSettings& s) { s.exposure_auto = mode; });
+        CHECK(counters.begun == 6);
+        CHECK(counters.used == 5);
+        CHECK(counters.discarded == 0);
+    }
+}
+
+TEST_CASE("edges before the acquisition let its first frame be rendered before its edge") {
+    for (const bool source_knows : {false, true}) {
+        CameraBench bench(small_sensor(), 1, {}, sync::OverTrigger::count, LatePolicy::late, false,
+                          {.mode = SceneTime::clock}, RendersOn::own_thread);
+        const Time first = bench.clock.now() + 5 * ms;
+        std::uint32_t frames = 0;
+        for (int i = 0; i < 8; ++i) {
+            const Time edge = first + i * 20 * ms;
+            if (i == 4) REQUIRE(bench.camera.acquisition_start());
+            if (i >= 4) bench.wait_ready();
+            bench.clock.sleep_until(edge);
+            sync::Trigger trigger{static_cast<std::uint64_t>(i) + 1, edge, bench.clock.now()};
+            if (source_knows) trigger.next = edge + 20 * ms;
+            bench.camera.on_trigger(trigger);
+            if (i >= 4) bench.wait_ended(++frames);
+        }
+        bench.camera.acquisition_stop(false);
+        CHECK(bench.camera.counters().frames == 4);
+        CHECK(bench.camera.counters().ahead.used == 4);
+        CHECK(bench.camera.counters().ahead.discarded == 0);
+    }
+}
+
+TEST_CASE("nothing is expected when no frame follows") {
     const std::vector<std::int64_t> edges{0, 20 * ms, 40 * ms};
     CHECK(counters_of(SceneTime::nominal, edges, false).begun == 4);
-    CHECK(counters_of(SceneTime::nominal, edges, true, [](CameraSettings& s) {
-              s.exposure_auto = ExposureAuto::continuous;
-          }).begun == 0);
     CHECK(counters_of(SceneTime::nominal, edges, true, [](CameraSettings& s) {
               s.acquisition_mode = AcquisitionMode::multi_frame;
               s.acquisition_frame_count = 3;
           }).begun == 3);
+}
+
+TEST_CASE("a lamp whose light has moved by more than the tolerance has its frame rendered anew") {
+    MakerBench bench(small_sensor(), band_rows, RendersOn::own_thread_live);
+    scene::Scene scene;
+    scene.lamps.emplace_back();
+    const renderer::Renderer lit(scene, {});
+    bench.maker.replace_renderer(lit);
+    const std::uint32_t blocks = blocks_of(bench.sensor);
+    std::uint64_t id = 1;
+    for (const double moved_px : {0.0, 0.015, 0.03, 2.0}) {
+        lamp_px = 0;
+        const FrameOrder order = order_for(bench, ++id);
+        const std::uint32_t bands = render_gate().bands;
+        bench.maker.render_ahead({.order = order, .tolerance_px = 0.02});
+        wait_rendered(bands, blocks);
+        while (!bench.maker.expected_is_ready())
+            std::this_thread::yield();
+        lamp_px = moved_px;
+        FrameWork work;
+        const FrameRef frame = bench.pool.acquire();
+        REQUIRE(bench.maker.prepare(order, *frame).empty());
+        REQUIRE(bench.maker.fill(*frame, nullptr, nullptr, &work));
+        const bool stands = moved_px <= 0.02;
+        CHECK(render_gate().bands - bands == (stands ? blocks : 2 * blocks));
+        CHECK_THAT(work.ahead_error_px, Catch::Matchers::WithinAbs(stands ? moved_px : 0, 1e-9));
+    }
+    CHECK(bench.maker.ahead_counters().used == 2);
+    CHECK(bench.maker.ahead_counters().discarded == 2);
+    lamp_px = 0;
+}
+
+TEST_CASE(
+    "a frame begins no earlier before its edge than asked, and shows the poses that have come by then") {
+    FakeClock clock;
+    MakerBench bench(small_sensor(), band_rows, RendersOn::own_thread_live, &clock);
+    const std::uint32_t blocks = blocks_of(bench.sensor);
+    FrameOrder order = order_for(bench, 2);
+    const Time edge = clock.now() + 100 * ms;
+    const ExpectedFrame expected{
+        .order = order, .edge = edge, .tolerance_px = 0.02, .most_ahead_ns = 30 * ms};
+    const std::uint32_t before = render_gate().bands;
+    live_px = 1;
+    bench.maker.render_ahead(expected);
+    clock.advance_to(edge - 31 * ms);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50)); // one that is begun has time to show it
+    CHECK(render_gate().bands == before);
+    CHECK(bench.maker.ahead_counters().begun == 0);
+    live_px = 5; // a pose that comes late, but in time
+    clock.advance_to(edge - 30 * ms);
+    wait_rendered(before, blocks);
+    while (!bench.maker.expected_is_ready())
+        std::this_thread::yield();
+    FrameWork work;
+    FrameRef frame = bench.pool.acquire();
+    order.trigger_edge = edge;
+    REQUIRE(bench.maker.prepare(order, *frame).empty());
+    REQUIRE(bench.maker.fill(*frame, nullptr, nullptr, &work));
+    CHECK(work.ahead_error_px == 0);
+    CHECK(bench.maker.ahead_counters().used == 1);
+    CHECK(bench.maker.ahead_counters().begun == 1);
+
+    // An edge that comes before: its frame had not begun, and is rendered now.
+    FrameOrder early = order_for(bench, 3);
+    bench.maker.render_ahead({.order = early, .edge = clock.now() + 100 * ms, .most_ahead_ns = 30 * ms});
+    frame = bench.pool.acquire();
+    REQUIRE(bench.maker.make(early, *frame).empty());
+    CHECK(render_gate().bands - before == 2 * blocks);
+    const AheadCounters counters = bench.maker.ahead_counters();
+    CHECK(counters.begun == 1);
+    CHECK(counters.used == 1);
+    CHECK(counters.discarded == 0);
+    // One that never comes leaves nothing behind.
+    bench.maker.render_ahead(
+        {.order = order_for(bench, 4), .edge = clock.now() + 100 * ms, .most_ahead_ns = 30 * ms});
+    bench.maker.forget_expected();
+    live_px = 0;
 }
 
 TEST_CASE("an acquisition that ends leaves no rendering behind") {

@@ -112,6 +112,13 @@ double Renderer::image_change_px(const GroundTruth& from, const GroundTruth& to)
     return std::abs(to.camera.position_m.y - from.camera.position_m.y);
 }
 
+double Renderer::lamp_change_px(const GroundTruth& /*from*/, std::span<const Pose> from_lamps,
+                                const GroundTruth& /*to*/, std::span<const Pose> to_lamps) const noexcept {
+    return length(to_lamps.front().position_m - from_lamps.front().position_m);
+}
+void Renderer::fill_lamps(Time /*t*/, std::span<Pose> lamps) const noexcept {
+    lamps.front().position_m = {test::lamp_px.load(), 0, 0};
+}
 void Renderer::fill_truth(Time t, GroundTruth& truth) const noexcept {
     truth.mid_exposure = t;
     truth.camera.position_m = {to_seconds(t.ns), test::live_px.load(), 0};
