@@ -28,10 +28,7 @@ measured gpio
 start '[trigger]
 source = "pps"
 rate_hz = 4'
-for _ in 1 2 3 4 5 6 7 8 9 10 11 12; do
-    echo 1 >/sys/kernel/debug/rig_triggers/pps
-    sleep 1
-done
+said=$(python3 "$RIG/programs/pps_frames.py" /sys/kernel/debug/rig_triggers/pps frames 4 12 2>&1) || say "PPS: $said"
 measured pps
 start '[trigger]
 source = "ptp_timer"
