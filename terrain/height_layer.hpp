@@ -56,6 +56,8 @@ public:
     /// the samples.
     virtual void apply(const VertexGrid& grid, std::span<double> heights_m,
                        std::span<double> sample_spacings_m) const = 0;
+    /// Whether apply() leaves nothing of the layers below at any position of the cap.
+    [[nodiscard]] virtual bool hides_below(const Cap& /*cap*/) const { return false; }
     /// Bounds of what apply() makes at any position of the cap, at any spacing up to `spacing_m`, if the
     /// heights of the layers below are within `below` there.
     [[nodiscard]] virtual HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const = 0;

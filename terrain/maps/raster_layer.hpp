@@ -29,6 +29,7 @@ public:
 
     void apply(const VertexGrid& grid, std::span<double> heights_m,
                std::span<double> sample_spacings_m) const override;
+    [[nodiscard]] bool hides_below(const Cap& cap) const override { return covers(cap); }
     [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
     [[nodiscard]] double sample_spacing_m(Vec3 position_m) const override;
 

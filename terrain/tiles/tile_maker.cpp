@@ -65,10 +65,17 @@ Cap TileMaker::cap(TileKey key) const {
     return cap_of(domain_, key);
 }
 
+std::size_t TileMaker::lowest_seen(const Cap& cap) const {
+    std::size_t first = layers_.size();
+    while (first > 0)
+        if (layers_[--first]->hides_below(cap)) return first;
+    return 0;
+}
+
 HeightRange TileMaker::layers_range(const Cap& cap, double spacing_m) const {
     HeightRange range;
-    for (const std::shared_ptr<const HeightLayer>& layer : layers_)
-        range = layer->range(cap, spacing_m, range);
+    for (std::size_t k = lowest_seen(cap); k < layers_.size(); ++k)
+        range = layers_[k]->range(cap, spacing_m, range);
     return range;
 }
 
@@ -114,8 +121,8 @@ std::size_t TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) con
     scratch.sample_spacings_m.assign(tile_vertices, std::numeric_limits<double>::infinity());
     make_positions(key, scratch);
     const VertexGrid grid{key, scratch.positions_m, domain_.spacing_m(key.level), cap(key)};
-    for (const std::shared_ptr<const HeightLayer>& layer : layers_)
-        layer->apply(grid, scratch.heights_m, scratch.sample_spacings_m);
+    for (std::size_t k = lowest_seen(grid.cap); k < layers_.size(); ++k)
+        layers_[k]->apply(grid, scratch.heights_m, scratch.sample_spacings_m);
 
     const double step = height_step_m(domain_, key.level);
     const ReducedRange bounds = range(key);

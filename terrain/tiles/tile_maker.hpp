@@ -44,6 +44,8 @@ public:
 private:
     void make_positions(TileKey key, Scratch& scratch) const;
     [[nodiscard]] HeightRange layers_range(const Cap& cap, double spacing_m) const;
+    /// Index of the lowest layer that is not hidden below another one all over the cap.
+    [[nodiscard]] std::size_t lowest_seen(const Cap& cap) const;
 
     SurfaceDomain domain_;
     std::vector<std::shared_ptr<const HeightLayer>> layers_;

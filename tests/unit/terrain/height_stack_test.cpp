@@ -3,12 +3,16 @@
 #include "core/error.hpp"
 #include "terrain/maps/height_stack.hpp"
 #include "terrain/maps/memory_pyramid.hpp"
+#include "terrain/tiles/tile_maker.hpp"
 #include "tests/support/catch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <random>
+#include <span>
 #include <vector>
 
 using namespace obscura;
@@ -113,6 +117,39 @@ TEST_CASE("Sources are stacked by priority, and fitted by their offset if that i
     CHECK_THAT(make_height_stack(domain, sources).overlaps[1].feather_m, WithinAbs(30, 1e-9)); // a quarter
     sources[0].raster.raster = raster_of(plane(600, 0.2), constant(5));
     CHECK_THAT(make_height_stack(domain, sources).overlaps[1].feather_m, WithinAbs(8, 1e-9));
+}
+
+TEST_CASE("What a patch hides all over a tile is not made") {
+    class Counted final : public HeightLayer {
+    public:
+        void apply(const VertexGrid& /*grid*/, std::span<double> heights_m,
+                   std::span<double> /*sample_spacings_m*/) const override {
+            ++count;
+            std::fill(heights_m.begin(), heights_m.end(), 7);
+        }
+        [[nodiscard]] HeightRange range(const Cap& /*cap*/, double /*spacing_m*/,
+                                        HeightRange /*below*/) const override {
+            return {-10, 10};
+        }
+        mutable int count = 0;
+    };
+    const SurfaceDomain domain = SurfaceDomain::plane(1000);
+    std::vector<HeightSource> sources(2);
+    sources[0] = {"base", {raster_of(plane(100, 20), flat)}};
+    sources[1] = {"patch", {raster_of(plane(100, 5, 100, 0), [](Vec3 p) { return 0.01 * p.x; })}, 1, 50};
+    const HeightStack stack = make_height_stack(domain, sources);
+    const auto counted = std::make_shared<const Counted>();
+    const TileMaker maker(domain, {counted, stack.layers[1]});
+    TileMaker::Scratch scratch;
+    const auto tile = std::make_unique<SurfaceTile>();
+    // The patch is whole from x = -90 to 290 m and y = -190 to 190 m; a tile of level 4 is 125 m wide.
+    CHECK(maker.make({0, 4, 8, 8}, scratch, *tile) == 0);
+    CHECK(counted->count == 0);
+    CHECK_THAT(tile->height_m(128, 128), WithinAbs(0.625, 1e-3));
+    // Beside it both are seen.
+    CHECK(maker.make({0, 4, 6, 8}, scratch, *tile) == 0);
+    CHECK(counted->count == 1);
+    CHECK_THAT(tile->height_m(0, 128), WithinAbs(7, 1e-3));
 }
 
 TEST_CASE("The distance to holes is that of a search over all of them") {
