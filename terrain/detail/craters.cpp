@@ -4,6 +4,7 @@
 #include "core/philox.hpp"
 #include "terrain/detail/exact_math.hpp"
 #include "terrain/detail/grid_block.hpp"
+#include "terrain/detail/sample_spacing.hpp"
 #include "terrain/detail/stamp_kernel.hpp"
 
 #include <algorithm>
@@ -43,6 +44,11 @@ double removed(double square) {
 
 /// Octave sums over single profiles: rims of several craters may lie on each other.
 constexpr double deepest_sum = 1.3, highest_sum = 2.5;
+
+/// Share of craters that is added over samples, by the logarithms of diameter and distance of samples.
+double share_between(double log2_diameter, double log2_spacing) {
+    return 1 - smooth_step((log2_diameter - log2_spacing - 1) / 1.5);
+}
 
 double largest_allowed(const SurfaceDomain& domain) {
     if (domain.is_plane()) return domain.half_edge_m() / 3;
@@ -122,13 +128,11 @@ Craters::Stamp Craters::stamp_of(const Feature& feature) const {
 }
 
 double Craters::share(double diameter_m, double sample_spacing_m) {
-    if (!std::isfinite(sample_spacing_m)) return 1;
-    if (!(sample_spacing_m > 0)) return 0;
-    return 1 - smooth_step((exact_log2(diameter_m / sample_spacing_m) - 1) / 1.5);
+    return share_between(exact_log2(diameter_m), log2_spacing(sample_spacing_m));
 }
 
-double Craters::octave_share(std::size_t octave, double sample_spacing_m) const {
-    return share(std::ldexp(std::numbers::sqrt2, field_.octaves()[octave].exponent), sample_spacing_m);
+double Craters::octave_share(std::size_t octave, double log2_spacing) const {
+    return share_between(field_.octaves()[octave].exponent + 0.5, log2_spacing);
 }
 
 HeightRange Craters::clamp_of(std::size_t octave) const {
@@ -149,14 +153,15 @@ class Craters::Octaves {
 public:
     Octaves(const Craters& craters, const VertexGrid& grid, std::span<const double> sample_spacings_m,
             std::size_t first, std::size_t last)
-        : craters_(craters),
-          positions_m_(grid.positions_m),
-          spacings_m_(sample_spacings_m),
-          first_(first),
-          sums_(last - first) {
-        const double finest = *std::min_element(sample_spacings_m.begin(), sample_spacings_m.end());
-        for (std::size_t octave = first; octave < last; ++octave)
+        : craters_(craters), positions_m_(grid.positions_m), first_(first), sums_(last - first) {
+        const double finest =
+            log2_spacing(*std::min_element(sample_spacings_m.begin(), sample_spacings_m.end()));
+        bool any = false;
+        for (std::size_t octave = first; octave < last; ++octave) {
             shared_.push_back(craters.octave_share(octave, finest) != 1);
+            any = any || shared_.back();
+        }
+        if (any) spacings_ = log2_spacings(sample_spacings_m);
     }
 
     /// Adds to `heights_m` what the stamps make in a block.
@@ -202,7 +207,7 @@ private:
         }
     }
     [[nodiscard]] double share(std::size_t k, std::size_t n) const {
-        return craters_.octave_share(first_ + k, spacings_m_[index_[n]]);
+        return craters_.octave_share(first_ + k, spacings_[index_[n]]);
     }
     void add(const Stamp& stamp) {
         const std::size_t k = stamp.feature.octave - first_;
@@ -227,7 +232,7 @@ private:
     };
     const Craters& craters_;
     std::span<const Vec3> positions_m_;
-    std::span<const double> spacings_m_;
+    std::vector<double> spacings_; ///< of samples, as log2; where an octave is shared out
     std::size_t first_;
     std::vector<Sum> sums_; ///< of each octave
     std::vector<bool> shared_, used_;
@@ -244,7 +249,8 @@ void Craters::apply(const VertexGrid& grid, std::span<double> heights_m,
     while (first < octaves.size() && std::ldexp(2.0, octaves[first].exponent) <= least_cells * grid.spacing_m)
         ++first;
     if (first == octaves.size()) return;
-    const double coarsest = *std::max_element(sample_spacings_m.begin(), sample_spacings_m.end());
+    const double coarsest =
+        log2_spacing(*std::max_element(sample_spacings_m.begin(), sample_spacings_m.end()));
     std::vector<Feature> features;
     std::size_t last = octaves.size();
     while (last > first && octave_share(last - 1, coarsest) == 0)
@@ -300,8 +306,9 @@ HeightRange Craters::range(const Cap& cap, double spacing_m, HeightRange below) 
         stamps.push_back(stamp_of(feature));
     std::sort(stamps.begin(), stamps.end(), older);
     std::vector<HeightRange> sums(count);
+    const double largest_spacing = log2_spacing(below.sample_spacing_m);
     const auto most_share = [&](std::size_t octave) {
-        return over_maps_ ? octave_share(octave, below.sample_spacing_m) : 1.0;
+        return over_maps_ ? octave_share(octave, largest_spacing) : 1.0;
     };
     CraterProfile profile{};
     for (const Stamp& stamp : stamps) {
@@ -384,7 +391,8 @@ double Craters::share_left(const SurfaceFeature& feature, double sample_spacing_
     CraterProfile now{}, fresh{};
     profiles_[octave].at(wear(own), now.data());
     profiles_[octave].at(0, fresh.data());
-    double left = octave_share(octave, sample_spacing_m) * now[0] / fresh[0];
+    const double spacing = log2_spacing(sample_spacing_m);
+    double left = octave_share(octave, spacing) * now[0] / fresh[0];
     const double reach_share = std::sqrt(kept_squared) / CraterProfiles::reach;
     field_.visit_near({own.feature.position_m, 0}, octave + 1, field_.octaves().size(), reach_share,
                       [&](const Feature& other) {
@@ -393,7 +401,7 @@ double Craters::share_left(const SurfaceFeature& feature, double sample_spacing_
                           const double radius = later.diameter_m / 2;
                           const double square =
                               length_squared(own.feature.position_m - other.position_m) / (radius * radius);
-                          left *= 1 - octave_share(other.octave, sample_spacing_m) * removed(square);
+                          left *= 1 - octave_share(other.octave, spacing) * removed(square);
                       });
     return left;
 }

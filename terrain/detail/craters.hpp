@@ -89,7 +89,8 @@ private:
     [[nodiscard]] double wear(const Stamp& stamp) const;
     /// Range of an octave's sum.
     [[nodiscard]] HeightRange clamp_of(std::size_t octave) const;
-    [[nodiscard]] double octave_share(std::size_t octave, double sample_spacing_m) const;
+    /// Of the octave's middle diameter, over samples that are 2 to the power `log2_spacing` m apart.
+    [[nodiscard]] double octave_share(std::size_t octave, double log2_spacing) const;
 
     [[nodiscard]] bool exists(const Stamp& stamp) const {
         return stamp.diameter_m >= least_diameter_m_ && stamp.diameter_m <= largest_diameter_m_;

@@ -2,7 +2,9 @@
 // Logarithms, powers, sines and tangents from IEEE operations alone: the same bits on every machine.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 // The C library's functions are good to about one unit of the last place, and pick other code on CPUs that
@@ -19,9 +21,11 @@ namespace obscura::terrain {
     }
     // ln m = 2 artanh t with |t| < 0.172.
     const double t = (mantissa - 1) / (mantissa + 1), square = t * t;
+    constexpr std::array<double, 12> terms{1.0 / 23, 1.0 / 21, 1.0 / 19, 1.0 / 17, 1.0 / 15, 1.0 / 13,
+                                           1.0 / 11, 1.0 / 9,  1.0 / 7,  1.0 / 5,  1.0 / 3,  1.0};
     double sum = 0;
-    for (int n = 23; n >= 1; n -= 2)
-        sum = sum * square + 1.0 / n;
+    for (const double term : terms)
+        sum = sum * square + term;
     return exponent + 2 * t * sum * std::numbers::log2e;
 }
 
@@ -54,6 +58,14 @@ namespace obscura::terrain {
     return x * sine / cosine;
 }
 
+/// 1 / (n (n + 1)), from n = 1 at 1.
+inline constexpr std::array<double, 19> reciprocals_of_pairs = [] {
+    std::array<double, 19> result{};
+    for (std::size_t n = 1; n < result.size(); ++n)
+        result[n] = 1.0 / static_cast<double>(n * (n + 1));
+    return result;
+}();
+
 struct CosineSine {
     double cosine = 1, sine = 0;
 };
@@ -62,9 +74,9 @@ struct CosineSine {
     const double quarters = std::floor(4 * turns + 0.5);
     const double x = 2 * std::numbers::pi * (turns - 0.25 * quarters), square = x * x;
     double sine = 1, cosine = 1;
-    for (int n = 18; n >= 2; n -= 2) {
-        cosine = 1 - cosine * square / ((n - 1) * n);
-        sine = 1 - sine * square / (n * (n + 1));
+    for (std::size_t k = 9; k >= 1; --k) {
+        cosine = 1 - cosine * square * reciprocals_of_pairs[2 * k - 1];
+        sine = 1 - sine * square * reciprocals_of_pairs[2 * k];
     }
     sine *= x;
     switch (static_cast<int>(quarters - 4 * std::floor(0.25 * quarters))) {

@@ -3,6 +3,7 @@
 
 #include "terrain/detail/exact_math.hpp"
 #include "terrain/detail/face_region.hpp"
+#include "terrain/detail/sample_spacing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -63,10 +64,8 @@ Octaves::Octaves(const SurfaceDomain& domain, const SlopeTable& table, std::uint
     }
 }
 
-double Octaves::share(int exponent, double sample_spacing_m) {
-    if (!std::isfinite(sample_spacing_m)) return 1;
-    if (!(sample_spacing_m > 0)) return 0;
-    const double x = exponent - exact_log2(sample_spacing_m);
+double Octaves::share(int exponent, double log2_spacing) {
+    const double x = exponent - log2_spacing;
     return 1 - smooth_step((x - all_log2) / (none_log2 - all_log2));
 }
 
@@ -161,25 +160,22 @@ void Octaves::apply(const VertexGrid& grid, std::span<double> heights_m,
     // With shares w that grow towards short octaves, the sum of w f is the whole sum, less each rise of w
     // times the sum of the octaves before it.
     std::vector<double> detail = all;
-    const auto [least, largest] = std::minmax_element(sample_spacings_m.begin(), sample_spacings_m.end());
+    const auto [finest, coarsest] = std::minmax_element(sample_spacings_m.begin(), sample_spacings_m.end());
+    const double least = log2_spacing(*finest), largest = log2_spacing(*coarsest);
+    std::vector<double> spacings;
     for (std::size_t k = 0; k < count; ++k) {
-        const auto rise = [&](double spacing_m) {
-            const double next = k + 1 < count ? share(octaves_[k + 1].exponent, spacing_m) : 1;
-            return next - share(octaves_[k].exponent, spacing_m);
+        const auto rise = [&](double spacing) {
+            const double next = k + 1 < count ? share(octaves_[k + 1].exponent, spacing) : 1;
+            return next - share(octaves_[k].exponent, spacing);
         };
         // Shares fall with the spacing: no rise anywhere if none at the finest and 1 before it at the
         // coarsest.
-        if (share(octaves_[k].exponent, *least) == 1) break;
-        if (k + 1 < count && share(octaves_[k + 1].exponent, *largest) == 0) continue;
+        if (share(octaves_[k].exponent, least) == 1) break;
+        if (k + 1 < count && share(octaves_[k + 1].exponent, largest) == 0) continue;
         const std::vector<double> before = sum_to(k + 1);
-        double spacing = -1, factor = 0;
-        for (std::size_t n = 0; n < detail.size(); ++n) {
-            if (sample_spacings_m[n] != spacing) {
-                spacing = sample_spacings_m[n];
-                factor = rise(spacing);
-            }
-            detail[n] -= factor * before[n];
-        }
+        if (spacings.empty()) spacings = log2_spacings(sample_spacings_m);
+        for (std::size_t n = 0; n < detail.size(); ++n)
+            detail[n] -= rise(spacings[n]) * before[n];
     }
     for (std::size_t n = 0; n < detail.size(); ++n)
         heights_m[n] += detail[n];
@@ -192,7 +188,7 @@ HeightRange Octaves::range(const Cap& cap, double spacing_m, HeightRange below) 
     while (level < deepest_level && domain_.spacing_m(level + 1) >= spacing_m &&
            domain_.spacing_m(level) > cap.radius_m / 4)
         ++level;
-    const double largest_spacing = over_maps_ ? below.sample_spacing_m : infinity;
+    const double largest_spacing = log2_spacing(over_maps_ ? below.sample_spacing_m : infinity);
     std::vector<double> least(octaves_.size()), largest(octaves_.size());
     std::size_t coarse = 0;
     while (coarse < octaves_.size() && levels_[coarse] <= level)

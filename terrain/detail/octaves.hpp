@@ -33,9 +33,9 @@ public:
 
     /// Longest first.
     [[nodiscard]] const std::vector<Octave>& octaves() const { return octaves_; }
-    /// Share of an octave of lattice spacing 2^exponent that is added where the samples below are
-    /// `sample_spacing_m` apart: 1 for an infinite distance.
-    [[nodiscard]] static double share(int exponent, double sample_spacing_m);
+    /// Share of an octave of lattice spacing 2^exponent that is added where the samples below are 2 to the
+    /// power `log2_spacing` m apart: 1 for an infinite distance.
+    [[nodiscard]] static double share(int exponent, double log2_spacing);
 
 private:
     /// Vertices i0 to i1 and j0 to j1 of a level, numbered from the face's corner; outside of the face its
