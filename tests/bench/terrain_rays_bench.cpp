@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Long checks of rays in terrains: none slips through between cells, tiles, levels and faces, and all meet
 // the surface where marching over all cells in long double does. Arguments: rays from inside (1e8), rays
-// marched (1e6). Ends with 1 if any is wrong. The tests of the renderer have short forms of both.
+// marched (1e6). How far it is goes to standard error. Ends with 1 if any is wrong. The tests of the
+// renderer have short forms of both.
 #include "tests/unit/renderer/terrain_march.hpp"
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 
@@ -26,14 +28,20 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Calls `use(any, count)` for chunks of rays, each with random numbers of its own.
+/// Calls `use(any, count)` for chunks of rays, each with random numbers of its own. Says every tenth.
 template<typename Use>
-void for_chunks(std::int64_t rays, const Use& use) {
+void for_chunks(const char* name, std::int64_t rays, const Use& use) {
+    std::atomic<std::int64_t> done{0};
+    const auto tenths = [&](std::int64_t count) { return 10 * count / rays; };
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, (rays + chunk - 1) / chunk, 1),
                       [&](const tbb::blocked_range<std::int64_t>& chunks) {
                           for (std::int64_t k = chunks.begin(); k < chunks.end(); ++k) {
                               Directions any(static_cast<std::uint64_t>(k) + 1);
-                              use(any, std::min(chunk, rays - k * chunk));
+                              const std::int64_t count = std::min(chunk, rays - k * chunk);
+                              use(any, count);
+                              const std::int64_t before = done.fetch_add(count);
+                              if (tenths(before + count) > tenths(before))
+                                  fmt::print(stderr, "{}: {} of {} rays\n", name, before + count, rays);
                           }
                       });
 }
@@ -46,7 +54,7 @@ std::int64_t escapes(std::int64_t rays) {
     const Vec3 eye = 1090 * normalized(Vec3{1, 0.95, 0.9});
     const DetailView detail{.eye_m = eye, .cell_rad = 0.02};
     std::atomic<std::int64_t> escaped{0};
-    for_chunks(rays, [&](Directions& any, std::int64_t count) {
+    for_chunks("watertight", rays, [&](Directions& any, std::int64_t count) {
         const SurfaceTiles::Pin pin = shape.tiles()->pin();
         std::int64_t out = 0;
         for (std::int64_t done = 0; done < count; done += packet_size) {
@@ -91,7 +99,7 @@ void march(std::int64_t rays, Marched& result) {
     const TerrainShape shape(SurfaceDomain::ellipsoid({radius_m, radius_m, radius_m}),
                              layers_of(waves_m, -waves_most_m, waves_most_m), at_level(0));
     const March truth(shape, 0);
-    for_chunks(rays, [&](Directions& any, std::int64_t count) {
+    for_chunks("marched", rays, [&](Directions& any, std::int64_t count) {
         for (std::int64_t k = 0; k < count; ++k) {
             const Vec3 up = any();
             const Vec3 origin = k % 4 == 0 ? 1.075 * up : up * (1.08 + 3 * any.number());
