@@ -33,12 +33,21 @@ to_nm = 550.5
 
 [[body]]
 name = "{name}"
-shape = "mesh"
-file = "{mesh}"
-smooth_normals = false
 material = "lambert"
 albedo = 0.12
+{shape}
 """
+MESH = """shape = "mesh"
+file = "{file}"
+smooth_normals = false"""
+PLANET = """shape = "planet"
+radii_m = [{radius_m}, {radius_m}, {radius_m}]
+[[body.height]]
+file = "{file}"
+"""
+
+# Scenes of ours whose peer renders another one: a mesh of the same heights.
+PEERS = {"terrain": "moon", "terrain-limb": "limb"}
 
 
 class Skipped(Exception):
@@ -56,15 +65,20 @@ def asteroid(folder, render_bench):
     return file
 
 
+def ldem_4(suffix):
+    file = data_folder() / f"dem_moon_lola_ldem4/LDEM_4{suffix}"
+    if not file.exists():
+        raise Skipped(f"{file.name} is not in the data folder (OBSCURA_DATA)")
+    return file.resolve()
+
+
 def moon(folder):
     """Writes the Moon as a PLY file: a vertex at the middle of each of LDEM_4's 1440 x 720 pixels and one at each pole,
     2 073 600 facets."""
     file = folder / "moon.ply"
     if file.exists():
         return file
-    source = data_folder() / "dem_moon_lola_ldem4/LDEM_4.IMG"
-    if not source.exists():
-        raise Skipped(f"{source.name} is not in the data folder (OBSCURA_DATA)")
+    source = ldem_4(".IMG")
     try:
         import numpy
     except ImportError:
@@ -99,7 +113,13 @@ def moon(folder):
 
 
 def write(folder, name, size, render_bench):
-    """Writes scene `name` into `folder`; returns its file, or raises Skipped."""
+    """Writes scene `name` into `folder`; returns its file and that of the peer, or raises Skipped."""
+    scene = written(folder, name, size, render_bench)
+    return scene, written(folder, PEERS[name], size, render_bench) if name in PEERS else scene
+
+
+def written(folder, name, size, render_bench):
+    """The file of one scene."""
     def focal_mm(field_tan):
         return 0.01 * size / (2 * field_tan)
 
@@ -109,16 +129,19 @@ def write(folder, name, size, render_bench):
     if name == "cornell":
         return ROOT / "config/scenes/cornell.toml"
     if name == "asteroid":
-        values = dict(mesh=asteroid(folder, render_bench), bounces=0, sun=[0.7, 0.7, 0.1], eye=[4000.0, 0, 0],
-                      at=[0.0, 0, 0], up=[0, 0, 1], focal_mm=focal_mm(0.16))
-    elif name in ("moon", "moon-2-bounces"):
-        values = dict(mesh=moon(folder), bounces=2 if name == "moon-2-bounces" else 0, sun=[0.7071, 0.7071, 0.1],
-                      eye=scaled([3.4534, 0, 0]), at=[0.0, 0, 0], up=[0, 0, 1], focal_mm=focal_mm(0.325))
+        values = dict(sun=[0.7, 0.7, 0.1], eye=[4000.0, 0, 0], at=[0.0, 0, 0], up=[0, 0, 1], focal_mm=focal_mm(0.16))
+    elif name in ("limb", "terrain-limb"):
+        values = dict(sun=[0.5, 0.8, 0.2], eye=[MOON_M + 100e3, 0, 0], at=scaled([0.968912, 0.247404, 0]), up=[1, 0, 0],
+                      focal_mm=focal_mm(0.36397))
     else:
-        values = dict(mesh=moon(folder), bounces=0, sun=[0.5, 0.8, 0.2], eye=[MOON_M + 100e3, 0, 0],
-                      at=scaled([0.968912, 0.247404, 0]), up=[1, 0, 0], focal_mm=focal_mm(0.36397))
+        values = dict(sun=[0.7071, 0.7071, 0.1], eye=scaled([3.4534, 0, 0]), at=[0.0, 0, 0], up=[0, 0, 1],
+                      focal_mm=focal_mm(0.325))
+    if name in PEERS:
+        shape = PLANET.format(file=ldem_4(".LBL"), radius_m=MOON_M)
+    else:
+        shape = MESH.format(file=asteroid(folder, render_bench) if name == "asteroid" else moon(folder))
     file = folder / f"{name}.toml"
-    file.write_text(BODY.format(name=name, size=size, **values))
+    file.write_text(BODY.format(name=name, size=size, shape=shape, bounces=2 if name == "moon-2-bounces" else 0, **values))
     return file
 
 
