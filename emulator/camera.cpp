@@ -7,10 +7,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
 namespace obscura::emulator {
+namespace {
+
+/// Longest time from a client's AcquisitionStart to the first edge: clients wait for the answer.
+constexpr std::int64_t arming_ns = 150 * ns_per_ms;
+
+} // namespace
 
 Time nominal_scene_time(const CameraSettings& settings, sync::RationalRate trigger_rate,
                         std::uint64_t frame_id) {
@@ -110,12 +117,27 @@ bool Camera::acquisition_start() {
     sequence_step_ = sequence_.start;
     edges_.restart();
     line_known_ = router_.next_line_edge(begin).has_value();
+    // The edges of a free run are the camera's own: it says when the first one comes.
+    const bool paces = route_of(now) == free_run_route && !now.burst_trigger.enabled;
+    first_edge_ = paces && scene_clock_.follows_edges() && maker_.renders_ahead()
+                      ? std::optional(begin + arming_ns)
+                      : std::nullopt;
     // The pipeline waits for a trigger, which cannot come yet, unless its last frame is still under way.
-    if (!router_.busy() && expect_next(expected_)) maker_.render_ahead(expected_);
+    if (!router_.busy() && expect_next(expected_)) {
+        maker_.render_ahead(expected_);
+        if (config_.most_ahead_ns == 0) wait_for_expected();
+    }
     router_.acquisition_start(now, begin);
-    start_free_run();
+    start_free_run(first_edge_);
     router_.resume_level();
     return true;
+}
+
+/// As a camera that arms: the first edge may come as soon as the acquisition has started, and would find its
+/// frame half rendered.
+void Camera::wait_for_expected() const {
+    for (std::int64_t ms = 0; ms < arming_ns / ns_per_ms && !maker_.expected_is_ready(); ++ms)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 void Camera::acquisition_stop(bool abort) {
@@ -144,7 +166,7 @@ double Camera::free_run_rate_hz() const {
     return std::clamp(fastest_hz, config_.limits.frame_rate_min_hz, config_.limits.frame_rate_max_hz);
 }
 
-void Camera::start_free_run() {
+void Camera::start_free_run(std::optional<Time> first) {
     const CameraSettings now = settings();
     router_.set_frame_period(std::llround(1e9 / free_run_rate_hz()));
     // With a burst trigger the router paces the frames.
@@ -152,6 +174,7 @@ void Camera::start_free_run() {
     sync::TimerSettings timer;
     timer.rate = sync::rational_rate(free_run_rate_hz());
     timer.thread = config_.trigger_thread;
+    timer.start = first;
     free_run_ = std::make_unique<sync::TimerTrigger>(timer, std::make_unique<MonotonicClock>());
     free_run_->start(router_.free_run());
 }
@@ -305,7 +328,7 @@ FrameOrder Camera::next_order() noexcept {
 /// The edge of the next frame: what its source says, or what the edges so far let expect, those before the
 /// acquisition too.
 std::optional<Time> Camera::expected_edge() const noexcept {
-    if (edges_.empty()) return router_.next_line_edge(clock_.now());
+    if (edges_.empty()) return first_edge_ ? first_edge_ : router_.next_line_edge(clock_.now());
     const std::optional<Time> predicted = edges_.next();
     const sync::Trigger& last = router_.gate().current();
     if (last.next == sync::Trigger::unknown_edge)

@@ -138,7 +138,9 @@ private:
 
     // Control side.
     [[nodiscard]] double free_run_rate_hz() const;
-    void start_free_run();
+    void wait_for_expected() const;
+    /// Its first edge is at `first`, if any, else at once.
+    void start_free_run(std::optional<Time> first = {});
     void stop_free_run() { free_run_.reset(); }
 
     // Pipeline thread.
@@ -178,6 +180,7 @@ private:
     std::uint32_t sequence_step_ = 0;
     std::uint64_t next_frame_id_ = 1;
     std::uint64_t frames_left_ = 0;
+    std::optional<Time> first_edge_; ///< of a free run
     sync::RationalRate trigger_rate_;
     SceneClock scene_clock_;
     Sequence frame_sequence_;

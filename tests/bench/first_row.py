@@ -21,6 +21,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 import types
@@ -70,6 +71,16 @@ class Gvcp:
         self.command(0x0082, struct.pack(">II", register, value))
 
     def fire(self, count, rate_hz):
+        try:  # of this thread: what triggers does not wait for other programs
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(60))
+        except PermissionError:
+            pass
+        try:
+            return self.fire_in_time(count, rate_hz)
+        finally:
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+    def fire_in_time(self, count, rate_hz):
         self.write(self.CONTROL, 2)
         self.write(self.STREAM_PORT, self.stream.getsockname()[1])
         self.write(self.STREAM_TO, struct.unpack(">I", socket.inet_aton(self.to[0]))[0])
@@ -112,12 +123,26 @@ def datagrams(rate_hz):
 
 
 def steps(rate_hz):
-    """Steps follow one another, each when the frame before has left."""
-    def client(arguments, _):
-        with simulator_client.Simulator("127.0.0.1", 5003) as simulator:
-            for k in range(arguments.frames):
-                simulator.step(k / rate_hz)
-        return ""
+    """Steps follow one another, each when the frame before has left, while a client receives."""
+    def client(arguments, address):
+        ended = threading.Event()
+
+        def step():
+            with simulator_client.Simulator("127.0.0.1", 5003) as simulator:
+                k = 0
+                while not ended.is_set():
+                    try:
+                        simulator.step(k / rate_hz)
+                        k += 1
+                    except simulator_client.Refused:  # the client has not begun, or has what it wants
+                        time.sleep(0.02)
+        thread = threading.Thread(target=step)
+        thread.start()
+        try:
+            return late_rows.receive(arguments, address)
+        finally:
+            ended.set()
+            thread.join()
     return client
 
 
@@ -127,7 +152,7 @@ def source_of(name, rate_hz):
             "udp": (['trigger.source="udp"'], datagrams(rate_hz)),
             "software": ([], by_software(rate_hz)),
             "action": ([], lambda arguments, address: Gvcp(address).fire(arguments.frames, rate_hz)),
-            "step": (['trigger.source="lockstep"', "simulator.enabled=true", "daemon.autostart=true"], steps(rate_hz))}[name]
+            "step": (['trigger.source="lockstep"', "simulator.enabled=true"], steps(rate_hz))}[name]
 
 
 def main():

@@ -225,6 +225,27 @@ TEST_CASE("a camera renders each frame before its edge, the first one too") {
     CHECK(bench.camera.counters().missed_triggers == 0);
 }
 
+TEST_CASE("an acquisition starts once its first frame is rendered, but does not wait for long") {
+    CameraBench bench(small_sensor(), 1, {}, sync::OverTrigger::count, LatePolicy::late, false, {},
+                      RendersOn::own_thread);
+    render_gate().close();
+    std::thread opens([] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        render_gate().open();
+    });
+    REQUIRE(bench.camera.acquisition_start());
+    opens.join();
+    const Time now = bench.clock.now();
+    bench.camera.on_trigger({1, now, now});
+    bench.wait_ended(1);
+    bench.camera.acquisition_stop(true);
+    CHECK(bench.camera.counters().frames == 1);
+    CHECK(bench.camera.counters().ahead.early == 1);
+    const ClosedGate closed;
+    REQUIRE(bench.camera.acquisition_start()); // although nothing renders
+    bench.camera.acquisition_stop(true);
+}
+
 namespace {
 
 /// Frames of a camera with those edges, ns after the first; `next`: what its source says of the edge after.
@@ -331,7 +352,7 @@ TEST_CASE("with automatic exposure the next frame is rendered once this one has 
         const AheadCounters counters =
             counters_of(SceneTime::nominal, {0, 20 * ms, 40 * ms, 60 * ms, 80 * ms}, true,
                         [mode](CameraSettings& s) { s.exposure_auto = mode; });
-        CHECK(counters.begun == 6);
+        CHECK(counters.begun >= 5); // the sixth may be begun after the end
         CHECK(counters.used == 5);
         CHECK(counters.discarded == 0);
     }
@@ -358,6 +379,23 @@ TEST_CASE("edges before the acquisition let its first frame be rendered before i
         CHECK(bench.camera.counters().ahead.used == 4);
         CHECK(bench.camera.counters().ahead.discarded == 0);
     }
+}
+
+TEST_CASE("a free run that follows the clock has its first frame rendered before its edge") {
+    CameraBench bench(
+        small_sensor(), 1,
+        [](CameraSettings& s) {
+            s.frame_trigger.enabled = false;
+            s.frame_rate_enabled = true;
+            s.frame_rate_hz = 10;
+        },
+        sync::OverTrigger::count, LatePolicy::late, false, {.mode = SceneTime::clock}, RendersOn::own_thread);
+    REQUIRE(bench.camera.acquisition_start());
+    bench.wait_ended(3);
+    bench.camera.acquisition_stop(false);
+    const CameraCounters counters = bench.camera.counters();
+    CHECK(counters.ahead.used == counters.frames);
+    CHECK(counters.ahead.discarded == 0);
 }
 
 TEST_CASE("nothing is expected when no frame follows") {

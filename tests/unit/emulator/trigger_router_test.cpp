@@ -9,6 +9,52 @@ using namespace obscura;
 using namespace obscura::emulator;
 using namespace obscura::test;
 
+TEST_CASE("the next edge of a line is known before the acquisition, where the edge alone makes the frame") {
+    RouterFixture bench([](CameraSettings& s) { s.frame_trigger = {true, TriggerSource::line0}; });
+    CHECK_FALSE(bench.router.next_line_edge(bench.clock.now()));
+    for (const std::int64_t t : {10, 30, 50, 70})
+        bench.edge(0, t);
+    CHECK(bench.router.next_line_edge(bench.at(70)) == bench.at(90));
+    CHECK(bench.router.next_line_edge(bench.at(90)) == bench.at(110));
+    CHECK(bench.router.next_line_edge(bench.at(895)) == bench.at(910)); // edges that did not come count
+    // What the source says comes first.
+    bench.router.line(1).on_trigger(
+        {.id = 1, .edge = bench.at(70), .seen = bench.at(70), .next = bench.at(77)});
+    CHECK(bench.router.next_line_edge(bench.at(75)) != bench.at(77));
+    bench.apply([](CameraSettings& s) { s.frame_trigger.source = TriggerSource::line1; });
+    CHECK(bench.router.next_line_edge(bench.at(75)) == bench.at(77));
+
+    const std::function<void(CameraSettings&)> others[] = {
+        [](CameraSettings& s) { s.frame_trigger.enabled = false; },
+        [](CameraSettings& s) { s.frame_trigger.source = TriggerSource::software; },
+        [](CameraSettings& s) { s.frame_trigger.activation = TriggerActivation::level_high; },
+        [](CameraSettings& s) { s.trigger_divider = 2; },
+        [](CameraSettings& s) { s.start_trigger.enabled = true; },
+        [](CameraSettings& s) { s.burst_trigger.enabled = true; },
+        [](CameraSettings& s) { s.exposure_trigger.enabled = true; },
+        [](CameraSettings& s) { s.exposure_mode = ExposureMode::trigger_width; },
+    };
+    const CameraSettings plain = bench.settings;
+    for (std::size_t i = 0; i < std::size(others); ++i) {
+        CAPTURE(i);
+        bench.apply(others[i]);
+        CHECK_FALSE(bench.router.next_line_edge(bench.at(75)));
+        bench.apply([&plain](CameraSettings& s) { s = plain; });
+        CHECK(bench.router.next_line_edge(bench.at(75)));
+    }
+    // Of two edges, those of the chosen direction.
+    for (const std::int64_t t : {100, 120, 140, 160}) {
+        bench.edge(2, t);
+        bench.edge(2, t + 3, true);
+    }
+    bench.apply([](CameraSettings& s) {
+        s.frame_trigger = {true, TriggerSource::line2, TriggerActivation::falling_edge};
+    });
+    CHECK(bench.router.next_line_edge(bench.at(165)) == bench.at(183));
+    bench.apply([](CameraSettings& s) { s.frame_trigger.activation = TriggerActivation::any_edge; });
+    CHECK_FALSE(bench.router.next_line_edge(bench.at(165)));
+}
+
 TEST_CASE("an edge of FrameStart's line is one frame request with the edge's own stamp", "[emulator]") {
     RouterFixture f({});
     f.edge(0, 1); // not acquiring
