@@ -42,6 +42,7 @@ file = "{file}"
 smooth_normals = false"""
 PLANET = """shape = "planet"
 radii_m = [{radius_m}, {radius_m}, {radius_m}]
+cell_px = 1
 [[body.height]]
 file = "{file}"
 """

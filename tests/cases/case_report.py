@@ -4,7 +4,8 @@ import re
 
 
 class Report:
-    def __init__(self):
+    def __init__(self, columns=("found", "against", "off, of what is allowed")):
+        self.columns = columns
         self.rows, self.good, self.figures = [], True, {}
 
     def add(self, what, found, against, off, allowed, unit):
@@ -13,12 +14,12 @@ class Report:
         self.figures[what] = {"off": off, "allowed": allowed}
         self.rows.append((what, found, against, f"{off:.2g} of {allowed:g} {unit}".strip() + ("" if good else ": TOO FAR OFF")))
 
-    def say(self, what, found, against):
+    def say(self, what, found, against, last=""):
         self.figures[what] = found
-        self.rows.append((what, found, against, ""))
+        self.rows.append((what, found, against, last))
 
     def table(self):
-        return "\n".join(["| | found | against | off, of what is allowed |", "|---|---|---|---|",
+        return "\n".join(["| | " + " | ".join(self.columns) + " |", "|---|---|---|---|",
                           *("| " + " | ".join(row) + " |" for row in self.rows)])
 
     def print(self):

@@ -4,12 +4,15 @@
 
 Usage: lunar_south_pole.py OBSCURA [--size N] [--samples N] [--sheet FRAMES,SIZE,SAMPLES] [--baked METRES] [--output FOLDER]
                             [--json FILE]
+       lunar_south_pole.py OBSCURA --cost [--size N] [--samples N] [--cell-px PIXELS] [--threads N] [--output FOLDER]
 Flies along 222.5 E from 60 S at 100 km to 89.46 S at 500 m above the ridge between Shackleton and de Gerlache, over LDEM_4 (7.6 km),
 a strip of GLD100 (474 m) and Site01 (10 m) of OBSCURA_DATA (default ../shared/data), with procedural detail between their samples.
 Renders four altitudes and a contact sheet under a limit of memory, says what each frame costs, and holds the points met without detail
 against the maps, which it reads, interpolates and blends on its own. With --baked the four once more from a giant texture of all of it
 within 30 degrees of the pole, at samples of that distance (14: 36 GB, 112: a 64th). Exit status 1 where a figure is further off than it
 may be, 77 where data or numpy are missing. With --output also the pictures and the table of docs/cases/lunar-south-pole.md.
+With --cost alone: what a frame within the path costs once the tiles of the frame before it are there, at the same four altitudes, with
+a fixed number of samples and with adaptive sampling to the same noise; with --output into that page's second table.
 """
 import argparse
 import importlib.util
@@ -44,6 +47,7 @@ crater_age_ga = 4
 boulders_per_m2 = 3e-4
 """
 TILES_MIB = 512  # tile_memory_mib
+FLIGHT_FRAMES = 46000  # of the flight that this follows
 LIMIT_MIB = TILES_MIB + 300  # of the address space of a renderer: code, stacks and maps too
 
 
@@ -90,7 +94,7 @@ def sun_direction(elevation_deg):
 LAYERS = ("", "priority = 1\nfeather_m = 4000\n", "priority = 2\nfeather_m = 1500\n")
 
 
-def scene_text(files, path, share, size, elevation_deg, detail, layers=LAYERS):
+def scene_text(files, path, share, size, elevation_deg, detail, layers=LAYERS, trajectory=None, body=""):
     place, look, up, pixel = path.camera(share, size)
     heights = "".join(f'[[body.height]]\nfile = "{file}"\n{more}' for file, more in zip(files, layers))
     return f"""name = "lunar south pole"
@@ -102,7 +106,7 @@ width = {size}
 height = {size}
 pixel_pitch_um = 10
 focal_length_mm = {0.01 / pixel}
-position_m = {list(map(float, place))}
+{f'trajectory = "{trajectory}"' if trajectory else f"position_m = {list(map(float, place))}"}
 boresight = {list(map(float, look))}
 up = {list(map(float, up))}
 [[body]]
@@ -111,6 +115,7 @@ shape = "planet"
 radii_m = [{RADIUS_M}, {RADIUS_M}, {RADIUS_M}]
 material = "moon"
 tile_memory_mib = {TILES_MIB}
+{body}
 {heights}
 {detail}
 """
@@ -310,6 +315,42 @@ def check_points(report, maps, path, share, size, layers):
                f"{np.percentile(off, 99):.3f} of a pixel's width", "the maps, interpolated and blended on their own", np.percentile(off, 99), 0.05, "px")
 
 
+def cost_of_frames(obscura, folder, files, path, options, report):
+    """Processor time of a frame within a flight of FLIGHT_FRAMES frames. That of making the first frame's tiles, which a frame of one
+    sample shows, is taken out."""
+    totals = {"fixed": [], "adaptive": []}
+    for share in SHOWN:
+        table = folder / "flight.csv"
+        table.write_text("time_s,x_m,y_m,z_m\n" + "".join(
+            f"{k}," + ",".join(f"{c!r}" for c in map(float, path.place(share + step / FLIGHT_FRAMES))) + "\n"
+            for k, step in enumerate((0, 1) if share == 0 else (-1, 0))))
+
+        def cost(name, size, text, *settings):
+            scene = folder / f"{name}.toml"
+            scene.write_text(text)
+            return json.loads(limited(obscura, "render", scene, "-o", folder / f"{name}%02d.fits", "--size", f"{size}x{size}", "--threads",
+                                      options.threads, "--json", *settings))
+
+        body = f"cell_px = {options.cell_px}"
+        one = scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL, body=body)
+        two = scene_text(files, path, share, options.size, SUN_ELEVATION_DEG, DETAIL, trajectory=table, body=body)
+        tiles = cost("one", options.size, one, "--samples", 1)["render_cpu_s"]
+        fixed = cost("two", options.size, two, "--trajectory", "--samples", options.samples)
+        error = 4 * fixed["noise_rms"]
+        while True:
+            adaptive = cost("two", options.size, two, "--trajectory", "--samples", 8, "--error", f"{error:.2g}", "--max-samples", 16 * options.samples)
+            if adaptive["noise_rms"] <= fixed["noise_rms"]:
+                break
+            error *= 0.9 * fixed["noise_rms"] / adaptive["noise_rms"]
+        said = []
+        for kind, told in (("fixed", fixed), ("adaptive", adaptive)):
+            frame = (told["render_cpu_s"] - tiles) / 2
+            totals[kind].append(frame)
+            said.append(f"{frame:.1f} s, {told['samples'] / 2e6:.1f} M samples, noise {100 * told['noise_rms']:.2f} %")
+        report.say(f"{path.altitude(share) / 1000:.3g} km, {-path.latitude(share):.2f} S", *said, f"{tiles:.1f} s")
+    report.say("mean of the four", f"{np.mean(totals['fixed']):.1f} s", f"{np.mean(totals['adaptive']):.1f} s")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("obscura")
@@ -319,6 +360,9 @@ def main():
     parser.add_argument("--baked", type=float, help="distance of samples of the baked texture, m")
     parser.add_argument("--output", type=pathlib.Path)
     parser.add_argument("--json", type=pathlib.Path)
+    parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--cell-px", type=float, default=1)
+    parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     files = [case_files.data_file(name) for name in (GLOBAL, STRIP, SITE)]
     report, maps = Report(), Maps(files)
@@ -327,6 +371,13 @@ def main():
     frames, sheet_size, sheet_samples = map(int, options.sheet.split(","))
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        if options.cost:
+            costs = Report((f"{options.samples} samples", "adaptive, to that noise", "tiles of a first frame"))
+            cost_of_frames(options.obscura, folder, files, path, options, costs)
+            costs.print()
+            if options.output:
+                costs.into_page(options.output / "lunar-south-pole.md", "cost")
+            return 0
         notes = []
         for share in SHOWN:
             layers, told = render(options.obscura, folder, "points", scene_text(files, path, share, 160, SUN_ELEVATION_DEG, ""), 1, "--layers")
