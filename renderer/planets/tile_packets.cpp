@@ -34,6 +34,7 @@ public:
         active_ = hn::Or(passed_, fresh);
         crossed_ = hn::MaskFromVec(hn::Zero(d));
         once_ = crossed_;
+        jumps_ = crossed_;
         begun_ = running();
         if (!begun_) return;
         const V zero = hn::Zero(d), one = set(1);
@@ -106,31 +107,15 @@ public:
         const V way = hn::Max(hn::Max(hn::Abs(hn::Sub(i1, i0)), hn::Abs(hn::Sub(j1, j0))), one);
         const V wide = hn::BitCast(d, hn::And(hn::BitCast(i64, way), hn::Set(i64, 0x7ff0000000000000)));
         V node_width = hn::Min(held, wide);
-        // Shadow rays begin at the ground.
-        if (any) node_width = hn::IfThenElse(hn::Eq(from, begin), one, node_width);
+        if (any) {
+            // Shadow rays begin at the ground.
+            const M near = look_up_cones(narrowed, i0, j0, held, cell, lanes, first);
+            node_width = hn::IfThenElse(hn::Or(near, hn::Eq(from, begin)), one, node_width);
+        }
         width_ = hn::IfThenElse(narrowed, node_width, width_);
         per_width_ = hn::IfThenElse(narrowed, reciprocal_of_power(node_width), per_width_);
         i_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(i0, per_width_)), i_);
         j_ = hn::IfThenElse(narrowed, hn::Floor(hn::Mul(j0, per_width_)), j_);
-        if (any) {
-            // Rays that climb faster than the ground does from where they begin are met there or not at all.
-            const V at_i = hn::Floor(hn::Mul(i0, set(1.0 / cone_cells))),
-                    at_j = hn::Floor(hn::Mul(j0, set(1.0 / cone_cells)));
-            const V node = hn::IfThenElseZero(narrowed, hn::Add(hn::Mul(at_j, set(cone_edge)), at_i));
-            const VI cones = hn::Add(hn::Load(i64, lanes.cones + first), hn::ShiftLeft<2>(to_integers(node)));
-            const V rise = first_floats(load_pairs(cones));
-            V climb; // as the tangent of the elevation
-            if constexpr (plane)
-                climb = hn::Div(speed2_, hn::Sqrt(hn::Add(hn::Mul(ub_, ub_), hn::Mul(vb_, vb_))));
-            else
-                climb = hn::Mul(hn::Mul(x_, hn::Sqrt(hn::Div(speed2_, miss2_))),
-                                hn::Add(one, hn::Min(load(lanes.least), zero)));
-            once_ = hn::And(narrowed, hn::Gt(climb, rise));
-            width_ = hn::IfThenElse(once_, one, width_);
-            per_width_ = hn::IfThenElse(once_, one, per_width_);
-            i_ = hn::IfThenElse(once_, i0, i_);
-            j_ = hn::IfThenElse(once_, j0, j_);
-        }
         prefetch(narrowed, i0, j0);
         prefetch(hn::AndNot(once_, narrowed), i1, j1);
         most_width_ = hn::IfThenElse(narrowed, held, most_width_);
@@ -265,6 +250,15 @@ public:
             j_ = hn::IfThenElse(up, up_j, next_j);
             width_ = hn::IfThenElse(up, hn::Add(width_, width_), width_);
             per_width_ = hn::IfThenElse(up, hn::Mul(per_width_, half), per_width_);
+            const M jumps = hn::And(through, jumps_);
+            if (!hn::AllFalse(d, jumps)) {
+                jumps_ = hn::AndNot(jumps, jumps_);
+                x_ = hn::IfThenElse(jumps, jump_x_, x_);
+                i_ = hn::IfThenElse(jumps, jump_i_, i_);
+                j_ = hn::IfThenElse(jumps, jump_j_, j_);
+                width_ = hn::IfThenElse(jumps, jump_width_, width_);
+                per_width_ = hn::IfThenElse(jumps, reciprocal_of_power(jump_width_), per_width_);
+            }
             const V last = hn::Sub(hn::Mul(set(terrain::tile_cells), per_width_), one);
             const M outside = hn::Or(hn::Or(hn::Lt(i_, zero), hn::Gt(i_, last)),
                                      hn::Or(hn::Lt(j_, zero), hn::Gt(j_, last)));
@@ -332,6 +326,64 @@ private:
         level(terrain::tile_cells / 2, 0.5, 5461);
         level(terrain::tile_cells / 4, 0.25, 1365);
     }
+    /// Of rays that climb faster than the ground does around the cell in which they begin, which they return:
+    /// they meet that cell, or nothing up to where the ground may rise faster. `cell`: of a place of the ray,
+    /// from its line, the number of the tile's first cell and that of the node that the ray is in.
+    template<typename Cell>
+    HWY_INLINE M look_up_cones(M narrowed, V i0, V j0, V held, const Cell& cell, const TileLanes& lanes,
+                               int first) {
+        const D d;
+        const I i64;
+        const V zero = hn::Zero(d), one = set(1);
+        const V at_i = hn::Floor(hn::Mul(i0, set(1.0 / cone_cells))),
+                at_j = hn::Floor(hn::Mul(j0, set(1.0 / cone_cells)));
+        const V node = hn::IfThenElseZero(narrowed, hn::Add(hn::Mul(at_j, set(cone_edge)), at_i));
+        const V quadrant = hn::Add(steps_u_, hn::Add(steps_v_, steps_v_));
+        const VI rings =
+            load_pairs(hn::Add(hn::Load(i64, lanes.cones + first),
+                               hn::ShiftLeft<2>(to_integers(hn::Add(hn::Mul(node, set(4)), quadrant)))));
+        V climb; // as the tangent of the elevation
+        if constexpr (plane)
+            climb = hn::Div(speed2_, hn::Sqrt(hn::Add(hn::Mul(ub_, ub_), hn::Mul(vb_, vb_))));
+        else
+            climb = hn::Mul(hn::Mul(x_, hn::Sqrt(hn::Div(speed2_, miss2_))),
+                            hn::Add(one, hn::Min(hn::Load(d, lanes.least.v + first), zero)));
+        const VI code =
+            hn::Min(hn::Sub(hn::ShiftRight<rise_shift>(hn::BitCast(i64, climb)), hn::Set(i64, rise_base)),
+                    hn::Set(i64, steepest_rise - 1));
+        const auto clears = [&](VI ring) {
+            const auto lower = hn::Gt(hn::And(ring, hn::Set(i64, 0xff)), code);
+            return hn::Not(hn::RebindMask(d, lower));
+        };
+        const M near = hn::And(narrowed, clears(rings)),
+                beside = hn::And(near, clears(hn::ShiftRight<8>(rings))),
+                around = hn::And(beside, clears(hn::ShiftRight<16>(rings))),
+                all = hn::And(around, clears(hn::ShiftRight<24>(rings)));
+        once_ = all;
+        if (hn::AllFalse(d, hn::AndNot(all, near))) return near;
+        const auto by_ring = [&](double first_ring, double second, double third) {
+            return hn::IfThenElse(around, set(third), hn::IfThenElse(beside, set(second), set(first_ring)));
+        };
+        const V wide_of_ring = by_ring(1u << cone_rings[0], 1u << cone_rings[1], 1u << cone_rings[2]),
+                per_wide = reciprocal_of_power(wide_of_ring);
+        // The border of the nodes beside that of the ring in which the ray begins.
+        const auto border = [&](V at, V steps, V before, V a, V b, M changing) {
+            const V beyond = hn::Add(hn::Floor(hn::Mul(at, per_wide)), hn::Sub(hn::Mul(steps, set(3)), one));
+            const V face = hn::Sub(hn::Mul(hn::Add(before, hn::Mul(beyond, wide_of_ring)), per_half_), one);
+            return hn::IfThenElse(changing, reach(face, a, b, wa_, wb_, x_), set(no_hit));
+        };
+        const V clear = hn::Min(border(i0, steps_u_, first_i_, ua_, ub_, u_changes_),
+                                border(j0, steps_v_, first_j_, va_, vb_, v_changes_));
+        once_ = hn::Or(all, hn::And(near, hn::Ge(clear, to_)));
+        jumps_ = hn::AndNot(once_, near);
+        jump_x_ = clear;
+        const V landing = hn::IfThenElse(jumps_, clear, to_);
+        jump_width_ = hn::Min(wide_of_ring, held);
+        const V per_width = reciprocal_of_power(jump_width_);
+        jump_i_ = hn::Floor(hn::Mul(cell(ua_, ub_, landing, first_i_, i_), per_width));
+        jump_j_ = hn::Floor(hn::Mul(cell(va_, vb_, landing, first_j_, j_), per_width));
+        return near;
+    }
     [[nodiscard]] HWY_INLINE M in_state(TileLanes::State state) const {
         const I i64;
         return hn::MaskFromVec(hn::BitCast(D(), hn::VecFromMask(i64, hn::Eq(result_, hn::Set(i64, state)))));
@@ -350,7 +402,9 @@ private:
     VI vertices_, maxima_, result_;
     V x_, to_, exit_, i_, j_, width_, per_width_, most_width_, steps_u_, steps_v_;
     M active_, passed_, u_changes_, v_changes_;
-    M once_;    ///< rays that meet the cell in which they begin, or nothing in the tile
+    M once_;  ///< rays that meet the cell in which they begin, or nothing in the tile
+    M jumps_; ///< rays that meet the cell in which they begin, or nothing up to `jump_x_`
+    V jump_x_, jump_i_, jump_j_, jump_width_; ///< the node there
     M crossed_; ///< rays that cross `patches_` between x and exit, where their heights are `low_` and `high_`
     Patches<plane> patches_;
     V low_, high_;
