@@ -36,6 +36,23 @@ Vec3 SurfaceDomain::point(std::uint8_t face, double u, double v) const {
     return {p.x * scale * radii_m_.x, p.y * scale * radii_m_.y, p.z * scale * radii_m_.z};
 }
 
+SurfaceDomain::Place SurfaceDomain::place_of(Vec3 position_m) const {
+    if (is_plane()) return {0, position_m.x / half_edge_m_, position_m.y / half_edge_m_};
+    const Vec3 p{position_m.x / radii_m_.x, position_m.y / radii_m_.y, position_m.z / radii_m_.z};
+    const auto face = static_cast<std::uint8_t>(cube_face_of(p));
+    const CubeFace& side = cube_faces[face];
+    const double w = side.sign * component(p, side.axis);
+    return {face, component(p, side.u_axis) / w, component(p, side.v_axis) / w};
+}
+
+TileKey SurfaceDomain::tile_at(const Place& place, int level) {
+    const double count = std::ldexp(1.0, level);
+    const auto index = [&](double x) {
+        return static_cast<std::uint32_t>(std::clamp(std::floor((x + 1) / 2 * count), 0.0, count - 1));
+    };
+    return {place.face, static_cast<std::uint8_t>(level), index(place.u), index(place.v)};
+}
+
 double SurfaceDomain::coordinate(int level, std::uint32_t index, int vertex) {
     const double number = static_cast<double>(index) * tile_cells + vertex;
     return std::ldexp(number * (2.0 / tile_cells), -level) - 1;

@@ -39,6 +39,12 @@ struct TileKey {
 /// u along x and v along y; heights along z). u and v go from -1 to 1.
 class SurfaceDomain {
 public:
+    /// Place on a face.
+    struct Place {
+        std::uint8_t face = 0;
+        double u = 0, v = 0;
+    };
+
     [[nodiscard]] static SurfaceDomain ellipsoid(Vec3 radii_m);
     /// x and y from -half_edge_m to half_edge_m.
     [[nodiscard]] static SurfaceDomain plane(double half_edge_m);
@@ -54,6 +60,10 @@ public:
     /// e that of the neighbour's coordinate 1 - e across the same edge, so that faces share the vertices on
     /// both sides of it; a plane goes on.
     [[nodiscard]] Vec3 point(std::uint8_t face, double u, double v) const;
+    /// Of a point of the reference surface, or above or below it.
+    [[nodiscard]] Place place_of(Vec3 position_m) const;
+    /// The tile of a level that has a place; one, also on its edges.
+    [[nodiscard]] static TileKey tile_at(const Place& place, int level);
     /// u of vertex 0..tile_cells of a tile, likewise v with `index` j. Exact: the same from every tile and
     /// level that has the vertex.
     [[nodiscard]] static double coordinate(int level, std::uint32_t index, int vertex);

@@ -13,6 +13,10 @@ namespace obscura::renderer {
 [[nodiscard]] double distance_along(const Shape& shape, Vec3 origin, Vec3 direction,
                                     const DetailView* detail = nullptr);
 
+/// Distances along unit vectors, each from its own origin, in packets.
+void distances_along(const Shape& shape, std::span<const Vec3> origins, std::span<const Vec3> directions,
+                     std::span<double> distances, const DetailView* detail = nullptr);
+
 /// Distances along unit vectors from one origin, in packets.
 void distances_along(const Shape& shape, Vec3 origin, std::span<const Vec3> directions,
                      std::span<double> distances, const DetailView* detail = nullptr);

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/truth/curves.hpp"
 
+#include "renderer/planets/surface_tiles.hpp"
 #include "renderer/shapes/single_ray.hpp"
+#include "renderer/truth/field_cone.hpp"
 #include "renderer/truth/sight.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace obscura::renderer {
 namespace {
@@ -25,16 +28,43 @@ Vec3 inverse(Vec3 a) {
     return {1 / a.x, 1 / a.y, 1 / a.z};
 }
 
+/// Of a tangent of a sphere about the origin, from a distance: how far from the origin it passes in the plane
+/// across the line of sight.
+double rim_of(double radius, double distance) {
+    return radius / std::sqrt(1 - radius / distance * (radius / distance));
+}
+
+/// Directions from a viewer, in half planes about the direction to the body's origin.
+class Outlook {
+public:
+    explicit Outlook(Vec3 viewer_m) : distance_(length(viewer_m)), axis_(viewer_m / -distance_) {
+        orthonormal_basis(axis_, u_, v_);
+    }
+    [[nodiscard]] double distance() const { return distance_; }
+    /// Azimuth, and distance from the origin in the plane across the line of sight.
+    [[nodiscard]] Vec3 towards(double a, double r) const {
+        return normalized(distance_ * axis_ + r * side(a));
+    }
+    /// The point nearest to the origin of a ray that is a tangent of a sphere.
+    [[nodiscard]] Vec3 tangent_point(double a, double radius) const {
+        const double sine = radius / distance_;
+        return radius * (std::sqrt(1 - sine * sine) * side(a) - sine * axis_);
+    }
+
+private:
+    [[nodiscard]] Vec3 side(double a) const { return std::cos(a) * u_ + std::sin(a) * v_; }
+
+    double distance_;
+    Vec3 axis_, u_, v_;
+};
+
 /// The outermost surface seen from `camera_m`, body frame, in the half plane of the azimuth `a`.
 std::optional<Vec3> outermost(const Shape& shape, const DetailView* detail, Vec3 camera_m, double a) {
-    const double distance = length(camera_m), radius = shape.bounding_radius_m();
-    if (!(distance > radius)) return std::nullopt;
-    const Vec3 axis = camera_m / -distance;
-    Vec3 u, v;
-    orthonormal_basis(axis, u, v);
-    const Vec3 side = std::cos(a) * u + std::sin(a) * v;
-    const double rim = radius / std::sqrt(1 - radius / distance * (radius / distance));
-    const auto towards = [&](double r) { return normalized(distance * axis + r * side); };
+    const Outlook outlook(camera_m);
+    const double radius = shape.bounding_radius_m();
+    if (!(outlook.distance() > radius)) return std::nullopt;
+    const double rim = rim_of(radius, outlook.distance());
+    const auto towards = [&](double r) { return outlook.towards(a, r); };
     double outer = rim, inner = 0;
     // Moves `outer` and `inner` to the first two of 16 equal steps inwards between which the surface begins;
     // without any, `outer` to the last.
@@ -63,20 +93,83 @@ std::optional<Vec3> outermost(const Shape& shape, const DetailView* detail, Vec3
 } // namespace
 
 BodyCurve::BodyCurve(const TruthScene& scene, std::size_t body, TruthKind kind, std::uint32_t points,
-                     const TruthState& middle, std::pmr::memory_resource& memory)
+                     RowStates& states)
     : scene_(scene),
       body_(body),
       kind_(kind),
       points_(points),
       radii_m_(scene.bodies[body].shape->ellipsoid_radii_m()),
-      found_(&memory) {
+      found_(&states.memory()) {
     if (radii_m_.x > 0) return;
     found_.resize(points);
+    const SurfaceTiles* const tiles = scene.bodies[body].shape->tiles();
+    if (tiles != nullptr && !tiles->domain().is_plane()) {
+        find_on_heights(*tiles, states);
+        return;
+    }
+    const TruthState& middle = states.middle_of(0);
     const DetailView view = detail_of(scene, middle, body);
     const DetailView* const detail = view.cell_rad > 0 ? &view : nullptr;
     for (std::uint32_t i = 0; i < points; ++i)
         found_[i] =
             outermost(*scene.bodies[body].shape, detail, viewer_m(middle), 2 * std::numbers::pi * i / points);
+}
+
+void BodyCurve::find_on_heights(const SurfaceTiles& tiles, RowStates& states) {
+    const Shape& shape = *scene_.bodies[body_].shape;
+    const TruthState& middle = states.middle_of(0);
+    const Outlook outlook(viewer_m(middle));
+    const Vec3 radii = tiles.domain().radii_m();
+    const double largest = shape.bounding_radius_m();
+    const double least = std::min({radii.x, radii.y, radii.z}) * (1 + tiles.least()) * (1 - 1e-9);
+    if (!(outlook.distance() > largest)) return;
+    const DetailView detail = detail_of(scene_, middle, body_);
+    const FieldCone cone(scene_, states, body_);
+    const double half_chord = std::sqrt(largest * largest - least * least);
+    const auto in_view = [&](double a) {
+        // About the tangents of the two spheres between which the surface is.
+        const Vec3 low = outlook.tangent_point(a, least), high = outlook.tangent_point(a, largest);
+        const Vec3 centre = (low + high) / 2;
+        const double radius = length(high - low) / 2 + half_chord;
+        return cone.may_show(centre, radius) && may_rise(radii, cone.eye_m(), centre, radius + cone.moved_m(),
+                                                         {tiles.least(), tiles.largest()});
+    };
+    // A ray nearer to the centre than one that meets the surface crosses what is below that point and meets
+    // it too: halve, for the azimuths of a packet together.
+    constexpr double close_enough = 1e-9;
+    struct Search {
+        std::uint32_t point = 0;
+        double azimuth = 0, inner = 0, outer = 0;
+    };
+    std::array<Search, packet_size> searches;
+    std::size_t count = 0;
+    const auto trace = [&](const auto& radius_of, std::span<double> ranges, std::span<Vec3> rays) {
+        for (std::size_t i = 0; i < count; ++i)
+            rays[i] = outlook.towards(searches[i].azimuth, radius_of(searches[i]));
+        distances_along(shape, viewer_m(middle), rays.first(count), ranges.first(count), &detail);
+    };
+    const auto finish = [&] {
+        std::array<Vec3, packet_size> rays{};
+        std::array<double, packet_size> ranges{};
+        while (count > 0 && searches[0].outer - searches[0].inner > close_enough * largest) {
+            const auto half = [](const Search& s) { return (s.inner + s.outer) / 2; };
+            trace(half, ranges, rays);
+            for (std::size_t i = 0; i < count; ++i)
+                (ranges[i] != no_hit ? searches[i].inner : searches[i].outer) = half(searches[i]);
+        }
+        trace([](const Search& s) { return s.inner; }, ranges, rays);
+        for (std::size_t i = 0; i < count; ++i)
+            if (ranges[i] != no_hit) found_[searches[i].point] = viewer_m(middle) + ranges[i] * rays[i];
+        count = 0;
+    };
+    for (std::uint32_t i = 0; i < points_; ++i) {
+        const double azimuth = 2 * std::numbers::pi * i / points_;
+        if (!in_view(azimuth)) continue;
+        searches[count++] = {i, azimuth, rim_of(least, outlook.distance()),
+                             rim_of(largest, outlook.distance())};
+        if (count == searches.size()) finish();
+    }
+    finish();
 }
 
 Vec3 BodyCurve::viewer_m(const TruthState& state) const {

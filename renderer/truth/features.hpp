@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/planets/surface_tiles.hpp"
+#include "renderer/truth/field_cone.hpp"
 #include "renderer/truth/row_states.hpp"
 #include "terrain/feature_search.hpp"
 
@@ -52,6 +53,9 @@ private:
     /// anywhere above a cap.
     [[nodiscard]] bool in_view(const terrain::Cap& cap, Heights heights, double largest_m) const;
     [[nodiscard]] bool on_pixels(Vec3 point_m);
+    /// Keeps those of what was found that are in the picture.
+    void take_found();
+    void keep(const terrain::SurfaceFeature& feature, Vec3 point_m);
     /// Size that the next feature must have.
     [[nodiscard]] double least_px() const;
 
@@ -60,11 +64,10 @@ private:
     std::size_t body_;
     const SurfaceTiles& tiles_;
     FeatureLimits limits_;
-    std::array<const TruthState*, 3> rows_{}; ///< first, middle and last
-    Vec3 eye_m_, boresight_;
-    double moved_m_ = 0,
-           field_rad_ = 0; ///< motion of the eye, and half the field with the boresight's motion
+    FieldCone cone_;
     std::size_t layer_ = 0;
+    std::array<terrain::SurfaceFeature, packet_size> found_{}; ///< whose place is not known yet
+    std::size_t found_count_ = 0;
     std::pmr::vector<FeatureInView> kept_; ///< a heap, the smallest first
 };
 

@@ -5,6 +5,7 @@
 #include "renderer/world/kinematics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <type_traits>
@@ -157,6 +158,15 @@ std::optional<RowStates::Crossing> RowStates::cross(std::size_t window, std::uin
 }
 
 std::optional<Landing> RowStates::land(std::size_t window, Direction direction, Seen seen) {
+    const auto one_by_one = [&](std::span<const TruthState* const> states, std::span<const Vec3> towards,
+                                std::span<bool> answers) {
+        for (std::size_t i = 0; i < states.size(); ++i)
+            answers[i] = seen(*states[i], towards[i]);
+    };
+    return land_together(window, direction, one_by_one);
+}
+
+std::optional<Landing> RowStates::land_together(std::size_t window, Direction direction, AllSeen seen) {
     struct Sum {
         ImagePoint at, shift;
         double weight = 0, row = 0;
@@ -174,6 +184,12 @@ std::optional<Landing> RowStates::land(std::size_t window, Direction direction, 
     Sum any, inside, visible;
     Landing out;
     std::optional<Crossing> begin, end;
+    // Instants at which it lands in the window.
+    std::array<Crossing, most_instants> crossings;
+    std::array<const TruthState*, most_instants> at_states{};
+    std::array<Vec3, most_instants> towards;
+    std::array<bool, most_instants> answers{};
+    std::size_t count = 0;
     for (std::uint32_t i = 0; i < instants_; ++i) {
         const std::optional<Crossing> c = cross(window, i, direction);
         if (!c) continue;
@@ -185,11 +201,18 @@ std::optional<Landing> RowStates::land(std::size_t window, Direction direction, 
         if (!c->inside) continue;
         inside.add(weighted(*c));
         out.inside += 1.0 / instants_;
-        const Vec3 towards = direction(state);
-        if (!seen(state, towards)) continue;
-        visible.add(weighted(*c));
+        crossings[count] = *c;
+        at_states[count] = &state;
+        towards[count] = direction(state);
+        ++count;
+    }
+    seen(std::span<const TruthState* const>(at_states).first(count),
+         std::span<const Vec3>(towards).first(count), std::span(answers).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!answers[i]) continue;
+        visible.add(weighted(crossings[i]));
         out.seen += 1.0 / instants_;
-        out.seconds += c->seconds * transmission(state, towards) / instants_;
+        out.seconds += crossings[i].seconds * transmission(*at_states[i], towards[i]) / instants_;
     }
     if (any.weight == 0) return std::nullopt;
     const Sum& sum = visible.weight > 0 ? visible : inside.weight > 0 ? inside : any;

@@ -75,6 +75,9 @@ public:
     /// Towards an object, at rest, camera axes, any length; and whether it is seen in that direction.
     using Direction = FunctionRef<Vec3(const TruthState&)>;
     using Seen = FunctionRef<bool(const TruthState&, Vec3)>;
+    /// The same at several instants together: the answers go to the last argument.
+    using AllSeen =
+        FunctionRef<void(std::span<const TruthState* const>, std::span<const Vec3>, std::span<bool>)>;
 
     /// `rows`: of the composed image, scene time; `row_times`: the same by the clock of the landings.
     /// Push-broom: every row is the first row of its window.
@@ -108,6 +111,7 @@ public:
     /// instants at which it is seen inside the window; if there are none, over those inside; if there are
     /// none either, over all.
     [[nodiscard]] std::optional<Landing> land(std::size_t window, Direction direction, Seen seen);
+    [[nodiscard]] std::optional<Landing> land_together(std::size_t window, Direction direction, AllSeen seen);
     /// Signal of the next objects in each spectral band, for the centroid of the PSF.
     void set_band_weights(std::span<const double> weights) { band_weights_ = weights; }
 

@@ -352,9 +352,12 @@ private:
         const double slack_m =
             detail_of(scene_, states_.middle_of(0), body).cell_rad * length(towards(states_.middle_of(0))) +
             1e-9 * scene_.bodies[body].shape->bounding_radius_m();
-        const auto seen = [&](const TruthState& s, Vec3 d) {
-            return faces_camera(scene_, s, body, found.point_m, slack_m) &&
-                   !is_hidden(scene_, s, d, length(d), body);
+        const auto seen = [&](std::span<const TruthState* const> states, std::span<const Vec3> directions,
+                              std::span<bool> answers) {
+            face_cameras(scene_, states, body, found.point_m, slack_m, answers);
+            for (std::size_t i = 0; i < states.size(); ++i)
+                if (answers[i])
+                    answers[i] = !is_hidden(scene_, *states[i], directions[i], length(directions[i]), body);
         };
         TruthEntry entry;
         entry.kind =
@@ -365,7 +368,7 @@ private:
         entry.diameter_m = found.feature.diameter_m;
         set_point(entry, body, found.point_m);
         for (std::size_t w = 0; w < request_.windows.size(); ++w) {
-            const std::optional<Landing> landing = states_.land(w, towards, seen);
+            const std::optional<Landing> landing = states_.land_together(w, towards, seen);
             if (!landing || landing->inside == 0) continue;
             set_place(entry, w, *landing);
             entry.range_m = length(towards(*landing->state));
@@ -454,7 +457,7 @@ private:
     }
 
     void add_curve(std::size_t b, TruthKind kind) {
-        const BodyCurve curve(scene_, b, kind, request_.curve_points, states_.middle_of(0), states_.memory());
+        const BodyCurve curve(scene_, b, kind, request_.curve_points, states_);
         for (std::uint32_t i = 0; i < request_.curve_points; ++i) {
             const auto towards = [&](const TruthState& s) {
                 return towards_point(s, b, curve.point_m(s, i));

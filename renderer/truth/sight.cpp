@@ -4,6 +4,9 @@
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/shapes/single_ray.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace obscura::renderer {
 namespace {
 
@@ -34,16 +37,57 @@ double surface_slack_m(const TruthScene& scene, std::size_t body) {
 
 std::optional<Vec3> surface_point(const TruthScene& scene, const TruthState& state, std::size_t body,
                                   Vec3 towards) {
+    std::optional<Vec3> point;
+    find_surface_points(scene, state, body, {&towards, 1}, {&point, 1});
+    return point;
+}
+
+void find_surface_points(const TruthScene& scene, const TruthState& state, std::size_t body,
+                         std::span<const Vec3> towards, std::span<std::optional<Vec3>> points) {
     const Shape& shape = *scene.bodies[body].shape;
     const SurfaceTiles* const tiles = shape.tiles();
     const bool plane = tiles != nullptr && tiles->domain().is_plane();
     const double from_m = 1.01 * shape.bounding_radius_m();
-    const Vec3 up = plane ? Vec3{0, 0, 1} : normalized(towards);
-    const Vec3 origin = plane ? Vec3{towards.x, towards.y, from_m} : from_m * up;
-    const double range_m = range_to(scene, state, body, origin, -up);
-    // Beyond the centre it is the surface of the other side.
-    if (!(range_m <= (plane ? 2 : 1) * from_m)) return std::nullopt;
-    return origin - range_m * up;
+    const DetailView detail = detail_of(scene, state, body);
+    for (std::size_t first = 0; first < towards.size(); first += packet_size) {
+        const std::size_t count = std::min(towards.size() - first, std::size_t{packet_size});
+        std::array<Vec3, packet_size> origins, down;
+        std::array<double, packet_size> ranges{};
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3 to = towards[first + i];
+            down[i] = plane ? Vec3{0, 0, -1} : -normalized(to);
+            origins[i] = plane ? Vec3{to.x, to.y, from_m} : -from_m * down[i];
+        }
+        distances_along(shape, std::span(origins).first(count), std::span(down).first(count),
+                        std::span(ranges).first(count), detail.cell_rad > 0 ? &detail : nullptr);
+        for (std::size_t i = 0; i < count; ++i) {
+            points[first + i].reset();
+            // Beyond the centre it is the surface of the other side.
+            if (ranges[i] <= (plane ? 2 : 1) * from_m) points[first + i] = origins[i] + ranges[i] * down[i];
+        }
+    }
+}
+
+void face_cameras(const TruthScene& scene, std::span<const TruthState* const> states, std::size_t body,
+                  Vec3 point_m, double slack_m, std::span<bool> faces) {
+    if (states.empty()) return;
+    const DetailView detail = detail_of(scene, *states[states.size() / 2], body);
+    for (std::size_t first = 0; first < states.size(); first += packet_size) {
+        const std::size_t count = std::min(states.size() - first, std::size_t{packet_size});
+        std::array<Vec3, packet_size> cameras, towards;
+        std::array<double, packet_size> wanted{}, ranges{};
+        for (std::size_t i = 0; i < count; ++i) {
+            const TruthState& state = *states[first + i];
+            cameras[i] = to_local(state.bodies[body], state.camera.position_m);
+            wanted[i] = length(point_m - cameras[i]);
+            towards[i] = (point_m - cameras[i]) / wanted[i];
+        }
+        distances_along(*scene.bodies[body].shape, std::span(cameras).first(count),
+                        std::span(towards).first(count), std::span(ranges).first(count),
+                        detail.cell_rad > 0 ? &detail : nullptr);
+        for (std::size_t i = 0; i < count; ++i)
+            faces[first + i] = !(ranges[i] < wanted[i] - slack_m);
+    }
 }
 
 bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction, double range_m,
@@ -67,9 +111,10 @@ bool is_hidden(const TruthScene& scene, const TruthState& state, Vec3 direction,
 
 bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,
                   double slack_m) {
-    const Vec3 camera = to_local(state.bodies[body], state.camera.position_m);
-    const double range = length(point_m - camera);
-    return !(range_to(scene, state, body, camera, (point_m - camera) / range) < range - slack_m);
+    bool faces = false;
+    const TruthState* const one = &state;
+    face_cameras(scene, {&one, 1}, body, point_m, slack_m, {&faces, 1});
+    return faces;
 }
 
 bool is_lit(const TruthScene& scene, const TruthState& state, std::size_t body, Vec3 point_m,

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 
 namespace obscura::renderer {
 
@@ -26,6 +27,14 @@ constexpr std::size_t no_body = static_cast<std::size_t>(-1);
 /// The outermost surface of a body in a direction from its centre, or above a point of a plane; empty: none.
 [[nodiscard]] std::optional<Vec3> surface_point(const TruthScene& scene, const TruthState& state,
                                                 std::size_t body, Vec3 towards);
+
+/// The same for some directions, in packets.
+void find_surface_points(const TruthScene& scene, const TruthState& state, std::size_t body,
+                         std::span<const Vec3> towards, std::span<std::optional<Vec3>> points);
+
+/// As faces_camera() for the cameras of some states, in packets; at the level of detail of the middle one.
+void face_cameras(const TruthScene& scene, std::span<const TruthState* const> states, std::size_t body,
+                  Vec3 point_m, double slack_m, std::span<bool> faces);
 
 /// Whether the body's own surface does not hide its point `point_m` (body frame) from the camera.
 [[nodiscard]] bool faces_camera(const TruthScene& scene, const TruthState& state, std::size_t body,

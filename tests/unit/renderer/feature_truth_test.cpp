@@ -54,8 +54,8 @@ scene::Scene small_moon(Vec3 eye_m, Vec3 aim_m, double pixel_rad, const renderer
 
 SceneTruth truth_of(const renderer::Renderer& r, Time t = {}) {
     FrameWindow window;
-    window.sensor = {0, 0, edge, edge};
-    const std::vector<RowTime> rows(edge, RowTime{t, t});
+    window.sensor = {0, 0, r.scene().camera.width, r.scene().camera.height};
+    const std::vector<RowTime> rows(static_cast<std::size_t>(window.sensor.height), RowTime{t, t});
     renderer::TruthRequest request;
     request.windows = {&window, 1};
     request.rows = rows;
@@ -383,4 +383,67 @@ TEST_CASE("A landmark of a terrain lies on the ground that the picture shows") {
     const double seen = static_cast<double>(range.at(static_cast<std::int32_t>(std::lround(entry->x_px)),
                                                      static_cast<std::int32_t>(std::lround(entry->y_px))));
     CHECK_THAT(entry->range_m, WithinAbs(seen, 0.3));
+}
+
+TEST_CASE("Limb and terminator of a terrain are where rays of its levels begin to meet it") {
+    const renderer::DetailParameters detail = old_ground();
+    constexpr double pixel_rad = 0.9 / edge;
+    const Vec3 eye = 1500 * at_latitude(0.2, 40 * degree);
+    scene::Scene s = small_moon(eye, {0, 0, 0}, pixel_rad, detail);
+    const auto curves_of = [&](const scene::Scene& scene) {
+        std::map<std::pair<bool, std::int32_t>, TruthEntry> found;
+        for (const TruthEntry& e : truth_of(renderer::Renderer(scene, {1, 2, 1})).entries)
+            if (e.kind == TruthKind::limb || e.kind == TruthKind::terminator)
+                found.emplace(std::pair(e.kind == TruthKind::limb, e.item), e);
+        return found;
+    };
+    const auto curves = curves_of(s);
+    const auto domain = terrain::SurfaceDomain::ellipsoid({radius_m, radius_m, radius_m});
+    const renderer::TerrainShape shape(domain, renderer::make_detail(detail, domain, false).layers);
+    const renderer::SurfaceTiles::Pin pin = shape.tiles()->pin();
+    const renderer::DetailView view{.eye_m = eye, .cell_rad = 0.5 * pixel_rad};
+    const Pose& pose = s.camera.motion.samples[0].pose;
+    int limbs = 0, terminators = 0;
+    for (const auto& [key, e] : curves) {
+        const double focal_px = 1 / pixel_rad, middle = (edge - 1) / 2.0;
+        const Vec3 towards = normalized(Vec3{(e.x_px - middle) / focal_px, (e.y_px - middle) / focal_px, 1});
+        const Vec3 point = eye + e.range_m * rotate(pose.orientation, towards);
+        const Vec3 from = key.first ? eye : s.sun.position_m;
+        const auto meets = [&](double outwards_m) {
+            const Vec3 aim =
+                point + outwards_m * normalized(point - dot(point, normalized(from)) * normalized(from));
+            return distance_along(shape, from, normalized(aim - from), &view) != no_hit;
+        };
+        // As precise as the direction to the Sun in doubles.
+        const double step_m = key.first ? 1e-5 : 1e-3;
+        CHECK(meets(-step_m));
+        CHECK(!meets(step_m));
+        (key.first ? limbs : terminators) += 1;
+    }
+    CHECK(limbs == 72);
+    CHECK(terminators > 25);
+
+    // Where the field ends changes none of those in it.
+    s.camera.width = s.camera.height = edge / 4;
+    s.camera.motion.samples[0].pose.orientation =
+        look_along(normalized(300 * at_latitude(0.5, 130 * degree) - eye), {0, 0, 1});
+    const auto part = curves_of(s);
+    CHECK(part.size() > 5);
+    CHECK(part.size() < curves.size() / 2);
+    s.camera.width = s.camera.height = edge;
+    const auto whole = curves_of(s);
+    std::size_t within = 0;
+    for (const auto& [key, e] : whole) {
+        const double left = (edge - edge / 4) / 2.0;
+        const bool inside = std::abs(e.x_px - (edge - 1) / 2.0) < edge / 8.0 &&
+                            std::abs(e.y_px - (edge - 1) / 2.0) < edge / 8.0;
+        const auto other = part.find(key);
+        CHECK((other != part.end()) == inside);
+        if (other == part.end()) continue;
+        ++within;
+        CHECK_THAT(other->second.x_px, WithinAbs(e.x_px - left, 1e-9));
+        CHECK_THAT(other->second.y_px, WithinAbs(e.y_px - left, 1e-9));
+        CHECK(other->second.range_m == e.range_m);
+    }
+    CHECK(within == part.size());
 }
