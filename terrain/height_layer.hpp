@@ -5,8 +5,10 @@
 #include "core/geometry.hpp"
 #include "terrain/surface_domain.hpp"
 
+#include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace obscura::terrain {
 
@@ -43,6 +45,16 @@ struct VertexGrid {
 class FeatureSearch;
 struct SurfaceFeature;
 
+/// Boulder that overhangs: no part of the heights of fine tiles, but a body of its own that stands on them.
+struct StandingRock {
+    std::uint64_t id = 0;   ///< as that of its SurfaceFeature
+    Vec3 position_m;        ///< of its centre on the reference surface
+    Vec3 along, across;     ///< its two longer axes, unit, parallel to the reference surface
+    Vec3 semi_axes_m;       ///< along, across and up
+    double height_m = 0;    ///< of its top above the ground below its centre
+    std::uint32_t form = 0; ///< random bits that choose its form
+};
+
 /// Layers are applied from the coarsest map upwards. Immutable; thread-safe. Called by loader threads and, in
 /// offline rendering, by render threads; may allocate and read files.
 class HeightLayer {
@@ -66,6 +78,13 @@ public:
     [[nodiscard]] virtual double sample_spacing_m(Vec3 /*position_m*/) const {
         return std::numeric_limits<double>::infinity();
     }
+
+    /// Appends the rocks that stand on a tile and on all finer ones there: those with centres in it that
+    /// apply() leaves out of its heights, but not out of its parent's.
+    virtual void add_rocks(TileKey /*tile*/, std::vector<StandingRock>& /*rocks*/) const {}
+    /// What apply() adds to the ground at a vertex of a tile for features of the rocks' kind: rocks do not
+    /// stand on each other.
+    [[nodiscard]] virtual double above_ground_m(Vec3 /*vertex_m*/, double /*spacing_m*/) const { return 0; }
 
     /// Lists the layer's own features, such as craters. Takes no memory but that of the search.
     virtual void find_features(FeatureSearch& /*search*/) const {}

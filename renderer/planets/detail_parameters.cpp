@@ -69,6 +69,12 @@ config::Keys keys_of(DetailParameters& d) {
             .range(0, 1000)
             .help("Boulders at the rim of a crater that was just made, over those elsewhere, less 1; fewer "
                   "with the distance and with the age of the crater, up to 0.3 Ga"),
+        config::key("boulder_rock_px", &d.boulder_rock_px)
+            .unit("px")
+            .range(0, 1e6)
+            .help("Size in the picture from which a boulder that overhangs is a rock that stands on the "
+                  "ground, with a form of its own, instead of a dome in the surface; from a quarter of it on "
+                  "for more and more of the samples. 0: all are domes, as with sun_visibility = \"tiles\""),
         config::key("truth_least_px", &d.truth_least_px)
             .unit("px")
             .range(3, 1e6)
@@ -98,7 +104,8 @@ void check(const DetailParameters& d, const config::ReadTable& table) {
         table.refuse("hurst", fmt::format("goes with one slope, there are {}", d.baselines_m.size()));
     for (const char* key : {"crater_least_m", "crater_largest_m"})
         if (table.has(key) && !(d.crater_age_ga > 0)) table.refuse(key, "goes with crater_age_ga above 0");
-    for (const char* key : {"boulder_index", "boulder_least_m", "boulder_largest_m", "boulder_ejecta"})
+    for (const char* key :
+         {"boulder_index", "boulder_least_m", "boulder_largest_m", "boulder_ejecta", "boulder_rock_px"})
         if (table.has(key) && !(d.boulders_per_m2 > 0))
             table.refuse(key, "goes with boulders_per_m2 above 0");
     if (d.boulder_least_m >= d.boulder_largest_m)
@@ -149,8 +156,8 @@ std::string identity_of(DetailParameters detail) {
     return config::print_keys(keys_of(detail));
 }
 
-DetailLayers make_detail(const DetailParameters& detail, const terrain::SurfaceDomain& domain,
-                         bool over_maps) {
+DetailLayers make_detail(const DetailParameters& detail, const terrain::SurfaceDomain& domain, bool over_maps,
+                         double rock_cells) {
     DetailLayers made;
     std::function<double(double)> made_m2;
     if (detail.crater_age_ga > 0) {
@@ -166,7 +173,7 @@ DetailLayers make_detail(const DetailParameters& detail, const terrain::SurfaceD
     if (detail.boulders_per_m2 > 0) {
         const terrain::Boulders::Settings settings{detail.boulders_per_m2, detail.boulder_index,
                                                    detail.boulder_least_m, detail.boulder_largest_m,
-                                                   detail.boulder_ejecta};
+                                                   detail.boulder_ejecta,  rock_cells};
         made.boulders = std::make_shared<terrain::Boulders>(domain, settings, detail.seed, made.craters);
         made.layers.push_back(made.boulders);
     }

@@ -33,6 +33,7 @@ struct DetailParameters {
     double crater_least_m = 1, crater_largest_m = terrain::CraterLaw::largest_diameter_m;
     double boulders_per_m2 = 0; ///< N(>1 m); 0: no boulders
     double boulder_index = 2.482, boulder_least_m = 0.2, boulder_largest_m = 10, boulder_ejecta = 20;
+    double boulder_rock_px = 16;    ///< from which those that overhang are rocks; 0: none
     double truth_least_px = 8;      ///< of craters and boulders that the truth of frames lists
     std::uint32_t truth_most = 100; ///< of those
 };
@@ -49,8 +50,8 @@ struct DetailLayers {
     std::shared_ptr<const terrain::Craters> craters;
     std::shared_ptr<const terrain::Boulders> boulders;
 };
-/// From the lowest upwards; `over_maps`: above layers of samples.
+/// From the lowest upwards; `over_maps`: above layers of samples; `rock_cells`: see Boulders::Settings.
 [[nodiscard]] DetailLayers make_detail(const DetailParameters& detail, const terrain::SurfaceDomain& domain,
-                                       bool over_maps);
+                                       bool over_maps, double rock_cells = 0);
 
 } // namespace obscura::renderer

@@ -2,11 +2,14 @@
 #include "renderer/planets/planet_parameters.hpp"
 
 #include "core/memory_budget.hpp"
+#include "renderer/planets/rock_forms.hpp"
 #include "renderer/planets/terrain_shape.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace obscura::renderer {
 namespace {
@@ -66,6 +69,21 @@ std::string surface_of(const TerrainParameters& p) {
     return fmt::format("terrain {}", p.half_edge_m);
 }
 
+/// A dome fades in before it becomes a rock.
+double rock_cells_of(const ReliefParameters& relief) {
+    const double px = relief.detail.boulder_rock_px;
+    return px > 0 ? std::max(px / relief.cell_px, terrain::Boulders::whole_cells) : 0;
+}
+
+/// The same for all bodies of a scene.
+std::vector<std::shared_ptr<const Shape>> rock_forms(ShapeContext& context) {
+    std::vector<std::shared_ptr<const Shape>> forms;
+    for (TriangleMesh& mesh : make_rock_forms())
+        forms.push_back(context.shared(fmt::format("rock {}", forms.size()),
+                                       [&] { return context.mesh_shape(std::move(mesh)); }));
+    return forms;
+}
+
 std::shared_ptr<const Shape> make_relief(const std::string& surface, const terrain::SurfaceDomain& domain,
                                          const ReliefParameters& relief, ShapeContext& context) {
     const bool sun_visibility = relief.sun_visibility == SunVisibilityKind::tiles;
@@ -83,8 +101,12 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);
         std::vector<std::shared_ptr<const terrain::HeightLayer>> layers =
             open_heights(relief.heights, domain, settings.notes);
-        const DetailLayers detail = make_detail(relief.detail, domain, !layers.empty());
+        const double rock_cells = sun_visibility ? 0 : rock_cells_of(relief);
+        const DetailLayers detail = make_detail(relief.detail, domain, !layers.empty(), rock_cells);
         layers.insert(layers.end(), detail.layers.begin(), detail.layers.end());
+        if (detail.boulders && rock_cells > 0)
+            settings.rocks = {rock_forms(context), rock_cells, relief.detail.boulder_least_m,
+                              relief.detail.boulder_largest_m};
         return std::make_shared<TerrainShape>(domain, std::move(layers), settings);
     });
 }

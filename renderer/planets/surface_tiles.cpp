@@ -2,6 +2,7 @@
 #include "renderer/planets/surface_tiles.hpp"
 
 #include "core/error.hpp"
+#include "renderer/planets/rocks.hpp"
 #include "renderer/planets/sun_visibility.hpp"
 
 #include <fmt/format.h>
@@ -208,8 +209,11 @@ SurfaceNode* SurfaceTiles::fill(terrain::TileKey key, SurfaceNode* parent, Surfa
     make_cones(slot->tile, per_m * slot->half_cells * smallest_cells(domain(), key), slot->cones);
     slot->least = maker_.range(key).least * per_m;
     if (key.level < terrain::deepest_level)
-        for (unsigned quarter = 0; quarter < 4; ++quarter)
+        for (unsigned quarter = 0; quarter < 4; ++quarter) {
             slot->child_highest[quarter] = maker_.range(key.child(quarter)).largest * per_m;
+            slot->child_cap[quarter] = maker_.cap(key.child(quarter));
+        }
+    slot->rocks = place_rocks(maker_, slot->tile);
     slot->parent = parent;
     slot->used.store(clock_.fetch_add(1, std::memory_order_relaxed), std::memory_order_relaxed);
     const std::lock_guard lock(mutex_);

@@ -25,21 +25,32 @@ class SunVisibility;
 /// In SurfaceNode::wanted: visibility of the Sun.
 inline constexpr std::uint32_t wanted_sun = 1u << 4;
 
+/// A rock that stands on a tile: a stretched and turned copy of one of a few forms.
+struct Rock {
+    Vec3 centre_m;
+    double radius_m = 0; ///< of a ball about it
+    /// Its axes over their half lengths: gradients of the form's coordinates.
+    std::array<Vec3, 3> axes_per_m{};
+    std::uint32_t form = 0;
+};
+
 /// A tile in its slot. Heights called unit heights are in units of SurfaceDomain::unit_m().
 struct SurfaceNode {
     // Constant while the node can be reached.
-    Vec3 centre_m;           ///< of a sphere about the tile's part of the reference surface, body frame
-    double radius_m = 0;     ///< of that sphere
-    double spacing_m = 0;    ///< of its vertices, at most
-    double half_cells = 0;   ///< cells per unit of u and v
-    double own_highest = 0;  ///< unit height of its highest vertex
-    double own_least = 0;    ///< and of its lowest
-    double least = 0;        ///< bound of the unit heights of the tile and all below it
-    double child_highest[4]; ///< bounds of the unit heights of each child and all below it
+    Vec3 centre_m;             ///< of a sphere about the tile's part of the reference surface, body frame
+    double radius_m = 0;       ///< of that sphere
+    double spacing_m = 0;      ///< of its vertices, at most
+    double half_cells = 0;     ///< cells per unit of u and v
+    double own_highest = 0;    ///< unit height of its highest vertex
+    double own_least = 0;      ///< and of its lowest
+    double least = 0;          ///< bound of the unit heights of the tile and all below it
+    double child_highest[4];   ///< bounds of the unit heights of each child and all below it
+    terrain::Cap child_cap[4]; ///< where each child is
     SurfaceNode* parent = nullptr;
     std::uint64_t born = 0; ///< version that published it
     std::uint32_t slot = 0;
     std::uint8_t quarter = 0; ///< of the parent
+    std::vector<Rock> rocks;  ///< that are domes in its parent
 
     std::array<std::atomic<SurfaceNode*>, 4> child{}; ///< null: not made
     std::atomic<std::uint32_t> wanted{0};             ///< bit per child that rays missed, wanted_sun

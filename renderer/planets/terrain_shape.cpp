@@ -42,6 +42,8 @@ TerrainShape::TerrainShape(const terrain::SurfaceDomain& domain,
       plane_(domain.is_plane()),
       inverse_radii_(inverse_radii(domain)),
       bounding_radius_m_(bounding_radius(tiles_)),
+      rocks_(settings.rocks.forms.empty() ? nullptr
+                                          : std::make_unique<const RockTracer>(tiles_, settings.rocks)),
       notes_(settings.notes) {}
 
 void TerrainShape::set_levels(const RayPacket& rays, ScaledRays& scaled_rays) const {
@@ -131,6 +133,7 @@ void TerrainShape::intersect(const RayPacket& rays, std::int32_t body, HitPacket
         for (std::size_t k = 0; k < counts.coarser.size() && ratio > static_cast<double>(1u << k); ++k)
             ++counts.coarser[k];
     }
+    if (rocks_) rocks_->intersect(rays, scaled_rays, body, hits);
 }
 
 void TerrainShape::occlude(RayPacket& rays) const {
@@ -140,13 +143,14 @@ void TerrainShape::occlude(RayPacket& rays) const {
     trace(rays, rays.t_max, true, found, scaled_rays);
     for (int i = 0; i < packet_size; ++i)
         if (found.t[i] != no_hit) rays.active.on[i] = 0;
+    if (rocks_ && rays.active.any()) rocks_->occlude(rays, scaled_rays);
 }
 
 void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::int32_t body,
                            SurfacePacket& out) const {
     for (int i = 0; i < packet_size; ++i) {
         const Vec3 direction = rays.direction.lane(i);
-        const bool hit = hits.body[i] == body;
+        const bool hit = hits.body[i] == body && !RockTracer::is_hit(hits, i);
         const double t = hit ? hits.t[i] : 0.0;
         const Vec3 point = rays.origin.lane(i) + t * direction;
         const SurfaceNode& node = hit ? tiles_.in_slot(hits.primitive[i] >> 16) : *tiles_.root(0);
@@ -169,6 +173,7 @@ void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::in
         const Vec3 base = outside && hit ? raised(point, gradients.height) : point;
         out.shadow_origin.set(i, base + (1e-10 * bounding_radius_m_ + 1e-13 * t) * facet);
     }
+    if (rocks_) rocks_->surface(rays, hits, body, out);
 }
 
 namespace {
@@ -234,7 +239,7 @@ bool TerrainShape::sunlit(const RayPacket& rays, const HitPacket& hits, std::int
         places.x[i] = places.y[i] = places.first_u[i] = places.first_v[i] = 0;
         places.beside_u[i] = places.beside_v[i] = 0;
         places.half_cells[i] = places.spacing_m[i] = places.shrink[i] = 1;
-        if (!hit || dark) continue;
+        if (!hit || dark || RockTracer::is_hit(hits, i)) continue;
         SurfaceNode& node = tiles_.in_slot(hits.primitive[i] >> 16);
         if (&node != last) found = kept->find(node, *rays.detail, levels);
         last = &node;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "renderer/planets/packet_tracer.hpp"
+#include "renderer/planets/rocks.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/planets/tile_tracer.hpp"
 #include "renderer/shapes/shape.hpp"
@@ -26,6 +27,7 @@ public:
         /// The level of all rays, whatever they ask for; -1: by distance.
         int fixed_level = -1;
         int query_level = 2;
+        RockSettings rocks{};
         std::vector<std::string> notes{}; ///< see Shape::notes()
     };
 
@@ -74,6 +76,7 @@ private:
     bool plane_;
     Vec3 inverse_radii_;
     double bounding_radius_m_;
+    std::unique_ptr<const RockTracer> rocks_; ///< null: there are none
     std::vector<std::string> notes_;
 };
 

@@ -40,10 +40,7 @@ std::span<const FeatureInView> FeatureFinder::find() {
         take_found();
     }
     std::erase_if(kept_, [&](const FeatureInView& found) {
-        double spacing_m = std::numeric_limits<double>::infinity();
-        for (std::size_t below = 0; below < found.layer; ++below)
-            if (const double own = layers[below]->sample_spacing_m(found.feature.position_m); own > 0)
-                spacing_m = std::min(spacing_m, own);
+        const double spacing_m = tiles_.maker().sample_spacing_m(found.layer, found.feature.position_m);
         return layers[found.layer]->share_left(found.feature, spacing_m) < least_share;
     });
     std::sort(kept_.begin(), kept_.end(), larger);

@@ -14,7 +14,9 @@ namespace {
 
 constexpr std::uint32_t boulder_stream = 2;
 constexpr double least_height = 0.2, largest_height = 0.45; ///< of the diameter
-constexpr double least_cells = 3, whole_cells = 6;
+constexpr double least_cells = 3;
+/// Half the shortest axis of a rock.
+constexpr double half_thickness = 0.25; ///< of the diameter
 
 /// Ejecta count to so many radii, of craters at least so many times as large as the boulder.
 constexpr double ejecta_radii = 4, ejecta_sizes = 16;
@@ -91,6 +93,12 @@ double Boulders::share_left(const SurfaceFeature& /*feature*/, double sample_spa
     return Craters::share(settings_.largest_diameter_m, sample_spacing_m);
 }
 
+double Boulders::Dome::profile(Vec3 way_m) const {
+    const double x = dot(way_m, along), y = dot(way_m, across);
+    const double square = x * x + y * y;
+    return square < 1 ? std::sqrt(1 - square) : 0;
+}
+
 std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diameter_m) const {
     const std::vector<FeatureOctave>& octaves = field_.octaves();
     std::size_t first = 0;
@@ -128,6 +136,7 @@ std::vector<Boulders::Dome> Boulders::domes(const Cap& cap, double least_diamete
         y = norm > 1e-6 ? y / norm : 0;
         dome.along = (x * u + y * v) * (2 / diameter);
         dome.across = (x * v - y * u) * (2 * std::numbers::sqrt2 / diameter);
+        dome.form = feature.random[3] & 0xffffu;
         made.push_back(dome);
     }
     return made;
@@ -145,9 +154,8 @@ void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
             blocks.emplace_back(grid.positions_m, i, j, edge);
     for (const Dome& dome : all) {
         const Boulder& boulder = dome.boulder;
-        const double height =
-            boulder.height_m *
-            smooth_step((boulder.diameter_m / grid.spacing_m - least_cells) / (whole_cells - least_cells));
+        const double height = top_m(boulder, grid.spacing_m);
+        if (height == 0) continue;
         const double radius = boulder.diameter_m / 2;
         for (const GridBlock& block : blocks) {
             if (!block.touches(boulder.position_m, radius)) continue;
@@ -156,15 +164,54 @@ void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
                     const std::size_t n = GridBlock::index(i, j);
                     const Vec3 way = grid.positions_m[n] - boulder.position_m;
                     if (!(length_squared(way) < radius * radius)) continue;
-                    const double x = dot(way, dome.along), y = dot(way, dome.across);
-                    const double square = x * x + y * y;
-                    if (square < 1) highest[n] = std::max(highest[n], height * std::sqrt(1 - square));
+                    highest[n] = std::max(highest[n], height * dome.profile(way));
                 }
         }
     }
     for (std::size_t n = 0; n < heights_m.size(); ++n)
         if (highest[n] > 0) // samples that are finer than boulders have the real ones
             heights_m[n] += highest[n] * Craters::share(settings_.largest_diameter_m, sample_spacings_m[n]);
+}
+
+double Boulders::top_m(const Boulder& boulder, double spacing_m) const {
+    if (is_rock(boulder, spacing_m)) return 0;
+    return boulder.height_m *
+           smooth_step((boulder.diameter_m / spacing_m - least_cells) / (whole_cells - least_cells));
+}
+
+double Boulders::above_ground_m(Vec3 vertex_m, double spacing_m) const {
+    double highest = 0;
+    for (const Dome& dome : domes({vertex_m, 0}, least_cells * spacing_m))
+        highest = std::max(highest,
+                           top_m(dome.boulder, spacing_m) * dome.profile(vertex_m - dome.boulder.position_m));
+    return highest;
+}
+
+bool Boulders::is_rock(const Boulder& boulder, double spacing_m) const {
+    return settings_.rock_cells > 0 && boulder.height_m > half_thickness * boulder.diameter_m &&
+           boulder.diameter_m >= settings_.rock_cells * spacing_m;
+}
+
+void Boulders::add_rocks(TileKey tile, std::vector<StandingRock>& rocks) const {
+    if (!(settings_.rock_cells > 0)) return;
+    const SurfaceDomain& domain = field_.domain();
+    const double spacing = domain.spacing_m(tile.level), least = settings_.rock_cells * spacing;
+    if (least > settings_.largest_diameter_m) return;
+    for (const Dome& dome : domes(cap_of(domain, tile), least)) {
+        const Boulder& boulder = dome.boulder;
+        const bool of_parent = tile.level > 0 && is_rock(boulder, 2 * spacing);
+        if (of_parent || !is_rock(boulder, spacing) ||
+            SurfaceDomain::tile_at(domain.place_of(boulder.position_m), tile.level) != tile)
+            continue;
+        const double half = boulder.diameter_m / 2;
+        rocks.push_back({boulder.id,
+                         boulder.position_m,
+                         dome.along * half,
+                         dome.across * (half / std::numbers::sqrt2),
+                         {half, half / std::numbers::sqrt2, half_thickness * boulder.diameter_m},
+                         boulder.height_m,
+                         dome.form});
+    }
 }
 
 HeightRange Boulders::range(const Cap& cap, double /*spacing_m*/, HeightRange below) const {

@@ -72,6 +72,14 @@ std::size_t TileMaker::lowest_seen(const Cap& cap) const {
     return 0;
 }
 
+double TileMaker::sample_spacing_m(std::size_t layer, Vec3 position_m) const {
+    double spacing_m = std::numeric_limits<double>::infinity();
+    for (std::size_t below = 0; below < layer; ++below)
+        if (const double own = layers_[below]->sample_spacing_m(position_m); own > 0)
+            spacing_m = std::min(spacing_m, own);
+    return spacing_m;
+}
+
 HeightRange TileMaker::layers_range(const Cap& cap, double spacing_m) const {
     HeightRange range;
     for (std::size_t k = lowest_seen(cap); k < layers_.size(); ++k)

@@ -38,6 +38,8 @@ public:
     std::size_t make(TileKey key, Scratch& scratch, SurfaceTile& out) const;
     /// From the layers' own bounds, without making anything.
     [[nodiscard]] ReducedRange range(TileKey key) const;
+    /// Distance of the finest samples below a layer, by its number, at a position; infinite: there are none.
+    [[nodiscard]] double sample_spacing_m(std::size_t layer, Vec3 position_m) const;
     /// Part of the reference surface that the tile and its margin lie in.
     [[nodiscard]] Cap cap(TileKey key) const;
 

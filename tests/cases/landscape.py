@@ -38,6 +38,7 @@ slopes_deg = {list(SLOPES.values())}
 seed = 12
 crater_age_ga = 0.6
 boulders_per_m2 = 4e-3
+boulder_rock_px = 0
 """
 ABOVE_M, FIELD_M, SITE_HALF_M = 900.0, 600.0, 230.0  # of the camera that looks down, and half of the ground whose heights it gives
 # A lander of 4 m: steepest ground under it and highest rock above the plane through it.

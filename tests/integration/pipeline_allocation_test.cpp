@@ -97,6 +97,35 @@ crater_least_m = 50
         .string();
 }
 
+/// A camera that goes over ground strewn with boulders at 15 m, 0.3 m/s.
+std::string boulder_walk(const TempFolder& folder) {
+    folder.write("walk.csv", "time_s,x_m,y_m,z_m\n-100,-30,1,15\n100,30,1,15\n");
+    return folder
+        .write("walk.toml", R"(name = "walk"
+[sun]
+direction = [1, 0.3, 0.4]
+distance_au = 1
+[camera]
+focal_length_mm = 2
+aperture_mm = 1
+psf_sigma_px = 0.6
+trajectory = "walk.csv"
+boresight = [0, 0, -1]
+up = [0, 1, 0]
+[[body]]
+name = "ground"
+shape = "terrain"
+half_edge_m = 64
+albedo = 0.2
+[body.detail]
+terrain = "highlands"
+boulders_per_m2 = 0.3
+boulder_least_m = 0.8
+boulder_largest_m = 3
+)")
+        .string();
+}
+
 /// A camera whose frames go to `look`, triggered by a timer until it is destroyed or stopped.
 class TriggeredCamera {
 public:
@@ -280,4 +309,30 @@ TEST_CASE("frames of a terrain neither allocate nor fault on real-time threads w
         if (name == "pipeline") CHECK(own < 20);
     }
     CHECK(checked >= 4);
+}
+
+TEST_CASE("frames of boulders near the camera allocate nothing on real-time threads") {
+    if (!allocations_are_counted()) {
+        std::cout << "SKIPPED: sanitizers bring a heap of their own\n";
+        return;
+    }
+    const TempFolder folder;
+    DaemonOptions options;
+    options.size = 96;
+    options.scene = boulder_walk(folder);
+    const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
+    emulator::Imaging imaging(config, 12, {}, {.scene_entries = 1000}, emulator::RenderAhead::off, true);
+    std::atomic<std::uint64_t> boulders{0};
+    TriggeredCamera run(imaging, 96, 50, [&](const FrameRef& frame) {
+        if (const SceneTruth* truth = frame->final_scene_truth())
+            for (const TruthEntry& e : truth->entries)
+                boulders += e.kind == TruthKind::boulder && e.visible_share > 0 ? 1 : 0;
+    });
+    run.wait_for(20);
+    reset_allocation_counts();
+    run.wait_for(170);
+    const AllocationCounts counts = allocation_counts();
+    run.stop();
+    CHECK(counts.realtime == 0);
+    CHECK(boulders > 300);
 }

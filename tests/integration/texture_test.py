@@ -189,6 +189,15 @@ demo = pathlib.Path(__file__).resolve().parents[2] / "config/scenes/demo.toml"
 refused(["bake", demo, "--spacing", 1, "-o", "x.obt"], 78, "demo.toml: no body is a planet or terrain")
 check("nothing is left of it", not list(folder.glob("x.obt*")))
 
+# Boulders that overhang near the camera are domes in maps.
+highest = []
+for rocks in ("", "boulder_rock_px = 0\n"):
+    (folder / "strewn.toml").write_text("[[body]]\nname = \"ground\"\nshape = \"terrain\"\nhalf_edge_m = 12\nalbedo = 0.2\n[body.detail]\n"
+                                        "boulders_per_m2 = 0.1\nboulder_least_m = 1\nboulder_largest_m = 3\n" + rocks)
+    made = json.loads(run("bake", "strewn.toml", "--spacing", 0.05, "-o", "strewn.obt", "--restart", "--json"))
+    highest.append(made["largest_m"])
+check("baked boulders are domes", highest[0] == highest[1] and highest[0] > 0.5, highest)
+
 # Damage.
 whole = (folder / "u16.obt").read_bytes()
 (folder / "cut.obt").write_bytes(whole[:200000])

@@ -2,6 +2,7 @@
 // Verb `obscura texture bake`: heights of a terrain, all its sources and detail together, as a giant texture.
 #include "config/shipped_files.hpp"
 #include "core/error.hpp"
+#include "renderer/planets/planet_parameters.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/scene/scene.hpp"
 #include "renderer/scene_files/scene_file.hpp"
@@ -103,13 +104,23 @@ public:
     }
 
 private:
+    /// A map has no overhangs.
+    template<typename Parameters>
+    static void keep_domes(scene::Shape& shape) {
+        if (auto* const parameters = shape.get_if<Parameters>())
+            parameters->relief.detail.boulder_rock_px = 0;
+    }
+
     [[nodiscard]] std::shared_ptr<const renderer::Shape> find(const scene::Scene& scene,
                                                               renderer::ShapeContext& context) const {
         for (const scene::Body& body : scene.bodies) {
             if (!body_.empty() && body.name != body_) continue;
             // Shapes of other kinds may be expensive to make, but most scenes have few.
             context.place = body.name;
-            auto shape = renderer::make_shape(body.shape, context);
+            scene::Shape described = body.shape;
+            keep_domes<renderer::PlanetParameters>(described);
+            keep_domes<renderer::TerrainParameters>(described);
+            auto shape = renderer::make_shape(described, context);
             if (shape->tiles() != nullptr) return shape;
             if (!body_.empty())
                 throw ConfigError(fmt::format("{}: body '{}' is no planet or terrain", scene_, body_));

@@ -64,6 +64,8 @@ TEST_CASE("Detail of planets is a table of their body") {
           "s.toml:6:18: body[0].detail.crater_least_m: goes with crater_age_ga above 0");
     CHECK(refusal("boulder_index = 3\n") ==
           "s.toml:6:17: body[0].detail.boulder_index: goes with boulders_per_m2 above 0");
+    CHECK(refusal("boulder_rock_px = 8\n") ==
+          "s.toml:6:19: body[0].detail.boulder_rock_px: goes with boulders_per_m2 above 0");
     CHECK_THAT(refusal("terrain = \"sea\"\n"), ContainsSubstring("s.toml:6:11: body[0].detail.terrain"));
     CHECK_THAT(refusal("crater_age_ga = 5\n"),
                ContainsSubstring("s.toml:6:17: body[0].detail.crater_age_ga"));

@@ -36,6 +36,7 @@ renderer::DetailParameters old_ground() {
     detail.boulder_least_m = 0.8;
     detail.boulder_largest_m = 3;
     detail.boulder_ejecta = 3;
+    detail.boulder_rock_px = 0;
     return detail;
 }
 
@@ -241,6 +242,7 @@ TEST_CASE("Boulders of a flat plain are the bumps of its depth map") {
     renderer::DetailParameters detail;
     detail.boulders_per_m2 = 0.08;
     detail.boulder_least_m = 1.5;
+    detail.boulder_rock_px = 0; // domes have no overhangs
     detail.truth_least_px = 8;
     detail.truth_most = 1000;
     scene::Scene s;
