@@ -28,6 +28,8 @@ sensors::WindowRequest request_of(const CameraWindow& w) {
 /// Rows that the detector exposes and reports at a time: the first ones of a block can leave while it works
 /// on the others.
 constexpr std::int32_t rows_at_a_time = 64;
+/// Rows of a frame that come first, each time twice as many: with a short exposure they are due soon.
+constexpr std::int32_t first_rows = 4;
 
 struct Requests {
     explicit Requests(const CameraSettings& s) : count(s.window_count()) {
@@ -477,18 +479,21 @@ void FrameMaker::expose_row_block(std::uint32_t number) noexcept {
     const std::size_t index = number - frame_start_;
     const RowBlock& block = light_.blocks[index];
     // Smear is a sum over whole columns, made anew for each call of the detector.
-    const std::int32_t step = detector_.needs_whole_columns() ? block.rows : rows_at_a_time;
-    for (std::int32_t row = 0; row < block.rows; row += step) {
+    const bool whole = detector_.needs_whole_columns();
+    std::int32_t step = whole ? block.rows : index == 0 ? first_rows : rows_at_a_time;
+    for (std::int32_t row = 0, next = 0; row < block.rows;
+         row = next, step = std::min(2 * step, rows_at_a_time)) {
+        next = row + step;
         RowBlock part = block;
         part.first_row += row;
         part.rows = std::min(step, block.rows - row);
         part.halo_above += row;
         part.halo_below += block.rows - row - part.rows;
-        expose_rows(part, block_light_[index]);
+        expose_rows(part, block_light_[index], index != 0);
     }
 }
 
-void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light) noexcept {
+void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light, bool timed) noexcept {
     Frame& frame = *frame_;
     const Time begin_time = work_ != nullptr || settings_.adapts ? clock_.now() : Time{};
     const sensors::IrradianceBand band{block.first_row, block.rows,       light_.width(block),
@@ -512,7 +517,7 @@ void FrameMaker::expose_rows(const RowBlock& block, std::span<const float> light
     if (pattern_ != ImagePattern::off) paint_pattern(block.first_row, block.rows);
     const std::int32_t ready = block.first_row + block.rows;
     if (work_ != nullptr) work_->detector_ns += clock_.now() - begin_time;
-    if (settings_.adapts) {
+    if (settings_.adapts && timed) {
         const std::int64_t mean_ns = detector_rows_ns_.load(std::memory_order_relaxed);
         const std::int64_t spent_ns = clock_.now() - begin_time;
         detector_rows_ns_.store(mean_ns == 0 ? spent_ns : mean_ns + (spent_ns - mean_ns) / 8,

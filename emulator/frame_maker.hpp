@@ -210,7 +210,7 @@ private:
                                                       FrameWork* work, bool& by_level);
     void run_detector() noexcept;
     void expose_row_block(std::uint32_t number) noexcept;
-    void expose_rows(const RowBlock& block, std::span<const float> light) noexcept;
+    void expose_rows(const RowBlock& block, std::span<const float> light, bool timed) noexcept;
     void paint_pattern(std::int32_t first_row, std::int32_t rows) noexcept;
 
     [[nodiscard]] const renderer::Renderer& current() const noexcept {
