@@ -222,6 +222,8 @@ public:
         // Down into the quarter that the ray is in.
         const M down = hn::AndNot(hn::Or(through, leaf), active_);
         if (!hn::AllFalse(d, down)) {
+            // Not before it is below the highest vertex.
+            x_ = hn::IfThenElse(down, begin_below<plane>(miss2_, speed2_, limit, x_), x_);
             const V finer = hn::Mul(width_, half);
             const V i2 = hn::Add(i_, i_), j2 = hn::Add(j_, j_);
             const V u = hn::Sub(hn::Mul(hn::Add(first_i_, hn::Mul(hn::Add(i2, one), finer)), per_half_), one);
@@ -325,6 +327,7 @@ private:
         };
         level(terrain::tile_cells / 2, 0.5, 5461);
         level(terrain::tile_cells / 4, 0.25, 1365);
+        level(terrain::tile_cells / 8, 0.125, 341);
     }
     /// Of rays that climb faster than the ground does around the cell in which they begin, which they return:
     /// they meet that cell, or nothing up to where the ground may rise faster. `cell`: of a place of the ray,

@@ -157,6 +157,19 @@ HWY_INLINE V reach(V at, V ua, V ub, V wa, V wb, V x) {
     return hn::IfThenElse(real, hn::Max(root, x), set(no_hit));
 }
 
+/// Where a ray comes below a height, at `x` or later; `x` if it climbs.
+template<bool plane>
+HWY_INLINE V begin_below(V miss2, V speed2, V height, V x) {
+    const V zero = hn::Zero(D());
+    if constexpr (plane) {
+        const V at = hn::Div(hn::Sub(height, miss2), speed2);
+        return hn::IfThenElse(hn::Lt(speed2, zero), hn::Max(x, at), x);
+    }
+    const V radius = hn::Add(set(1), height);
+    const V under = hn::Div(hn::Sub(hn::Mul(radius, radius), miss2), speed2);
+    return hn::Max(x, hn::Neg(hn::Sqrt(hn::Max(under, zero))));
+}
+
 /// Narrows an interval to where rays are between two heights, or come from above into what is between them.
 template<bool plane>
 HWY_INLINE void narrow_to_heights(V miss2, V speed2, V highest, V least, V& from, V& to) {
