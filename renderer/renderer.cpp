@@ -527,6 +527,10 @@ struct Renderer::Impl {
     }
     /// Largest displacement of a camera sample by the PSF, along an axis.
     [[nodiscard]] double sample_reach_px() const { return psf ? psf->reach_px() : gaussian_psf.reach_px(); }
+    /// Standard deviation of a pixel's response along an axis, PSF and pixel.
+    [[nodiscard]] double response_px() const {
+        return std::sqrt(gaussian_psf.x.sigma_px() * gaussian_psf.x.sigma_px() + 1.0 / 12);
+    }
     /// Largest angle across a square of a pixel's area, for the footprints of rays.
     [[nodiscard]] double pixel_width_rad() const {
         return lens->pixel_angle_rad() * std::sqrt(scene.camera.pixel_flattening());
@@ -736,7 +740,7 @@ bool Renderer::Impl::fill_sparse_grid(const RenderRequest& request, QualityLevel
         const bool kept = request.kept != nullptr;
         grid.reset(sparse_step(level), request.window.x, request.window.width, kept ? request.frame_y : top,
                    kept ? static_cast<std::int32_t>(times.size()) : request.rows,
-                   plain ? 1 : scene.bands.size(), settings.seed, request.frame_id);
+                   plain ? 1 : scene.bands.size(), response_px(), settings.seed, request.frame_id);
         rows.sparse_begun[index] = true;
     }
     rows.grid_jobs.clear();
@@ -763,6 +767,7 @@ bool Renderer::Impl::fill_sparse_grid(const RenderRequest& request, QualityLevel
                 for (std::int32_t c = 0; c < grid.columns(); c += packet_size)
                     blocks.trace_points(grid.x_of(c), y, grid.step(), grid.row(r) + c, grid.plane());
             });
+        grid.estimate(r, plain ? 1 : scene.bands.size());
         grid.filled(r) = 1;
     };
     return fill_rows(
@@ -955,7 +960,7 @@ bool Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, c
     for (std::size_t c = 0; c < channels; ++c)
         grid.interpolate(c, request.window.x, y, std::span(s.light).subspan(c * width, width));
     if (!request.variance.empty()) {
-        grid.variance(channels, request.window.x, y, std::span(s.variance).first(width));
+        grid.variance(request.window.x, y, std::span(s.variance).first(width));
         for (std::size_t x = 0; x < width; ++x)
             s.variance[x] = is_lit(s.light, x, width) ? std::max(s.variance[x], least_variance) : 0;
     }

@@ -6,23 +6,53 @@
 #include "renderer/packets/sampler.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace obscura::renderer {
 namespace {
 
-/// Variance of an interpolated pixel over the square of the second difference of the points about it. With
-/// differences between points that grow with the root of their distance, as those of images with edges do,
-/// linear interpolation errs by 1/12 of it along an axis (its mean over the places between two points);
-/// independent points would give 0.28, smooth ones 1/120 (measured by quality_levels_test.cpp).
-constexpr double interpolated = 0.07;
+// Variance of an interpolated pixel over the squared second difference of the points about it, a mean over
+// the places between two points, for three kinds of light, told by how much the squared differences grow when
+// the distance doubles.
+
+/// Noise of the points, which does not grow: interpolated in both directions it has 4/9 of a point's
+/// variance, and second differences have 6 times as much.
+constexpr double of_noise = 4.0 / 9 / 6;
+constexpr double noise_growth = 1.2;
+/// An edge doubles them. Interpolation makes a ramp of it, as the pixel's response does: 1/12 where that is
+/// narrow, least where both are as wide. By the response's standard deviation over the distance of the
+/// points, 0, 0.1, ... 1.
+constexpr std::array of_edge{0.0833, 0.0598, 0.0448, 0.0365, 0.0335, 0.0343,
+                             0.0377, 0.0430, 0.0497, 0.0573, 0.0657};
+constexpr double edge_growth = 2;
+/// Curved light makes them grow by 16; 1/120 along an axis, here with independent curvatures along both.
+constexpr double of_curve = 1.0 / 60;
+constexpr double curve_growth = 16;
+
+/// Points on either side over which the growth is measured.
+constexpr std::int32_t window = 12;
+
+/// From one kind to the next by the powers of the growth. `response`: over the distance of the points.
+double interpolated(double growth, double response) {
+    const double at = std::clamp(response, 0.0, 1.0) * (of_edge.size() - 1);
+    const std::size_t k = std::min(static_cast<std::size_t>(at), of_edge.size() - 2);
+    const double edge = std::lerp(of_edge[k], of_edge[k + 1], at - static_cast<double>(k));
+    const auto between = [growth](double first, double from, double second, double to) {
+        const double share = std::log(std::clamp(growth, from, to) / from) / std::log(to / from);
+        return first * std::pow(second / first, share);
+    };
+    return growth < edge_growth ? between(of_noise, noise_growth, edge, edge_growth)
+                                : between(edge, edge_growth, of_curve, curve_growth);
+}
 
 } // namespace
 
 void SparseGrid::reset(std::int32_t step, std::int32_t x, std::int32_t width, std::int32_t y,
-                       std::int32_t height, std::size_t channels, std::uint64_t seed,
+                       std::int32_t height, std::size_t channels, double response_px, std::uint64_t seed,
                        std::uint64_t frame_id) {
     step_ = step;
+    response_ = response_px / step;
     const SeedWords random = seed_words(seed, frame_id, SamplePurpose::sample_grid, step, 0);
     shift_x_ = uniform_double(random[0]) * step;
     shift_y_ = uniform_double(random[1]) * step;
@@ -34,6 +64,7 @@ void SparseGrid::reset(std::int32_t step, std::int32_t x, std::int32_t width, st
     columns_ = (points + packet_size - 1) / packet_size * packet_size;
     rows_ = (y + height - first_y_ + step - 1) / step + 2;
     values_.assign(channels * plane(), 0.0F);
+    variance_.assign(plane(), 0.0F);
     filled_.assign(static_cast<std::size_t>(rows_), 0);
 }
 
@@ -67,29 +98,39 @@ double SparseGrid::point(std::size_t channels, std::int32_t column, std::int32_t
     return sum / static_cast<double>(channels);
 }
 
-void SparseGrid::variance(std::size_t channels, std::int32_t x, std::int32_t y, std::span<double> out) const {
-    const std::int32_t r = row_about(y);
-    // Along the rows that the pixels are interpolated from, since no other row need be there.
-    const auto squared = [&](std::int32_t column) {
-        double sum = 0;
-        for (const std::int32_t row : {r, r + 1}) {
-            const double d = point(channels, column - 1, row) - 2 * point(channels, column, row) +
-                             point(channels, column + 1, row);
-            sum += d * d;
-        }
-        return sum / 2;
+void SparseGrid::estimate(std::int32_t r, std::size_t channels) {
+    // Squares of the second differences of points `apart` columns, 0 at the ends.
+    const auto squared = [&](std::int32_t column, std::int32_t apart) {
+        if (column < apart || column >= columns_ - apart) return 0.0;
+        const double d = point(channels, column - apart, r) - 2 * point(channels, column, r) +
+                         point(channels, column + apart, r);
+        return d * d;
     };
-    std::int32_t last = -1;
-    double here = 0;
+    double near = 0, far = 0; // sums over the window
+    const auto add = [&](std::int32_t column, double sign) {
+        near += sign * squared(column, 1);
+        far += sign * squared(column, 2);
+    };
+    for (std::int32_t k = 0; k < window; ++k)
+        add(k, 1);
+    float* const out = variance_.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
+    for (std::int32_t k = 0; k < columns_; ++k) {
+        add(k + window, 1);
+        const double own = squared(k, 1);
+        out[k] = static_cast<float>(interpolated(near > 0 ? far / near : edge_growth, response_) * own);
+        add(k - window, -1);
+    }
+}
+
+void SparseGrid::variance(std::int32_t x, std::int32_t y, std::span<double> out) const {
+    const float* const above =
+        variance_.data() + static_cast<std::size_t>(row_about(y)) * static_cast<std::size_t>(columns_);
+    const float* const below = above + columns_;
     for (std::size_t i = 0; i < out.size(); ++i) {
         const std::int32_t k = between(x + static_cast<std::int32_t>(i), first_x_, shift_x_).first;
-        if (k != last) {
-            const std::int32_t left = std::clamp(k, 1, columns_ - 2);
-            const std::int32_t right = std::clamp(k + 1, 1, columns_ - 2);
-            here = interpolated * (squared(left) + squared(right)) / 2;
-            last = k;
-        }
-        out[i] = here;
+        out[i] = (static_cast<double>(above[k]) + static_cast<double>(above[k + 1]) +
+                  static_cast<double>(below[k]) + static_cast<double>(below[k + 1])) /
+                 4;
     }
 }
 

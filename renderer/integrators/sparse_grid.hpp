@@ -13,9 +13,10 @@ namespace obscura::renderer {
 /// beyond it. Different threads may fill different rows.
 class SparseGrid {
 public:
-    /// Sets all to 0 for the sensor's pixels [x, x + width) of rows [y, y + height).
+    /// Sets all to 0 for the sensor's pixels [x, x + width) of rows [y, y + height). `response_px`: standard
+    /// deviation of a pixel's response, PSF and pixel.
     void reset(std::int32_t step, std::int32_t x, std::int32_t width, std::int32_t y, std::int32_t height,
-               std::size_t channels, std::uint64_t seed, std::uint64_t frame_id);
+               std::size_t channels, double response_px, std::uint64_t seed, std::uint64_t frame_id);
     [[nodiscard]] std::int32_t step() const { return step_; }
     [[nodiscard]] std::int32_t rows() const { return rows_; }
     /// Points of a row: whole packets.
@@ -43,8 +44,11 @@ public:
 
     /// Interpolates channel `c` at the pixels from `x` of the sensor's row `y`.
     void interpolate(std::size_t c, std::int32_t x, std::int32_t y, std::span<double> out) const;
-    /// Variance of those, estimated by the second differences of the mean over the channels.
-    void variance(std::size_t channels, std::int32_t x, std::int32_t y, std::span<double> out) const;
+    /// Estimates the variance of pixels interpolated from a row of points that have been traced, by the
+    /// second differences of the mean over the channels.
+    void estimate(std::int32_t r, std::size_t channels);
+    /// The variance of the pixels of interpolate(), after estimate() of the two rows about them.
+    void variance(std::int32_t x, std::int32_t y, std::span<double> out) const;
 
 private:
     struct Between {
@@ -55,8 +59,10 @@ private:
     [[nodiscard]] double point(std::size_t channels, std::int32_t column, std::int32_t row) const;
 
     std::vector<float> values_;
+    std::vector<float> variance_; ///< of pixels about each point, as estimated
     std::vector<std::uint8_t> filled_;
     std::int32_t step_ = 0, rows_ = 0, columns_ = 0;
+    double response_ = 0;                    ///< steps
     std::int32_t first_x_ = 0, first_y_ = 0; ///< multiples of the step, of 16 steps along rows
     double shift_x_ = 0, shift_y_ = 0;       ///< px, 0 .. step
 };

@@ -111,10 +111,10 @@ TEST_CASE("the estimated error of a level is that of its image") {
                 CHECK(f.ratio < 0.8);
                 continue;
             }
-            // Of smooth ground sparse grids err by less than they say; few samples of a box of many
-            // reflections do not meet its rarest paths.
-            CHECK(f.ratio > (subject.name == "cornell" ? 0.65 : 0.8));
-            CHECK(f.ratio < (level >= QualityLevel::quarter ? 1.65 : 1.25));
+            // Few samples of a box of many reflections do not meet its rarest paths, and end where they did
+            // not: as many as the pixels' own estimates ask for.
+            CHECK(f.ratio > (subject.name == "cornell" && level == QualityLevel::goal ? 0.65 : 0.8));
+            CHECK(f.ratio < 1.25);
             CHECK(f.steep > (subject.name == "cornell" ? 0.6 : 0.7));
             CHECK(f.steep < 1.5);
         }
