@@ -87,8 +87,6 @@ struct Scratch {
     std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight;         ///< bands x pixels, W/m2
     std::vector<double> per_pixel;         ///< factor from irradiance to the requested quantity
-    std::vector<NoiseSums> noise;          ///< per block of 16 pixels
-    bool sunlight_only = true;             ///< of the row's tracer
     std::vector<double> variance;          ///< per pixel; 0: no samples
     std::vector<float> wing_row;
     std::vector<PointJob> point_jobs; ///< of a row that shares its points with no other
@@ -480,8 +478,8 @@ struct Renderer::Impl {
     void keep_light(const RenderRequest& request, std::int32_t y, const Exposure& when, Scratch& s) const;
     /// Adds a block of a row's pixels. Returns false if no body is near.
     bool trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block, BlockTracer& blocks,
-                     NoiseSums* noise, const SampleGridKernel* kernel, const SampleGrid* grid,
-                     std::size_t channels, Scratch& s) const;
+                     const SampleGridKernel* kernel, const SampleGrid* grid, std::size_t channels,
+                     Scratch& s) const;
     /// Rows of a shared grid above and below a pixel that it needs.
     [[nodiscard]] static std::int32_t grid_margin(const SampleGridKernel& kernel) {
         return std::max(kernel.reach, 1);
@@ -512,8 +510,8 @@ struct Renderer::Impl {
     bool trace_pixels(const RenderRequest& request, std::int32_t y, const RowBlock& rows,
                       const Instants& instants, std::span<const SweptBody> swept, QualityLevel level,
                       Tracer& tracer, Scratch& s) const;
-    /// Estimates the variance of a row from Scratch::noise and what Scratch::variance has of the grid.
-    void estimate_variance(const RenderRequest& request, Scratch& s, std::span<float> variance) const;
+    /// Brings the variance of a row from Scratch::variance to the image's unit.
+    void scale_variance(Scratch& s, std::span<float> variance) const;
     [[nodiscard]] Sampling sampling(const RenderRequest& request,
                                     QualityLevel level = QualityLevel::full) const {
         Sampling how{settings.seed, request.frame_id, settings.max_samples_per_pixel, settings.target_error};
@@ -993,9 +991,7 @@ void Renderer::Impl::trace_small_bodies(const RenderRequest& request, std::int32
                 request.samples[static_cast<std::size_t>(y - request.window.y - request.first_row) * width +
                                 static_cast<std::size_t>(column)] = 0;
         }
-        NoiseSums* noise = nullptr;
-        if (!request.variance.empty()) (noise = &s.noise[static_cast<std::size_t>(block - first)])->reset();
-        trace_block(request, y, block, blocks, noise, nullptr, nullptr, tracer.channels(), s);
+        trace_block(request, y, block, blocks, nullptr, nullptr, tracer.channels(), s);
     }
 }
 
@@ -1128,11 +1124,12 @@ bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, bool alone,
 }
 
 bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, std::int32_t block,
-                                 BlockTracer& blocks, NoiseSums* noise, const SampleGridKernel* kernel,
-                                 const SampleGrid* grid, std::size_t channels, Scratch& s) const {
+                                 BlockTracer& blocks, const SampleGridKernel* kernel, const SampleGrid* grid,
+                                 std::size_t channels, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
     BlockResult result;
-    if (!blocks.trace(block, y, result, noise, kernel, grid)) return false;
+    const bool estimates = !request.variance.empty();
+    if (!blocks.trace(block, y, result, estimates, kernel, grid)) return false;
     for (int i = 0; i < packet_size; ++i) {
         const std::int32_t column = block * packet_size + i - request.window.x;
         if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
@@ -1142,9 +1139,7 @@ bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
         const std::size_t at =
             static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
         if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
-        // From the grid; the variance of a pixel's own samples follows when all blocks are done.
-        if (noise != nullptr && noise->count(i) == 0)
-            s.variance[pixel] = std::max(result.variance[i], least_variance);
+        if (estimates) s.variance[pixel] = std::max(result.variance[i], least_variance);
     }
     return true;
 }
@@ -1160,7 +1155,6 @@ bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     if (std::none_of(instants.states().begin(), instants.states().end(),
                      [&](const RowState& row) { return resolves_any(row, field_rad); }))
         return false;
-    s.sunlight_only = tracer.sunlight_only();
     const bool shared =
         rows.kernel &&
         shares_samples(request,
@@ -1179,34 +1173,18 @@ bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
         // A body may be hidden between the points of a sparse grid.
         if (sparse && blocks.near(block, y).samples > 0) return true;
         if (sparse) continue;
-        NoiseSums* const noise =
-            request.variance.empty() ? nullptr : &s.noise[static_cast<std::size_t>(block - first)];
-        near = trace_block(request, y, block, blocks, noise, shared ? &*rows.kernel : nullptr,
+        near = trace_block(request, y, block, blocks, shared ? &*rows.kernel : nullptr,
                            shared ? &rows.grid : nullptr, tracer.channels(), s) ||
                near;
     }
     return near;
 }
 
-void Renderer::Impl::estimate_variance(const RenderRequest& request, Scratch& s,
-                                       std::span<float> variance) const {
+void Renderer::Impl::scale_variance(Scratch& s, std::span<float> variance) const {
     std::fill(variance.begin(), variance.end(), 0.0F);
     const double unit =
         plain ? std::accumulate(sun_w_m2.begin(), sun_w_m2.end(), 0.0) / static_cast<double>(sun_w_m2.size())
               : 1;
-    const std::int32_t first = BlockTracer::block_of(request.window.x);
-    const auto width = static_cast<std::int32_t>(variance.size());
-    for (std::size_t b = 0; b < s.noise.size(); ++b) {
-        Doubles own;
-        s.noise[b].variance(s.sunlight_only, own);
-        for (int i = 0; i < packet_size; ++i) {
-            const std::int32_t column =
-                (first + static_cast<std::int32_t>(b)) * packet_size + i - request.window.x;
-            if (column < 0 || column >= width || s.noise[b].count(i) == 0) continue;
-            const auto pixel = static_cast<std::size_t>(column);
-            s.variance[pixel] = std::max(own[i], least_variance);
-        }
-    }
     const std::size_t channels = s.light.size() / variance.size();
     for (std::size_t x = 0; x < variance.size(); ++x) {
         if (!(s.variance[x] > 0)) continue;
@@ -1232,14 +1210,7 @@ RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBl
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
     };
     std::fill(row_of(request.samples).begin(), row_of(request.samples).end(), 0.0F);
-    if (!request.variance.empty()) {
-        s.variance.assign(width, 0);
-        s.noise.resize(
-            static_cast<std::size_t>(BlockTracer::block_of(request.window.x + request.window.width - 1) -
-                                     BlockTracer::block_of(request.window.x) + 1));
-        for (NoiseSums& noise : s.noise)
-            noise.reset();
-    }
+    if (!request.variance.empty()) s.variance.assign(width, 0);
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
     const QualityLevel level = level_of(request, r);
     const Exposure traced = level >= QualityLevel::reprojected ? when : exposure_at(level, when.row, s);
@@ -1287,7 +1258,7 @@ RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBl
             const double solid_angle_sr = lens->solid_angle_sr(request.window.x + static_cast<double>(x), y);
             s.per_pixel[x] = solid_angle_sr > 0 ? 1 / solid_angle_sr : 0;
         }
-    if (!request.variance.empty()) estimate_variance(request, s, row_of(request.variance));
+    if (!request.variance.empty()) scale_variance(s, row_of(request.variance));
     for (const StrayMap& map : stray)
         map.add(request.window.x, y, sun_at_camera(states.back()), scene.bands.size(), s.starlight);
     for (std::size_t b = 0; b < scene.bands.size(); ++b) {

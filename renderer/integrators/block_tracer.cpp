@@ -233,9 +233,8 @@ void BlockTracer::take_smooth(const SampleGridKernel& kernel, const SampleGrid& 
 }
 
 bool BlockTracer::refine(const NearBodies& near, const BlockResult& result, bool first_round,
-                         const Sums& sums, std::uint32_t (&wanted)[packet_size]) const {
-    Doubles variance;
-    sums.noise.variance(sunlight_only_, variance);
+                         const Sums& sums, const Doubles& variance,
+                         std::uint32_t (&wanted)[packet_size]) const {
     double block_mean = 0;
     double block_spread2 = 0; // squares of what one sample would err by, if its error fell as n^-0.75
     double pixels = 0;
@@ -284,7 +283,7 @@ bool BlockTracer::refine(const NearBodies& near, const BlockResult& result, bool
     return more;
 }
 
-bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result, NoiseSums* noise,
+bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result, bool estimates,
                         const SampleGridKernel* kernel, const SampleGrid* grid) {
     NearBodies near;
     if (grid != nullptr) {
@@ -310,7 +309,7 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     std::fill(std::begin(sums.least), std::end(sums.least), no_hit);
     std::fill(std::begin(sums.most), std::end(sums.most), -no_hit);
     sums.noise.reset();
-    sums.more = noise;
+    sums.adds_to_noise = estimates || sampling_.target_error > 0;
     std::uint32_t wanted[packet_size];
     int round = 0;
     if (grid != nullptr) {
@@ -331,14 +330,22 @@ bool BlockTracer::trace(std::int32_t block, std::int32_t y, BlockResult& result,
     sample(wanted, sums);
 
     // Further rounds: estimate the error, add samples where it exceeds the target.
-    for (; sampling_.target_error > 0 && round < 2 && refine(near, result, round == 0, sums, wanted); ++round)
+    Doubles variance;
+    bool estimated = false;
+    for (; sampling_.target_error > 0 && round < 2; ++round) {
+        sums.noise.variance(sunlight_only_, variance);
+        estimated = !refine(near, result, round == 0, sums, variance, wanted);
+        if (estimated) break;
         sample(wanted, sums);
+    }
+    if (estimates && !estimated) sums.noise.variance(sunlight_only_, variance);
 
     // Compute means.
     for (int i = 0; i < packet_size; ++i) {
         const double n = sums.count[i];
         if (n == 0) continue;
         result.samples[i] = sums.count[i];
+        if (estimates) result.variance[i] = variance.v[i];
         for (std::size_t c = 0; c < channels; ++c)
             result.mean[c][i] = sums.channel[c][i] / n;
     }
@@ -557,11 +564,10 @@ void BlockTracer::trace(Batch& batch, Sums& sums) {
             if (channels > 1) v /= static_cast<double>(channels);
         }
         if (sampling_.target_error > 0) {
-            sums.noise.add(p, v);
             sums.least[p] = std::min(sums.least[p], v);
             sums.most[p] = std::max(sums.most[p], v);
         }
-        if (sums.more != nullptr) sums.more->add(p, v);
+        if (sums.adds_to_noise) sums.noise.add(p, v);
     }
     batch.count = 0;
 }

@@ -33,7 +33,8 @@ struct Sampling {
 struct BlockResult {
     bool covered[packet_size]; ///< false: no body is near, no ray was traced
     double mean[max_channels][packet_size];
-    /// Of the mean over the channels, as estimated; only of pixels that are filtered from the grid.
+    /// Of the mean over the channels, as estimated: of pixels that are filtered from the grid, and of the
+    /// others if it is asked for.
     double variance[packet_size];
     std::uint32_t samples[packet_size];
 };
@@ -66,8 +67,8 @@ public:
 
     /// Traces the pixels [16 block, 16 block + 16) of row `y`; false when no body is near. With a grid, whose
     /// rows about `y` are filled, pixels in smooth regions are filtered from it instead of having samples of
-    /// their own. Adds the samples to `noise`, if any.
-    bool trace(std::int32_t block, std::int32_t y, BlockResult& result, NoiseSums* noise = nullptr,
+    /// their own. `estimates`: BlockResult::variance is wanted.
+    bool trace(std::int32_t block, std::int32_t y, BlockResult& result, bool estimates = false,
                const SampleGridKernel* kernel = nullptr, const SampleGrid* grid = nullptr);
 
     /// Traces the grid's points of that block.
@@ -93,8 +94,8 @@ private:
         double least[packet_size];
         double most[packet_size];
         std::uint32_t count[packet_size] = {};
-        NoiseSums noise;           ///< of the means over the channels, with a target error
-        NoiseSums* more = nullptr; ///< the caller's
+        NoiseSums noise;    ///< of the means over the channels
+        bool adds_to_noise; ///< else nobody asks for it
     };
 
     /// Samples that are traced together.
@@ -120,9 +121,10 @@ private:
     /// Takes smooth pixels from the grid; sets `wanted` samples for the others.
     void take_smooth(const SampleGridKernel& kernel, const SampleGrid& grid, const NearBodies& near,
                      BlockResult& result, std::uint32_t (&wanted)[packet_size]) const;
-    /// Sets `wanted` samples of pixels whose error exceeds the goal; false when there are none.
+    /// Sets `wanted` samples of pixels whose error exceeds the goal; false when there are none. `variance`:
+    /// of the pixels that have samples.
     bool refine(const NearBodies& near, const BlockResult& result, bool first_round, const Sums& sums,
-                std::uint32_t (&wanted)[packet_size]) const;
+                const Doubles& variance, std::uint32_t (&wanted)[packet_size]) const;
     /// Sums the samples [count, wanted) of every pixel.
     void sample(const std::uint32_t (&wanted)[packet_size], Sums& sums);
     /// Distributes the samples of the batch over packets: of several instants, those that are near a body.
