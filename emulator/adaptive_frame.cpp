@@ -15,22 +15,11 @@ namespace {
 /// For the maker to wake in time for the last resort.
 constexpr std::int64_t wake_ns = 500'000;
 
-/// The render threads had less than this share of a core each while they were at work: other programs took
-/// the rest. Of measurements that add up to so much.
-constexpr double least_cpu_share = 0.75;
-constexpr double least_measured_ns = 1e6;
-
-float nth_of(std::span<float> values, std::size_t n) noexcept {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(n);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-}
-
 } // namespace
 
 AdaptiveFrame::AdaptiveFrame(std::size_t floats, std::size_t pixels, std::size_t rows, const Clock& clock,
-                             std::function<void()> changed)
-    : clock_(clock), changed_(std::move(changed)) {
+                             std::function<void()> changed, renderer::Workspace* alone)
+    : clock_(clock), changed_(std::move(changed)), alone_(alone) {
     for (std::vector<float>& part : floats_)
         part.assign(floats, 0.0F);
     for (auto* const planes : {&variance_, &samples_})
@@ -43,8 +32,7 @@ AdaptiveFrame::AdaptiveFrame(std::size_t floats, std::size_t pixels, std::size_t
     earlier_levels_.reserve(rows);
 }
 
-bool AdaptiveFrame::begin(const FrameLight& light, renderer::KeptLight* earlier,
-                          double earlier_error) noexcept {
+bool AdaptiveFrame::begin(const FrameLight& light, const KeptFrames::Earlier& earlier) noexcept {
     light_ = nullptr;
     if (light.windows.size() != 1 || light.push_broom || light.blocks.empty() ||
         light.due.size() != light.blocks.size())
@@ -72,6 +60,7 @@ bool AdaptiveFrame::begin(const FrameLight& light, renderer::KeptLight* earlier,
         group.sparse.store(false, std::memory_order_relaxed);
         group.better.store(false, std::memory_order_relaxed);
         group.settled.store(false, std::memory_order_relaxed);
+        group.optional_begun = false;
         group.level = QualityLevel::missing;
     }
     samples_kept_.begin_frame();
@@ -80,10 +69,10 @@ bool AdaptiveFrame::begin(const FrameLight& light, renderer::KeptLight* earlier,
     rendered_.store(false, std::memory_order_relaxed);
     sparse_begun_ = false;
     outcome_ = {};
-    earlier_ = earlier;
-    earlier_error_ = earlier_error;
+    earlier_ = alone_ != nullptr ? earlier : KeptFrames::Earlier{};
+    mover_.store(Mover::none, std::memory_order_relaxed);
     used_earlier_ = false;
-    if (earlier_ != nullptr) earlier_->begin_reprojection();
+    if (earlier_.light != nullptr) earlier_.light->begin_reprojection();
     light_ = &light;
     return true;
 }
@@ -106,8 +95,42 @@ bool AdaptiveFrame::render(QualityController& controller, const std::atomic<bool
     const std::int32_t slab = std::max(1, std::min(128 / group_rows_, group_count_ / 8));
     outcome_ = controller.run(*this, {group_count_, light_->period_ns, slab});
     if (outcome_.complete) work_ = light_->renderer->work() - work_before_;
-    if (outcome_.complete) rendered_.store(true, std::memory_order_release);
-    return outcome_.complete;
+    if (!outcome_.complete) return false;
+    rendered_.store(true, std::memory_order_release);
+    keep_settled();
+    return true;
+}
+
+void AdaptiveFrame::keep_settled() noexcept {
+    if (light_->keep == nullptr) return;
+    for (std::size_t g = 0; g < static_cast<std::size_t>(group_count_); ++g) {
+        const Group& group = groups_[g];
+        const bool sparse = group.settled.load(std::memory_order_acquire)
+                                ? part_of_[g] == 0
+                                : !group.better.load(std::memory_order_relaxed);
+        if (!sparse || !group.optional_begun || group.rows_done.load(std::memory_order_relaxed) == 0)
+            continue;
+        levels_.assign(static_cast<std::size_t>(group.rows), QualityLevel::sixteenth);
+        // From samples that are there; its pixels are those that the maker takes.
+        renderer::RenderRequest request = request_for(group.first_row, group.rows, levels_);
+        request.kept = &samples_kept_;
+        request.keep = light_->keep;
+        const std::size_t at =
+            static_cast<std::size_t>(group.first_row) * static_cast<std::size_t>(area_width_);
+        static_cast<void>(light_->renderer->render(request, std::span(floats_[1]).subspan(at)));
+    }
+}
+
+bool AdaptiveFrame::all_taken() const noexcept {
+    return !used_earlier_ &&
+           std::all_of(groups_.begin(), groups_.begin() + group_count_,
+                       [](const Group& group) { return group.settled.load(std::memory_order_relaxed); });
+}
+
+bool AdaptiveFrame::is_whole() const noexcept {
+    return rendered() && all_taken() &&
+           std::all_of(settled_.begin(), settled_.begin() + group_count_,
+                       [](QualityLevel level) { return level < QualityLevel::reprojected; });
 }
 
 Time AdaptiveFrame::now() const noexcept {
@@ -159,36 +182,6 @@ bool AdaptiveFrame::wants(std::int32_t r) noexcept {
     return !cut_when_due_ || !claimed_.load();
 }
 
-void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row, const renderer::RenderedRow& how) noexcept {
-    const auto width = static_cast<std::size_t>(area_width_);
-    const std::size_t at = static_cast<std::size_t>(row) * width;
-    const std::vector<float>& samples = samples_[part / 2];
-    const std::vector<float>& variance = variance_[part / 2];
-    const std::size_t plane = static_cast<std::size_t>(area_rows_) * width;
-    const std::size_t bands = light_->renderer->band_count();
-    RowSums sums;
-    sums.instants = how.instants;
-    sums.full = how.level == QualityLevel::full;
-    sums.least_samples = std::numeric_limits<float>::max();
-    for (std::size_t x = at; x < at + width; ++x) {
-        if (!(samples[x] > 0)) continue;
-        // Also of dark pixels, beside which there may be light.
-        sums.variance += static_cast<double>(variance[x]);
-        double light = 0;
-        for (std::size_t b = 0; b < bands; ++b)
-            light += static_cast<double>(floats_[part][b * plane + x]);
-        if (!(light > 0)) continue;
-        light /= static_cast<double>(bands);
-        sums.light += light;
-        sums.light2 += light * light;
-        sums.samples += static_cast<double>(samples[x]);
-        sums.least_samples = std::min(sums.least_samples, samples[x]);
-        ++sums.lit;
-        if (!(variance[x] > 0)) ++sums.unknown;
-    }
-    sums_[part][static_cast<std::size_t>(row)] = sums;
-}
-
 void AdaptiveFrame::done(std::int32_t r, const renderer::RenderedRow& how) noexcept {
     const std::int32_t row = first_row_ + r;
     const std::size_t part = optional_ ? 1 : 0;
@@ -224,13 +217,22 @@ renderer::RenderRequest AdaptiveFrame::request_for(std::int32_t first_row, std::
     return request;
 }
 
+bool AdaptiveFrame::becomes_mover(Mover who) noexcept {
+    Mover now = Mover::none;
+    return mover_.compare_exchange_strong(now, who) || now == who;
+}
+
 bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::int32_t groups) noexcept {
+    const bool moves = level == QualityLevel::reprojected;
+    if (moves && !becomes_mover(Mover::render_thread)) return !cancel_->load();
     optional_ = level != QualityLevel::sixteenth;
     sparse_begun_ = sparse_begun_ || !optional_;
     cut_when_due_ = optional_ && !sparse_begun_ && !claimed_.load() && due(first_group) == never_due;
     level_ = level;
-    for (std::int32_t g = first_group; g < first_group + groups; ++g)
+    for (std::int32_t g = first_group; g < first_group + groups; ++g) {
         groups_[static_cast<std::size_t>(g)].rows_done.store(0, std::memory_order_relaxed);
+        groups_[static_cast<std::size_t>(g)].optional_begun = optional_;
+    }
     const Group& last = groups_[static_cast<std::size_t>(first_group + groups - 1)];
     first_row_ = groups_[static_cast<std::size_t>(first_group)].first_row;
     const std::int32_t rows = last.first_row + last.rows - first_row_;
@@ -243,14 +245,19 @@ bool AdaptiveFrame::render(QualityLevel level, std::int32_t first_group, std::in
     request.samples = std::span(samples_[0]).subspan(at, pixels);
     request.variance = std::span(variance_[0]).subspan(at, pixels);
     request.kept = &samples_kept_;
-    request.keep = light_->keep;
+    // Light that was moved is not moved again: see KeptFrames.
+    request.keep = moves ? nullptr : light_->keep;
+    request.from = moves ? earlier_.light : nullptr;
     request.gate = this;
     static_cast<void>(light_->renderer->render(request, std::span(floats_[optional_ ? 1 : 0]).subspan(at)));
+    if (moves && std::all_of(groups_.begin() + first_group, groups_.begin() + first_group + groups,
+                             [](const Group& g) { return g.better.load(std::memory_order_relaxed); }))
+        learn_moved_error(1, first_row_, rows);
     return !cancel_->load();
 }
 
 Time AdaptiveFrame::last_resort_due(std::size_t index) const noexcept {
-    if (earlier_ == nullptr) return never_due;
+    if (earlier_.light == nullptr) return never_due;
     Time begin = never_due;
     double needed_ns = 0;
     for (std::size_t i = index; i < light_->blocks.size(); ++i) {
@@ -267,14 +274,16 @@ void AdaptiveFrame::make_earlier(const Group& group, QualityLevel level) noexcep
     const std::size_t pixels = static_cast<std::size_t>(group.rows) * static_cast<std::size_t>(area_width_);
     request.samples = std::span(samples_[1]).subspan(at, pixels);
     request.variance = std::span(variance_[1]).subspan(at, pixels);
-    request.from = earlier_;
-    request.alone = true;
+    request.from = earlier_.light;
+    request.alone = alone_;
     static_cast<void>(light_->renderer->render(request, std::span(floats_[2]).subspan(at)));
     for (std::int32_t row = group.first_row; row < group.first_row + group.rows; ++row)
         sum_row(2, row, {1, level});
 }
 
 void AdaptiveFrame::take_earlier(std::size_t index) noexcept {
+    // The render thread moves groups after the mandatory part only: then all have light.
+    if (!becomes_mover(Mover::maker)) return;
     const auto [first, last] = groups_of_block(index);
     for (std::size_t g = first; g <= last; ++g) {
         Group& group = groups_[g];
@@ -297,11 +306,12 @@ void AdaptiveFrame::take_earlier(std::size_t index) noexcept {
 }
 
 void AdaptiveFrame::try_last_resort() noexcept {
-    if (earlier_ == nullptr || earlier_row_ns_ > 0) return;
+    if (earlier_.light == nullptr || earlier_row_ns_ > 0 || !becomes_mover(Mover::maker)) return;
     const Group& group = groups_[static_cast<std::size_t>(group_count_ / 2)];
     const Time begin = clock_.now();
     make_earlier(group, QualityLevel::reprojected);
     earlier_row_ns_ = std::max(1.0, static_cast<double>(clock_.now() - begin) / group.rows);
+    learn_moved_error(2, group.first_row, group.rows);
 }
 
 /// Whether no body is near its rows.
@@ -345,94 +355,6 @@ void AdaptiveFrame::take(std::size_t index, std::span<float> out) noexcept {
                                                         width));
         }
     }
-}
-
-double AdaptiveFrame::lit_share(std::int32_t group) const noexcept {
-    const Group& g = groups_[static_cast<std::size_t>(group)];
-    const bool better = g.better.load(std::memory_order_acquire);
-    if (!better && !g.sparse.load(std::memory_order_acquire)) return -1;
-    const auto first = sums_[better ? 1 : 0].begin() + g.first_row;
-    const std::int64_t lit =
-        std::accumulate(first, first + g.rows, std::int64_t{0},
-                        [](std::int64_t sum, const RowSums& row) { return sum + row.lit; });
-    return static_cast<double>(lit) / (static_cast<double>(g.rows) * area_width_);
-}
-
-std::uint32_t AdaptiveFrame::reasons() const noexcept {
-    // Not rendered to its end: the last blocks were taken before.
-    std::uint32_t bits = rendered() ? outcome_.reasons : quality_budget;
-    const renderer::RenderWork work = rendered() ? work_ : light_->renderer->work() - work_before_;
-    const auto measured_ns = static_cast<double>(work.measured_ns);
-    if (measured_ns > least_measured_ns &&
-        static_cast<double>(work.measured_cpu_ns) < least_cpu_share * measured_ns)
-        bits |= quality_stall;
-    if (work.page_faults > 0) bits |= quality_page_fault;
-    return bits;
-}
-
-void AdaptiveFrame::describe(FrameQuality& quality, const LightUse& use) const noexcept {
-    const auto height = static_cast<std::int32_t>(light_->rows.size());
-    describe_levels(quality, std::span(settled_).first(static_cast<std::size_t>(group_count_)), height);
-    quality.bounces_asked = quality.bounces = light_->renderer->bounces_at(QualityLevel::full);
-    const double electrons = use.electrons_per_s_per_w_m2 * use.exposure_s;
-    RowSums all;
-    all.least_samples = std::numeric_limits<float>::max();
-    all.instants = std::numeric_limits<std::uint32_t>::max();
-    double worst_variance = 0; // mean of a group
-    std::array<float, max_quality_groups> means{};
-    std::array<float, max_quality_groups> ratios2{};
-    std::size_t lit_groups = 0;
-    std::int64_t margin_ns = std::numeric_limits<std::int64_t>::max();
-    for (std::size_t g = 0; g < static_cast<std::size_t>(group_count_); ++g) {
-        const Group& group = groups_[g];
-        const std::size_t part = part_of_[g];
-        quality.bounces = std::min(quality.bounces, light_->renderer->bounces_at(settled_[g]));
-        margin_ns = std::min(margin_ns, due(static_cast<std::int32_t>(g)) - group.ended[part]);
-        // What is made from an earlier frame has its error, too.
-        const double earlier = part == 2 ? earlier_error_ * earlier_error_ : 0;
-        RowSums sums;
-        for (std::int32_t r = group.first_row; r < group.first_row + group.rows; ++r) {
-            const RowSums& row = sums_[part][static_cast<std::size_t>(r)];
-            sums.light += row.light;
-            sums.light2 += row.light2;
-            sums.variance += row.variance + earlier * row.light2;
-            sums.samples += row.samples;
-            sums.lit += row.lit;
-            sums.unknown += row.unknown;
-            all.instants = std::min(all.instants, row.instants);
-            if (row.lit > 0) all.least_samples = std::min(all.least_samples, row.least_samples);
-        }
-        if (sums.lit == 0) continue;
-        all.light2 += sums.light2;
-        all.variance += sums.variance;
-        all.samples += sums.samples;
-        all.lit += sums.lit;
-        all.unknown += sums.unknown;
-        const double variance = sums.variance / sums.lit;
-        worst_variance = std::max(worst_variance, variance);
-        means[lit_groups] = static_cast<float>(sums.samples / sums.lit);
-        ratios2[lit_groups++] =
-            static_cast<float>(variance * electrons * electrons /
-                               use.noise.variance_e2(sums.light / sums.lit * electrons, use.exposure_s));
-    }
-    quality.instants = all.instants;
-    if (all.lit > 0 && all.light2 > 0) {
-        quality.error_rms = static_cast<float>(std::sqrt(all.variance / all.light2));
-        quality.error_worst_group = static_cast<float>(std::sqrt(worst_variance * all.lit / all.light2));
-        quality.unknown_share = static_cast<float>(all.unknown) / static_cast<float>(all.lit);
-        quality.samples_mean = static_cast<float>(all.samples / all.lit);
-        quality.samples_min = all.least_samples;
-        quality.samples_median = nth_of(std::span(means).first(lit_groups), lit_groups / 2);
-        quality.noise_ratio_p95 =
-            std::sqrt(nth_of(std::span(ratios2).first(lit_groups), (19 * lit_groups - 1) / 20));
-    }
-    quality.reasons = quality.level_max == QualityLevel::full ? 0 : reasons();
-    if (used_earlier_) quality.reasons |= quality_budget;
-    quality.spent_us = ((rendered() ? outcome_.end : now()) - begin_) / ns_per_us;
-    // The source of another frame has no deadlines.
-    if (!claimed_.load()) return;
-    quality.budget_us = (block_due(light_->blocks.size() - 1) - begin_) / ns_per_us;
-    quality.margin_us = margin_ns / ns_per_us;
 }
 
 } // namespace obscura::emulator

@@ -5,6 +5,7 @@
 #include "core/frame_quality.hpp"
 #include "core/time.hpp"
 #include "emulator/frame_light.hpp"
+#include "emulator/kept_frames.hpp"
 #include "emulator/quality_controller.hpp"
 #include "renderer/render_work.hpp"
 #include "renderer/renderer.hpp"
@@ -41,15 +42,14 @@ struct LightUse {
 class AdaptiveFrame final : private LevelWork, private renderer::RowGate {
 public:
     /// For areas of at most `floats` of irradiance and `pixels` pixels, in `rows` rows. `changed` is called
-    /// when groups have got light; on render threads.
+    /// when groups have got light; on render threads. `alone`: memory of the maker, with which it makes
+    /// groups from an earlier frame; null: it makes none.
     AdaptiveFrame(std::size_t floats, std::size_t pixels, std::size_t rows, const Clock& clock,
-                  std::function<void()> changed);
+                  std::function<void()> changed, renderer::Workspace* alone = nullptr);
 
     /// Maker, before the work on the frame begins: whether its rows can have levels: one window, for which
-    /// there is room. `earlier`: light of an earlier frame with an error of `earlier_error`, of the same
-    /// area; null: none.
-    [[nodiscard]] bool begin(const FrameLight& light, renderer::KeptLight* earlier = nullptr,
-                             double earlier_error = 0) noexcept;
+    /// there is room. `earlier`: frame that rows can be made of.
+    [[nodiscard]] bool begin(const FrameLight& light, const KeptFrames::Earlier& earlier = {}) noexcept;
     /// Maker: the trigger has come, rows are due at the planned times plus `from_plan_ns`.
     void claim(std::int64_t from_plan_ns) noexcept {
         from_plan_ns_ = from_plan_ns;
@@ -59,6 +59,11 @@ public:
     [[nodiscard]] bool render(QualityController& controller, const std::atomic<bool>& cancel) noexcept;
     /// Maker: whether render() has ended.
     [[nodiscard]] bool rendered() const noexcept { return rendered_.load(std::memory_order_acquire); }
+
+    /// Maker: whether all blocks have been taken, and none was made from the earlier frame for it.
+    [[nodiscard]] bool all_taken() const noexcept;
+    /// Maker, when render() has ended: whether all its rows were rendered, at the levels of its record.
+    [[nodiscard]] bool is_whole() const noexcept;
 
     /// Maker: by when block `index` is wanted.
     [[nodiscard]] Time block_due(std::size_t index) const noexcept;
@@ -92,9 +97,10 @@ private:
     struct Group {
         std::int32_t first_row = 0, rows = 0; ///< of the area
         std::atomic<std::int32_t> rows_done{0};
-        std::atomic<bool> sparse{false};            ///< has light of the mandatory part
-        std::atomic<bool> better{false};            ///< has light of the optional part
-        std::atomic<bool> settled{false};           ///< its level is final
+        std::atomic<bool> sparse{false};  ///< has light of the mandatory part
+        std::atomic<bool> better{false};  ///< has light of the optional part
+        std::atomic<bool> settled{false}; ///< its level is final
+        bool optional_begun = false;
         QualityLevel level = QualityLevel::missing; ///< of the optional part, where there is light of it
         std::array<Time, 3> ended{}; ///< when the mandatory and the optional part had been rendered
     };
@@ -110,6 +116,8 @@ private:
     [[nodiscard]] bool has_level(QualityLevel level) const noexcept override {
         return light_->renderer->has_level(level);
     }
+    [[nodiscard]] double error2(QualityLevel level, std::int32_t first_group,
+                                std::int32_t groups) const noexcept override;
     // RowGate, on render threads.
     bool wants(std::int32_t r) noexcept override;
     void done(std::int32_t r, const renderer::RenderedRow& how) noexcept override;
@@ -124,6 +132,13 @@ private:
     /// Sums of a row of a part.
     void sum_row(std::size_t part, std::int32_t row, const renderer::RenderedRow& how) noexcept;
     void make_earlier(const Group& group, QualityLevel level) noexcept;
+    /// What is known of the error of rows that were reprojected just now, beyond that of the earlier frame.
+    void learn_moved_error(std::size_t part, std::int32_t first_row, std::int32_t rows) noexcept;
+    /// Who makes rows from the earlier frame; one of them only, since they share where things have moved.
+    enum class Mover : std::uint8_t { none, maker, render_thread };
+    [[nodiscard]] bool becomes_mover(Mover who) noexcept;
+    /// Keeps the light of the mandatory part of groups whose optional part was begun in vain.
+    void keep_settled() noexcept;
     [[nodiscard]] std::uint32_t reasons() const noexcept;
     [[nodiscard]] bool same_as_full(const Group& group, std::size_t part) const noexcept;
     [[nodiscard]] std::size_t group_of(std::int32_t area_row) const noexcept;
@@ -155,11 +170,16 @@ private:
     const std::atomic<bool>* cancel_ = nullptr;
 
     // Maker's.
-    renderer::KeptLight* earlier_ = nullptr;
-    double earlier_error_ = 0;
+    renderer::Workspace* const alone_;
+    KeptFrames::Earlier earlier_;
     std::vector<QualityLevel> earlier_levels_; ///< by row of a group
     double earlier_row_ns_ = 0;                ///< time that a reprojected row takes; 0: not known
     bool used_earlier_ = false;                ///< in this frame
+
+    std::atomic<Mover> mover_{Mover::none};
+    /// Squared error of reprojected rows beyond that of the earlier frame, over the squared light, and how
+    /// old that frame was; negative: not known.
+    std::atomic<double> moved_error2_{-1}, moved_age_ns_{0};
 
     std::atomic<std::int64_t> from_plan_ns_{FrameLight::unknown_clock};
     std::atomic<bool> claimed_{false};

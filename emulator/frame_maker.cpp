@@ -31,6 +31,12 @@ constexpr std::int32_t rows_at_a_time = 64;
 /// Rows of a frame that come first, each time twice as many: with a short exposure they are due soon.
 constexpr std::int32_t first_rows = 4;
 
+/// Whether rows are made of an earlier frame.
+bool uses_earlier(const FrameLight& light) {
+    return std::any_of(light.levels.begin(), light.levels.end(),
+                       [](QualityLevel level) { return level >= QualityLevel::reprojected; });
+}
+
 struct Requests {
     explicit Requests(const CameraSettings& s) : count(s.window_count()) {
         for (std::size_t i = 0; i < count; ++i)
@@ -96,13 +102,13 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
         const std::size_t lines_kept = rows + 2 * blocks * static_cast<std::size_t>(detector_.halo_rows());
         const std::size_t area_rows = rows + 2 * static_cast<std::size_t>(detector_.halo_rows());
         LevelStore levels;
-        if (settings_.adapts) levels = {line * area_rows, line * area_rows / band_count_, area_rows};
-        std::function<std::unique_ptr<renderer::KeptLight>()> make_kept;
-        if (settings_.reprojects || settings_.adapts)
-            make_kept = [&] {
-                return std::make_unique<renderer::KeptLight>(renderer, readout_.width,
-                                                             static_cast<std::int32_t>(area_rows));
-            };
+        if (settings_.adapts)
+            levels = {line * area_rows, line * area_rows / band_count_, area_rows, [&] {
+                          return std::make_unique<renderer::Workspace>(renderer, readout_.width,
+                                                                       static_cast<std::int32_t>(area_rows));
+                      }};
+        KeptFrames::Make make_kept;
+        if (settings_.reprojects || settings_.adapts) make_kept = [this] { return make_kept_light(); };
         render_thread_ = std::make_unique<RenderThread>(light_, line * lines_kept, block_renderer(), clock_,
                                                         settings_.enter_render, levels, make_kept);
     }
@@ -142,6 +148,21 @@ std::string FrameMaker::plan_frame(const FrameOrder& order) {
     return verdict == sensors::TriggerVerdict::accepted ? std::string() : sequencer_.reason();
 }
 
+std::unique_ptr<renderer::KeptLight> FrameMaker::make_kept_light() const {
+    const std::int32_t rows = std::max(settings_.max_rows, readout_.height);
+    return std::make_unique<renderer::KeptLight>(current(), readout_.width, rows + 2 * detector_.halo_rows());
+}
+
+/// Sets what the frame prepared last is made of and where its light is kept, without a render thread.
+std::string FrameMaker::find_earlier() noexcept {
+    light_.keep = kept_.begin(light_);
+    light_.from = kept_.earlier(light_).light;
+    if (light_.from != nullptr) light_.from->begin_reprojection();
+    return light_.from == nullptr && uses_earlier(light_)
+               ? "its levels ask for rows of an earlier frame, and there is none"
+               : std::string();
+}
+
 void FrameMaker::skip(const FrameOrder& order) {
     static_cast<void>(plan_frame(order));
 }
@@ -159,6 +180,7 @@ std::string FrameMaker::prepare(const FrameOrder& order, Frame& frame) {
         return fmt::format("the windows make an image of {} x {} pixels, for which there is no room",
                            plan_.width, plan_.height);
     describe_light(order, plan_, current(), light_);
+    if (std::string refusal = find_earlier(); !refusal.empty()) return refusal;
     scene_to_clock_ns_ = order.trigger_edge - order.scene_time;
     light_.from_plan_ns = scene_to_clock_ns_;
     light_.period_ns = order.frame_id > 1 && last_edge_.ns != 0 ? order.trigger_edge - last_edge_ : 0;
@@ -289,6 +311,7 @@ bool FrameMaker::fill(Frame& frame, RowSink* sink, const std::atomic<bool>* canc
     }
     const bool complete = number == end;
     if (complete && by_level) render_thread_->end_claimed();
+    if (complete && !uses_earlier(light_)) kept_.accept(light_, 0);
     if (complete && next != nullptr) render_ahead(*next);
     for (std::uint32_t done = done_.load(std::memory_order_acquire); done != number;
          done = done_.load(std::memory_order_acquire))

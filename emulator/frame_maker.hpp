@@ -9,6 +9,7 @@
 #include "emulator/auto_exposure.hpp"
 #include "emulator/frame_light.hpp"
 #include "emulator/frame_work.hpp"
+#include "emulator/kept_frames.hpp"
 #include "emulator/render_thread.hpp"
 #include "emulator/scene_clock.hpp"
 #include "renderer/renderer.hpp"
@@ -152,6 +153,11 @@ public:
     void set_levels(std::span<const QualityLevel> levels) {
         fixed_levels_.assign(levels.begin(), levels.end());
     }
+    /// Whole frames are kept from now on: those that follow can have levels from QualityLevel::reprojected
+    /// on. Of a maker without FrameMakerSettings::enter_render. Allocates.
+    void keep_frames() {
+        kept_ = KeptFrames([this] { return make_kept_light(); });
+    }
     /// Thread-safe.
     [[nodiscard]] QualityCounters quality_counters() const noexcept;
 
@@ -197,6 +203,8 @@ public:
 private:
     static constexpr std::uint32_t buffer_count = 2;
     [[nodiscard]] std::string plan_frame(const FrameOrder& order);
+    [[nodiscard]] std::unique_ptr<renderer::KeptLight> make_kept_light() const;
+    [[nodiscard]] std::string find_earlier() noexcept;
     void list_scene_truth(Frame& frame);
     void note_lod_deficit(FrameQuality& quality, const renderer::RenderWork& work) noexcept;
     void describe_light(const FrameOrder& order, const sensors::ReadoutPlan& plan,
@@ -233,6 +241,7 @@ private:
     Time asked_start_; ///< requested exposure start, scene time
     FrameLight light_;
     std::vector<QualityLevel> fixed_levels_;
+    KeptFrames kept_;                               ///< see keep_frames()
     Time last_edge_;                                ///< of the frame prepared before; 0: none
     std::atomic<std::int64_t> detector_rows_ns_{0}; ///< time that the detector needs for rows_at_a_time
     std::atomic<std::uint64_t> degraded_{0}, failed_{0};

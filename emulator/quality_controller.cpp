@@ -9,7 +9,7 @@ namespace {
 
 /// Cost of the levels before they are known, over that of full rendering (the real-time scene of
 /// config/realtime.toml).
-constexpr std::array<double, quality_level_count> relative_cost{1, 0.9, 0.7, 0.7, 0.6, 0.2, 0.08, 0, 0, 0};
+constexpr std::array<double, quality_level_count> relative_cost{1, 0.9, 0.7, 0.7, 0.6, 0.2, 0.08, 0.08, 0, 0};
 
 /// Powers of a measurement over its expectation by which the expectations follow: of the level measured, if
 /// it took longer and if it did not; of the other levels, because the load has changed; and of the groups
@@ -39,6 +39,13 @@ constexpr double stall_share = 0.2;
 
 /// Share of the period that a frame may take beyond its first deadline: frames that are late catch up.
 constexpr double fair_share = 0.9;
+
+/// Square of the error of QualityLevel::quarter over that of QualityLevel::sixteenth: light with edges errs
+/// with the root of the distance between the points (3.0 and 1.25 % on an asteroid).
+constexpr double quarter_error2 = 0.2;
+
+/// Weight of an error that was seen over what is known from before.
+constexpr double error_weight = 0.2;
 
 /// Levels of the optional part, best first. Those with fewer reflections are biased and are not chosen.
 constexpr std::array optional_levels{QualityLevel::full, QualityLevel::goal, QualityLevel::instants,
@@ -75,7 +82,8 @@ void QualityController::learn(QualityLevel level, std::int32_t first, std::int32
     const double own_weight = stall ? load_weight : change > 1 ? longer_weight : level_weight;
     for (std::size_t l = 0; l < level_ns_.size(); ++l)
         level_ns_[l] *= std::pow(change, l == own ? own_weight : load_weight);
-    if (stall || level == QualityLevel::sixteenth) return; // that is of all that is left of the frame
+    // Of all that is left of the frame; of pixels, whatever they show.
+    if (stall || level == QualityLevel::sixteenth || level == QualityLevel::reprojected) return;
     for (auto g = static_cast<std::size_t>(first); g < static_cast<std::size_t>(first + groups); ++g)
         density_[g] = std::clamp(density_[g] * std::pow(change, group_weight), 0.1, 10.0);
 }
@@ -92,6 +100,11 @@ bool QualityController::render(LevelWork& work, QualityLevel level, std::int32_t
             lit_share_[static_cast<std::size_t>(g)] = std::max(dark_share, share);
     const bool stall = was_stall(level, expected_ns, elapsed_ns, work.work_done() - work_before);
     stalled_ = stalled_ || stall;
+    if (const double error2 = work.error2(level, first, groups);
+        error2 >= 0 && (level == QualityLevel::sixteenth || level == QualityLevel::quarter)) {
+        const double seen = level == QualityLevel::quarter ? error2 / quarter_error2 : error2;
+        sixteenth_error2_ += (sixteenth_error2_ < 0 ? 1 : error_weight) * (seen - sixteenth_error2_);
+    }
     learn(level, first, groups, elapsed_ns, stall);
     return true;
 }
@@ -133,9 +146,22 @@ QualityLevel QualityController::choose(const LevelWork& work, const Frame& frame
         if (!work.has_level(level)) continue;
         if (now + whole(caution * cost_ns(level, group, slab)) <= due &&
             now + whole(caution * cost_ns(level, group, frame.groups - group)) <= end)
-            return level;
+            return moves(work, level, group, slab) ? QualityLevel::reprojected : level;
     }
-    return QualityLevel::sixteenth;
+    const Time moved = now + whole(caution * cost_ns(QualityLevel::reprojected, group, slab));
+    return moved <= due && moves(work, QualityLevel::sixteenth, group, slab) ? QualityLevel::reprojected
+                                                                             : QualityLevel::sixteenth;
+}
+
+/// Whether groups are reprojected instead of rendered at a level.
+bool QualityController::moves(const LevelWork& work, QualityLevel instead_of, std::int32_t group,
+                              std::int32_t slab) const noexcept {
+    if (!may_move_ || instead_of < QualityLevel::quarter) return false;
+    const double moved2 = work.error2(QualityLevel::reprojected, group, slab);
+    double sparse2 = work.error2(QualityLevel::sixteenth, group, slab);
+    if (sparse2 < 0) sparse2 = sixteenth_error2_;
+    if (moved2 < 0 || sparse2 < 0) return false;
+    return moved2 < (instead_of == QualityLevel::quarter ? quarter_error2 : 1) * sparse2;
 }
 
 QualityController::Outcome QualityController::run(LevelWork& work, const Frame& frame) noexcept {
@@ -144,7 +170,8 @@ QualityController::Outcome QualityController::run(LevelWork& work, const Frame& 
     stalled_ = false;
     measured_ = {};
     if (!known_) outcome.reasons |= quality_unknown_scene;
-    bool sparse = false;
+    may_move_ = moved_ || !ever_moved_ || outcome.begin - moving_since_ >= bias_period_ns;
+    bool sparse = false, moved = false;
     for (std::int32_t group = 0; group < frame.groups;) {
         const std::int32_t slab = std::min(frame.slab, frame.groups - group);
         if (!sparse && short_of_time(work, frame, group, slab)) {
@@ -152,13 +179,14 @@ QualityController::Outcome QualityController::run(LevelWork& work, const Frame& 
             sparse = true;
         }
         QualityLevel level = choose(work, frame, outcome.begin, group, slab);
-        if (level == QualityLevel::sixteenth && !sparse) {
-            if (!render(work, level, group, frame.groups - group)) return outcome;
+        if (level >= QualityLevel::sixteenth && !sparse) {
+            if (!render(work, QualityLevel::sixteenth, group, frame.groups - group)) return outcome;
             sparse = true;
             level = choose(work, frame, outcome.begin, group, slab);
         }
         if (level != QualityLevel::full) outcome.reasons |= quality_budget | quality_predicted;
         if (level != QualityLevel::sixteenth && !render(work, level, group, slab)) return outcome;
+        moved = moved || level == QualityLevel::reprojected;
         // The trigger came while its edge was not expected yet: begin with the mandatory part after all.
         bool cut = false;
         for (std::int32_t g = group; g < group + slab; ++g)
@@ -174,6 +202,9 @@ QualityController::Outcome QualityController::run(LevelWork& work, const Frame& 
     if (outcome.reasons != 0)
         for (std::size_t l = 0; l < level_ns_.size(); ++l)
             if (!measured_[l]) level_ns_[l] *= hope;
+    if (moved && !moved_) moving_since_ = outcome.begin;
+    ever_moved_ = ever_moved_ || moved;
+    moved_ = moved;
     if (stalled_) outcome.reasons |= quality_stall;
     outcome.end = work.now();
     outcome.complete = true;

@@ -25,6 +25,11 @@ public:
     [[nodiscard]] virtual bool has_level(QualityLevel level) const noexcept = 0;
     /// Share of a group's pixels that are lit; negative: it has no light yet.
     [[nodiscard]] virtual double lit_share(std::int32_t group) const noexcept = 0;
+    /// Square of the error of groups at a level, over that of their light: of QualityLevel::sixteenth and
+    /// QualityLevel::quarter once they have it, of QualityLevel::reprojected as expected. Negative: not
+    /// known, or they cannot have it.
+    [[nodiscard]] virtual double error2(QualityLevel level, std::int32_t first_group,
+                                        std::int32_t groups) const noexcept = 0;
     /// Work done so far, in any unit: tells groups that cost more from time that others took.
     [[nodiscard]] virtual std::uint64_t work_done() const noexcept = 0;
 };
@@ -35,10 +40,14 @@ constexpr Time never_due{INT64_MAX};
 /// still be in time after a stall, full rendering begins without it, from the top down, and the sparse grid
 /// follows for what remains as soon as the time runs short. The levels of the optional part come from the
 /// measured cost of each, by the elapsed time, so that they follow the load of the machine; how it is spread
-/// over the groups comes from their lit pixels, as of the frame's own sparse grid. Thread-bound; real-time
-/// safe.
+/// over the groups comes from their lit pixels, as of the frame's own sparse grid. Groups for which no more
+/// than a grid sparser than the pixels is left are reprojected instead if that is expected to err by less;
+/// this is biased, and begins every bias_period_ns at most. Thread-bound; real-time safe.
 class QualityController {
 public:
+    /// From one begin of a series of biased frames to the next.
+    static constexpr std::int64_t bias_period_ns = 4'000'000'000;
+
     QualityController() noexcept {
         lit_share_.fill(1);
         density_.fill(1);
@@ -71,6 +80,9 @@ private:
     [[nodiscard]] QualityLevel choose(const LevelWork& work, const Frame& frame, Time begin,
                                       std::int32_t group, std::int32_t slab) const noexcept;
 
+    [[nodiscard]] bool moves(const LevelWork& work, QualityLevel instead_of, std::int32_t group,
+                             std::int32_t slab) const noexcept;
+
     /// Expected time of a group that is lit all over.
     std::array<double, quality_level_count> level_ns_{};
     /// Share of a group's pixels that were lit when last seen, and what they cost over that of others.
@@ -79,6 +91,11 @@ private:
     std::array<bool, quality_level_count> measured_{};  ///< levels rendered in this frame
     bool stalled_ = false;                              ///< in this frame
     bool known_ = false;
+    double sixteenth_error2_ = -1; ///< LevelWork::error2(), mean over the frames so far; negative: not known
+    bool may_move_ = false;        ///< in this frame
+    bool moved_ = false;           ///< some group of the last frame was
+    bool ever_moved_ = false;
+    Time moving_since_{}; ///< begin of the last series of such frames
 };
 
 } // namespace obscura::emulator

@@ -27,8 +27,9 @@ constexpr double most_reprojected_px = 1;
 
 RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRenderer blocks,
                            const Clock& clock, const std::function<void()>& enter, const LevelStore& levels,
-                           const std::function<std::unique_ptr<renderer::KeptLight>()>& make_kept)
-    : clock_(clock), blocks_(std::move(blocks)) {
+                           const KeptFrames::Make& make_kept)
+    : clock_(clock), blocks_(std::move(blocks)), kept_(make_kept) {
+    if (levels.make_workspace) alone_ = levels.make_workspace();
     for (Store& s : stores_) {
         s.light.windows.reserve(blank.windows.capacity());
         s.light.rows.reserve(blank.rows.capacity());
@@ -38,12 +39,10 @@ RenderThread::RenderThread(const FrameLight& blank, std::size_t floats, BlockRen
         s.light.due.reserve(blank.blocks.capacity());
         s.floats.assign(floats, 0.0F);
         if (levels.floats > 0)
-            s.levels = std::make_unique<AdaptiveFrame>(levels.floats, levels.pixels, levels.rows, clock_,
-                                                       [this] { changed_.notify(); });
+            s.levels = std::make_unique<AdaptiveFrame>(
+                levels.floats, levels.pixels, levels.rows, clock_, [this] { changed_.notify(); },
+                alone_.get());
     }
-    if (make_kept)
-        for (std::unique_ptr<renderer::KeptLight>& kept : kept_)
-            kept = make_kept();
     thread_ = std::thread([this, enter] {
         enter();
         declare_this_thread_realtime();
@@ -70,19 +69,8 @@ void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance, T
     if (at_once) begun_.fetch_add(1, std::memory_order_relaxed);
 }
 
-void RenderThread::keep_light(Store& s) noexcept {
-    const std::optional<Region> area = s.light.area();
-    s.light.keep = nullptr;
-    renderer::KeptLight* const kept = kept_[1 - whole_].get();
-    if (kept == nullptr || !area || s.offsets.size() != s.light.blocks.size()) return;
-    kept->begin_frame(*area);
-    s.light.keep = kept;
-}
-
 void RenderThread::note_kept(const Store& before) noexcept {
-    if (before.light.keep == nullptr || !before.light.keep->complete(*before.light.renderer)) return;
-    whole_ = before.light.keep == kept_[0].get() ? 0 : 1;
-    whole_error_ = last_error_;
+    if (!before.adapts || before.levels->is_whole()) kept_.accept(before.light, last_error_);
 }
 
 void RenderThread::take_from(Store& s, const Store& source, QualityLevel level) noexcept {
@@ -109,11 +97,8 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
     s.not_before = not_before;
     s.hold.store(not_before == Time{} ? Hold::none : Hold::waiting, std::memory_order_relaxed);
     if (job > 0) note_kept(store(job - 1));
-    renderer::KeptLight* const earlier = kept_[whole_].get();
-    const bool has_earlier =
-        earlier != nullptr && earlier->complete(*s.light.renderer) && earlier->area() == s.light.area();
-    s.adapts = source == nullptr && s.levels && s.light.adapts &&
-               s.levels->begin(s.light, has_earlier ? earlier : nullptr, whole_error_);
+    s.adapts =
+        source == nullptr && s.levels && s.light.adapts && s.levels->begin(s.light, kept_.earlier(s.light));
     s.offsets.clear();
     std::size_t used = 0;
     for (const RowBlock& block : s.light.blocks) {
@@ -125,7 +110,7 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
     if (source != nullptr)
         take_from(s, *source, level);
     else
-        keep_light(s);
+        s.light.keep = s.offsets.size() == s.light.blocks.size() ? kept_.begin(s.light) : nullptr;
     s.ready.store(0, std::memory_order_relaxed);
     s.seen.store(0, std::memory_order_relaxed);
     s.stopped.store(false, std::memory_order_relaxed);
@@ -240,9 +225,10 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
         }
         discard();
     }
-    // Of a frame made from an earlier one the sparse grid may still be rendered.
+    // Of a frame made from an earlier one the sparse grid may still be rendered. Of others nothing is left to
+    // do but to keep their light.
     if (const std::uint32_t jobs = jobs_.load(std::memory_order_relaxed); jobs > 0)
-        store(jobs - 1).cancel = true;
+        if (Store& last = store(jobs - 1); !last.adapts || !last.levels->all_taken()) last.cancel = true;
     begin(light);
     claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
     claim_levels(light);

@@ -7,6 +7,7 @@
 #include "core/time.hpp"
 #include "emulator/adaptive_frame.hpp"
 #include "emulator/frame_light.hpp"
+#include "emulator/kept_frames.hpp"
 #include "emulator/quality_controller.hpp"
 #include "renderer/render_work.hpp"
 
@@ -38,6 +39,8 @@ struct AheadCounters {
 /// Room for a frame whose rows have levels, with its halo; 0: none.
 struct LevelStore {
     std::size_t floats = 0, pixels = 0, rows = 0;
+    /// Memory for what is made of an earlier frame; empty: nothing is.
+    std::function<std::unique_ptr<renderer::Workspace>()> make_workspace{};
 };
 
 /// Renders one frame at a time on a thread of its own, into one of two stores: while the detector reads the
@@ -54,7 +57,7 @@ public:
     /// are.
     RenderThread(const FrameLight& blank, std::size_t floats, BlockRenderer blocks, const Clock& clock,
                  const std::function<void()>& enter, const LevelStore& levels = {},
-                 const std::function<std::unique_ptr<renderer::KeptLight>()>& make_kept = {});
+                 const KeptFrames::Make& make_kept = {});
     ~RenderThread();
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
@@ -163,7 +166,6 @@ private:
     void begin(const FrameLight& light, const Store* source = nullptr,
                QualityLevel level = QualityLevel::full, Time not_before = {}) noexcept;
     [[nodiscard]] bool wait_to_begin(Store& store) noexcept;
-    void keep_light(Store& store) noexcept;
     void note_kept(const Store& before) noexcept;
     void take_from(Store& store, const Store& source, QualityLevel level) noexcept;
     void claim_levels(const FrameLight& light) noexcept;
@@ -185,13 +187,10 @@ private:
     const Clock& clock_;
     BlockRenderer blocks_;
     QualityController controller_; ///< render thread only
+    std::unique_ptr<renderer::Workspace> alone_;
     std::array<Store, 2> stores_;
-    /// Light of the last frame that was rendered whole, and of the one that is being rendered; null: none is
-    /// kept.
-    std::array<std::unique_ptr<renderer::KeptLight>, 2> kept_;
-    std::size_t whole_ = 0;                  ///< the first of them
-    double whole_error_ = 0;                 ///< FrameQuality::error_rms of that frame
-    double last_error_ = 0;                  ///< of the frame described last
+    KeptFrames kept_;
+    double last_error_ = 0;                  ///< FrameQuality::error_rms of the frame described last
     Tolerance tolerance_;                    ///< of the expected frame
     double error_px_ = 0;                    ///< of the claimed frame
     std::atomic<std::uint32_t> expected_{0}; ///< jobs begun with the expected frame; 0: none, or claimed

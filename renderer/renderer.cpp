@@ -53,6 +53,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <cstring>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -82,12 +83,13 @@ struct Scratch {
     RowSetUp fewer;  ///< at those of a level with fewer
     RowSetUp middle; ///< at the middle of the exposure, for what is kept
     MotionGrid::Row motion_of_row;
-    std::optional<MovingLens> moving_lens; ///< with aberration
-    const Projection* lens = nullptr;      ///< of the row begun last: moving_lens or the camera's
-    std::vector<double> light;             ///< channels x pixels, in the tracer's units, sr
-    std::vector<double> starlight;         ///< bands x pixels, W/m2
-    std::vector<double> per_pixel;         ///< factor from irradiance to the requested quantity
-    std::vector<double> variance;          ///< per pixel; 0: no samples
+    std::optional<MovingLens> moving_lens;          ///< with aberration
+    const Projection* lens = nullptr;               ///< of the row begun last: moving_lens or the camera's
+    std::vector<double> light;                      ///< channels x pixels, in the tracer's units, sr
+    std::vector<double> starlight;                  ///< bands x pixels, W/m2
+    std::vector<double> per_pixel;                  ///< factor from irradiance to the requested quantity
+    std::vector<double> variance;                   ///< per pixel; 0: no samples
+    std::size_t first_sampled = 0, end_sampled = 0; ///< pixels that may have some
     std::vector<float> wing_row;
     std::vector<PointJob> point_jobs; ///< of a row that shares its points with no other
     BodyPoints points;
@@ -101,6 +103,12 @@ struct Scratch {
     bool waits = false;                       ///< for tiles, whatever the settings
     RowTime measured{};                       ///< the exposure that `motion` belongs to
     double motion = 0;                        ///< see motion_px()
+
+    /// `count` columns from `first` on, of a row of `width`, have samples.
+    void add_sampled(std::int32_t first, std::int32_t count, std::int32_t width) {
+        first_sampled = std::min(first_sampled, static_cast<std::size_t>(std::max(first, 0)));
+        end_sampled = std::max(end_sampled, static_cast<std::size_t>(std::min(first + count, width)));
+    }
 };
 
 /// Small bodies of a frame whose rows all have the same exposure, as points of the image.
@@ -152,6 +160,12 @@ struct KeptLight::Impl {
     std::vector<std::int32_t> motion_jobs; ///< rows of cells to be done
 };
 KeptLight::~KeptLight() = default;
+
+struct Workspace::Impl {
+    Scratch scratch;
+    RowBlock rows;
+};
+Workspace::~Workspace() = default;
 void KeptLight::begin_frame(const Region& area) noexcept {
     impl_->area = area;
     impl_->kept_by = 0;
@@ -188,6 +202,32 @@ constexpr double larger_error = 2.5;
 constexpr std::uint32_t fewer_samples = 4;
 /// QualityLevel::instants.
 constexpr std::uint32_t fewer_instants = 4;
+
+constexpr auto least_float = static_cast<double>(std::numeric_limits<float>::min());
+
+/// As std::fill(), which does not become memset for floats.
+void clear(std::span<float> values) {
+    if (!values.empty()) std::memset(values.data(), 0, values.size_bytes());
+}
+
+struct Floats {
+    float v[packet_size];
+};
+
+/// Brings the variance of 16 pixels from the tracer's unit to that of the image: no less than the rounding of
+/// the image to float, nor than a float can hold; 0 where there are no samples.
+OBSCURA_VECTOR_CLONES
+void scale_packet(const Doubles& light, const Doubles& variance, const Doubles& per_pixel, double unit,
+                  Floats& __restrict out) {
+    for (int i = 0; i < packet_size; ++i) {
+        const double scale = unit * per_pixel.v[i];
+        const double rounded = 0x1p-24 * light.v[i];
+        const double least = rounded * rounded / 12;
+        const double own = (variance.v[i] > least ? variance.v[i] : least) * scale * scale;
+        const double kept = own > least_float ? own : least_float;
+        out.v[i] = static_cast<float>(variance.v[i] > 0 ? kept : 0);
+    }
+}
 
 /// Counts a call while it lasts.
 class UnderWay {
@@ -343,14 +383,24 @@ struct Renderer::Impl {
             surface_coarser[k].fetch_add(counts.coarser[k], std::memory_order_relaxed);
         counts = {};
     }
-    /// Of what rows belong to: see frame_key(); and whether the calling thread does them alone.
+    /// Of what rows belong to: see frame_key(); and the memory of the thread that does them alone, if one
+    /// does.
     struct RowsOf {
         std::uint64_t frame = 0;
-        bool alone = false;
+        Scratch* alone = nullptr;
     };
     [[nodiscard]] RowsOf rows_of(const RenderRequest& request) const {
-        return {frame_key(request), request.alone};
+        return {frame_key(request), alone_scratch(request)};
     }
+    [[nodiscard]] static Scratch* alone_scratch(const RenderRequest& request) {
+        return request.alone != nullptr ? &request.alone->impl_->scratch : nullptr;
+    }
+    /// Of the calling thread.
+    [[nodiscard]] Scratch& own_scratch(Scratch* alone) const {
+        return alone != nullptr ? *alone : scratch.local();
+    }
+    /// Makes room in the memory of a thread for rows `width` pixels wide at any number of instants.
+    void reserve(Scratch& s, std::int32_t width) const;
     /// Calls `do_row(r, scratch)` for rows [0, rows) on the workers; false when cancelled. Their time belongs
     /// to `part` where no lap assigns it.
     template<typename DoRow>
@@ -500,7 +550,7 @@ struct Renderer::Impl {
                       std::uint32_t instant, Tracer& tracer, Scratch& s) const;
     /// Makes the wings of the request's rows ready; false when cancelled.
     bool fill_wings(const RenderRequest& request, const std::atomic<bool>* cancel, RowBlock& rows) const;
-    bool fill_wing_map(const WingMaps::Needed& needed, bool alone, const std::atomic<bool>* cancel) const;
+    bool fill_wing_map(const WingMaps::Needed& needed, Scratch* alone, const std::atomic<bool>* cancel) const;
     [[nodiscard]] static std::int32_t plane_rows(const RenderRequest& request) {
         return request.plane_rows > 0 ? request.plane_rows : request.rows;
     }
@@ -572,8 +622,8 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const Row
         local.pins.clear();
         local.work.stop(work_done);
     };
-    if (of.alone) {
-        do_rows(0, row_count, scratch.local());
+    if (of.alone != nullptr) {
+        do_rows(0, row_count, *of.alone);
         return complete.load();
     }
 #ifdef __SANITIZE_THREAD__
@@ -659,7 +709,7 @@ void Renderer::Impl::predict_views(const RenderRequest& request) const {
 
 bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::atomic<bool>* cancel,
                                       RowBlock& rows) const {
-    Scratch& own = scratch.local();
+    Scratch& own = own_scratch(alone_scratch(request));
     const auto shares = [&](std::int32_t r) {
         return shares_samples(request, request.row_times[static_cast<std::size_t>(r)], level_of(request, r),
                               own);
@@ -720,7 +770,7 @@ bool Renderer::Impl::fill_sample_grid(const RenderRequest& request, const std::a
 bool Renderer::Impl::fill_sparse_grid(const RenderRequest& request, QualityLevel level,
                                       const std::atomic<bool>* cancel, RowBlock& rows) const {
     const auto index = sparse_index(level);
-    Scratch& own = scratch.local();
+    Scratch& own = own_scratch(alone_scratch(request));
     const auto asks = [&](std::int32_t r) {
         return level_of(request, r) == level &&
                !shares_samples(request, request.row_times[static_cast<std::size_t>(r)], level, own);
@@ -866,6 +916,7 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic
 
 void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level,
                                   std::size_t channels, const RowState& now, Scratch& s) const {
+    s.add_sampled(0, request.window.width, request.window.width);
     const KeptLight::Impl& from = *request.from->impl_;
     const KeptImage& image = from.image;
     const Region& area = image.area();
@@ -954,6 +1005,7 @@ void Renderer::Impl::keep_light(const RenderRequest& request, std::int32_t y, co
 
 bool Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
                                  std::size_t channels, Scratch& s) const {
+    s.add_sampled(0, request.window.width, request.window.width);
     const auto width = static_cast<std::size_t>(request.window.width);
     for (std::size_t c = 0; c < channels; ++c)
         grid.interpolate(c, request.window.x, y, std::span(s.light).subspan(c * width, width));
@@ -1005,7 +1057,7 @@ bool Renderer::Impl::fill_points(const RenderRequest& request, const std::atomic
         std::any_of(times.begin(), times.end(), [&](const RowTime& t) { return t != times.front(); }))
         return true;
     shared.time = times.front();
-    Scratch& own = scratch.local();
+    Scratch& own = own_scratch(alone_scratch(request));
     const Exposure when = exposure(times.front(), own);
     const std::uint32_t least_samples = least_samples_of(when);
     const auto view = [&](const RowState& row, Scratch& s) {
@@ -1071,16 +1123,17 @@ bool Renderer::Impl::fill_wings(const RenderRequest& request, const std::atomic<
     const std::span<const WingMaps::Needed> needed =
         rows.wings->find(request.frame_id, times, request.window.y + request.first_row, request.window.x,
                          request.window.width);
-    return std::all_of(needed.begin(), needed.end(),
-                       [&](const WingMaps::Needed& n) { return fill_wing_map(n, request.alone, cancel); });
+    return std::all_of(needed.begin(), needed.end(), [&](const WingMaps::Needed& n) {
+        return fill_wing_map(n, alone_scratch(request), cancel);
+    });
 }
 
-bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, bool alone,
+bool Renderer::Impl::fill_wing_map(const WingMaps::Needed& needed, Scratch* alone,
                                    const std::atomic<bool>* cancel) const {
     WingMap& map = *needed.map;
     const double time_s = to_seconds(map.time().ns);
     if (!map.has_bodies()) {
-        Scratch& s = scratch.local();
+        Scratch& s = own_scratch(alone);
         const RowState& row = begin_row(time_s, s);
         map.set_bodies(*s.lens, row);
     }
@@ -1130,6 +1183,7 @@ bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
     BlockResult result;
     const bool estimates = !request.variance.empty();
     if (!blocks.trace(block, y, result, estimates, kernel, grid)) return false;
+    s.add_sampled(block * packet_size - request.window.x, packet_size, request.window.width);
     for (int i = 0; i < packet_size; ++i) {
         const std::int32_t column = block * packet_size + i - request.window.x;
         if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
@@ -1181,22 +1235,25 @@ bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
 }
 
 void Renderer::Impl::scale_variance(Scratch& s, std::span<float> variance) const {
-    std::fill(variance.begin(), variance.end(), 0.0F);
+    clear(variance);
     const double unit =
         plain ? std::accumulate(sun_w_m2.begin(), sun_w_m2.end(), 0.0) / static_cast<double>(sun_w_m2.size())
               : 1;
-    const std::size_t channels = s.light.size() / variance.size();
-    for (std::size_t x = 0; x < variance.size(); ++x) {
-        if (!(s.variance[x] > 0)) continue;
-        double value = 0;
+    const std::size_t width = variance.size();
+    const std::size_t channels = s.light.size() / width;
+    const double share = 1 / static_cast<double>(channels);
+    constexpr std::size_t packet = packet_size;
+    for (std::size_t x = s.first_sampled / packet * packet; x < s.end_sampled; x += packet) {
+        const std::size_t count = std::min(packet, width - x);
+        Doubles light{}, own{}, per_pixel{};
         for (std::size_t c = 0; c < channels; ++c)
-            value += s.light[c * variance.size() + x] / static_cast<double>(channels);
-        // No less than the rounding of the image to float, nor than a float can hold.
-        const double scale = unit * s.per_pixel[x];
-        const double rounded = 0x1p-24 * value;
-        variance[x] =
-            static_cast<float>(std::max(std::max(s.variance[x], rounded * rounded / 12) * scale * scale,
-                                        static_cast<double>(std::numeric_limits<float>::min())));
+            for (std::size_t i = 0; i < count; ++i)
+                light.v[i] += share * s.light[c * width + x + i];
+        std::copy_n(s.variance.data() + x, count, own.v);
+        std::copy_n(s.per_pixel.data() + x, count, per_pixel.v);
+        Floats out;
+        scale_packet(light, own, per_pixel, unit, out);
+        std::copy_n(out.v, count, variance.data() + x);
     }
 }
 
@@ -1209,7 +1266,9 @@ RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBl
     const auto row_of = [&](std::span<float> plane) {
         return plane.empty() ? plane : plane.subspan(static_cast<std::size_t>(r) * width, width);
     };
-    std::fill(row_of(request.samples).begin(), row_of(request.samples).end(), 0.0F);
+    clear(row_of(request.samples));
+    s.first_sampled = width;
+    s.end_sampled = 0;
     if (!request.variance.empty()) s.variance.assign(width, 0);
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
     const QualityLevel level = level_of(request, r);
@@ -1271,6 +1330,20 @@ RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBl
             out[x] = static_cast<float>((light[x] * unit + s.starlight[b * width + x]) * s.per_pixel[x]);
     }
     return {traced.instants, bodies_near ? level : QualityLevel::full};
+}
+
+void Renderer::Impl::reserve(Scratch& s, std::int32_t width) const {
+    const auto pixels = static_cast<std::size_t>(width);
+    for (std::size_t i = 0; i < settings.max_instants; ++i)
+        begin_row(0, s, i);
+    join_instants(s.whole.rows, s.whole.swept);
+    s.motion_of_row.resize(pixels);
+    s.light.reserve(pixels * scene.bands.size());
+    s.starlight.reserve(pixels * scene.bands.size());
+    s.per_pixel.reserve(pixels);
+    s.variance.reserve(pixels);
+    s.candidates.reserve(bodies.size());
+    s.pins.reserve(terrains.size());
 }
 
 void Renderer::Impl::load_row(const RenderRequest& request, std::int32_t r, Scratch& s) const {
@@ -1356,6 +1429,50 @@ KeptLight::KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t 
     : impl_(std::make_unique<Impl>(Region{1, 1, width + MotionGrid::cell_px, rows + MotionGrid::cell_px},
                                    renderer.band_count(), renderer.impl_->bodies.size())) {}
 
+Workspace::Workspace(const Renderer& renderer, std::int32_t width, std::int32_t rows)
+    : impl_(std::make_unique<Impl>()) {
+    renderer.impl_->reserve(impl_->scratch, width);
+    // Rehearse: all rows as they were, and those in the middle reprojected, with one time and with several.
+    const std::int32_t few = std::min(rows, 2 * quality_group_rows);
+    KeptLight light(renderer, width, rows);
+    const Region area{0, 0, width, rows};
+    std::vector<RowTime> times(static_cast<std::size_t>(rows));
+    std::vector<QualityLevel> levels(times.size());
+    std::vector<float> image(renderer.band_count() * times.size() * static_cast<std::size_t>(width));
+    std::vector<float> samples(times.size() * static_cast<std::size_t>(width)), variance = samples;
+    for (const std::int64_t between_rows_ns : {0, 1}) {
+        for (std::size_t r = 0; r < times.size(); ++r) {
+            const Time mid{static_cast<std::int64_t>(r) * between_rows_ns};
+            times[r] = {mid, mid};
+        }
+        light.begin_frame(area);
+        const auto render = [&](QualityLevel level, std::int32_t first, std::int32_t count) {
+            std::fill(levels.begin(), levels.end(), level);
+            const auto of = [first, count](auto& all, std::size_t each = 1) {
+                return std::span(all).subspan(static_cast<std::size_t>(first) * each,
+                                              static_cast<std::size_t>(count) * each);
+            };
+            RenderRequest request;
+            request.window = area;
+            request.first_row = first;
+            request.rows = count;
+            request.row_times = of(times);
+            request.common_mid = common_mid(times);
+            request.levels = of(levels);
+            request.frame_times = times;
+            request.samples = of(samples, static_cast<std::size_t>(width));
+            request.variance = of(variance, static_cast<std::size_t>(width));
+            request.plane_rows = rows;
+            request.alone = this;
+            (level < QualityLevel::reprojected ? request.keep : request.from) = &light;
+            static_cast<void>(renderer.render(request, image));
+        };
+        render(QualityLevel::sixteenth, 0, rows);
+        render(QualityLevel::repeated, 0, rows);
+        render(QualityLevel::reprojected, (rows - few) / 2, few);
+    }
+}
+
 bool KeptLight::complete(const Renderer& renderer) const noexcept {
     return impl_->kept_by == renderer.impl_->number && impl_->image.complete();
 }
@@ -1381,7 +1498,9 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                                                               static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     assert(request.levels.empty() || request.levels.size() == request.row_times.size());
-    RowBlock& rows = request.kept != nullptr ? request.kept->impl_->rows : impl_->block_scratch.local();
+    RowBlock& rows = request.kept != nullptr    ? request.kept->impl_->rows
+                     : request.alone != nullptr ? request.alone->impl_->rows
+                                                : impl_->block_scratch.local();
     if (request.kept == nullptr || !rows.kept) {
         rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
         rows.kernel.reset();
@@ -1389,7 +1508,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
         rows.kept = request.kept != nullptr;
         // What it keeps between frames refers to its renderer.
         if (std::exchange(rows.kept_by, impl_->number) != impl_->number) rows.wings.reset();
-        if (!impl_->loaders.empty() && request.first_row == 0 && !request.alone) {
+        if (!impl_->loaders.empty() && request.first_row == 0 && request.alone == nullptr) {
             for (const SurfaceTiles* const tiles : impl_->terrains)
                 tiles->begin_frame(impl_->frame_key(request));
             impl_->predict_views(request);
@@ -1421,7 +1540,8 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     return impl_->for_rows(
         RenderPart::rest, request.rows, impl_->rows_of(request), cancel,
         [&](std::int32_t r) {
-            return request.gate->wants(r) && impl_->grids_ready(request, rows, r, impl_->scratch.local());
+            return request.gate->wants(r) &&
+                   impl_->grids_ready(request, rows, r, impl_->own_scratch(Impl::alone_scratch(request)));
         },
         render_row);
 }

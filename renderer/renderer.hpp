@@ -131,6 +131,23 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+/// Memory of a thread that renders requests alone (RenderRequest::alone). Thread-bound; requests of such a
+/// frame allocate nothing from the first one on, unless the scene shows more stars, or more bodies below a
+/// pixel, than at its start.
+class Workspace {
+public:
+    /// For areas of at most `width` x `rows` pixels of such a renderer. Renders rows of one.
+    Workspace(const Renderer& renderer, std::int32_t width, std::int32_t rows);
+    ~Workspace();
+    Workspace(const Workspace&) = delete;
+    Workspace& operator=(const Workspace&) = delete;
+
+private:
+    friend class Renderer;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
 /// Request for some rows of a window, each at its own time. The result depends only on the scene, the
 /// settings, these fields and the light in `from`: neither on how rows are grouped into row blocks nor on the
 /// number of threads, `kept` or `gate`.
@@ -161,8 +178,8 @@ struct RenderRequest {
     KeptLight* keep = nullptr; ///< keeps the light of the rows; its area is as wide as the window
     /// For rows at QualityLevel::reprojected and repeated: a frame of the same columns, complete().
     KeptLight* from = nullptr;
-    /// The calling thread renders the rows alone, whatever the workers do.
-    bool alone = false;
+    /// The calling thread renders the rows alone, in this memory, whatever the workers do; null: they do.
+    Workspace* alone = nullptr;
 };
 
 /// Middle of the exposure if it is the same for all rows of a frame, as with a global shutter.
@@ -240,6 +257,7 @@ public:
 
 private:
     friend class KeptLight;
+    friend class Workspace;
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

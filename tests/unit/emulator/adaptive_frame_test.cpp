@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames with levels, of the real renderer on a machine of known speed: what their record says is what they
 // are.
-#include "emulator/adaptive_frame.hpp"
-#include "renderer/materials/lommel_seeliger.hpp"
-#include "renderer/shapes/procedural_body.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/unit/emulator/machine_clock.hpp"
-#include "tests/unit/renderer/support.hpp"
+#include "tests/unit/emulator/adaptive_rig.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,119 +15,6 @@ using namespace obscura::emulator;
 using namespace obscura::test;
 
 namespace {
-
-constexpr std::int32_t size = 256, block_rows = 32;
-constexpr std::size_t pixels = static_cast<std::size_t>(size) * size;
-/// Electrons for a W/m2 and second that give the asteroid some 5,000 of them.
-constexpr double electrons_per_j_m2 = 2e10;
-const sensors::PixelNoise noise{0, 8};
-
-scene::Scene asteroid() {
-    scene::Scene s = sphere_scene(renderer::LommelSeeligerParameters{0.2}, 1.0, 90, size);
-    s.bodies[0].shape = renderer::ProceduralBodyParameters{500, {1, 0.8, 0.7}, 1, 5};
-    return s;
-}
-
-renderer::RenderSettings settings_of(std::uint32_t threads) {
-    renderer::RenderSettings settings{2, threads, 5};
-    settings.target_error = 0.02;
-    return settings;
-}
-
-struct Shot {
-    std::vector<float> image;
-    FrameQuality quality;
-};
-
-/// A render thread, the frame that it works on and the maker that takes its blocks, in one thread.
-struct Rig {
-    explicit Rig(const scene::Scene& scene, std::int64_t exposure_ns = 0, std::uint32_t threads = 1)
-        : renderer(scene, settings_of(threads)),
-          clock(renderer),
-          frame(renderer.band_count() * pixels, pixels, size, clock, [this] { take_what_is_due(); }) {
-        // The maker waits for the next deadline, too.
-        clock.on_read = [this] { take_what_is_due(); };
-        light.renderer = &renderer;
-        light.windows = {{{0, 0, size, size}, 0}};
-        light.rows.assign(size, RowTime{Time{} - exposure_ns / 2, Time{} + exposure_ns / 2});
-        light.common_mid = renderer::common_mid(light.rows);
-        for (std::int32_t row = 0; row < size; row += block_rows)
-            light.blocks.push_back({.first_row = row, .rows = block_rows});
-        exposure_s = to_seconds(exposure_ns);
-    }
-
-    /// The image without levels.
-    std::vector<float> full(std::uint64_t id) {
-        light.frame_id = id;
-        light.levels.clear();
-        return in_blocks();
-    }
-    /// The image with the levels of a record.
-    std::vector<float> again(std::uint64_t id, const FrameQuality& quality) {
-        light.frame_id = id;
-        light.levels.assign(quality.group_level.begin(), quality.group_level.begin() + quality.groups);
-        return in_blocks();
-    }
-    /// A frame whose first rows are due after `budget_ns`, the others in the course of another tenth of it.
-    Shot shot(std::uint64_t id, std::int64_t budget_ns) {
-        light.frame_id = id;
-        light.levels.clear();
-        light.adapts = true;
-        light.due.clear();
-        const Time begin = clock.now();
-        for (std::size_t b = 0; b < light.blocks.size(); ++b)
-            light.due.push_back(begin + budget_ns +
-                                budget_ns / 10 * static_cast<std::int64_t>(b) /
-                                    static_cast<std::int64_t>(light.blocks.size()));
-        light.from_plan_ns = 0;
-        light.period_ns = budget_ns;
-        shot_.image.assign(pixels, -1.0F);
-        REQUIRE(frame.begin(light));
-        frame.claim(0);
-        taken_ = 0;
-        const std::atomic<bool> cancel{false};
-        REQUIRE(frame.render(controller, cancel));
-        for (; taken_ < light.blocks.size(); ++taken_)
-            take(taken_);
-        shot_.quality = {};
-        frame.describe(shot_.quality, {electrons_per_j_m2, 1, noise});
-        light.adapts = false;
-        return shot_;
-    }
-
-    renderer::Renderer renderer;
-    MachineClock clock;
-    AdaptiveFrame frame;
-    QualityController controller;
-    FrameLight light;
-    double exposure_s = 0;
-
-private:
-    std::vector<float> in_blocks() {
-        std::vector<float> image(pixels);
-        BlockRenderer blocks(renderer.band_count(), block_rows, size);
-        for (const RowBlock& block : light.blocks)
-            REQUIRE(blocks.render(light, block, std::span(image).subspan(at(block), count(block)), nullptr));
-        return image;
-    }
-    static std::size_t at(const RowBlock& block) { return static_cast<std::size_t>(block.first_row) * size; }
-    static std::size_t count(const RowBlock& block) { return static_cast<std::size_t>(block.rows) * size; }
-    void take(std::size_t index) {
-        const RowBlock& block = light.blocks[index];
-        frame.take(index, std::span(shot_.image).subspan(at(block), count(block)));
-    }
-    void take_what_is_due() {
-        const Time now = clock.now(); // takes some, too
-        for (; taken_ < light.blocks.size(); ++taken_) {
-            const bool due = now >= light.due[taken_] && frame.block_lit(taken_);
-            if (!due && !frame.block_final(taken_)) return;
-            take(taken_);
-        }
-    }
-
-    Shot shot_;
-    std::size_t taken_ = SIZE_MAX;
-};
 
 /// What full rendering of a frame takes.
 std::int64_t cost_of(Rig& rig) {
@@ -157,7 +40,7 @@ std::vector<float> truth_of(const scene::Scene& scene) {
 } // namespace
 
 TEST_CASE("frames that have time are those without levels, byte for byte, and say so") {
-    Rig rig(asteroid());
+    Rig rig(level_asteroid());
     const std::int64_t cost_ns = cost_of(rig);
     for (std::uint64_t id = 1; id <= 5; ++id) {
         const Shot shot = rig.shot(id, 5 * cost_ns);
@@ -179,8 +62,8 @@ TEST_CASE("frames that have time are those without levels, byte for byte, and sa
 }
 
 TEST_CASE("a frame is called degraded if it differs from the full one, and its levels give it again") {
-    Rig rig(asteroid());
-    Rig other(asteroid(), 0, 2);
+    Rig rig(level_asteroid());
+    Rig other(level_asteroid(), 0, 2);
     const std::int64_t cost_ns = cost_of(rig);
     int degraded = 0, full = 0, mixed = 0;
     std::uint64_t id = 0;
@@ -219,7 +102,7 @@ TEST_CASE("a frame is called degraded if it differs from the full one, and its l
 }
 
 TEST_CASE("the error of frames falls with the time that they have, and the record knows it") {
-    const scene::Scene scene = asteroid();
+    const scene::Scene scene = level_asteroid();
     const std::vector<float> truth = truth_of(scene);
     Rig first(scene);
     const std::int64_t cost_ns = cost_of(first);
@@ -284,7 +167,7 @@ TEST_CASE("the error of frames falls with the time that they have, and the recor
 }
 
 TEST_CASE("motion is sampled at as many instants as the record says") {
-    scene::Scene scene = asteroid();
+    scene::Scene scene = level_asteroid();
     scene.bodies[0].motion.samples = {{-10, {{0, 0, -3000}, {}}}, {10, {{0, 0, 3000}, {}}}};
     Rig rig(scene, 200 * ns_per_ms);
     const std::int64_t cost_ns = cost_of(rig);
@@ -300,7 +183,7 @@ TEST_CASE("motion is sampled at as many instants as the record says") {
 }
 
 TEST_CASE("a stall is in the record") {
-    Rig rig(asteroid());
+    Rig rig(level_asteroid());
     const std::int64_t cost_ns = cost_of(rig);
     std::uint64_t id = 0;
     for (; id < 10; ++id)

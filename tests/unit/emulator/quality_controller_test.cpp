@@ -90,3 +90,73 @@ TEST_CASE("full quality where there is time, and less error with more time") {
         before = sum;
     }
 }
+
+TEST_CASE("biased levels change every other second at most under a square wave of load") {
+    QualityController controller;
+    Time free{0};
+    constexpr int frames = 1200; // 2 minutes at 10 Hz
+    int changes = 0, biased = 0, full = 0, late = 0;
+    bool before = false;
+    for (int f = 0; f < frames; ++f) {
+        SimulatedFrame frame(f, free);
+        frame.moved_error = 0.78;
+        frame.full_ns = f % 10 < 5 ? 350e6 : 50e6; // 1 Hz
+        static_cast<void>(controller.run(frame, simulated_frame));
+        free = frame.clock;
+        changes += frame.is_biased() != before ? 1 : 0;
+        before = frame.is_biased();
+        biased += before ? 1 : 0;
+        full += frame.is_full() ? 1 : 0;
+        late += frame.late > 0 ? 1 : 0;
+    }
+    INFO(changes << " changes in " << frames / 10 << " s, " << biased << " frames biased, " << full
+                 << " full");
+    CHECK(changes <= frames / 10 / 2);
+    CHECK(changes >= frames / 10 / 4);
+    CHECK(biased > 0);
+    CHECK(full > frames / 4);
+    CHECK(late == 0);
+}
+
+TEST_CASE("an earlier frame is reprojected where that errs by less than a sparse grid, and only there") {
+    const auto levels_of = [](double moved_error, double load) {
+        QualityController controller;
+        Time free{0};
+        std::array<int, quality_level_count> count{};
+        double error = 0;
+        for (int f = 0; f < 100; ++f) {
+            SimulatedFrame frame(f, free);
+            frame.moved_error = moved_error;
+            frame.full_ns = load * static_cast<double>(simulated_period_ns);
+            static_cast<void>(controller.run(frame, simulated_frame));
+            free = frame.clock;
+            if (f < 50) continue;
+            for (const QualityLevel l : frame.level)
+                ++count[static_cast<std::size_t>(l)];
+            for (const QualityLevel l : frame.level)
+                error += l == QualityLevel::reprojected ? moved_error
+                                                        : SimulatedFrame::error[static_cast<std::size_t>(l)];
+        }
+        return std::pair(count, error);
+    };
+    constexpr auto moved = static_cast<std::size_t>(QualityLevel::reprojected);
+    constexpr auto quarter = static_cast<std::size_t>(QualityLevel::quarter);
+    constexpr auto sixteenth = static_cast<std::size_t>(QualityLevel::sixteenth);
+    for (const double load : {3.0, 6.0}) {
+        const auto [without, error_without] = levels_of(-1, load);
+        CHECK(without[moved] == 0);
+        CHECK(without[quarter] + without[sixteenth] > 0);
+        // Worse than a sixteenth of the points, and better than a quarter of them.
+        CHECK(levels_of(4, load).first == without);
+        const auto [with, error_with] = levels_of(0.78, load);
+        CHECK(with[moved] > 0);
+        CHECK(with[quarter] + with[sixteenth] < without[quarter] + without[sixteenth]);
+        CHECK(error_with < error_without);
+        // Between the two.
+        const auto [between, error_between] = levels_of(2, load);
+        CHECK(between[sixteenth] <= without[sixteenth]);
+        CHECK(error_between <= error_without);
+    }
+    // None is biased that can be full.
+    CHECK(levels_of(0.78, 0.5).first[moved] == 0);
+}

@@ -20,14 +20,17 @@ inline constexpr emulator::QualityController::Frame simulated_frame{simulated_gr
 /// One frame. Its rows are due from 18 to 105 ms after its edge, and rendering begins a period before it.
 struct SimulatedFrame final : emulator::LevelWork {
     /// Of a frame in full quality, by the table of the real-time scene.
-    static constexpr std::array<double, quality_level_count> cost{1, 0.9, 0.7, 0.7, 0.6, 0.2, 0.08, 0, 0, 0};
+    static constexpr std::array<double, quality_level_count> cost{1,   0.9,  0.7,  0.7, 0.6,
+                                                                  0.2, 0.08, 0.08, 0,   0};
     static constexpr std::array<double, quality_level_count> error{0.6,  0.7, 0.75, 0.8, 0.9,
-                                                                   1.25, 3,   0,    0,   0};
+                                                                   1.25, 3,   0.78, 0,   0};
 
     Time clock, first_due, last_due;
     double full_ns = 80e6; ///< cost of a frame in full quality
     std::array<double, quality_level_count> ratio = cost;
-    double work = 0;            ///< done so far
+    double work = 0; ///< done so far
+    /// Error of an earlier frame, reprojected, in the unit of `error`; negative: there is none.
+    double moved_error = -1;
     double middle = 1;          ///< cost of the middle third of the groups over that of the others
     std::int64_t stall_ns = 0;  ///< somewhere in the frame
     std::int32_t stall_at = -1; ///< group
@@ -66,7 +69,19 @@ struct SimulatedFrame final : emulator::LevelWork {
         return true;
     }
     [[nodiscard]] bool improved(std::int32_t group) const noexcept override {
-        return level[static_cast<std::size_t>(group)] < QualityLevel::sixteenth;
+        const QualityLevel own = level[static_cast<std::size_t>(group)];
+        return own < QualityLevel::sixteenth || own == QualityLevel::reprojected;
+    }
+    [[nodiscard]] double error2(QualityLevel l, std::int32_t first,
+                                std::int32_t count) const noexcept override {
+        if (l == QualityLevel::reprojected) return moved_error < 0 ? -1 : moved_error * moved_error;
+        if (l != QualityLevel::quarter && l != QualityLevel::sixteenth) return -1;
+        const auto begin = level.begin() + first;
+        const bool lit = std::all_of(begin, begin + count, [&](QualityLevel own) { return own == l; });
+        return lit ? std::pow(error[static_cast<std::size_t>(l)], 2) : -1;
+    }
+    [[nodiscard]] bool is_biased() const {
+        return std::any_of(level.begin(), level.end(), [](QualityLevel l) { return obscura::is_biased(l); });
     }
     [[nodiscard]] bool has_level(QualityLevel l) const noexcept override {
         return l != QualityLevel::bounces;

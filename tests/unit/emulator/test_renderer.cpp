@@ -47,6 +47,10 @@ Region KeptLight::area() const noexcept {
     return impl_->area;
 }
 
+struct Workspace::Impl {};
+Workspace::Workspace(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/) {}
+Workspace::~Workspace() = default;
+
 struct Renderer::Impl {
     scene::Scene scene;
 };
@@ -69,7 +73,7 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     test::RenderGate& gate = test::render_gate();
     ++gate.waiting;
     gate.waiting.notify_all();
-    while (gate.closed.load() && !request.alone && !(cancel != nullptr && cancel->load()))
+    while (gate.closed.load() && request.alone == nullptr && !(cancel != nullptr && cancel->load()))
         std::this_thread::yield();
     --gate.waiting;
     if (cancel != nullptr && cancel->load()) return false;

@@ -52,7 +52,7 @@ std::vector<float> frame(const renderer::Renderer& r, const std::vector<RowTime>
                          renderer::KeptLight* keep, renderer::KeptLight* from = nullptr,
                          QualityLevel level = QualityLevel::full, std::int32_t block = size,
                          std::uint64_t frame_id = 1, std::vector<float>* variance = nullptr,
-                         bool alone = false) {
+                         renderer::Workspace* alone = nullptr) {
     if (keep != nullptr) keep->begin_frame(field);
     if (from != nullptr) from->begin_reprojection();
     std::vector<float> image(static_cast<std::size_t>(size) * size * r.band_count());
@@ -292,7 +292,9 @@ TEST_CASE("reprojected rows have the same bytes on any threads and in any parts"
         const std::vector<float> moved = frame(one, then, nullptr, &from_one, QualityLevel::reprojected);
         CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 16) == moved);
         CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 50) == moved);
-        CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 16, 1, nullptr, true) == moved);
+        renderer::Workspace alone(two, size, size);
+        CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 16, 1, nullptr, &alone) ==
+              moved);
     }
 }
 
