@@ -167,7 +167,15 @@ bool Imaging::load_tiles(const renderer::Renderer& of, const std::function<bool(
 }
 
 void Imaging::catch_up(std::uint64_t first, const LevelsOf& levels) {
-    const std::uint64_t exposed_from = first - std::min(first - 1, detector->lag_frames());
+    std::uint64_t exposed_from = first - std::min(first - 1, detector->lag_frames());
+    // Rows may be made of an earlier frame.
+    const auto whole = [&](std::uint64_t id) {
+        const std::span<const QualityLevel> own = levels ? levels(id) : std::span<const QualityLevel>{};
+        return std::all_of(own.begin(), own.end(),
+                           [](QualityLevel level) { return level < QualityLevel::reprojected; });
+    };
+    while (exposed_from > 1 && !whole(exposed_from))
+        --exposed_from;
     for (std::uint64_t id = 1; id < exposed_from; ++id) {
         maker->skip(nominal_order(id));
         // The timing of a frame that begins after the readout of the frame before does not depend on it.

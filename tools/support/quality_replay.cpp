@@ -23,23 +23,37 @@ QualityReplay::QualityReplay(const std::string& file, const ReadoutAnswer& reado
         height = std::max(height, readout.windows[w].image_y + readout.windows[w].sensor.height);
     const std::int32_t group_rows = FrameQuality::group_rows_for(height);
     const auto groups = static_cast<std::size_t>((height + group_rows - 1) / group_rows);
+    bool whole_before = false;        // some frame before this one has no rows of an earlier one
+    std::int64_t whole_error_upx = 0; // how far that one is from where things were
     for (const TimingRow& row : runs.back().rows) {
-        if (row.levels.empty()) continue;
-        if (row.levels.size() != groups)
+        bool earlier = false;
+        if (!row.levels.empty() && row.levels.size() != groups)
             throw InputError(
                 fmt::format("{}: frame {}: {} levels, allowed are {}: one for each {} rows of the "
                             "configured image",
                             file, row.frame_id, row.levels.size(), groups, group_rows));
-        std::vector<QualityLevel>& levels = levels_[row.frame_id];
         for (const char digit : row.levels) {
             const auto level = static_cast<QualityLevel>(digit - '0');
-            if (level > QualityLevel::sixteenth)
-                throw InputError(
-                    fmt::format("{}: frame {}: level {}, allowed are 0 to {}: rows made from those of "
-                                "an earlier rendering depend on more than their levels",
-                                file, row.frame_id, digit, static_cast<int>(QualityLevel::sixteenth)));
-            levels.push_back(level);
+            if (level > QualityLevel::repeated)
+                throw InputError(fmt::format("{}: frame {}: level {}, allowed are 0 to {}", file,
+                                             row.frame_id, digit, static_cast<int>(QualityLevel::repeated)));
+            earlier = earlier || level >= QualityLevel::reprojected;
+            levels_[row.frame_id].push_back(level);
         }
+        if (!earlier) {
+            whole_before = true;
+            whole_error_upx = row.ahead_error;
+            continue;
+        }
+        needs_earlier_ = true;
+        if (!whole_before)
+            throw InputError(fmt::format("{}: frame {}: rows of an earlier frame, allowed is a file with a "
+                                         "frame before it that has none",
+                                         file, row.frame_id));
+        if (row.ahead_error > 0 || whole_error_upx > 0)
+            throw InputError(fmt::format("{}: frame {}: rows of a rendering for another instant than that of "
+                                         "the trigger, allowed are exact predictions",
+                                         file, row.frame_id));
     }
 }
 

@@ -93,6 +93,7 @@ public:
         view.warn("capture");
         if (strict_ && !view.oddities().empty()) return exit_failure;
         const QualityReplay levels(levels_, imaging.maker->answer(imaging.camera.initial));
+        if (levels.needs_earlier()) imaging.maker->keep_frames();
         imaging.catch_up(first_, [&levels](std::uint64_t id) { return levels.of(id); });
         FrameRef frame = imaging.pool->acquire();
         const std::filesystem::path folder(output_);
