@@ -283,8 +283,9 @@ std::vector<TriangleCorners> corners_of(const TriangleMesh& mesh) {
 
 } // namespace
 
-// Pass no thread count: Embree would impose it on all of TBB in the process.
-EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
+// Pass no thread count: Embree would impose it on all of TBB in the process. Its cache of tessellated
+// surfaces, of which there are none, would take 128 MiB of address space.
+EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice("tessellation_cache_size=1")) {
     if (!device_) throw Error(exit_software, "Embree could not be started: no device");
     const auto count = [](void* counter, ssize_t bytes, bool /*after*/) {
         static_cast<std::atomic<std::int64_t>*>(counter)->fetch_add(bytes);
