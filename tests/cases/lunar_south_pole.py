@@ -18,6 +18,7 @@ import argparse
 import importlib.util
 import json
 import math
+import os
 import pathlib
 import resource
 import subprocess
@@ -263,7 +264,9 @@ def cubic(values, x, y, wraps=False):
 def limited(obscura, *arguments):
     """What the program prints, under the limit of memory."""
     limit = LIMIT_MIB << 20
-    done = subprocess.run([obscura, *map(str, arguments)], capture_output=True, text=True, check=False,
+    # Address space that malloc sets aside for each thread is no memory.
+    environment = {**os.environ, "MALLOC_ARENA_MAX": "1"}
+    done = subprocess.run([obscura, *map(str, arguments)], capture_output=True, text=True, check=False, env=environment,
                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
     if done.returncode != 0:
         sys.exit(f"obscura {' '.join(map(str, arguments))}: {done.stderr.strip()}")
