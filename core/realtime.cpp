@@ -92,6 +92,16 @@ void enter_thread(const char* name, const ThreadSettings& settings) noexcept {
 
 void declare_this_thread_realtime() noexcept {
     declared_realtime = true;
+    prefault_stack();
+}
+
+[[gnu::noinline]] void prefault_stack() noexcept {
+    constexpr std::size_t page = 4096;
+    unsigned char touched[prefaulted_stack_bytes]; // NOLINT(cppcoreguidelines-pro-type-member-init)
+    // Volatile, since nothing reads what is written.
+    volatile unsigned char* const pages = touched;
+    for (std::size_t at = 0; at < prefaulted_stack_bytes; at += page)
+        pages[at] = 0;
 }
 
 bool this_thread_is_realtime() noexcept {

@@ -35,7 +35,7 @@ struct RealtimeGrant {
 void name_this_thread(const char* name) noexcept;
 
 /// Declares the calling thread real-time from now on, whether or not the scheduler grants SCHED_FIFO: it must
-/// not allocate, lock, log or throw. Tests check that.
+/// not allocate, lock, log or throw. Tests check that. Prefaults its stack.
 void declare_this_thread_realtime() noexcept;
 [[nodiscard]] bool this_thread_is_realtime() noexcept;
 
@@ -51,6 +51,13 @@ void enter_thread(const char* name, const ThreadSettings& settings) noexcept;
 
 /// Whether this process may use SCHED_FIFO at `priority`; changes nothing.
 [[nodiscard]] RealtimeGrant realtime_permitted(int priority) noexcept;
+
+/// What prefault_stack() touches, bytes: several times the deepest stack of rendering.
+inline constexpr std::size_t prefaulted_stack_bytes = std::size_t{256} * 1024;
+
+/// Touches the calling thread's stack below the caller, so that a path taken for the first time late (a tile that
+/// is missing) meets no page fault there. Needed where memory may not be locked.
+void prefault_stack() noexcept;
 
 /// Locks the process's memory, present and future (mlockall). Call after the pools exist.
 RealtimeGrant lock_memory() noexcept;

@@ -67,6 +67,7 @@ void enter_render_worker(const RenderScheduling& wanted) noexcept {
     name_this_thread("render");
     pin_this_thread(wanted.cores);
     schedule_this_thread(wanted);
+    prefault_stack();
 }
 
 } // namespace obscura::emulator

