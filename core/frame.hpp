@@ -86,6 +86,9 @@ struct FrameWindow {
     std::int64_t read_spacing_ns = 0;       ///< between successive non-destructive reads
 };
 
+/// Least delay of a row that was ready in time for which the frame is stalled.
+inline constexpr std::int64_t release_stall_ns = ns_per_ms;
+
 enum FrameFlag : std::uint32_t {
     frame_late = 1u << 0,     ///< at least one row was ready after its release time
     frame_repeated = 1u << 1, ///< pixels are those of an earlier frame
@@ -98,6 +101,10 @@ enum FrameFlag : std::uint32_t {
     frame_lag_unknown = 1u << 5,
     frame_degraded = 1u << 6, ///< at least one row is not of QualityLevel::full, see FrameInfo::quality
     frame_biased = 1u << 7,   ///< at least one row is of a biased level, see is_biased()
+    // Bits 8 and 9 of reported flags hold the state of a clock, see reported_flags().
+    /// At least one row was ready in time and left more than release_stall_ns after its time: the system did
+    /// not run the thread that releases rows.
+    frame_stalled = 1u << 10,
 };
 
 /// Name and pose of a body at mid-exposure of the frame, in the scene's inertial frame.

@@ -435,6 +435,8 @@ CameraCounters Camera::counters() const noexcept {
     c.complete = released.complete;
     c.late = released.late;
     c.late_rows = released.late_rows;
+    c.stalled = released.stalled;
+    c.stalled_rows = released.stalled_rows;
     c.abandoned = released.abandoned;
     c.repeated = released.repeated;
     c.late_dropped = released.dropped;

@@ -64,6 +64,7 @@ struct CameraCounters {
     std::uint64_t complete = 0;         ///< frames with all rows released
     std::uint64_t late = 0;             ///< complete frames with rows that were not ready in time
     std::uint64_t late_rows = 0;
+    std::uint64_t stalled = 0, stalled_rows = 0; ///< see ReleaseCounters
     std::uint64_t abandoned = 0;    ///< frames with rows missing: aborted, or abandoned as too late
     std::uint64_t repeated = 0;     ///< LatePolicy::repeat
     std::uint64_t late_dropped = 0; ///< LatePolicy::drop

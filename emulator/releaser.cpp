@@ -20,6 +20,7 @@ Releaser::Releaser(ReleaserSettings settings, std::unique_ptr<Clock> clock, Timi
         job.clock = clock_.get();
         job.changed = &changed_;
         job.release.reserve(settings_.max_rows);
+        job.ready_late.resize(settings_.max_rows);
     }
     thread_ = std::thread([this] {
         enter_thread(heartbeat_.name().c_str(), settings_.thread);
@@ -87,6 +88,9 @@ void Releaser::Job::rows_exposed(std::int32_t rows) noexcept {
     if (timing == ReadoutTiming::fast) std::fill(first, last, now);
     // Count the rows that were ready after their release time. Release times grow with the row.
     const auto late = std::lower_bound(first, last, now) - first;
+    const auto marks = ready_late.begin() + before;
+    std::fill(marks, marks + late, std::uint8_t{1});
+    std::fill(marks + late, ready_late.begin() + rows, std::uint8_t{0});
     if (late > 0 && !unwanted.load(std::memory_order_relaxed)) {
         late_rows.fetch_add(static_cast<std::uint32_t>(late), std::memory_order_relaxed);
         target->flags.fetch_or(frame_late, std::memory_order_relaxed);
@@ -125,6 +129,8 @@ ReleaseCounters Releaser::counters() const noexcept {
     return {complete_.load(std::memory_order_acquire),
             read(late_),
             read(late_rows_),
+            read(stalled_),
+            read(stalled_rows_),
             read(abandoned_),
             read(repeated_),
             read(dropped_),
@@ -151,9 +157,11 @@ void Releaser::run() noexcept {
         timing.last_due = at_once ? timing.last : job.release.back();
         const std::uint32_t late_rows = job.late_rows.load(std::memory_order_relaxed);
         late_rows_.fetch_add(late_rows, std::memory_order_relaxed);
+        stalled_rows_.fetch_add(timing.stalled_rows, std::memory_order_relaxed);
         if (outcome == Outcome::complete) {
             // Store the count of frames last, so that a reader of the count sees the frame's other counters.
             if (late_rows > 0) late_.fetch_add(1, std::memory_order_relaxed);
+            if (timing.stalled_rows > 0) stalled_.fetch_add(1, std::memory_order_relaxed);
             complete_.fetch_add(1, std::memory_order_release);
             last_complete_ = job.policy == LatePolicy::repeat ? job.frame : FrameRef();
         } else {
@@ -234,6 +242,10 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
         }
         const std::int32_t before = released;
         released = static_cast<std::int32_t>(std::upper_bound(next, end, now) - job.release.begin());
+        if (const std::uint32_t stalled = stalled_rows(job, before, released, now); stalled > 0) {
+            timing.stalled_rows += stalled;
+            frame.flags.fetch_or(frame_stalled, std::memory_order_relaxed);
+        }
         frame.publish_rows(released);
         if (!timing.row_lateness_us.empty())
             for (std::int32_t row = before; row < released; ++row)
@@ -244,6 +256,15 @@ Releaser::Outcome Releaser::release_frame(Job& job, FrameTiming& timing) noexcep
     timing.last = clock_->now();
     last_row_.add(timing.last - frame.info.trigger_edge);
     return Outcome::complete;
+}
+
+std::uint32_t Releaser::stalled_rows(const Job& job, std::int32_t from, std::int32_t to, Time now) noexcept {
+    // Fast, a row is due when it is ready.
+    if (job.timing == ReadoutTiming::fast) return 0;
+    const auto first = job.release.begin() + from;
+    const auto stalled = std::lower_bound(first, job.release.begin() + to, now - release_stall_ns) - first;
+    const auto marks = job.ready_late.begin() + from;
+    return static_cast<std::uint32_t>(std::count(marks, marks + stalled, std::uint8_t{0}));
 }
 
 Releaser::Outcome Releaser::miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept {

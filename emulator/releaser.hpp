@@ -25,7 +25,8 @@ struct ReleaserSettings {
     std::size_t max_rows = 1024;
     ReadoutTiming timing = ReadoutTiming::sensor;
     ThreadSettings thread{};
-    std::int64_t grain_ns = 250 * ns_per_us; ///< rows due within this span are released together
+    /// Rows due within this span are released together; less than release_stall_ns.
+    std::int64_t grain_ns = 250 * ns_per_us;
     LatePolicy policy = LatePolicy::late;
     std::int64_t grace_ns = 0; ///< after a row's time, before the policy applies (not under `late`)
     /// Polling time before a frame's first row: the thread sleeps until then and polls the clock afterwards.
@@ -39,6 +40,8 @@ struct ReleaseCounters {
     std::uint64_t complete = 0;     ///< every row was released
     std::uint64_t late = 0;         ///< of those: at least one row was not ready in time
     std::uint64_t late_rows = 0;    ///< rows that were not ready in time, of all frames
+    std::uint64_t stalled = 0;      ///< complete frames that are frame_stalled
+    std::uint64_t stalled_rows = 0; ///< rows ready in time that left more than release_stall_ns late
     std::uint64_t abandoned = 0;    ///< frames given up before the last row
     std::uint64_t repeated = 0;     ///< policy `repeat`
     std::uint64_t dropped = 0;      ///< policy `drop`
@@ -106,6 +109,8 @@ private:
         /// Release time of each row, scheduling clock, in order. ReadoutTiming::fast: time at which a row
         /// that is ready became so.
         std::vector<Time> release;
+        std::vector<std::uint8_t>
+            ready_late; ///< of each row, 1: counted in late_rows; final once `exposed` counts it
         FrameFacts facts;
         FrameWork work; ///< written by the producer's threads while the frame has rows left to report
         std::atomic<std::uint32_t> exposed{0}; ///< rows, and the bits above
@@ -120,6 +125,9 @@ private:
     Outcome release_frame(Job& job, FrameTiming& timing) noexcept;
     Outcome miss(Job& job, std::int32_t released, FrameTiming& timing) noexcept;
     bool repeat_last(Job& job, std::int32_t from) noexcept;
+    /// How many of the rows `from` to `to`, which leave now, were ready in time and are stalled.
+    [[nodiscard]] static std::uint32_t stalled_rows(const Job& job, std::int32_t from, std::int32_t to,
+                                                    Time now) noexcept;
     void sleep_until(Time t, bool exactly) noexcept;
     void wait_for_change(std::uint32_t seen) noexcept;
     [[nodiscard]] bool may_spin(Time now) noexcept;
@@ -144,8 +152,8 @@ private:
     Time spin_window_;
     std::int64_t spun_ns_ = 0;
 
-    std::atomic<std::uint64_t> complete_{0}, late_{0}, late_rows_{0}, abandoned_{0}, repeated_{0},
-        dropped_{0}, partial_{0}, spins_denied_{0};
+    std::atomic<std::uint64_t> complete_{0}, late_{0}, late_rows_{0}, stalled_{0}, stalled_rows_{0},
+        abandoned_{0}, repeated_{0}, dropped_{0}, partial_{0}, spins_denied_{0};
     LatencyHistogram first_row_, last_row_, lateness_;
     std::thread thread_;
 };

@@ -72,7 +72,8 @@ std::size_t TimingLog::drain(std::ostream& out, Time before, std::span<const std
                        q.spent_us, q.margin_us);
         for (const float value : {q.error_worst_group, q.error_goal, q.noise_ratio_p95, q.unknown_share})
             fmt::format_to(to, "{},", std::llround(1e6 * static_cast<double>(value)));
-        fmt::format_to(to, "{},{},{},{},", q.instants, q.bounces, q.bounces_asked, t.work.render.page_faults);
+        fmt::format_to(to, "{},{},{},{},{},", q.instants, q.bounces, q.bounces_asked,
+                       t.work.render.page_faults, t.stalled_rows);
         fmt::format_to(to, "{},{},{},", std::llround(1e6 * static_cast<double>(q.lod_deficit_share)),
                        static_cast<int>(q.lod_deficit_worst), q.tiles_missing);
         for (std::size_t g = 0; g < q.groups; ++g)
@@ -108,7 +109,7 @@ std::string TimingLog::header() const {
                        "row_instants,samples,rays,detector_wait_ns,detector_ns,ahead_ns,ahead_error_upx,"
                        "level_max,rows_degraded,quality_reasons,error_ppm,budget_us,spent_us,margin_us,"
                        "error_worst_ppm,error_goal_ppm,noise_ratio_ppm,unknown_ppm,sampled_instants,bounces,"
-                       "bounces_asked,page_faults,"
+                       "bounces_asked,page_faults,stalled_rows,"
                        "lod_deficit_ppm,lod_deficit_worst,tiles_missing,levels";
     for (const std::string& kind : transports_)
         line += fmt::format(",{0}_first_byte_ns,{0}_last_byte_ns,{0}_pace_ns", kind);

@@ -21,15 +21,15 @@ namespace obscura::emulator {
 struct FrameTiming {
     std::uint64_t frame_id = 0, trigger_id = 0;
     Time edge, seen, pose, render_begin, render_end, detector_end;
-    Time due;      ///< release time of the first row
-    Time first;    ///< actual release of the first row
-    Time last_due; ///< release time of the last row
-    Time last;     ///< actual release of the last row
-    std::uint32_t rows = 0, late_rows = 0;
-    std::int64_t worst_row_ns = 0;      ///< lateness of the latest row
-    std::uint32_t worst_row = 0;        ///< number of the latest row
-    std::uint32_t flags = 0;            ///< FrameFlag
-    std::int32_t width = 0, height = 0; ///< of the image
+    Time due;                                                ///< release time of the first row
+    Time first;                                              ///< actual release of the first row
+    Time last_due;                                           ///< release time of the last row
+    Time last;                                               ///< actual release of the last row
+    std::uint32_t rows = 0, late_rows = 0, stalled_rows = 0; ///< see ReleaseCounters
+    std::int64_t worst_row_ns = 0;                           ///< lateness of the latest row
+    std::uint32_t worst_row = 0;                             ///< number of the latest row
+    std::uint32_t flags = 0;                                 ///< FrameFlag
+    std::int32_t width = 0, height = 0;                      ///< of the image
     FrameFacts facts;
     FrameWork work;       ///< 0 if the frame was not made to its end
     FrameQuality quality; ///< as it was published

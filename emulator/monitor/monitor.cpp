@@ -28,10 +28,10 @@ Time now() {
 }
 
 Json to_json(const FrameOutcomes& o) {
-    return {{"seconds", o.seconds},     {"triggers", o.triggers},   {"missed_triggers", o.missed_triggers},
-            {"frames", o.frames},       {"complete", o.complete},   {"late", o.late},
-            {"late_rows", o.late_rows}, {"abandoned", o.abandoned}, {"dropped", o.dropped},
-            {"degraded", o.degraded}};
+    return {{"seconds", o.seconds},     {"triggers", o.triggers}, {"missed_triggers", o.missed_triggers},
+            {"frames", o.frames},       {"complete", o.complete}, {"late", o.late},
+            {"late_rows", o.late_rows}, {"stalled", o.stalled},   {"stalled_rows", o.stalled_rows},
+            {"abandoned", o.abandoned}, {"dropped", o.dropped},   {"degraded", o.degraded}};
 }
 
 double resident_mib() {

@@ -23,6 +23,8 @@ FrameOutcomes RecentFrames::until(Time now, const CameraCounters& counters) cons
     out.complete = counters.complete - before.complete;
     out.late = counters.late - before.late;
     out.late_rows = counters.late_rows - before.late_rows;
+    out.stalled = counters.stalled - before.stalled;
+    out.stalled_rows = counters.stalled_rows - before.stalled_rows;
     out.abandoned = counters.abandoned - before.abandoned;
     out.dropped = counters.dropped - before.dropped;
     out.degraded = counters.quality.degraded - before.quality.degraded;
@@ -47,6 +49,10 @@ Verdict judge(const FrameOutcomes& recent, bool acquiring, const std::string& co
     if (recent.late_rows > 0)
         return bad(
             fmt::format("{} late rows in {} of {} frames", recent.late_rows, recent.late, recent.complete));
+    if (recent.stalled_rows > 0)
+        return bad(fmt::format("{} rows in {} of {} frames left late: the system did not run the thread that "
+                               "releases them",
+                               recent.stalled_rows, recent.stalled, recent.complete));
     const std::string below = recent.degraded > 0 ? fmt::format(", {} degraded", recent.degraded) : "";
     return {Health::good, fmt::format("on time: 0 late rows in {} frames{}, last {:.0f} s", recent.complete,
                                       below, recent.seconds)};

@@ -121,6 +121,8 @@ Cards frame_cards(const Frame& frame) {
         {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
          "of what triggered: free, locked, holdover"},
         {"LATE", (frame.flags.load(std::memory_order_relaxed) & frame_late) != 0, "a row was late"},
+        {"STALLED", (frame.flags.load(std::memory_order_relaxed) & frame_stalled) != 0,
+         "a row was ready in time and left late"},
         {"DEGRADED", (frame.flags.load(std::memory_order_relaxed) & frame_degraded) != 0,
          "a row is not of full quality"},
         {"NOLAG", (frame.flags.load(std::memory_order_relaxed) & frame_lag_unknown) != 0,

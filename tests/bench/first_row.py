@@ -39,7 +39,7 @@ def row(source, scene, beside, text):
     frames = list(csv.DictReader(text.splitlines()))
     edge_to = lambda column: [(int(f[column]) - int(f["edge_ns"])) / 1e6 for f in frames if f["first_ns"] != "0"]
     left = edge_to("first_ns")
-    late = [int(f["late_rows"]) for f in frames]
+    late = [int(f["late_rows"]) + int(f["stalled_rows"]) for f in frames]
     print(f"| {source} | {scene} | {beside} | {len(frames)} | {late_rows.quantile(edge_to('due_ns'), 0.5):.3f} ms | "
           f"{late_rows.quantile(left, 0.5):.3f} ms | {late_rows.quantile(left, 0.999):.3f} ms | {sum(n > 0 for n in late)} | {sum(late)} |", flush=True)
     return sum(late)

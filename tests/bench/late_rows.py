@@ -9,6 +9,8 @@ Usage: late_rows.py OBSCURAD OBSCURA [--config FILE] [--frames N] [--set SECTION
 --load  none; hogs: COUNT programs that compute all the time; compiler: COUNT compilers of C++ (default: one for each core)
 --keep  keeps the timing file, for `obscura timing FILE --degraded`
 --head  prints the head of the table first
+A late row was not ready in time, or is stalled: ready in time, it left more than a millisecond late, because the system did not run the
+thread that releases it.
 Exit status 1 if a row was late, or a degraded frame does not say why.
 """
 import argparse
@@ -28,8 +30,8 @@ READY_S = 120
 SOURCE = "#include <algorithm>\n#include <functional>\n#include <iostream>\n#include <map>\n#include <regex>\n" + "".join(
     f"std::map<std::string, std::function<int(std::regex)>> m{i}; int f{i}(std::string s) {{ return m{i}[s](std::regex(s)); }}\n"
     for i in range(20))
-HEAD = ("| configuration | beside | frames | late frames | late rows | first row after its time, p50 | rows, p99.9 | degraded | of those explained "
-        "| error, median |\n|---|---|---|---|---|---|---|---|---|---|")
+HEAD = ("| configuration | beside | frames | late frames | late rows | of those stalled | first row after its time, p50 | rows, p99.9 | degraded | of those explained "
+        "| error, median |\n|---|---|---|---|---|---|---|---|---|---|---|")
 
 
 def toml(value):
@@ -139,8 +141,10 @@ def main():
     rows = list(csv.DictReader(text.splitlines()))
     if not rows:
         sys.exit("no frame was made; " + complaint)
-    late_frames = sum(int(r["late_rows"]) > 0 for r in rows)
-    late_rows = sum(int(r["late_rows"]) for r in rows)
+    late_of = lambda r: int(r["late_rows"]) + int(r["stalled_rows"])
+    late_frames = sum(late_of(r) > 0 for r in rows)
+    late_rows = sum(map(late_of, rows))
+    stalled_rows = sum(int(r["stalled_rows"]) for r in rows)
     first_us = [(int(r["first_ns"]) - int(r["due_ns"])) / 1000 for r in rows if r["first_ns"] != "0"]
     lateness_us = [float(v) for r in rows for v in r["row_lateness_us"].split()] or first_us
     degraded = [r for r in rows if int(r["rows_degraded"]) > 0]
@@ -150,7 +154,7 @@ def main():
         print(HEAD)
     name = arguments.config.name + "".join(f", `{change}`" for change in arguments.set)
     error = f"{quantile(errors, 0.5):.2f} %" if errors else "-"
-    print(f"| {name} | {load.text} | {len(rows)} | {late_frames} | {late_rows} | {quantile(first_us, 0.5):.2f} us | "
+    print(f"| {name} | {load.text} | {len(rows)} | {late_frames} | {late_rows} | {stalled_rows} | {quantile(first_us, 0.5):.2f} us | "
           f"{quantile(lateness_us, 0.999):.0f} us | {len(degraded)} | {explained} | {error} |")
     if complaint:
         print("grab: " + complaint, file=sys.stderr)

@@ -281,6 +281,7 @@ std::string chunk_json(const FrameChunks& c, const std::string& file) {
              {"size", Json::array({c.image.width, c.image.height})},
              {"pixel_format", fmt::format("{:#010x}", c.pixel_format)},
              {"late", (c.flags & frame_late) != 0},
+             {"stalled", (c.flags & frame_stalled) != 0},
              {"repeated", (c.flags & frame_repeated) != 0},
              {"partial", (c.flags & frame_partial) != 0},
              {"flags", c.flags},

@@ -191,12 +191,15 @@ std::string sending(const TimingFile& acquisition, std::size_t t) {
 } // namespace
 
 std::int64_t lateness(const TimingRow& row) noexcept {
-    if (row.late_rows == 0) return 0;
+    if (row.late_rows == 0 && row.stalled_rows == 0) return 0;
     return row.last != 0 ? std::max<std::int64_t>(0, row.last - row.last_due) : row.worst_row;
 }
 
 std::string reason(const TimingRow& row) {
-    if (row.late_rows == 0) return "in time";
+    if (row.late_rows == 0 && row.stalled_rows == 0) return "in time";
+    if (row.late_rows == 0)
+        return fmt::format("{} rows were ready in time; the system did not run the thread that releases them",
+                           row.stalled_rows);
     if (!finished(row)) return fmt::format("given up with {} of {} rows late", row.late_rows, row.rows);
     const auto all = stages(row);
     const auto most = *std::max_element(all.begin(), all.end());

@@ -83,6 +83,7 @@ constexpr NumberColumn later_columns[] = {
     {"noise_ratio_ppm", &TimingRow::noise_ratio_ppm},
     {"unknown_ppm", &TimingRow::unknown_ppm},
     {"page_faults", &TimingRow::page_faults},
+    {"stalled_rows", &TimingRow::stalled_rows},
 };
 constexpr std::string_view frame_id_column = "frame_id", trigger_id_column = "trigger_id",
                            lateness_column = "row_lateness_us", levels_column = "levels",

@@ -35,6 +35,7 @@ struct TimingRow {
     std::int64_t error_ppm = 0, budget_us = 0, spent_us = 0, margin_us = 0;
     std::int64_t error_worst_ppm = 0, error_goal_ppm = 0, noise_ratio_ppm = 0, unknown_ppm = 0;
     std::int64_t page_faults = 0;   ///< see renderer::RenderWork
+    std::int64_t stalled_rows = 0;  ///< see emulator::ReleaseCounters
     std::string levels;             ///< a digit for each group of rows: QualityLevel
     std::vector<std::int64_t> pace; ///< see Transport::pace_ns(), by TimingFile::transports
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/support/timing_report.hpp"
 
+#include "core/frame.hpp"
 #include "tools/support/timing_quality.hpp"
 
 #include <fmt/format.h>
@@ -150,14 +151,31 @@ std::string causes_text(const TimingFile& file) {
     return out;
 }
 
+/// Says what the system cost, apart from what rendering cost; empty if nothing.
+std::string stalled_text(const std::vector<TimingRow>& rows) {
+    std::int64_t frames = 0, stalled = 0;
+    for (const TimingRow& row : rows) {
+        frames += row.stalled_rows > 0 ? 1 : 0;
+        stalled += row.stalled_rows;
+    }
+    if (stalled == 0) return {};
+    return fmt::format(
+        "{} rows of {} frames were ready in time and left more than {} ms late: the system did not "
+        "run the thread that releases them, or the frame before was still being released\n"
+        "(real-time priority, a core without rendering (threads.render_cores) or, with quality = "
+        "\"adapt\", a larger deadline.reserve_us helps)\n",
+        stalled, frames, release_stall_ns / ns_per_ms);
+}
+
 std::string acquisition_text(const TimingFile& file, bool degraded) {
     const std::vector<TimingRow>& rows = file.rows;
     const auto late =
         std::count_if(rows.begin(), rows.end(), [](const TimingRow& r) { return r.late_rows > 0; });
     const std::vector<SpanFigures> figures = span_figures(file);
-    std::string out =
-        fmt::format("{} frames, {} with late rows\n\n{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", rows.size(),
-                    late, "microseconds", "count", "p50", "p90", "p99", "max");
+    std::string out = fmt::format("{} frames, {} with late rows\n", rows.size(), late);
+    out += stalled_text(rows);
+    out += fmt::format("\n{:<30} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "microseconds", "count", "p50", "p90",
+                       "p99", "max");
     for (const SpanFigures& f : figures)
         out += f.count > 0
                    ? fmt::format("{:<30} {:>8} {:>12.1f} {:>12.1f} {:>12.1f} {:>12.1f}\n", f.name, f.count,

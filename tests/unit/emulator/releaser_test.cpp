@@ -111,6 +111,32 @@ TEST_CASE("late rows are counted one by one and leave at once") {
     CHECK((frame->flags.load() & frame_late) != 0);
 }
 
+TEST_CASE("rows ready in time that leave late are stalled, apart from late ones") {
+    Bench bench;
+    const FrameRef frame = bench.frame(4);
+    const Time due{1000};
+    // Row 0 is late; row 1 is ready in time.
+    RowSink& sink = bench.releaser.begin(frame, {due, due + 100, due + 200, due + 5 * ns_per_ms}, 0);
+    bench.clock->advance_to(due + 50);
+    sink.rows_exposed(1);
+    frame->wait_rows(1);
+    sink.rows_exposed(4);
+    bench.settle();
+    // The release thread sleeps until rows 1 and 2 leave together; it wakes too late.
+    bench.clock->advance_to(due + 200 + release_stall_ns);
+    frame->wait_rows(3);
+    bench.settle();
+    bench.clock->advance_to(due + 5 * ns_per_ms + release_stall_ns);
+    bench.releaser.end(true);
+    bench.releaser.wait_idle();
+    const ReleaseCounters c = bench.releaser.counters();
+    CHECK(c.complete == 1);
+    CHECK(c.late_rows == 1);
+    CHECK(c.stalled == 1);
+    CHECK(c.stalled_rows == 1); // row 1; rows 2 and 3 left within the limit
+    CHECK((frame->flags.load() & frame_stalled) != 0);
+}
+
 TEST_CASE("a partial frame keeps the rows that were in time; the renderer is told to stop") {
     Bench bench({.max_rows = 8, .policy = LatePolicy::partial, .grace_ns = 100});
     const FrameRef frame = bench.frame(4);

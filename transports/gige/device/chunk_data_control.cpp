@@ -73,7 +73,7 @@ constexpr std::array features{
     Feature{.name = "ChunkFrameFlags",
             .custom = true,
             .tooltip = "1 late, 2 repeated, 4 partial, 8 dropped, 16 readout clamped, 32 image lag of the "
-                       "frame before missing, 64 degraded, 128 biased",
+                       "frame before missing, 64 degraded, 128 biased, 1024 stalled",
             .access = Access::read_only,
             .chunk = Chunk::frame_flags},
     Feature{.name = "ChunkLineStatusAll",
