@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "emulator/releaser.hpp"
+#include "emulator/render_rest.hpp"
 #include "sync/settings.hpp"
 #include "sync/sources/gpio.hpp"
 #include "sync/sources/ptp.hpp"
@@ -76,6 +77,8 @@ std::unique_ptr<renderer::Renderer> make_renderer(const emulator::DaemonConfig& 
     settings.wait_for_tiles = wait_for_tiles;
     settings.enter_loader = [tiles = threads.tiles] { enter_thread("tiles", tiles); };
     settings.loader_share = threads.tiles_share;
+    if (threads.render.share < 1)
+        settings.before_row = [share = threads.render.share](bool first) { rest_before_row(share, first); };
     return std::make_unique<renderer::Renderer>(std::move(scene), std::move(settings));
 }
 

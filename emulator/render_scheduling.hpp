@@ -28,6 +28,7 @@ struct RenderScheduling {
     int nice = 0;     ///< with other and batch; 0: as the process was started
     int priority = 0; ///< with rr and fifo, 1..98
     CoreSet cores{};  ///< of the workers; empty: any core
+    double share = 1; ///< of its time that each of these threads is at work at most, see RenderRest
 
     [[nodiscard]] bool has_priority() const noexcept {
         return policy == RenderClass::rr || policy == RenderClass::fifo;

@@ -91,10 +91,12 @@ ThreadPlan configured_threads(const emulator::DaemonConfig& config) {
     const emulator::ThreadsSection& s = config.threads;
     const auto cores = [](const std::string& text) { return parse_cores(text).value_or(CoreSet{}); };
     RenderScheduling render{.policy = s.render_class, .cores = cores(s.render_cores)};
-    if (render.has_priority())
+    if (render.has_priority()) {
         render.priority = s.render_priority;
-    else
+        render.share = s.render_share;
+    } else {
         render.nice = s.render_nice;
+    }
     ThreadSettings tiles;
     double tiles_share = 1;
     if (render.has_priority() && s.tiles_share > 0) {

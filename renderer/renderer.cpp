@@ -594,6 +594,7 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const Row
     std::atomic<std::int32_t> next{0}; // gated: rows are taken in their order
     const auto do_rows = [&](std::int32_t begin, std::int32_t end, Scratch& local) {
         const FlushDenormals flush;
+        bool begun = false;
         local.work.start(part);
         for (std::int32_t r = gated ? next.fetch_add(1) : begin; r < end;
              r = gated ? next.fetch_add(1) : r + 1) {
@@ -608,6 +609,8 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const Row
             }
             if (local.frame != of.frame) local.whole.request = local.fewer.request = local.middle.request = 0;
             local.frame = of.frame;
+            if (settings.before_row && of.alone == nullptr) settings.before_row(!begun);
+            begun = true;
             local.pins.clear();
             for (const SurfaceTiles* const tiles : terrains)
                 local.pins.push_back(tiles->pin());

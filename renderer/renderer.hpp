@@ -68,6 +68,10 @@ struct RenderSettings {
     std::function<void()> enter_loader{};
     /// Share of a core that each of those threads takes at most while rows are rendered.
     double loader_share = 1;
+    /// Called before each row, on every thread that renders rows; `first`: of those that the thread was just
+    /// given. It may sleep. Not called for requests with memory of their own (RenderRequest::alone). Must not
+    /// throw.
+    std::function<void(bool first)> before_row{};
 };
 
 /// How a row was rendered.

@@ -225,6 +225,13 @@ config::Section section_of(ThreadsSection& s) {
         key("render_cores", &s.render_cores)
             .help("Cores of the render threads, like \"2-3,5\"; empty: those that no thread with a priority "
                   "has been given, or any if there are none"),
+        key("render_share", &s.render_share)
+            .range(0.5, 1)
+            .help("With render_class rr or fifo: share of its time that each render thread is at work at "
+                  "most. Other "
+                  "programs get the rest, a millisecond at a time; if they got nothing, Linux would take 50 "
+                  "ms of "
+                  "each second from all threads with a priority, and rows would leave late. 1: no rest"),
         key("tiles_share", &s.tiles_share)
             .range(0, 0.5)
             .help(

@@ -83,7 +83,7 @@ struct ThreadsSection {
     RenderClass render_class = RenderClass::other;
     std::int32_t render_nice = -10, render_priority = 1;
     std::string render_cores;
-    double tiles_share = 0.1;
+    double render_share = 0.93, tiles_share = 0.1;
 };
 
 /// [simulator]: another program moves the scene, and time itself with trigger.source = "lockstep".

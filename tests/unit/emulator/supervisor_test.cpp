@@ -144,6 +144,7 @@ TEST_CASE("the class of rendering is as configured, and ordinary without real ti
     render = configured_threads(config).render;
     CHECK(render.priority == 90);
     CHECK(render.nice == 0);
+    CHECK(render.share == 0.93);
     // Tiles are made one above, by a thread that takes its share.
     CHECK(configured_threads(config).tiles.priority == 91);
     CHECK(configured_threads(config).tiles_share == 0.1);
