@@ -2,8 +2,15 @@
 #include "emulator/frame_light.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace obscura::emulator {
+namespace {
+
+/// Of frames of at most 65536 rows.
+constexpr std::int32_t largest_group_rows = FrameQuality::group_rows_for(65536);
+
+} // namespace
 
 std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) const noexcept {
     if (renderer != other.renderer || frame_id != other.frame_id || live != other.live ||
@@ -19,18 +26,55 @@ std::optional<std::int64_t> FrameLight::later_than(const FrameLight& other) cons
     return later_ns;
 }
 
-std::optional<Region> FrameLight::area() const noexcept {
-    if (windows.size() != 1 || push_broom || blocks.empty()) return std::nullopt;
-    const RowBlock& first = blocks.front();
-    const Region& sensor = windows.front().sensor;
-    return Region{sensor.x - first.halo_left, sensor.y - first.halo_above, width(first),
-                  first.halo_above + static_cast<std::int32_t>(rows.size()) + blocks.back().halo_below};
+renderer::KeptWindow FrameLight::kept_window(std::size_t window) const noexcept {
+    const Region& sensor = windows[window].sensor;
+    const auto of_window = [window](const RowBlock& block) { return block.window == window; };
+    const auto first = std::find_if(blocks.begin(), blocks.end(), of_window);
+    const auto end = std::find_if_not(first, blocks.end(), of_window);
+    if (first == end) return {};
+    const Region area{sensor.x - first->halo_left, sensor.y - first->halo_above, width(*first),
+                      first->halo_above + sensor.height + (end - 1)->halo_below};
+    if (push_broom) return {{area.x, 0, area.width, sensor.height}, sensor.y};
+    return {area, std::nullopt};
 }
 
-BlockRenderer::BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width) {
-    times_.reserve(static_cast<std::size_t>(lines));
-    levels_.reserve(static_cast<std::size_t>(lines));
-    line_.resize(bands * static_cast<std::size_t>(width));
+BlockRenderer::BlockRenderer(std::int32_t lines) {
+    // Groups of rows reach beyond the block.
+    const auto rows = static_cast<std::size_t>(lines + 2 * largest_group_rows);
+    times_.reserve(rows);
+    levels_.reserve(rows);
+    row_px_.reserve(rows);
+    group_px_.reserve(max_quality_groups);
+}
+
+renderer::RenderRequest BlockRenderer::request_for(const FrameLight& light, std::size_t window,
+                                                   std::int32_t first_row, std::int32_t rows) {
+    const FrameLight::Window& of = light.windows[window];
+    const std::int32_t last_row = of.image_y + of.sensor.height - 1;
+    times_.clear();
+    for (std::int32_t row = first_row; row < first_row + rows; ++row)
+        times_.push_back(light.rows[static_cast<std::size_t>(std::clamp(row, of.image_y, last_row))]);
+    renderer::RenderRequest request;
+    request.rows = rows;
+    request.row_times = times_;
+    request.frame_id = light.frame_id;
+    request.frame_times =
+        std::span(light.rows)
+            .subspan(static_cast<std::size_t>(of.image_y), static_cast<std::size_t>(of.sensor.height));
+    request.keep = light.keep;
+    request.from = light.from;
+    request.kept_window = window;
+    if (light.push_broom) {
+        request.window.y = of.sensor.y;
+        request.window.height = 1;
+        request.line = first_row - of.image_y;
+    } else {
+        request.window.y = of.sensor.y + first_row - of.image_y;
+        request.window.height = rows;
+        request.common_mid = light.common_mid;
+        request.frame_y = of.sensor.y;
+    }
+    return request;
 }
 
 bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::span<float> out,
@@ -38,22 +82,11 @@ bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::
     const FrameLight::Window& window = light.windows[block.window];
     const std::int32_t first = block.first_row - block.halo_above; // of the composed image
     const std::int32_t last_row = window.image_y + window.sensor.height - 1;
-    times_.clear();
-    for (std::int32_t row = first; row < first + block.lines(); ++row)
-        times_.push_back(light.rows[static_cast<std::size_t>(std::clamp(row, window.image_y, last_row))]);
-
-    renderer::RenderRequest request;
+    renderer::RenderRequest request = request_for(light, block.window, first, block.lines());
     request.window.x = window.sensor.x - block.halo_left;
     request.window.width = light.width(block);
-    request.frame_id = light.frame_id;
-    if (light.push_broom) return render_push_broom(light, block, request, out, cancel);
-    request.window.y = window.sensor.y + first - window.image_y;
-    request.window.height = request.rows = block.lines();
-    request.row_times = times_;
-    request.common_mid = light.common_mid;
-    request.keep = light.keep;
-    request.from = light.from;
-    if (!light.levels.empty()) {
+    // Lines have no other levels than those of rows made of another frame.
+    if (!light.levels.empty() && (!light.push_broom || light.from != nullptr)) {
         const std::int32_t group_rows =
             FrameQuality::group_rows_for(static_cast<std::int32_t>(light.rows.size()));
         levels_.clear();
@@ -61,29 +94,43 @@ bool BlockRenderer::render(const FrameLight& light, const RowBlock& block, std::
             levels_.push_back(light.levels[static_cast<std::size_t>(
                 std::clamp(row, window.image_y, last_row) / group_rows)]);
         request.levels = levels_;
-        request.frame_times = std::span(light.rows)
-                                  .subspan(static_cast<std::size_t>(window.image_y),
-                                           static_cast<std::size_t>(window.sensor.height));
-        request.frame_y = window.sensor.y;
     }
     return light.renderer->render(request, out, cancel);
 }
 
-bool BlockRenderer::render_push_broom(const FrameLight& light, const RowBlock& block,
-                                      renderer::RenderRequest request, std::span<float> out,
-                                      const std::atomic<bool>* cancel) {
-    const auto line = static_cast<std::size_t>(request.window.width);
-    const auto rows = static_cast<std::size_t>(block.rows);
-    const std::size_t bands = light.renderer->band_count();
-    request.window.y = light.windows[block.window].sensor.y;
-    request.window.height = request.rows = 1;
-    for (std::size_t r = 0; r < rows; ++r) {
-        request.row_times = std::span(times_).subspan(r, 1);
-        if (!light.renderer->render(request, {line_.data(), bands * line}, cancel)) return false;
-        for (std::size_t b = 0; b < bands; ++b)
-            std::copy_n(line_.begin() + static_cast<std::ptrdiff_t>(b * line), line,
-                        out.begin() + static_cast<std::ptrdiff_t>((b * rows + r) * line));
+bool BlockRenderer::choose_levels(FrameLight& light, const RowBlock& block, double tolerance_px,
+                                  std::size_t& chosen, const std::atomic<bool>* cancel) {
+    const auto height = static_cast<std::int32_t>(light.rows.size());
+    const std::int32_t group_rows = FrameQuality::group_rows_for(height);
+    const FrameLight::Window& own = light.windows[block.window];
+    const std::int32_t needed =
+        std::min(block.first_row + block.rows + block.halo_below, own.image_y + own.sensor.height);
+    const auto end = static_cast<std::size_t>((needed + group_rows - 1) / group_rows);
+    if (end <= chosen) return true;
+    const std::int32_t begin_row = static_cast<std::int32_t>(chosen) * group_rows;
+    const std::int32_t end_row = std::min(static_cast<std::int32_t>(end) * group_rows, height);
+    group_px_.assign(end - chosen, 0.0F);
+    // A group may have rows of several windows.
+    for (std::size_t w = 0; w < light.windows.size(); ++w) {
+        const FrameLight::Window& window = light.windows[w];
+        const std::int32_t first = std::max(begin_row, window.image_y);
+        const std::int32_t rows = std::min(end_row, window.image_y + window.sensor.height) - first;
+        if (rows <= 0) continue;
+        row_px_.resize(static_cast<std::size_t>(rows));
+        if (!light.renderer->kept_motion_px(request_for(light, w, first, rows), row_px_, cancel))
+            return false;
+        for (std::int32_t r = 0; r < rows; ++r) {
+            float& px = group_px_[static_cast<std::size_t>((first + r - begin_row) / group_rows)];
+            px = std::max(px, row_px_[static_cast<std::size_t>(r)]);
+        }
     }
+    for (std::size_t g = chosen; g < end; ++g) {
+        const float px = group_px_[g - chosen];
+        light.levels[g] = static_cast<double>(px) <= tolerance_px ? QualityLevel::repeated
+                          : std::isinf(px)                        ? QualityLevel::full
+                                                                  : QualityLevel::reprojected;
+    }
+    chosen = end;
     return true;
 }
 

@@ -49,7 +49,7 @@ struct FrameLight {
     std::optional<Time> common_mid; ///< of `rows`
     /// Levels of the groups of quality_group_rows rows (FrameQuality::group_rows_for()); empty: full.
     std::vector<QualityLevel> levels;
-    renderer::KeptLight* keep = nullptr; ///< keeps the light of the frame: see area()
+    renderer::KeptLight* keep = nullptr; ///< keeps the light of the frame: see kept_window()
     /// Of a frame that differs in its time or in poses only: rows at the levels from reprojected on are made
     /// of it.
     renderer::KeptLight* from = nullptr;
@@ -64,8 +64,8 @@ struct FrameLight {
     /// By how much all rows of this frame come later than those of `other`, ns, if the frames are equal
     /// otherwise.
     [[nodiscard]] std::optional<std::int64_t> later_than(const FrameLight& other) const noexcept;
-    /// What is rendered of a frame of one window, halo included, in sensor pixels; none for other frames.
-    [[nodiscard]] std::optional<Region> area() const noexcept;
+    /// What is rendered of a window, halo included.
+    [[nodiscard]] renderer::KeptWindow kept_window(std::size_t window) const noexcept;
     /// Middle of the exposure, half way between the first reset and the last read.
     [[nodiscard]] Time mid() const noexcept { return midpoint(rows.front().reset, rows.back().read); }
     [[nodiscard]] std::int32_t width(const RowBlock& block) const noexcept {
@@ -81,22 +81,27 @@ struct FrameLight {
 /// Renders blocks of a FrameLight. Thread-bound; real-time safe after construction.
 class BlockRenderer {
 public:
-    /// For blocks of at most `lines` rows, halo included, and `width` columns, of `bands` spectral bands.
-    BlockRenderer(std::size_t bands, std::int32_t lines, std::int32_t width);
+    /// For blocks of at most `lines` rows, halo included.
+    explicit BlockRenderer(std::int32_t lines);
 
     /// Fills `light`, light.floats(block) floats: bands x lines x width. Returns false if `cancel` became
     /// true.
     [[nodiscard]] bool render(const FrameLight& light, const RowBlock& block, std::span<float> out,
                               const std::atomic<bool>* cancel);
+    /// Chooses the levels of the groups of rows from group `chosen` on that `block` needs, of a frame that is
+    /// made of FrameLight::from: repeated where bodies have moved by no more than `tolerance_px`, reprojected
+    /// where they have, full where the earlier frame cannot have them. `chosen` becomes the end of those
+    /// groups. Returns as render().
+    [[nodiscard]] bool choose_levels(FrameLight& light, const RowBlock& block, double tolerance_px,
+                                     std::size_t& chosen, const std::atomic<bool>* cancel);
 
 private:
-    [[nodiscard]] bool render_push_broom(const FrameLight& light, const RowBlock& block,
-                                         renderer::RenderRequest request, std::span<float> out,
-                                         const std::atomic<bool>* cancel);
+    [[nodiscard]] renderer::RenderRequest request_for(const FrameLight& light, std::size_t window,
+                                                      std::int32_t first_row, std::int32_t rows);
 
     std::vector<RowTime> times_;
     std::vector<QualityLevel> levels_;
-    std::vector<float> line_; ///< push-broom: one line of all spectral bands
+    std::vector<float> row_px_, group_px_; ///< motion of rows and of groups
 };
 
 } // namespace obscura::emulator

@@ -28,7 +28,8 @@ sensors::WindowRequest request_of(const CameraWindow& w) {
 /// Rows that the detector exposes and reports at a time: the first ones of a block can leave while it works
 /// on the others.
 constexpr std::int32_t rows_at_a_time = 64;
-/// Rows of a frame that come first, each time twice as many: with a short exposure they are due soon.
+/// Rows of a frame, and lines of a push-broom sensor's first block, that come first, each time twice as many:
+/// with a short exposure they are due soon.
 constexpr std::int32_t first_rows = 4;
 
 /// Whether rows are made of an earlier frame.
@@ -94,11 +95,12 @@ FrameMaker::FrameMaker(const renderer::Renderer& renderer, sensors::Detector& de
     const std::size_t line = band_count_ * static_cast<std::size_t>(readout_.width);
     for (std::vector<float>& buffer : buffers_)
         buffer.assign(line * static_cast<std::size_t>(buffer_rows_), 0.0F);
-    const auto block_renderer = [&] { return BlockRenderer(band_count_, buffer_rows_, readout_.width); };
+    const auto block_renderer = [&] { return BlockRenderer(buffer_rows_); };
     blocks_ = std::make_unique<BlockRenderer>(block_renderer());
     if (settings_.enter_render) {
-        // A frame of one window with the halo of each of its blocks; of others what there is room for.
-        const std::size_t blocks = rows / static_cast<std::size_t>(settings_.band_rows) + 1;
+        // Any frame with the halo of each of its blocks; where those are whole columns, what there is room
+        // for.
+        const std::size_t blocks = rows / static_cast<std::size_t>(settings_.band_rows) + max_windows;
         const std::size_t lines_kept = rows + 2 * blocks * static_cast<std::size_t>(detector_.halo_rows());
         const std::size_t area_rows = rows + 2 * static_cast<std::size_t>(detector_.halo_rows());
         LevelStore levels;
@@ -150,12 +152,14 @@ std::string FrameMaker::plan_frame(const FrameOrder& order) {
 
 std::unique_ptr<renderer::KeptLight> FrameMaker::make_kept_light() const {
     const std::int32_t rows = std::max(settings_.max_rows, readout_.height);
-    return std::make_unique<renderer::KeptLight>(current(), readout_.width, rows + 2 * detector_.halo_rows());
+    const auto halos = static_cast<std::int32_t>(max_windows) * 2 * detector_.halo_rows();
+    return std::make_unique<renderer::KeptLight>(current(), readout_.width, rows + halos, max_windows);
 }
 
 /// Sets what the frame prepared last is made of and where its light is kept, without a render thread.
 std::string FrameMaker::find_earlier() noexcept {
-    light_.keep = kept_.begin(light_);
+    // Lines of a frame before show other places.
+    light_.keep = light_.push_broom ? nullptr : kept_.begin(light_);
     light_.from = kept_.earlier(light_).light;
     if (light_.from != nullptr) light_.from->begin_reprojection();
     return light_.from == nullptr && uses_earlier(light_)
@@ -461,7 +465,7 @@ void FrameMaker::list_row_blocks(FrameLight& light) const noexcept {
         for (std::int32_t row = 0; row < r.height;) {
             RowBlock block{.window = w, .first_row = window.image_y + row};
             if (light.push_broom) {
-                block.rows = std::min(buffer_rows_, r.height - row);
+                block.rows = std::min({first_rows + row, buffer_rows_, r.height - row});
             } else if (columns) {
                 block.rows = r.height;
                 block.halo_above = r.y;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "emulator/kept_frames.hpp"
 
-#include <optional>
+#include <span>
 
 namespace obscura::emulator {
 
@@ -9,14 +9,16 @@ KeptFrames::KeptFrames(const Make& make) {
     if (!make) return;
     for (std::unique_ptr<renderer::KeptLight>& kept : kept_)
         kept = make();
+    windows_.reserve(max_windows);
 }
 
 renderer::KeptLight* KeptFrames::begin(const FrameLight& light) noexcept {
-    const std::optional<Region> area = light.area();
     renderer::KeptLight* const kept = kept_[1 - whole_].get();
-    if (kept == nullptr || !area) return nullptr;
-    kept->begin_frame(*area);
-    return kept;
+    if (kept == nullptr || light.blocks.empty()) return nullptr;
+    windows_.clear();
+    for (std::size_t w = 0; w < light.windows.size(); ++w)
+        windows_.push_back(light.kept_window(w));
+    return kept->begin_frame(windows_) ? kept : nullptr;
 }
 
 void KeptFrames::accept(const FrameLight& frame, double error) noexcept {
@@ -28,7 +30,11 @@ void KeptFrames::accept(const FrameLight& frame, double error) noexcept {
 
 KeptFrames::Earlier KeptFrames::earlier(const FrameLight& light) const noexcept {
     renderer::KeptLight* const kept = kept_[whole_].get();
-    if (kept == nullptr || !kept->complete(*light.renderer) || kept->area() != light.area()) return {};
+    if (kept == nullptr || !kept->complete(*light.renderer)) return {};
+    const std::span<const renderer::KeptWindow> windows = kept->windows();
+    if (windows.size() != light.windows.size()) return {};
+    for (std::size_t w = 0; w < windows.size(); ++w)
+        if (windows[w] != light.kept_window(w)) return {};
     return {kept, error_, mid_};
 }
 

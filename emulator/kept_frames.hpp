@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <vector>
 
 namespace obscura::emulator {
 
@@ -23,7 +24,7 @@ public:
     /// `make`: empty if nothing is kept.
     explicit KeptFrames(const Make& make = {});
 
-    /// Where a frame that is rendered from now on is to keep its light; null: it has several windows.
+    /// Where a frame that is rendered from now on is to keep its light; null: there is no room for it.
     [[nodiscard]] renderer::KeptLight* begin(const FrameLight& light) noexcept;
     /// `frame` has been rendered with what begin() gave it: it is the last whole one if all its rows have
     /// been kept. `error`: FrameQuality::error_rms.
@@ -34,13 +35,14 @@ public:
         double error = 0;                     ///< FrameQuality::error_rms
         Time mid{};                           ///< FrameLight::mid()
     };
-    /// The last whole frame, if it can serve `light`: same renderer and area.
+    /// The last whole frame, if it can serve `light`: same renderer and windows.
     [[nodiscard]] Earlier earlier(const FrameLight& light) const noexcept;
 
 private:
     std::array<std::unique_ptr<renderer::KeptLight>, 2> kept_;
-    std::size_t whole_ = 0; ///< index of the last whole frame
-    double error_ = 0;      ///< of that
+    std::vector<renderer::KeptWindow> windows_; ///< scratch space
+    std::size_t whole_ = 0;                     ///< index of the last whole frame
+    double error_ = 0;                          ///< of that
     Time mid_{};
 };
 

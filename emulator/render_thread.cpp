@@ -22,6 +22,20 @@ constexpr std::int64_t hold_poll_ns = 20'000'000;
 constexpr double star_tolerance_px = 0.001;
 /// Frames whose bodies have moved by more are rendered anew: what reprojection does not know grows with it.
 constexpr double most_reprojected_px = 1;
+/// Lines of a push-broom sensor do not say what is between them if the image moves by more from one to the
+/// next.
+constexpr double most_px_per_line = 1.25;
+
+/// Whether a frame can be made of the light of one that is `later_ns` earlier and otherwise looks alike but
+/// for a motion of `error_px`.
+bool is_near(const FrameLight& light, std::int64_t later_ns, double error_px) noexcept {
+    if (!light.push_broom) return error_px <= most_reprojected_px;
+    const Time first = light.rows[0].mid(), second = light.rows[1].mid();
+    if (light.renderer->image_motion_px({first, second}) > most_px_per_line) return false;
+    // By the same poses lines at other times see what the lines of those times saw.
+    if (light.live) return error_px <= most_reprojected_px;
+    return 2 * std::abs(later_ns) < light.rows.back().read - light.rows.front().reset;
+}
 
 } // namespace
 
@@ -63,7 +77,7 @@ RenderThread::~RenderThread() {
 void RenderThread::expect(const FrameLight& light, const Tolerance& tolerance, Time not_before) noexcept {
     discard();
     const bool at_once = not_before <= clock_.now();
-    begin(light, nullptr, QualityLevel::full, at_once ? Time{} : not_before);
+    begin(light, at_once ? Time{} : not_before);
     tolerance_ = tolerance;
     expected_.store(jobs_.load(std::memory_order_relaxed));
     if (at_once) begun_.fetch_add(1, std::memory_order_relaxed);
@@ -73,17 +87,19 @@ void RenderThread::note_kept(const Store& before) noexcept {
     if (!before.adapts || before.levels->is_whole()) kept_.accept(before.light, last_error_);
 }
 
-void RenderThread::take_from(Store& s, const Store& source, QualityLevel level) noexcept {
+void RenderThread::take_from(Store& s, const Store& source) noexcept {
     const auto height = static_cast<std::int32_t>(s.light.rows.size());
     const std::int32_t group_rows = FrameQuality::group_rows_for(height);
-    s.light.levels.assign(static_cast<std::size_t>((height + group_rows - 1) / group_rows), level);
+    s.light.levels.assign(static_cast<std::size_t>((height + group_rows - 1) / group_rows),
+                          QualityLevel::repeated);
+    s.groups_chosen = 0;
     s.light.keep = nullptr;
     s.light.from = source.light.keep;
     s.light.from->begin_reprojection();
 }
 
-void RenderThread::begin(const FrameLight& light, const Store* source, QualityLevel level,
-                         Time not_before) noexcept {
+void RenderThread::begin(const FrameLight& light, Time not_before, const Store* source,
+                         std::optional<double> tolerance_px) noexcept {
     const std::uint32_t job = jobs_.load(std::memory_order_relaxed);
     // The job before has rendered all its blocks, or been cancelled: it stops within a row of a block.
     while (job > 0 && !store(job - 1).stopped.load(std::memory_order_acquire)) {
@@ -94,6 +110,7 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
     Store& s = store(job);
     s.light = light;
     s.source = source;
+    s.tolerance_px = tolerance_px;
     s.not_before = not_before;
     s.hold.store(not_before == Time{} ? Hold::none : Hold::waiting, std::memory_order_relaxed);
     if (job > 0) note_kept(store(job - 1));
@@ -108,7 +125,7 @@ void RenderThread::begin(const FrameLight& light, const Store* source, QualityLe
         used += floats;
     }
     if (source != nullptr)
-        take_from(s, *source, level);
+        take_from(s, *source);
     else
         s.light.keep = s.offsets.size() == s.light.blocks.size() ? kept_.begin(s.light) : nullptr;
     s.ready.store(0, std::memory_order_relaxed);
@@ -162,7 +179,7 @@ RenderThread::Match RenderThread::match(const Store& s, const FrameLight& light,
         m.error_px = std::max(m.error_px, lamps_px);
         if (lamps_px > tolerance_.image_px) return m; // reprojection moves no light
     }
-    const bool movable = m.error_px > star_tolerance_px && m.error_px <= most_reprojected_px &&
+    const bool movable = m.error_px > star_tolerance_px && is_near(light, *later_ns, m.error_px) &&
                          s.light.keep != nullptr && s.light.keep->complete(*light.renderer) &&
                          s.ready.load(std::memory_order_acquire) == light.blocks.size();
     if (near)
@@ -218,8 +235,7 @@ void RenderThread::claim(const FrameLight& light, const GroundTruth& truth) noex
                 for (std::size_t i = 0; i < light.blocks.size(); ++i)
                     s.levels->settle(i);
             const bool reproject = m.use == Match::Use::reprojected;
-            if (reproject) moved_.fetch_add(1, std::memory_order_relaxed);
-            begin(light, &s, reproject ? QualityLevel::reprojected : QualityLevel::repeated);
+            begin(light, {}, &s, reproject ? std::optional(tolerance_.image_px) : std::nullopt);
             claimed_job_ = jobs_.load(std::memory_order_relaxed) - 1;
             return;
         }
@@ -239,8 +255,15 @@ void RenderThread::describe_moved(FrameQuality& quality, const LightUse& use,
     const Store& s = claimed();
     if (s.source == nullptr) return;
     if (s.source->adapts) s.source->levels->describe(quality, use);
+    const std::vector<QualityLevel>& own = s.light.levels;
+    if (std::find(own.begin(), own.end(), QualityLevel::reprojected) == own.end()) return;
     // Within the tolerance the bodies are those that were rendered.
-    if (s.light.levels.front() == QualityLevel::reprojected) describe_levels(quality, s.light.levels, height);
+    std::array<QualityLevel, max_quality_groups> levels{};
+    for (std::size_t g = 0; g < own.size(); ++g)
+        levels[g] = own[g] != QualityLevel::repeated ? own[g]
+                    : s.source->adapts               ? quality.group_level[g]
+                                                     : QualityLevel::full;
+    describe_levels(quality, std::span(levels).first(own.size()), height);
 }
 
 void RenderThread::claim_levels(const FrameLight& light) noexcept {
@@ -350,11 +373,11 @@ void RenderThread::render(Store& s) noexcept {
         return;
     }
     for (std::size_t i = 0; i < s.offsets.size(); ++i) {
-        const RowBlock& block = s.light.blocks[i];
-        if (!blocks_.render(s.light, block, std::span(s.floats).subspan(s.offsets[i], s.light.floats(block)),
-                            &s.cancel))
-            break;
+        if (!render_block(s, i)) break;
         if (i + 1 == s.light.blocks.size()) {
+            if (std::any_of(s.light.levels.begin(), s.light.levels.end(),
+                            [](QualityLevel level) { return level == QualityLevel::reprojected; }))
+                moved_.fetch_add(1, std::memory_order_relaxed);
             s.work = s.light.renderer->work() - s.before;
             s.ended = s.source != nullptr ? s.source->ended : clock_.now();
             note_state(s);
@@ -363,6 +386,14 @@ void RenderThread::render(Store& s) noexcept {
         changed_.notify();
     }
     end(s);
+}
+
+bool RenderThread::render_block(Store& s, std::size_t index) noexcept {
+    const RowBlock& block = s.light.blocks[index];
+    if (s.tolerance_px && !blocks_.choose_levels(s.light, block, *s.tolerance_px, s.groups_chosen, &s.cancel))
+        return false;
+    return blocks_.render(s.light, block,
+                          std::span(s.floats).subspan(s.offsets[index], s.light.floats(block)), &s.cancel);
 }
 
 /// No further block of the frame follows.

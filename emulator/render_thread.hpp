@@ -33,7 +33,7 @@ struct AheadCounters {
     std::uint64_t used = 0;      ///< confirmed by the trigger
     std::uint64_t discarded = 0; ///< other settings, another instant, or the trigger never came
     std::uint64_t early = 0;     ///< of `used`: all rows were ready at the trigger
-    std::uint64_t moved = 0;     ///< of `used`: reprojected to the true edge and poses
+    std::uint64_t moved = 0;     ///< of `used`: rows were reprojected to the true edge and poses
 };
 
 /// Room for a frame whose rows have levels, with its halo; 0: none.
@@ -45,10 +45,10 @@ struct LevelStore {
 
 /// Renders one frame at a time on a thread of its own, into one of two stores: while the detector reads the
 /// light of a frame from one, the other takes that of the next. An expected frame that turns out to be at
-/// another time or of other poses is made into that of the trigger in the other store: bodies are
-/// reprojected, or stay where they have moved within the tolerance; stars and small bodies are drawn at their
-/// true places. One thread, which makes the frames, calls
-/// everything that is not stated otherwise; nothing allocates after construction.
+/// another time or of other poses is made into that of the trigger in the other store: group of rows by
+/// group, bodies are reprojected, or stay where they have moved within the tolerance; stars and small bodies
+/// are drawn at their true places. One thread, which makes the frames, calls everything that is not stated
+/// otherwise; nothing allocates after construction.
 class RenderThread {
 public:
     /// `blank`: a FrameLight whose vectors have room for any frame. `floats`: of a store; row blocks beyond
@@ -146,6 +146,9 @@ private:
         std::unique_ptr<AdaptiveFrame> levels; ///< null: no frame has them
         bool adapts = false;                   ///< `levels` has the light of this frame
         const Store* source = nullptr;         ///< store of the frame that this one is made from
+        /// Groups of rows of such a frame stand within it, px; none: all do. Those chosen so far.
+        std::optional<double> tolerance_px{};
+        std::size_t groups_chosen = 0;
         std::vector<float> floats;
         std::vector<std::size_t> offsets;  ///< of each block that has room
         std::atomic<std::size_t> ready{0}; ///< blocks that are rendered
@@ -163,11 +166,12 @@ private:
     void run() noexcept;
     void render(Store& store) noexcept;
     void end(Store& store) noexcept;
-    void begin(const FrameLight& light, const Store* source = nullptr,
-               QualityLevel level = QualityLevel::full, Time not_before = {}) noexcept;
+    void begin(const FrameLight& light, Time not_before = {}, const Store* source = nullptr,
+               std::optional<double> tolerance_px = {}) noexcept;
     [[nodiscard]] bool wait_to_begin(Store& store) noexcept;
     void note_kept(const Store& before) noexcept;
-    void take_from(Store& store, const Store& source, QualityLevel level) noexcept;
+    static void take_from(Store& store, const Store& source) noexcept;
+    [[nodiscard]] bool render_block(Store& store, std::size_t index) noexcept;
     void claim_levels(const FrameLight& light) noexcept;
     void discard() noexcept;
     void note_state(Store& store) noexcept;

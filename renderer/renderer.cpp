@@ -103,6 +103,7 @@ struct Scratch {
     bool waits = false;                       ///< for tiles, whatever the settings
     RowTime measured{};                       ///< the exposure that `motion` belongs to
     double motion = 0;                        ///< see motion_px()
+    std::int32_t row = 0;                     ///< of the request, that is being rendered
 
     /// `count` columns from `first` on, of a row of `width`, have samples.
     void add_sampled(std::int32_t first, std::int32_t count, std::int32_t width) {
@@ -147,15 +148,25 @@ void FrameSamples::begin_frame() noexcept {
 }
 
 struct KeptLight::Impl {
-    Impl(const Region& most, std::size_t channels, std::size_t bodies) {
-        image.begin(most, channels, bodies);
-        motion.reset(most);
-        motion_jobs.reserve(static_cast<std::size_t>(motion.cell_rows()) + 1);
+    struct Window {
+        KeptImage image;
+        MotionGrid motion;
+    };
+    Impl(std::size_t width, std::size_t rows, std::size_t most_windows, std::size_t channels,
+         std::size_t bodies)
+        : most_channels(channels),
+          images(width, rows, most_windows, channels, bodies),
+          motions(width, rows, most_windows),
+          windows(most_windows) {
+        placed.reserve(most_windows);
+        motion_jobs.reserve(rows / MotionGrid::cell_px + 3);
     }
 
-    KeptImage image;
-    MotionGrid motion;
-    Region area{};
+    std::size_t most_channels;
+    KeptMemory images;
+    MotionGrid::Memory motions;
+    std::vector<Window> windows;           ///< as many as are `placed`, and unused ones
+    std::vector<KeptWindow> placed;        ///< see KeptLight::windows()
     std::uint64_t kept_by = 0;             ///< number of the renderer of the light; 0: none yet
     std::vector<std::int32_t> motion_jobs; ///< rows of cells to be done
 };
@@ -166,16 +177,26 @@ struct Workspace::Impl {
     RowBlock rows;
 };
 Workspace::~Workspace() = default;
-void KeptLight::begin_frame(const Region& area) noexcept {
-    impl_->area = area;
+bool KeptLight::begin_frame(std::span<const KeptWindow> windows) noexcept {
     impl_->kept_by = 0;
-    impl_->motion.reset(area);
+    impl_->placed.clear();
+    impl_->images.clear();
+    impl_->motions.clear();
+    if (windows.size() > impl_->windows.size()) return false;
+    for (std::size_t w = 0; w < windows.size(); ++w)
+        if (Impl::Window& to = impl_->windows[w];
+            !to.image.place(windows[w], impl_->most_channels, impl_->images) ||
+            !to.motion.place(windows[w], impl_->motions))
+            return false;
+    impl_->placed.assign(windows.begin(), windows.end());
+    return true;
 }
-Region KeptLight::area() const noexcept {
-    return impl_->area;
+std::span<const KeptWindow> KeptLight::windows() const noexcept {
+    return impl_->placed;
 }
 void KeptLight::begin_reprojection() noexcept {
-    impl_->motion.reset(impl_->area);
+    for (std::size_t w = 0; w < impl_->placed.size(); ++w)
+        impl_->windows[w].motion.restart();
 }
 
 namespace {
@@ -517,6 +538,9 @@ struct Renderer::Impl {
     /// Finds the motion of the request's reprojected rows; false when cancelled.
     bool fill_motion(const RenderRequest& request, const std::atomic<bool>* cancel,
                      const RowBlock& rows) const;
+    /// The same of its rows `first` to `last`, whatever their levels.
+    bool fill_motion(const RenderRequest& request, std::int32_t first, std::int32_t last,
+                     const std::atomic<bool>* cancel, const RowBlock& rows) const;
     /// Takes the row's pixels from an earlier frame.
     void take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level, std::size_t channels,
                       const RowState& now, Scratch& s) const;
@@ -554,6 +578,16 @@ struct Renderer::Impl {
     [[nodiscard]] static std::int32_t plane_rows(const RenderRequest& request) {
         return request.plane_rows > 0 ? request.plane_rows : request.rows;
     }
+    /// Row of the sensor that row `r` of a request is, and its row in what is kept of its window.
+    [[nodiscard]] static std::int32_t sensor_y(const RenderRequest& request, std::int32_t r) {
+        return request.window.y + request.first_row + (request.line ? 0 : r);
+    }
+    [[nodiscard]] static std::int32_t kept_y(const RenderRequest& request, std::int32_t r) {
+        return request.line ? *request.line + r : sensor_y(request, r);
+    }
+    /// Renders each line of a push-broom sensor by a request of its own.
+    bool render_line_by_line(const Renderer& self, const RenderRequest& request, std::span<float> irradiance,
+                             const std::atomic<bool>* cancel) const;
     RenderedRow render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                            std::span<float> irradiance, Scratch& s) const;
     /// Adds the light of the row's pixel samples. Returns false if no body is near.
@@ -871,21 +905,33 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic
     std::int32_t last = request.rows - 1;
     while (!asks(last))
         --last;
+    return fill_motion(request, first, last, cancel, rows);
+}
+
+bool Renderer::Impl::fill_motion(const RenderRequest& request, std::int32_t first, std::int32_t last,
+                                 const std::atomic<bool>* cancel, const RowBlock& rows) const {
     KeptLight::Impl& from = *request.from->impl_;
-    MotionGrid& motion = from.motion;
-    const std::int32_t top = request.window.y + request.first_row;
+    const KeptImage& image = from.windows[request.kept_window].image;
+    MotionGrid& motion = from.windows[request.kept_window].motion;
+    const std::int32_t top = kept_y(request, 0);
     const bool whole = !request.frame_times.empty();
     const std::span<const RowTime> times = whole ? request.frame_times : request.row_times;
-    const std::int32_t times_y = whole ? request.frame_y : top;
+    const std::int32_t times_y = !whole ? top : request.line ? 0 : request.frame_y;
+    const auto middle_of = [&](std::int32_t y) {
+        const auto end = static_cast<std::int32_t>(times.size()) - 1;
+        const std::int32_t at = std::clamp(y - times_y, 0, end);
+        const Time mid = times[static_cast<std::size_t>(at)].mid();
+        // Lines follow each other at their rate, beyond the last one, too.
+        const std::int64_t beyond = request.line && end > 0 ? y - times_y - at : 0;
+        return mid + beyond * (times.back().mid() - times.front().mid()) / std::max(end, 1);
+    };
     const auto trace = [&](std::int32_t y, Scratch& s, const auto& use) {
-        const RowTime& time = times[static_cast<std::size_t>(
-            std::clamp(y - times_y, 0, static_cast<std::int32_t>(times.size()) - 1))];
-        const Exposure middle{RowTime{time.mid(), time.mid()}, 1};
-        begin_rows(rows.request, middle, s, s.middle);
+        const Time mid = middle_of(y);
+        begin_rows(rows.request, Exposure{RowTime{mid, mid}, 1}, s, s.middle);
         const RowState& row = s.middle.rows[0];
         set_lens(row.beta, s);
         with_tracer(row, s, [&](Tracer& tracer) {
-            use(MotionGrid::View{*s.lens, *lens, row, tracer, s.candidates, from.image});
+            use(MotionGrid::View{*s.lens, *lens, row, mid, tracer, s.candidates, image});
         });
     };
     // Each step on the rows about those of the step after it.
@@ -920,7 +966,7 @@ bool Renderer::Impl::fill_motion(const RenderRequest& request, const std::atomic
 void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, QualityLevel level,
                                   std::size_t channels, const RowState& now, Scratch& s) const {
     s.add_sampled(0, request.window.width, request.window.width);
-    const KeptLight::Impl& from = *request.from->impl_;
+    const KeptLight::Impl::Window& from = request.from->impl_->windows[request.kept_window];
     const KeptImage& image = from.image;
     const Region& area = image.area();
     const auto width = static_cast<std::size_t>(area.width);
@@ -948,7 +994,7 @@ void Renderer::Impl::take_earlier(const RenderRequest& request, std::int32_t y, 
         }
     }
     if (!request.samples.empty()) {
-        const auto at = static_cast<std::size_t>(y - request.window.y - request.first_row) * width;
+        const std::size_t at = static_cast<std::size_t>(s.row) * width;
         constexpr float share = 1.0F / (MotionGrid::cell_px * MotionGrid::cell_px);
         for (std::size_t x = 0; x < width; ++x)
             if (is_lit(s.light, x, width)) request.samples[at + x] = share;
@@ -993,17 +1039,15 @@ void Renderer::Impl::bound_variance(const KeptImage& image, std::int32_t y, Qual
 
 void Renderer::Impl::keep_light(const RenderRequest& request, std::int32_t y, const Exposure& when,
                                 Scratch& s) const {
-    KeptImage& image = request.keep->impl_->image;
+    KeptImage& image = request.keep->impl_->windows[request.kept_window].image;
     image.keep_row(y, s.light);
     // Makes room for the rows that are made of it, on each thread once.
     s.motion_of_row.resize(static_cast<std::size_t>(request.window.width));
     if (s.middle.rows.empty()) begin_row(to_seconds(when.row.mid().ns), s, s.middle, 0, 1);
     if (!image.wants_view(y)) return;
-    if (when.instants == 1) {
-        image.set_view(y, s.whole.rows[0]);
-        return;
-    }
-    image.set_view(y, begin_row(to_seconds(when.row.mid().ns), s, s.middle, 0, 1));
+    const Time mid = when.row.mid();
+    image.set_view(y, mid,
+                   when.instants == 1 ? s.whole.rows[0] : begin_row(to_seconds(mid.ns), s, s.middle, 0, 1));
 }
 
 bool Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, const SparseGrid& grid,
@@ -1018,7 +1062,7 @@ bool Renderer::Impl::take_sparse(const RenderRequest& request, std::int32_t y, c
             s.variance[x] = is_lit(s.light, x, width) ? std::max(s.variance[x], least_variance) : 0;
     }
     if (!request.samples.empty()) {
-        const auto row = static_cast<std::size_t>(y - request.window.y - request.first_row);
+        const auto row = static_cast<std::size_t>(s.row);
         const float share = 1 / static_cast<float>(grid.step() * grid.step());
         for (std::size_t x = 0; x < width; ++x)
             if (is_lit(s.light, x, width)) request.samples[row * width + x] = share;
@@ -1043,8 +1087,8 @@ void Renderer::Impl::trace_small_bodies(const RenderRequest& request, std::int32
                 s.light[c * width + static_cast<std::size_t>(column)] = 0;
             if (!request.variance.empty()) s.variance[static_cast<std::size_t>(column)] = 0;
             if (!request.samples.empty())
-                request.samples[static_cast<std::size_t>(y - request.window.y - request.first_row) * width +
-                                static_cast<std::size_t>(column)] = 0;
+                request.samples[static_cast<std::size_t>(s.row) * width + static_cast<std::size_t>(column)] =
+                    0;
         }
         trace_block(request, y, block, blocks, nullptr, nullptr, tracer.channels(), s);
     }
@@ -1098,8 +1142,7 @@ void Renderer::Impl::splat_bodies(const RenderRequest& request, const RowBlock& 
             splatter.splat_body(target, rows.points.done[static_cast<std::size_t>(job - jobs.begin())]);
         return;
     }
-    const auto r = static_cast<std::size_t>(target.y - request.window.y - request.first_row);
-    const bool alone = request.common_mid != request.row_times[r].mid();
+    const bool alone = request.common_mid != request.row_times[static_cast<std::size_t>(s.row)].mid();
     const PointView view{request.window, target.y,   1,       request.frame_id,
                          alone,          target.row, *s.lens, s.candidates};
     s.point_jobs.clear();
@@ -1193,8 +1236,7 @@ bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
         const auto pixel = static_cast<std::size_t>(column);
         for (std::size_t c = 0; c < channels; ++c)
             s.light[c * width + pixel] += result.mean[c][i];
-        const std::size_t at =
-            static_cast<std::size_t>(y - request.window.y - request.first_row) * width + pixel;
+        const std::size_t at = static_cast<std::size_t>(s.row) * width + pixel;
         if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
         if (estimates) s.variance[pixel] = std::max(result.variance[i], least_variance);
     }
@@ -1206,17 +1248,14 @@ bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
                                   QualityLevel level, Tracer& tracer, Scratch& s) const {
     if (level >= QualityLevel::reprojected) {
         const std::span<const RowState> states = instants.states();
-        take_earlier(request, y, level, tracer.channels(), states[states.size() / 2], s);
+        take_earlier(request, kept_y(request, s.row), level, tracer.channels(), states[states.size() / 2], s);
         return true;
     }
     if (std::none_of(instants.states().begin(), instants.states().end(),
                      [&](const RowState& row) { return resolves_any(row, field_rad); }))
         return false;
     const bool shared =
-        rows.kernel &&
-        shares_samples(request,
-                       request.row_times[static_cast<std::size_t>(y - request.window.y - request.first_row)],
-                       level, s);
+        rows.kernel && shares_samples(request, request.row_times[static_cast<std::size_t>(s.row)], level, s);
     const bool sparse = level >= QualityLevel::grid && !shared;
     if (sparse && take_sparse(request, y, rows.sparse[sparse_index(level)], tracer.channels(), s))
         return true;
@@ -1263,7 +1302,8 @@ void Renderer::Impl::scale_variance(Scratch& s, std::span<float> variance) const
 RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
                                        std::span<float> irradiance, Scratch& s) const {
     const auto width = static_cast<std::size_t>(request.window.width);
-    const std::int32_t y = request.window.y + request.first_row + r;
+    const std::int32_t y = sensor_y(request, r);
+    s.row = r;
     const Exposure when = exposure(request.row_times[static_cast<std::size_t>(r)], s);
     s.starlight.assign(width * scene.bands.size(), 0);
     const auto row_of = [&](std::span<float> plane) {
@@ -1295,7 +1335,7 @@ RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBl
         with_tracer(Instants(states), s,
                     [&](Tracer& tracer) { trace_small_bodies(request, y, Instants(states), tracer, s); });
     }
-    if (request.keep != nullptr) keep_light(request, y, when, s);
+    if (request.keep != nullptr) keep_light(request, kept_y(request, r), when, s);
     s.work.lap(RenderPart::sampling);
     for (std::uint32_t i = 0; i < when.instants; ++i) {
         set_lens(states[i].beta, s);
@@ -1427,9 +1467,8 @@ std::size_t Renderer::band_count() const noexcept {
     return impl_->scene.bands.size();
 }
 
-KeptLight::KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows)
-    // An area that begins within a cell covers one more.
-    : impl_(std::make_unique<Impl>(Region{1, 1, width + MotionGrid::cell_px, rows + MotionGrid::cell_px},
+KeptLight::KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows, std::size_t windows)
+    : impl_(std::make_unique<Impl>(static_cast<std::size_t>(width), static_cast<std::size_t>(rows), windows,
                                    renderer.band_count(), renderer.impl_->bodies.size())) {}
 
 Workspace::Workspace(const Renderer& renderer, std::int32_t width, std::int32_t rows)
@@ -1448,7 +1487,7 @@ Workspace::Workspace(const Renderer& renderer, std::int32_t width, std::int32_t 
             const Time mid{static_cast<std::int64_t>(r) * between_rows_ns};
             times[r] = {mid, mid};
         }
-        light.begin_frame(area);
+        light.begin_frame(KeptWindow{area});
         const auto render = [&](QualityLevel level, std::int32_t first, std::int32_t count) {
             std::fill(levels.begin(), levels.end(), level);
             const auto of = [first, count](auto& all, std::size_t each = 1) {
@@ -1477,7 +1516,39 @@ Workspace::Workspace(const Renderer& renderer, std::int32_t width, std::int32_t 
 }
 
 bool KeptLight::complete(const Renderer& renderer) const noexcept {
-    return impl_->kept_by == renderer.impl_->number && impl_->image.complete();
+    const auto windows = std::span(impl_->windows).first(impl_->placed.size());
+    return impl_->kept_by == renderer.impl_->number && !windows.empty() &&
+           std::all_of(windows.begin(), windows.end(),
+                       [](const Impl::Window& window) { return window.image.complete(); });
+}
+
+bool Renderer::kept_motion_px(const RenderRequest& request, std::span<float> px,
+                              const std::atomic<bool>* cancel) const {
+    const UnderWay counted(impl_->under_way);
+    assert(px.size() == static_cast<std::size_t>(request.rows));
+    RowBlock& rows = impl_->block_scratch.local();
+    rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
+    if (!impl_->fill_motion(request, 0, request.rows - 1, cancel, rows)) return false;
+    MotionGrid& motion = request.from->impl_->windows[request.kept_window].motion;
+    for (std::int32_t r = 0; r < request.rows; ++r)
+        px[static_cast<std::size_t>(r)] = motion.largest_px(Impl::kept_y(request, r));
+    return true;
+}
+
+bool Renderer::Impl::render_line_by_line(const Renderer& self, const RenderRequest& request,
+                                         std::span<float> irradiance, const std::atomic<bool>* cancel) const {
+    const auto width = static_cast<std::size_t>(request.window.width);
+    RenderRequest line = request;
+    line.rows = 1;
+    line.plane_rows = plane_rows(request);
+    for (std::int32_t r = 0; r < request.rows; ++r) {
+        const auto at = static_cast<std::size_t>(r);
+        line.row_times = request.row_times.subspan(at, 1);
+        if (!request.levels.empty()) line.levels = request.levels.subspan(at, 1);
+        line.line = *request.line + r;
+        if (!self.render(line, irradiance.subspan(at * width), cancel)) return false;
+    }
+    return true;
 }
 
 bool Renderer::load_tiles(const RenderRequest& request, const std::function<bool(double)>& go_on) const {
@@ -1501,6 +1572,10 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
                                                               static_cast<std::size_t>(request.window.width));
     assert(request.rows >= 0 && request.row_times.size() == static_cast<std::size_t>(request.rows));
     assert(request.levels.empty() || request.levels.size() == request.row_times.size());
+    assert(!request.line || (request.gate == nullptr && request.samples.empty() && request.variance.empty()));
+    // The wings of each line are maps of their own: no more at a time than rows share.
+    if (request.line && request.rows > 1 && impl_->wing_kernels)
+        return impl_->render_line_by_line(*this, request, irradiance, cancel);
     RowBlock& rows = request.kept != nullptr    ? request.kept->impl_->rows
                      : request.alone != nullptr ? request.alone->impl_->rows
                                                 : impl_->block_scratch.local();
@@ -1519,14 +1594,16 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     }
     if (request.keep != nullptr) {
         KeptLight::Impl& keep = *request.keep->impl_;
-        assert(keep.area.x == request.window.x && keep.area.width == request.window.width);
-        if (std::exchange(keep.kept_by, impl_->number) == 0) {
-            keep.image.begin(keep.area, impl_->plain ? 1 : band_count(), impl_->bodies.size());
-            keep.image.set_one_time(request.common_mid.has_value());
-        }
+        assert(request.kept_window < keep.placed.size() &&
+               keep.placed[request.kept_window].area.x == request.window.x &&
+               keep.placed[request.kept_window].area.width == request.window.width);
+        if (std::exchange(keep.kept_by, impl_->number) == 0)
+            for (KeptLight::Impl::Window& window : std::span(keep.windows).first(keep.placed.size()))
+                window.image.begin(impl_->plain ? 1 : band_count(), impl_->bodies.size(),
+                                   request.common_mid.has_value());
     }
-    impl_->splatter.star_rows().assign(request.row_times, request.window,
-                                       request.window.y + request.first_row, rows.stars);
+    impl_->splatter.star_rows().assign(request.row_times, request.window, Impl::sensor_y(request, 0),
+                                       request.line.has_value(), rows.stars);
     if (!impl_->fill_sample_grid(request, cancel, rows) ||
         !impl_->fill_sparse_grid(request, QualityLevel::grid, cancel, rows) ||
         !impl_->fill_sparse_grid(request, QualityLevel::quarter, cancel, rows) ||

@@ -14,6 +14,7 @@
 #include "core/time.hpp"
 #include "renderer/integrators/aovs.hpp"
 #include "renderer/render_work.hpp"
+#include "renderer/reprojection/kept_window.hpp"
 #include "renderer/scene/scene.hpp"
 
 #include <algorithm>
@@ -110,24 +111,28 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// Light of the bodies in a frame of one window, from which rows of another frame can be made: reprojected,
-/// rotation exactly, translation by range, bodies each with its own motion (renderer/reprojection/). Holds
-/// neither stars nor sub-pixel bodies, which are drawn at their own times. Thread-bound but for what render()
-/// does with it; real-time safe after construction for areas of that size and scenes with as many bodies.
+/// Light of the bodies in a frame, from which rows of another frame of the same windows can be made, each
+/// window from itself: reprojected, rotation exactly, translation by range, bodies each with its own motion
+/// (renderer/reprojection/). Holds neither stars nor sub-pixel bodies, which are drawn at their own times.
+/// Thread-bound but for what render() does with it; real-time safe after construction for areas of that size
+/// and scenes with as many bodies.
 class KeptLight {
 public:
-    /// For areas of at most `width` x `rows` pixels of such a renderer.
-    KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows);
+    /// For at most so many windows of such a renderer, `width` pixels wide and of `rows` rows in all.
+    KeptLight(const Renderer& renderer, std::int32_t width, std::int32_t rows, std::size_t windows = 1);
     ~KeptLight();
     KeptLight(const KeptLight&) = delete;
     KeptLight& operator=(const KeptLight&) = delete;
-    /// Forgets the light: rows of `area`, sensor pixels, are kept from now on (RenderRequest::keep).
-    void begin_frame(const Region& area) noexcept;
+    /// Forgets the light: rows of these windows are kept from now on (RenderRequest::keep). False if they
+    /// need more room, or one has too few lines of a push-broom sensor.
+    bool begin_frame(std::span<const KeptWindow> windows) noexcept;
+    bool begin_frame(const KeptWindow& window) noexcept { return begin_frame({&window, 1}); }
     /// Forgets where things are in the frame that is made of it (RenderRequest::from): another one follows.
     void begin_reprojection() noexcept;
-    /// Whether all rows of the area have been kept by `renderer`.
+    /// Whether all rows of the windows have been kept by `renderer`.
     [[nodiscard]] bool complete(const Renderer& renderer) const noexcept;
-    [[nodiscard]] Region area() const noexcept;
+    /// Those of the frame begun last; none if there was no room.
+    [[nodiscard]] std::span<const KeptWindow> windows() const noexcept;
 
 private:
     friend class Renderer;
@@ -182,6 +187,10 @@ struct RenderRequest {
     KeptLight* keep = nullptr; ///< keeps the light of the rows; its area is as wide as the window
     /// For rows at QualityLevel::reprojected and repeated: a frame of the same columns, complete().
     KeptLight* from = nullptr;
+    std::size_t kept_window = 0; ///< of those
+    /// Push-broom: all rows are the first row of the window, which is one row high, and are the lines from
+    /// this one on of those in `frame_times`.
+    std::optional<std::int32_t> line{};
     /// The calling thread renders the rows alone, in this memory, whatever the workers do; null: they do.
     Workspace* alone = nullptr;
 };
@@ -216,6 +225,12 @@ public:
     /// the gate left out rows, meanwhile.
     bool render(const RenderRequest& request, std::span<float> irradiance,
                 const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Finds how far the bodies that the request's rows see have moved since the light in `from` was kept, at
+    /// most, px: of each row; infinite if no line of a push-broom sensor has what the row sees. Rows that are
+    /// reprojected then take no longer than without. Returns as render().
+    bool kept_motion_px(const RenderRequest& request, std::span<float> px,
+                        const std::atomic<bool>* cancel = nullptr) const;
 
     /// Makes the tiles of terrains that the request's rows need, and the visibility of the Sun in them, on
     /// threads of its own: as many as render, of the caller's scheduling class. Calls `go_on` several times a

@@ -126,10 +126,9 @@ config::Section section_of(RenderSection& s) {
             .help(
                 "A frame that was rendered for a predicted edge or extrapolated poses is shown if nothing in "
                 "it has moved by more than this at the true edge and by newer poses; if by more, but at most "
-                "a "
-                "pixel, its bodies are reprojected, which the frame's quality says; else it is rendered "
-                "anew. "
-                "Stars and small bodies are always where they are at the true edge"),
+                "a pixel, bodies are reprojected in the groups of 16 rows in which they have, which the "
+                "frame's quality says; else it is rendered anew. Stars and small bodies are always where "
+                "they are at the true edge"),
     };
     return section;
 }

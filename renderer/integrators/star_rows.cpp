@@ -52,8 +52,13 @@ StarObserver star_observer(const scene::Scene& scene, Vec3 camera_m, double time
 struct StarRows::Block {
     Region window;
     std::int32_t first_y;
+    bool one_line;
     double aberration_rad;
     StarObserver observer;
+
+    [[nodiscard]] double y(std::size_t row) const {
+        return first_y + (one_line ? 0 : static_cast<double>(row));
+    }
 };
 
 void StarRows::find(std::span<const RowTime> rows, StarsInView& view) const {
@@ -102,7 +107,7 @@ void StarRows::find(std::span<const RowTime> rows, StarsInView& view) const {
 }
 
 void StarRows::assign(std::span<const RowTime> rows, const Region& window, std::int32_t first_y,
-                      StarsInView& view) const {
+                      bool one_line, StarsInView& view) const {
     find(rows, view);
     view.first.clear();
     view.of_rows.clear();
@@ -115,7 +120,7 @@ void StarRows::assign(std::span<const RowTime> rows, const Region& window, std::
     constexpr double all = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = 0; i < view.stars.numbers.size(); ++i)
         view.near.push_back({i, -all, all});
-    Block block{window, first_y, 0, view.observer};
+    Block block{window, first_y, one_line, 0, view.observer};
     if (scene_.aberration)
         for (const RowTime& t : {rows.front(), rows.back()})
             block.aberration_rad = std::max(block.aberration_rad,
@@ -131,8 +136,8 @@ void StarRows::split(const Block& block, std::size_t first_row, std::size_t end_
     for (std::size_t r = first_row; r < end_row; ++r)
         turn_rad = std::max(turn_rad, angle_between(middle, view.poses[r].attitude) + view.poses[r].turn_rad);
     const Mat3 camera_from_inertial = transposed(to_matrix(middle));
-    const double first_y = block.first_y + static_cast<double>(first_row);
-    const double last_y = block.first_y + static_cast<double>(end_row) - 1;
+    const double first_y = block.y(first_row);
+    const double last_y = block.y(end_row - 1);
     const double first_x = block.window.x, last_x = first_x + block.window.width - 1;
     const std::size_t end_near = view.near.size();
     bool close = true; // the rows of each star are known to a few
@@ -158,7 +163,7 @@ void StarRows::split(const Block& block, std::size_t first_row, std::size_t end_
     }
     if (close || end_row - first_row <= least_rows) {
         for (std::size_t r = first_row; r < end_row; ++r) {
-            const double y = block.first_y + static_cast<double>(r);
+            const double y = block.y(r);
             for (std::size_t i = end_near; i < view.near.size(); ++i)
                 if (view.near[i].from_y <= y && view.near[i].to_y >= y)
                     view.of_rows.push_back(view.near[i].star);

@@ -58,8 +58,8 @@ public:
     /// Fills StarsInView::stars with those that may be visible in some of the rows.
     void find(std::span<const RowTime> rows, StarsInView& view) const;
     /// As find(), and assigns the stars to the rows. `window`: in sensor pixels, of which the rows begin with
-    /// `first_y`.
-    void assign(std::span<const RowTime> rows, const Region& window, std::int32_t first_y,
+    /// `first_y`; `one_line`: all of them are that row, at different times.
+    void assign(std::span<const RowTime> rows, const Region& window, std::int32_t first_y, bool one_line,
                 StarsInView& view) const;
 
 private:

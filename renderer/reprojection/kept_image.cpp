@@ -9,7 +9,8 @@
 
 namespace obscura::renderer {
 
-void KeptView::set(const RowState& row) {
+void KeptView::set(Time at, const RowState& row) {
+    mid = at;
     camera_from_inertial = row.camera_from_inertial;
     beta = row.beta;
     bodies.resize(row.bodies.size());
@@ -55,29 +56,55 @@ KeptView::Change KeptView::change_to(const RowState& row, const Projection& lens
     return change;
 }
 
-void KeptImage::begin(const Region& area, std::size_t channels, std::size_t bodies) {
-    area_ = area;
-    channels_ = channels;
-    const auto rows = static_cast<std::size_t>(area.height);
-    const std::size_t floats = channels * rows * static_cast<std::size_t>(area.width);
-    if (light_.size() < floats) light_.resize(floats);
-    if (lit_.size() < rows) lit_.resize(rows);
-    if (views_.size() < rows / view_rows + 1) views_.resize(rows / view_rows + 1);
+KeptMemory::KeptMemory(std::size_t width, std::size_t rows, std::size_t images, std::size_t channels,
+                       std::size_t bodies)
+    : light_(channels * width * rows),
+      lit_(rows),
+      kept_(rows),
+      views_(rows / KeptImage::line_view_rows + images) {
     for (KeptView& view : views_)
         view.bodies.reserve(bodies);
-    kept_.assign(rows, 0);
+}
+
+bool KeptImage::place(const KeptWindow& window, std::size_t most_channels, KeptMemory& memory) {
+    window_ = window;
+    view_step_ = window.line_y ? line_view_rows : view_rows;
+    const auto rows = static_cast<std::size_t>(window.area.height);
+    const std::size_t views = (rows - 1) / static_cast<std::size_t>(view_step_) + 1;
+    const std::size_t floats = most_channels * rows * static_cast<std::size_t>(window.area.width);
+    if (floats > memory.light_.size() - memory.floats_taken_ ||
+        rows > memory.lit_.size() - memory.rows_taken_ ||
+        views > memory.views_.size() - memory.views_taken_ || (window.line_y && views < 2))
+        return false;
+    light_ = std::span(memory.light_).subspan(memory.floats_taken_, floats);
+    lit_ = std::span(memory.lit_).subspan(memory.rows_taken_, rows);
+    kept_ = std::span(memory.kept_).subspan(memory.rows_taken_, rows);
+    views_ = std::span(memory.views_).subspan(memory.views_taken_, views);
+    memory.floats_taken_ += floats;
+    memory.rows_taken_ += rows;
+    memory.views_taken_ += views;
+    return true;
+}
+
+void KeptImage::begin(std::size_t channels, std::size_t bodies, bool one_time) {
+    channels_ = channels;
+    one_time_ = one_time && !window_.line_y;
+    for (KeptView& view : views_)
+        view.bodies.reserve(bodies);
+    std::fill(kept_.begin(), kept_.end(), std::uint8_t{0});
 }
 
 void KeptImage::keep_row(std::int32_t y, std::span<const double> light) {
-    const auto row = static_cast<std::size_t>(y - area_.y);
-    const auto width = static_cast<std::size_t>(area_.width);
-    const std::size_t plane_size = width * static_cast<std::size_t>(area_.height);
-    LitColumns lit{area_.width, 0};
+    const Region& area = window_.area;
+    const auto row = static_cast<std::size_t>(y - area.y);
+    const auto width = static_cast<std::size_t>(area.width);
+    const std::size_t plane_size = width * static_cast<std::size_t>(area.height);
+    LitColumns lit{area.width, 0};
     for (std::size_t c = 0; c < channels_; ++c) {
         float* const out = light_.data() + c * plane_size + row * width;
         const double* const in = light.data() + c * width;
         std::int32_t first = 0;
-        std::int32_t end = area_.width;
+        std::int32_t end = area.width;
         while (first < end && !(in[first] > 0))
             ++first;
         while (end > first && !(in[end - 1] > 0))
@@ -95,12 +122,20 @@ bool KeptImage::complete() const {
 }
 
 KeptImage::Between KeptImage::views_about(double y) const {
-    const std::int32_t last = (area_.height - 1) / view_rows;
+    const auto last = static_cast<std::int32_t>(views_.size()) - 1;
     if (one_time_ || last == 0) return {views_.data(), views_.data(), 0};
-    const double at = (y - area_.y) / view_rows;
+    const double at = (y - area().y) / view_step_;
     const std::int32_t first = std::clamp(static_cast<std::int32_t>(std::floor(at)), 0, last - 1);
     return {&views_[static_cast<std::size_t>(first)], &views_[static_cast<std::size_t>(first) + 1],
             at - first};
+}
+
+double KeptImage::line_at(Time mid, double y) const {
+    const Between about = views_about(y);
+    const auto step_ns = static_cast<double>(about.second->mid - about.first->mid);
+    if (!(step_ns > 0)) return y;
+    const auto later_ns = static_cast<double>(mid - about.first->mid);
+    return y + (later_ns / step_ns - about.share) * view_step_;
 }
 
 } // namespace obscura::renderer

@@ -29,66 +29,144 @@ constexpr double most_px = 1e5;
 /// Displacements that differ by more, from that of the node's own surface: it was hidden.
 constexpr float hidden_px = 0.5F;
 
+/// A point is in the line of a push-broom sensor if it is as close to it; so close, nothing is to be sought.
+constexpr double in_line_px = 0.01, found_px = 1e-4;
+/// Slower images do not say in which line a point that is in another place was.
+constexpr double least_px_per_line = 0.1;
+
 std::int32_t multiple_below(std::int32_t v, std::int32_t of) {
     return v - ((v % of) + of) % of;
 }
 
+float within(double px) {
+    return static_cast<float>(std::clamp(px, -most_px, most_px));
+}
+
+float gain_of(double weight_sr, double from_sr) {
+    return from_sr > 0 && weight_sr > 0 ? static_cast<float>(weight_sr / from_sr) : 1.0F;
+}
+
+/// Image, in an earlier view, of a point of a body, body frame, or of a direction of the sky.
+std::optional<ImagePoint> seen(const MotionGrid::View& view, const KeptView& then, std::int32_t body,
+                               Vec3 point, double& weight_sr) {
+    if (body < 0) return then.project(view.own_lens, then.camera_from_inertial * point, weight_sr);
+    const KeptView::Body& b = then.bodies[static_cast<std::size_t>(body)];
+    return then.project(view.own_lens, transposed(b.from_camera) * (point - b.camera_m), weight_sr);
+}
+
 } // namespace
 
-void MotionGrid::reset(const Region& area) {
-    if (area_ != area) {
-        area_ = area;
-        first_x_ = multiple_below(area.x, cell_px);
-        first_y_ = multiple_below(area.y, cell_px);
-        cells_ = (area.x + area.width - first_x_ + cell_px - 1) / cell_px;
-        cell_rows_ = (area.y + area.height - first_y_ + cell_px - 1) / cell_px;
-        columns_ = cells_ * fine_cells + 1;
-        rows_ = (cell_rows_ + 1) * fine_cells;
-        const std::size_t nodes = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-        body_.resize(nodes);
-        range_.resize(nodes);
-        own_.resize(nodes);
-        joined_.resize(nodes);
-    }
-    done_.assign(static_cast<std::size_t>(cell_rows_) + 1, Step::none);
-    hits_.assign(static_cast<std::size_t>(cell_rows_) + 1, 0);
+MotionGrid::Memory::Memory(std::size_t width, std::size_t rows, std::size_t grids) {
+    // A window that begins within a cell covers one more.
+    const std::size_t nodes = (width / fine_px + 10) * (rows / fine_px + 13 * grids);
+    const std::size_t cell_rows = rows / cell_px + 3 * grids + 1;
+    body_.resize(nodes);
+    range_.resize(nodes);
+    own_.resize(nodes);
+    joined_.resize(nodes);
+    done_.resize(cell_rows);
+    hits_.resize(cell_rows);
+    largest_.resize(cell_rows);
+}
+
+bool MotionGrid::place(const KeptWindow& window, Memory& memory) {
+    area_ = window.area;
+    lines_ = window.line_y.has_value();
+    first_x_ = multiple_below(area_.x, cell_px);
+    first_y_ = multiple_below(area_.y, cell_px);
+    cells_ = (area_.x + area_.width - first_x_ + cell_px - 1) / cell_px;
+    cell_rows_ = (area_.y + area_.height - first_y_ + cell_px - 1) / cell_px;
+    columns_ = cells_ * fine_cells + 1;
+    rows_ = (cell_rows_ + 1) * fine_cells;
+    const std::size_t nodes = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+    const std::size_t cell_rows = static_cast<std::size_t>(cell_rows_) + 1;
+    if (nodes > memory.body_.size() - memory.nodes_taken_ ||
+        cell_rows > memory.done_.size() - memory.cell_rows_taken_)
+        return false;
+    const auto take = [](auto& from, std::size_t taken, std::size_t count) {
+        return std::span(from).subspan(taken, count);
+    };
+    body_ = take(memory.body_, memory.nodes_taken_, nodes);
+    range_ = take(memory.range_, memory.nodes_taken_, nodes);
+    own_ = take(memory.own_, memory.nodes_taken_, nodes);
+    joined_ = take(memory.joined_, memory.nodes_taken_, nodes);
+    done_ = take(memory.done_, memory.cell_rows_taken_, cell_rows);
+    hits_ = take(memory.hits_, memory.cell_rows_taken_, cell_rows);
+    largest_ = take(memory.largest_, memory.cell_rows_taken_, cell_rows);
+    memory.nodes_taken_ += nodes;
+    memory.cell_rows_taken_ += cell_rows;
+    restart();
+    return true;
+}
+
+void MotionGrid::restart() {
+    std::fill(done_.begin(), done_.end(), Step::none);
+    std::fill(hits_.begin(), hits_.end(), std::uint8_t{0});
+    std::fill(largest_.begin(), largest_.end(), -1.0F);
 }
 
 MotionGrid::Motion MotionGrid::motion_of(const View& view, std::int32_t body, Vec3 direction, double t_m,
-                                         double weight_sr, double x, double y) const {
+                                         double weight_sr, double x, double y) {
     Vec3 point = view.row.inertial_from_camera * direction;
     if (body >= 0) {
         const BodyState& b = view.row.bodies[static_cast<std::size_t>(body)];
         point = b.camera_m + b.from_camera * (t_m * direction);
     }
-    const auto seen = [&](const KeptView& then, double& weight) {
-        if (body < 0) return then.project(view.own_lens, then.camera_from_inertial * point, weight);
-        const KeptView::Body& b = then.bodies[static_cast<std::size_t>(body)];
-        return then.project(view.own_lens, transposed(b.from_camera) * (point - b.camera_m), weight);
-    };
+    if (view.from.window().line_y) return line_motion_of(view, body, point, weight_sr, x, y);
     double weight = 0;
     double source_x = x;
     double source_y = y;
     // Where rows have different times, that of the source follows from where it is.
     for (int step = 0; step < 2; ++step) {
         const KeptImage::Between then = view.from.views_about(source_y);
-        const std::optional<ImagePoint> first = seen(*then.first, weight);
-        if (!first) return {0, 0, 0};
+        const std::optional<ImagePoint> first = seen(view, *then.first, body, point, weight);
+        if (!first) return {0, 0, 0, most_px};
         source_x = first->x;
         source_y = first->y;
         if (then.first == then.second) break;
-        const std::optional<ImagePoint> second = seen(*then.second, weight);
-        if (!second) return {0, 0, 0};
+        const std::optional<ImagePoint> second = seen(view, *then.second, body, point, weight);
+        if (!second) return {0, 0, 0, most_px};
         source_x += then.share * (second->x - first->x);
         source_y += then.share * (second->y - first->y);
     }
-    const auto within = [](double px) { return static_cast<float>(std::clamp(px, -most_px, most_px)); };
-    return {within(source_x - x), within(source_y - y),
-            weight > 0 && weight_sr > 0 ? static_cast<float>(weight_sr / weight) : 1.0F};
+    return {within(source_x - x), within(source_y - y), gain_of(weight_sr, weight),
+            within(std::hypot(source_x - x, source_y - y))};
+}
+
+MotionGrid::Motion MotionGrid::line_motion_of(const View& view, std::int32_t body, Vec3 point,
+                                              double weight_sr, double x, double y) {
+    constexpr Motion unknown{0, 0, 0, infinity};
+    const double line_y = *view.from.window().line_y;
+    double weight = 0;
+    struct Seen {
+        double x, y, y_per_line;
+    };
+    const auto seen_in = [&](double line) -> std::optional<Seen> {
+        const KeptImage::Between then = view.from.views_about(line);
+        const std::optional<ImagePoint> first = seen(view, *then.first, body, point, weight);
+        const std::optional<ImagePoint> second = seen(view, *then.second, body, point, weight);
+        if (!first || !second) return std::nullopt;
+        const double down = second->y - first->y;
+        return Seen{first->x + then.share * (second->x - first->x), first->y + then.share * down,
+                    down / view.from.view_step()};
+    };
+    const std::optional<Seen> here = seen_in(y);
+    double line = view.from.line_at(view.mid, y);
+    std::optional<Seen> there = seen_in(line);
+    // By the same poses it was in that line. Others moved it along or across.
+    for (int step = 0; step < 2 && there; ++step) {
+        if (std::abs(there->y - line_y) < found_px || std::abs(there->y_per_line) < least_px_per_line) break;
+        line += (line_y - there->y) / there->y_per_line;
+        there = seen_in(line);
+    }
+    if (!here || !there || !(std::abs(there->y - line_y) <= in_line_px)) return unknown;
+    return {within(there->x - x), within(line - y), gain_of(weight_sr, weight),
+            within(std::hypot(here->x - x, here->y - line_y))};
 }
 
 void MotionGrid::trace(std::span<const std::int32_t> columns, std::int32_t row, const View& view) {
     const double y = first_y_ + row * fine_px;
+    const double sensor_y = view.from.window().line_y.value_or(first_y_ + row * fine_px);
     for (std::size_t first = 0; first < columns.size(); first += packet_size) {
         const auto some = static_cast<int>(std::min<std::size_t>(packet_size, columns.size() - first));
         Doubles px;
@@ -96,7 +174,7 @@ void MotionGrid::trace(std::span<const std::int32_t> columns, std::int32_t row, 
         Lanes active;
         for (int i = 0; i < packet_size; ++i) {
             px[i] = first_x_ + columns[first + static_cast<std::size_t>(std::min(i, some - 1))] * fine_px;
-            py[i] = y;
+            py[i] = sensor_y;
         }
         Vec3s direction;
         Doubles weight;
@@ -117,7 +195,7 @@ void MotionGrid::trace(std::span<const std::int32_t> columns, std::int32_t row, 
             const bool hit = hits.body[i] >= 0;
             body_[node] = hit ? hits.body[i] : sky;
             range_[node] = hit ? static_cast<float>(hits.t[i]) : infinity;
-            own_[node] = motion_of(view, body_[node], direction.lane(i), hits.t[i], weight[i], px[i], py[i]);
+            own_[node] = motion_of(view, body_[node], direction.lane(i), hits.t[i], weight[i], px[i], y);
         }
     }
 }
@@ -179,7 +257,7 @@ void MotionGrid::join_node(std::int32_t column, std::int32_t row) {
     const std::size_t node = at(column, row);
     const std::int32_t body = body_[node];
     Target& target = joined_[node];
-    target = {own_[node], 0};
+    target = {own_[node], 0, static_cast<std::uint8_t>(body >= 0 ? 1 : 0)};
     std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
     std::int32_t nearer = not_traced;
     const auto look = [&](std::int32_t reach, std::int32_t step) {
@@ -195,6 +273,7 @@ void MotionGrid::join_node(std::int32_t column, std::int32_t row) {
                 nearest = i * i + j * j;
                 nearer = body_[other];
                 target.motion = own_[other];
+                target.of_body = 1;
             }
         return nearest != std::numeric_limits<std::int32_t>::max();
     };
@@ -227,8 +306,36 @@ void MotionGrid::join(std::int32_t r) {
             if (bodies)
                 join_node(column, row);
             else
-                joined_[node] = {own_[node], 0};
+                joined_[node] = {own_[node], 0, 0};
         }
+}
+
+float MotionGrid::largest_px(std::int32_t y) {
+    const std::int32_t r = cell_row_of(y);
+    float& largest = largest_[static_cast<std::size_t>(r)];
+    if (largest < 0) {
+        largest = 0;
+        for (std::size_t node = at(0, r * fine_cells); node < at(0, (r + 1) * fine_cells + 1); ++node)
+            if (body_[node] != not_traced && joined_[node].of_body != 0)
+                largest = std::max(largest, joined_[node].motion.px);
+    }
+    return lines_ && beyond_lines(y) ? infinity : largest;
+}
+
+/// Whether a body that line `y` sees was in a line before or after those of the earlier frame.
+bool MotionGrid::beyond_lines(std::int32_t y) const {
+    const std::int32_t r = cell_row_of(y);
+    const float share = static_cast<float>(y - y_of(r)) / cell_px;
+    constexpr float least = 0.01F;
+    for (std::int32_t column = 0; column < columns_; column += fine_cells) {
+        const Target& above = joined_[at(column, r * fine_cells)];
+        const Target& below = joined_[at(column, (r + 1) * fine_cells)];
+        if (above.of_body == 0 && below.of_body == 0) continue;
+        const float line =
+            static_cast<float>(y - area_.y) + above.motion.dy + share * (below.motion.dy - above.motion.dy);
+        if (line < -least || line > static_cast<float>(area_.height - 1) + least) return true;
+    }
+    return false;
 }
 
 /// Nodes of a row of pixels: interpolated between two rows of nodes.

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
 
     const std::size_t pixels = static_cast<std::size_t>(size) * size;
     std::vector<float> image(renderer.band_count() * pixels);
-    BlockRenderer blocks(renderer.band_count(), size, size);
+    BlockRenderer blocks(size);
     AdaptiveFrame frame(image.size(), pixels, size, clock, [] {});
     QualityController controller;
     const std::atomic<bool> cancel{false};

@@ -66,7 +66,7 @@ Time_ms measure(const renderer::Renderer& r, QualityLevel level, renderer::KeptL
     std::vector<float> image(r.band_count() * rows * rows);
     Time_ms best;
     for (std::uint64_t frame = 0; frame < frames; ++frame) {
-        if (keep != nullptr) keep->begin_frame({0, 0, size, size});
+        if (keep != nullptr) keep->begin_frame(renderer::KeptWindow{{0, 0, size, size}});
         const double cpu_before = cpu_ms();
         const auto before = std::chrono::steady_clock::now();
         if (from != nullptr) from->begin_reprojection();

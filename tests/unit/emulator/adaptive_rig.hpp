@@ -130,7 +130,7 @@ public:
 private:
     std::vector<float> in_blocks() {
         std::vector<float> image(pixels);
-        BlockRenderer blocks(renderer.band_count(), block_rows, size);
+        BlockRenderer blocks(block_rows);
         for (const RowBlock& block : light.blocks)
             REQUIRE(blocks.render(light, block, std::span(image).subspan(at(block), count(block)), nullptr));
         return image;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames rendered ahead for an edge that comes at another time: stars are those of a frame rendered at the
-// edge, bodies within a fraction of a pixel, and the frame says so.
+// Frames rendered ahead for an edge that comes at another time, whole, of several windows and of lines: stars
+// are those of a frame rendered at the edge, bodies within a fraction of a pixel, and the frame says so.
 #include "emulator/frame_maker.hpp"
 #include "renderer/materials/lommel_seeliger.hpp"
 #include "renderer/shapes/procedural_body.hpp"
@@ -25,6 +25,7 @@ namespace {
 constexpr std::int32_t size = 256;
 constexpr double pixel_rad = 2e-4;
 constexpr double distance_m = 1e5;
+constexpr double lines_per_s = 200;
 
 /// A camera that spins at 1 deg/s about an axis across its boresight, and a body of 60 px in radius that
 /// spins at 1 deg/s too, among stars.
@@ -53,17 +54,28 @@ scene::Scene spinning_scene() {
     return s;
 }
 
-SensorDescription sensor() {
+/// The same from a camera that turns about a row of its sensor: 0.8 px a line.
+scene::Scene swept_scene() {
+    scene::Scene s = spinning_scene();
+    s.camera.motion.spin_axis = {1, 0, 0};
+    s.camera.motion.spin_rate_rad_s = 0.8 * lines_per_s * pixel_rad;
+    return s;
+}
+
+SensorDescription sensor(Shutter shutter = Shutter::global) {
     SensorDescription s;
     s.readout.width = s.readout.height = size;
-    s.readout.shutter = Shutter::global;
+    s.readout.shutter = shutter;
+    s.readout.line_rate_hz = lines_per_s;
     return s;
 }
 
 /// Makes frames on the calling thread, or ahead.
 struct Unit {
-    explicit Unit(bool ahead, std::uint32_t threads = 2)
-        : renderer(spinning_scene(), renderer::RenderSettings{16, threads, 5}),
+    explicit Unit(bool ahead, std::uint32_t threads = 2, Shutter shutter = Shutter::global)
+        : description(sensor(shutter)),
+          renderer(shutter == Shutter::push_broom ? swept_scene() : spinning_scene(),
+                   renderer::RenderSettings{16, threads, 5}),
           maker(renderer, detector, description, clock,
                 {.band_rows = 64,
                  .seed = 7,
@@ -74,10 +86,12 @@ struct Unit {
         FrameOrder o;
         o.frame_id = o.trigger_id = 2;
         o.scene_time = scene_time;
-        o.settings.region = {0, 0, size, size};
-        o.settings.exposure_ns = 8 * ns_per_ms;
+        o.settings.region = {0, description.readout.shutter == Shutter::push_broom ? size / 2 : 0, size,
+                             size};
+        o.settings.exposure_ns = exposure_ns;
         o.settings.gain_db = 12;
         o.settings.black_level_dn = description.detector.offset_dn;
+        if (!windows.empty()) o.settings.set_windows(windows);
         return o;
     }
     /// The frame of an edge at `at`, expected at `expected`.
@@ -92,8 +106,10 @@ struct Unit {
         return frame;
     }
 
+    std::int64_t exposure_ns = 8 * ns_per_ms;
+    std::vector<CameraWindow> windows; ///< none: the whole sensor
     MonotonicClock clock;
-    SensorDescription description = sensor();
+    SensorDescription description;
     renderer::Renderer renderer;
     sensors::Detector detector{description, std::array{SpectralBand{}}, 0.025, 7};
     FrameMaker maker;
@@ -114,25 +130,52 @@ struct Picture {
     double dark = 0;
 };
 
-/// Largest shift of the sunlit limb along rows: the difference of the light about it over the brightness
-/// inside of it.
-double edge_shift_px(const Picture& a, const Picture& b) {
+/// Largest shift of the limb from one picture to the other: the difference of the light about it over the
+/// brightness inside of it, on `count` lines from `first` on, of which some are a mean. `at(picture, i,
+/// line)`: light at point `i` of a line, from outside.
+template<typename At>
+double edge_shift_px(const Picture& a, const Picture& b, std::int32_t first, std::int32_t count, const At& at,
+                     std::int32_t mean_of = 32) {
     double most = 0;
-    // Means of 32 rows, so that the noise of the samples and of the detector is small.
-    for (std::int32_t k = 128 - 32; k < 128 + 32; k += 32) {
+    // Means of lines, so that the noise of the samples and of the detector is small.
+    for (std::int32_t k = first; k < first + count; k += mean_of) {
         double light = 0;
         double inside = 0;
-        for (std::int32_t row = k; row < k + 32; ++row) {
-            std::int32_t first = 20;
-            while (first < 128 && b.at(first, row) < 500)
-                ++first;
-            for (std::int32_t x = first - 6; x < first + 6; ++x)
-                light += a.at(x, row) - b.at(x, row);
-            inside += b.at(first + 6, row);
+        for (std::int32_t line = k; line < k + mean_of; ++line) {
+            std::int32_t edge = 20;
+            while (edge < 128 && at(b, edge, line) < 300)
+                ++edge;
+            for (std::int32_t i = edge - 6; i < edge + 6; ++i)
+                light += at(a, i, line) - at(b, i, line);
+            inside += at(b, edge + 6, line);
         }
         most = std::max(most, std::abs(light) / inside);
     }
     return most;
+}
+
+/// Of the sunlit limb, along rows.
+double edge_shift_px(const Picture& a, const Picture& b) {
+    return edge_shift_px(a, b, 128 - 32, 64,
+                         [](const Picture& p, std::int32_t i, std::int32_t line) { return p.at(i, line); });
+}
+
+double light_in(const Picture& p, const Region& part) {
+    double light = 0;
+    for (std::int32_t y = part.y; y < part.y + part.height; ++y)
+        for (std::int32_t x = part.x; x < part.x + part.width; ++x)
+            light += p.at(x, y);
+    return light;
+}
+
+bool same_pixels(const Frame& a, const Frame& b, const Region& part) {
+    for (std::int32_t y = part.y; y < part.y + part.height; ++y) {
+        const auto of = [&](const Frame& f) {
+            return f.row(y).subspan(static_cast<std::size_t>(part.x), static_cast<std::size_t>(part.width));
+        };
+        if (!std::equal(of(a).begin(), of(a).end(), of(b).begin())) return false;
+    }
+    return true;
 }
 
 } // namespace
@@ -169,9 +212,14 @@ TEST_CASE("a frame whose edge comes off its prediction is reprojected, its stars
         CHECK(b.at(100, 128) < 3500);
         CHECK(edge_shift_px(a, b) < 0.05);
         const FrameQuality& quality = frame->info.quality;
-        const bool reprojected = work.ahead_error_px > 0.02;
+        // The stated error is a bound.
+        const bool reprojected = quality.rows_reprojected > 0;
+        CHECK(reprojected == (work.ahead_error_px > (reprojected ? 0.02 : 0.025)));
         moved += reprojected ? 1 : 0;
-        CHECK(quality.rows_reprojected == (reprojected ? size : 0));
+        // The body has a radius of 60 px; groups of rows without it are what they should be.
+        CHECK(quality.rows_reprojected >= (reprojected ? 112 : 0));
+        CHECK(quality.rows_reprojected <= (reprojected ? 192 : 0));
+        CHECK(quality.rows_degraded == quality.rows_reprojected);
         CHECK(((frame->flags.load() & frame_biased) != 0) == reprojected);
         CHECK(((frame->flags.load() & frame_degraded) != 0) == reprojected);
         CHECK_THAT(work.ahead_error_px,
@@ -200,6 +248,86 @@ TEST_CASE(
     }
     CHECK(ahead.maker.ahead_counters().moved == 0);
     CHECK(ahead.maker.ahead_counters().discarded == 1);
+}
+
+TEST_CASE("frames of several windows are reprojected window by window") {
+    for (const std::int64_t late_ns : {2 * ns_per_ms, -3 * ns_per_ms, std::int64_t{0}}) {
+        Unit plain(false, 2, Shutter::rolling);
+        Unit ahead(true, 2, Shutter::rolling);
+        // The limb in five groups of rows, and two stars.
+        for (Unit* const unit : {&plain, &ahead})
+            unit->windows = {{{20, 88, 140, 80}, unit->exposure_ns},
+                             {{0, 0, 60, 64}, unit->exposure_ns},
+                             {{196, 192, 60, 64}, unit->exposure_ns}};
+        FrameWork work;
+        FrameWork unused;
+        const Time expected{80 * ns_per_ms};
+        const FrameRef frame = ahead.make(expected, expected + late_ns, work);
+        const FrameRef truth = plain.make(expected, expected + late_ns, unused);
+        REQUIRE(frame->info.window_count == 3);
+        const Picture a(*frame);
+        const Picture b(*truth);
+        const double shift_px = edge_shift_px(
+            a, b, 0, 64, [](const Picture& p, std::int32_t i, std::int32_t line) { return p.at(i, line); });
+        CAPTURE(late_ns, shift_px);
+        CHECK((work.ahead_error_px > 0.02) == (late_ns != 0));
+        CHECK(same_pixels(*frame, *truth, {0, 80, 60, 128}));
+        CHECK(light_in(b, {0, 80, 60, 64}) > 200);
+        CHECK(light_in(b, {0, 144, 60, 64}) > 200);
+        CHECK(shift_px < 0.05);
+        CHECK(same_pixels(*frame, *truth, {0, 0, 140, 80}) == (late_ns == 0));
+        CHECK(frame->info.quality.rows_reprojected == (late_ns != 0 ? 80 : 0));
+        CHECK(ahead.maker.ahead_counters().moved == (late_ns != 0 ? 1 : 0));
+        CHECK(ahead.maker.ahead_counters().discarded == 0);
+    }
+}
+
+TEST_CASE("lines of a push-broom sensor are made of those of about the same time") {
+    // The middle line looks at the body, or one near the end does.
+    for (const std::int64_t middle_ms : {640, 1140})
+        for (const std::int64_t late_ns : {12'300 * ns_per_us, -7'100 * ns_per_us, std::int64_t{0}}) {
+            Unit plain(false, 2, Shutter::push_broom);
+            Unit ahead(true, 2, Shutter::push_broom);
+            plain.exposure_ns = ahead.exposure_ns = 4'900'000;
+            const Time expected{-middle_ms * ns_per_ms};
+            FrameWork work;
+            FrameWork unused;
+            const FrameRef frame = ahead.make(expected, expected + late_ns, work);
+            const FrameRef truth = plain.make(expected, expected + late_ns, unused);
+            const Picture a(*frame);
+            const Picture b(*truth);
+            const FrameQuality& quality = frame->info.quality;
+            CAPTURE(middle_ms, late_ns, work.ahead_error_px, quality.rows_reprojected, b.dark);
+            CHECK_THAT(work.ahead_error_px,
+                       Catch::Matchers::WithinRel(std::abs(static_cast<double>(late_ns)) * 1e-9 * 160, 0.2));
+            // Beside the body, where the stars are.
+            CHECK(same_pixels(*frame, *truth, {0, 0, 50, size}));
+            CHECK(same_pixels(*frame, *truth, {210, 0, 46, size}));
+            CHECK(ahead.maker.ahead_counters().discarded == 0);
+            CHECK(ahead.maker.ahead_counters().moved == (late_ns != 0 ? 1 : 0));
+            if (late_ns == 0) {
+                CHECK(same_pixels(*frame, *truth, {0, 0, size, size}));
+                CHECK(quality.rows_reprojected == 0);
+                continue;
+            }
+            CHECK(quality.rows_reprojected >= 64);
+            CHECK(quality.rows_reprojected <= 224);
+            CHECK(quality.rows_degraded == quality.rows_reprojected);
+            if (middle_ms == 640) {
+                CHECK(light_in(b, {0, 0, 50, size}) > 200);
+                const double across_px = edge_shift_px(a, b);
+                // From the side that the Sun is on.
+                const double along_px =
+                    edge_shift_px(a, b, 96, 64, [](const Picture& p, std::int32_t i, std::int32_t line) {
+                        return p.at(line, size - 1 - i);
+                    });
+                CAPTURE(across_px, along_px);
+                CHECK(across_px < 0.05);
+                CHECK(along_px < 0.05);
+            }
+            // What comes after the last line that was expected is rendered.
+            if (middle_ms == 1140 && late_ns > 0) CHECK(same_pixels(*frame, *truth, {0, 240, size, 16}));
+        }
 }
 
 TEST_CASE("reprojection takes nothing from the heap") {

@@ -31,20 +31,24 @@ FrameSamples::~FrameSamples() = default;
 void FrameSamples::begin_frame() noexcept {}
 
 struct KeptLight::Impl {
-    Region area{};
+    std::vector<KeptWindow> windows;
 };
-KeptLight::KeptLight(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/)
-    : impl_(std::make_unique<Impl>()) {}
+KeptLight::KeptLight(const Renderer& /*renderer*/, std::int32_t /*width*/, std::int32_t /*rows*/,
+                     std::size_t windows)
+    : impl_(std::make_unique<Impl>()) {
+    impl_->windows.reserve(windows);
+}
 KeptLight::~KeptLight() = default;
-void KeptLight::begin_frame(const Region& area) noexcept {
-    impl_->area = area;
+bool KeptLight::begin_frame(std::span<const KeptWindow> windows) noexcept {
+    impl_->windows.assign(windows.begin(), windows.end());
+    return true;
 }
 void KeptLight::begin_reprojection() noexcept {}
 bool KeptLight::complete(const Renderer& /*renderer*/) const noexcept {
-    return test::frames_are_kept.load() && impl_->area.width > 0;
+    return test::frames_are_kept.load() && !impl_->windows.empty();
 }
-Region KeptLight::area() const noexcept {
-    return impl_->area;
+std::span<const KeptWindow> KeptLight::windows() const noexcept {
+    return impl_->windows;
 }
 
 struct Workspace::Impl {};
@@ -92,13 +96,19 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
             if (!plane.empty())
                 std::fill_n(plane.begin() + static_cast<std::ptrdiff_t>(row), request.window.width, value);
         for (std::int32_t x = 0; x < request.window.width; ++x)
-            irradiance[static_cast<std::size_t>(r * request.window.width + x)] =
-                test::test_irradiance(request.window.x + x, request.window.y + request.first_row + r,
-                                      request.row_times[static_cast<std::size_t>(r)].mid().ns,
-                                      request.frame_id + 1000 * static_cast<std::uint64_t>(level));
+            irradiance[static_cast<std::size_t>(r * request.window.width + x)] = test::test_irradiance(
+                request.window.x + x, request.window.y + request.first_row + (request.line ? 0 : r),
+                request.row_times[static_cast<std::size_t>(r)].mid().ns,
+                request.frame_id + 1000 * static_cast<std::uint64_t>(level));
         if (request.gate != nullptr) request.gate->done(r, {1, level});
     }
     return complete;
+}
+
+bool Renderer::kept_motion_px(const RenderRequest& /*request*/, std::span<float> px,
+                              const std::atomic<bool>* /*cancel*/) const {
+    std::fill(px.begin(), px.end(), 0.0F);
+    return true;
 }
 
 bool Renderer::has_level(QualityLevel level) const noexcept {

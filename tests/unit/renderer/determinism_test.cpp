@@ -70,6 +70,44 @@ TEST_CASE("Successive frames have their own noise, the same frame the same") {
     CHECK(render_window(r, window, 64, 1) != render_window(r, window, 64, 2));
 }
 
+TEST_CASE("Lines of one row at many times have the same bytes in any parts") {
+    constexpr std::int32_t width = 150, lines = 40;
+    for (const bool wings : {false, true}) {
+        scene::Scene s = busy_scene();
+        s.camera.motion.spin_axis = {1, 0.1, 0};
+        s.camera.motion.spin_rate_rad_s =
+            2 * s.camera.pixel_pitch_m / s.camera.focal_length_m; // 2 px a second
+        if (wings) {
+            s.camera.psf.model = scene::PointSpread::Model::airy;
+            s.camera.psf.wings_px = 40;
+            s.camera.aperture_m = s.camera.focal_length_m / 20;
+        }
+        const renderer::Renderer r(s, {2, 2, 11});
+        std::vector<RowTime> times;
+        for (std::int32_t l = 0; l < lines; ++l)
+            times.push_back({Time{l * 100 * ns_per_ms}, Time{(l * 100 + 50) * ns_per_ms}});
+        const auto in_parts = [&](std::int32_t part) {
+            std::vector<float> image(static_cast<std::size_t>(width * lines) * r.band_count());
+            for (std::int32_t first = 0; first < lines; first += part) {
+                renderer::RenderRequest request;
+                request.window = {0, 75, width, 1};
+                request.rows = std::min(part, lines - first);
+                request.line = first;
+                request.frame_times = times;
+                request.row_times = std::span(times).subspan(static_cast<std::size_t>(first),
+                                                             static_cast<std::size_t>(request.rows));
+                request.plane_rows = lines;
+                REQUIRE(r.render(request, std::span(image).subspan(static_cast<std::size_t>(first * width))));
+            }
+            return image;
+        };
+        const std::vector<float> one_by_one = in_parts(1);
+        CHECK(one_by_one[static_cast<std::size_t>(20 * width + 75)] > 0);
+        CHECK(in_parts(lines) == one_by_one);
+        CHECK(in_parts(7) == one_by_one);
+    }
+}
+
 TEST_CASE("Rendering stops when it is cancelled") {
     const renderer::Renderer r(busy_scene(), {1, 2, 1});
     const std::atomic<bool> cancel{true};

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 using namespace obscura;
@@ -53,7 +54,7 @@ std::vector<float> frame(const renderer::Renderer& r, const std::vector<RowTime>
                          QualityLevel level = QualityLevel::full, std::int32_t block = size,
                          std::uint64_t frame_id = 1, std::vector<float>* variance = nullptr,
                          renderer::Workspace* alone = nullptr) {
-    if (keep != nullptr) keep->begin_frame(field);
+    if (keep != nullptr) keep->begin_frame(renderer::KeptWindow{field});
     if (from != nullptr) from->begin_reprojection();
     std::vector<float> image(static_cast<std::size_t>(size) * size * r.band_count());
     if (variance != nullptr) variance->assign(static_cast<std::size_t>(size) * size, 0);
@@ -192,7 +193,7 @@ TEST_CASE("keeping the light of a frame changes nothing in it") {
     Kept kept(r);
     CHECK(frame(r, rows_at({}), &kept.light) == frame(r, rows_at({}), nullptr));
     CHECK(kept.light.complete(r));
-    kept.light.begin_frame(field);
+    kept.light.begin_frame(renderer::KeptWindow{field});
     CHECK_FALSE(kept.light.complete(r));
 }
 
@@ -296,6 +297,80 @@ TEST_CASE("reprojected rows have the same bytes on any threads and in any parts"
         CHECK(frame(two, then, nullptr, &from_two, QualityLevel::reprojected, 16, 1, nullptr, &alone) ==
               moved);
     }
+}
+
+/// A camera that turns about its rows by 0.8 px from line to line, and may turn out to point elsewhere.
+struct SweepingPose final : scene::LivePose {
+    Pose middle;
+    double rad_per_s = 0;
+    Quat off{};
+    bool at(double time_s, Pose& out) const noexcept override {
+        out = middle;
+        out.orientation = out.orientation * axis_angle({1, 0, 0}, rad_per_s * time_s) * off;
+        return true;
+    }
+};
+
+TEST_CASE("lines that see what other lines were to see are made of those") {
+    scene::Scene s = asteroid(50);
+    const double pixel_rad = s.camera.pixel_pitch_m / s.camera.focal_length_m;
+    const auto pose = std::make_shared<SweepingPose>();
+    pose->middle = s.camera.motion.samples[0].pose;
+    pose->rad_per_s = 0.8 * pixel_rad / 1e-3;
+    s.camera.motion.live = pose;
+    const renderer::Renderer r = renderer_of(s);
+    std::vector<RowTime> times;
+    for (std::int32_t l = 0; l < size; ++l)
+        times.push_back(
+            {Time{(l - size / 2) * ns_per_ms}, Time{(l - size / 2) * ns_per_ms + 900 * ns_per_us}});
+    renderer::RenderRequest request;
+    request.window = {0, size / 2, size, 1};
+    request.rows = size;
+    request.line = 0;
+    request.row_times = request.frame_times = times;
+    const auto lines = [&](renderer::KeptLight* keep, renderer::KeptLight* from, std::uint64_t id) {
+        std::vector<float> image(static_cast<std::size_t>(size) * size * r.band_count());
+        const std::vector<QualityLevel> levels(static_cast<std::size_t>(size), QualityLevel::reprojected);
+        request.levels =
+            from != nullptr ? std::span<const QualityLevel>(levels) : std::span<const QualityLevel>();
+        request.keep = keep;
+        request.from = from;
+        request.frame_id = id;
+        REQUIRE(r.render(request, image));
+        return image;
+    };
+    renderer::KeptLight kept(r, size, size);
+    REQUIRE(kept.begin_frame(renderer::KeptWindow{{0, 0, size, size}, size / 2}));
+    const std::vector<float> before = lines(&kept, nullptr, 1);
+    REQUIRE(kept.complete(r));
+    // 0.55 px along the sweep, 0.3 px across.
+    pose->off = axis_angle({1, 0, 0}, 0.55 * pixel_rad) * axis_angle({0, 1, 0}, 0.3 * pixel_rad);
+    kept.begin_reprojection();
+    request.from = &kept;
+    std::vector<float> px(static_cast<std::size_t>(size));
+    REQUIRE(r.kept_motion_px(request, px));
+    const std::vector<float> moved = lines(nullptr, &kept, 1);
+    const std::vector<float> truth = lines(nullptr, nullptr, 2);
+    const std::vector<float> again = lines(nullptr, nullptr, 3);
+    CAPTURE(error(before, truth), error(moved, truth), error(again, truth), limb_shift_px(moved, truth));
+    CHECK(error(moved, truth) < error(again, truth) + 0.01);
+    CHECK(error(moved, truth) < error(before, truth) / 2);
+    CHECK(limb_shift_px(moved, truth) < 0.05);
+    // Of the lines with the body; those without have nothing that moves.
+    CHECK_THAT(static_cast<double>(px[size / 2]), Catch::Matchers::WithinAbs(std::hypot(0.55, 0.3), 0.02));
+    CHECK(px[0] == 0);
+    CHECK(std::all_of(px.begin(), px.end(), [](float p) { return p < 1; }));
+    // A camera that does not sweep does not say where in the lines a place beside them would be.
+    pose->rad_per_s = 0;
+    pose->off = {};
+    REQUIRE(kept.begin_frame(renderer::KeptWindow{{0, 0, size, size}, size / 2}));
+    static_cast<void>(lines(&kept, nullptr, 1));
+    pose->off = axis_angle({1, 0, 0}, 0.55 * pixel_rad);
+    kept.begin_reprojection();
+    request.keep = nullptr;
+    request.from = &kept;
+    REQUIRE(r.kept_motion_px(request, px));
+    CHECK(std::isinf(px[size / 2]));
 }
 
 TEST_CASE("stars and bodies smaller than pixels are where they are then") {

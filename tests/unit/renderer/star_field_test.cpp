@@ -141,7 +141,7 @@ TEST_CASE("every row has the stars that light it, whatever the camera's motion",
             const std::vector<RowTime> rows = rolling(20'000'000, exposure_ns);
             StarsInView view;
             const Region window{16, 0, 64, size};
-            star_rows.assign(rows, window, 0, view);
+            star_rows.assign(rows, window, 0, false, view);
             std::size_t lit = 0, listed = 0;
             for (std::size_t r = 0; r < rows.size(); ++r) {
                 const auto in_row = view.in_row(r);
