@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/keys.hpp"
 
+#include "config/toml_text.hpp"
 #include "core/error.hpp"
 #include "core/overloaded.hpp"
 #include "core/suggestion.hpp"
@@ -13,13 +14,6 @@
 
 namespace obscura::config {
 namespace {
-
-std::string number_text(double value) {
-    // Shortest text that reads back to the same double, and never mistaken for an integer.
-    std::string text = fmt::format("{}", value);
-    if (text.find_first_of(".en") == std::string::npos) text += ".0";
-    return text;
-}
 
 /// A limit for people: 1e12 rather than thirteen digits, 1e-6 rather than 1e-06.
 std::string limit_text(double value) {
