@@ -22,8 +22,6 @@ std::string read_view(const config::Value& table, const config::Where& where, Sc
     return print_keys(section.keys);
 }
 
-namespace {
-
 Scene read_scene(const config::Value& root, const std::filesystem::path& file) {
     Scene scene;
     config::Mistakes mistakes;
@@ -32,8 +30,6 @@ Scene read_scene(const config::Value& root, const std::filesystem::path& file) {
     if (scene.name.empty()) scene.name = file.stem().string();
     return scene;
 }
-
-} // namespace
 
 Scene load_scene(const std::filesystem::path& file) {
     return read_scene(config::parse_file(file), file);

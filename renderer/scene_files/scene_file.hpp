@@ -18,6 +18,9 @@ namespace obscura::scene {
 /// programs that describe a scene, or a body of one, by the keys of scene files. Throws ConfigError.
 [[nodiscard]] Scene parse_scene(std::string_view text, const std::filesystem::path& file);
 
+/// As parse_scene(), of the tree of the file.
+[[nodiscard]] Scene read_scene(const config::Value& root, const std::filesystem::path& file);
+
 /// Reads `table` over `camera`; the place stays if none of its keys is given. Returns the keys given, as
 /// TOML. Throws ConfigError.
 std::string read_view(const config::Value& table, const config::Where& where, Scene& scene);
