@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 # Usage: format_test.sh CLANG-FORMAT. Fails, naming the places, when a source file is not laid out as .clang-format says.
 cd "$(dirname "$0")/../.." || exit 1
-find core config images renderer sensors sync transports emulator tools tests \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
+find core config images renderer sensors sync transports emulator service tools tests \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
     xargs -0 "$1" --dry-run -Werror

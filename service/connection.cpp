@@ -1,0 +1,443 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/connection.hpp"
+
+#include "core/error.hpp"
+#include "service/failure.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <new>
+#include <utility>
+#include <vector>
+
+namespace obscura::service {
+namespace {
+
+using nlohmann::json;
+
+/// Bytes that are received of one client before the others have their turn.
+constexpr std::size_t most_at_once = 1 << 16;
+/// Messages that a client may leave unread before nothing more is read of it.
+constexpr std::size_t most_unread = 256;
+/// Time that a client has to read the last message and to end the connection.
+constexpr std::chrono::seconds farewell{1};
+/// Shortest time between two progress events.
+constexpr std::chrono::milliseconds progress_period{200};
+
+json error_head(const Failure& failure) {
+    json head{{"code", name_of(failure.code)}, {"message", failure.what()}};
+    for (const auto& [name, text] :
+         {std::pair{"field", &failure.field}, {"allowed", &failure.allowed}, {"hint", &failure.hint}})
+        if (!text->empty()) head[name] = *text;
+    return head;
+}
+
+Outgoing error_message(std::uint32_t id, const Failure& failure) {
+    return make_message(MessageKind::error, id, error_head(failure));
+}
+
+/// Parts of the message behind its first `sent` bytes; at most as many as one call sends.
+std::vector<iovec> parts_of(Outgoing& message, std::size_t sent) {
+    std::vector<iovec> parts;
+    const auto add = [&](void* data, std::size_t bytes) {
+        const std::size_t skipped = std::min(sent, bytes);
+        sent -= skipped;
+        if (skipped < bytes) parts.push_back({static_cast<char*>(data) + skipped, bytes - skipped});
+    };
+    add(message.start.data(), message.start.size());
+    for (Array& array : message.arrays)
+        add(array.values.data(), array.values.size() * sizeof(float));
+    constexpr std::size_t most_parts = 64;
+    parts.resize(std::min(parts.size(), most_parts));
+    return parts;
+}
+
+} // namespace
+
+/// A request, from its arrival to its answer.
+class Connection::Job final : public Work {
+public:
+    Job(Connection& connection, std::uint32_t the_id, const Call& the_call, json the_request)
+        : id(the_id), call(the_call), request(std::move(the_request)), connection_(connection) {}
+
+    const std::uint32_t id;
+    const Call& call;
+    const json request;
+    std::atomic<bool> stop{false};
+    std::atomic<std::uint64_t> done{0}, total{0};
+
+    [[nodiscard]] const std::atomic<bool>& cancelled() const noexcept override { return stop; }
+    void progress(std::uint64_t now_done, std::uint64_t now_total) override {
+        done = now_done, total = now_total;
+        const Clock::time_point now = Clock::now();
+        if (now_done == 0) begun_ = now;
+        if (now - told_ < progress_period || now_done >= now_total) return;
+        told_ = now;
+        const double spent_s = std::chrono::duration<double>(now - begun_).count();
+        json head{{"event", "progress"}, {"done", now_done}, {"total", now_total}};
+        if (now_done > 0)
+            head["left_s"] =
+                spent_s * static_cast<double>(now_total - now_done) / static_cast<double>(now_done);
+        {
+            const std::lock_guard lock(connection_.mutex_);
+            // A client that does not read needs no news.
+            if (!connection_.out_.empty()) return;
+            connection_.out_.push_back(make_message(MessageKind::event, id, std::move(head)));
+        }
+        connection_.wake_();
+    }
+
+private:
+    Connection& connection_;
+    Clock::time_point begun_ = Clock::now(), told_ = begun_;
+};
+
+Connection::Connection(FileDescriptor socket, const Limits& limits, Host& host, std::function<void()> wake)
+    : limits_(limits),
+      host_(host),
+      wake_(std::move(wake)),
+      socket_(std::move(socket)),
+      session_(host.open()),
+      calls_([this] {
+          Calls all = own_calls();
+          for (Call& call : session_->calls())
+              all.push_back(std::move(call));
+          return all;
+      }()),
+      thread_([this] { run_jobs(); }) {}
+
+Connection::~Connection() {
+    hang_up();
+    thread_.join();
+}
+
+short Connection::events() const {
+    const std::lock_guard lock(mutex_);
+    int events = POLLRDHUP;
+    if (out_.size() < most_unread) events |= POLLIN;
+    if (!out_.empty()) events |= POLLOUT;
+    return static_cast<short>(events);
+}
+
+void Connection::serve(short events) {
+    if ((events & (POLLERR | POLLHUP | POLLNVAL)) != 0) return hang_up();
+    if ((events & POLLIN) != 0)
+        receive();
+    else if ((events & POLLRDHUP) != 0)
+        hang_up();
+    if (!gone()) send();
+}
+
+void Connection::look_at(Clock::time_point now) {
+    if (ends_) {
+        if (now >= *ends_) hang_up();
+        return;
+    }
+    if (begun_ && now - *begun_ > limits_.message_ms)
+        end_with(0, Failure(FailureCode::bad_message,
+                            fmt::format("a message takes longer than {} ms", limits_.message_ms.count())));
+    else if (!greeted_ && now - connected_ > limits_.hello_ms)
+        end_with(0, Failure(FailureCode::no_hello,
+                            fmt::format("no hello within {} ms", limits_.hello_ms.count())));
+}
+
+void Connection::receive() {
+    const std::size_t before = input_.size();
+    input_.resize(before + most_at_once);
+    const ssize_t bytes = ::recv(socket_.get(), input_.data() + before, most_at_once, MSG_DONTWAIT);
+    input_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
+    if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) return hang_up();
+    if (ends_)
+        input_.clear();
+    else
+        take_messages();
+}
+
+void Connection::take_messages() {
+    std::size_t at = 0;
+    try {
+        while (!ends_ && input_.size() - at >= Frame::bytes) {
+            const std::string_view rest = std::string_view(input_).substr(at);
+            const Frame frame = read_frame(rest, limits_);
+            const std::size_t bytes = Frame::bytes + frame.head_bytes + frame.body_bytes;
+            if (rest.size() < bytes) break;
+            if (frame.kind != MessageKind::request)
+                throw Failure(FailureCode::bad_message, "a message that is no request");
+            take_request(frame.id, std::string(rest.substr(Frame::bytes, frame.head_bytes)));
+            at += bytes;
+            begun_.reset();
+        }
+    } catch (const Failure& failure) {
+        end_with(0, failure);
+    }
+    if (ends_) return;
+    input_.erase(0, at);
+    if (input_.capacity() > 4 * most_at_once && input_.size() < most_at_once) input_.shrink_to_fit();
+    if (input_.empty())
+        begun_.reset();
+    else if (!begun_)
+        begun_ = Clock::now();
+}
+
+void Connection::take_request(std::uint32_t id, const std::string& text) {
+    try {
+        json request = read_head(text, limits_);
+        const auto name = request.find("call");
+        if (name == request.end() || !name->is_string()) {
+            Failure failure(FailureCode::bad_message, "the field \"call\" is missing, or is no string");
+            failure.field = "call";
+            throw failure;
+        }
+        const Call& call = find_call(calls_, name->get_ref<const std::string&>());
+        if (!greeted_ && call.name != "hello")
+            throw Failure(FailureCode::no_hello, "the first request of a connection is hello");
+        if (call.permission > permission_)
+            throw Failure(FailureCode::forbidden,
+                          fmt::format("{} needs the permission \"{}\"", call.name, name_of(call.permission)));
+        if (call.overtakes) return run_now(call, id, request);
+        auto job = std::make_shared<Job>(*this, id, call, std::move(request));
+        {
+            const std::lock_guard lock(mutex_);
+            if (waiting_.size() >= limits_.requests)
+                throw Failure(FailureCode::busy, fmt::format("{} requests wait already", limits_.requests));
+            waiting_.push_back(std::move(job));
+        }
+        changed_.notify_all();
+    } catch (const Failure& failure) {
+        queue(error_message(id, failure));
+    } catch (const std::bad_alloc&) {
+        queue(error_message(id, Failure(FailureCode::too_large, "not enough memory")));
+    }
+}
+
+void Connection::run_now(const Call& call, std::uint32_t id, const json& request) {
+    Job work(*this, id, call, {});
+    queue(make_message(MessageKind::answer, id, bind(call, request).run(work).head));
+}
+
+void Connection::queue(Outgoing message) {
+    const std::lock_guard lock(mutex_);
+    out_.push_back(std::move(message));
+}
+
+void Connection::send() {
+    const std::lock_guard lock(mutex_);
+    while (!out_.empty()) {
+        std::vector<iovec> parts = parts_of(out_.front(), sent_);
+        msghdr message{};
+        message.msg_iov = parts.data();
+        message.msg_iovlen = parts.size();
+        const ssize_t bytes = ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (bytes < 0) return; // a broken connection is an event of its own
+        sent_ += static_cast<std::size_t>(bytes);
+        if (!parts_of(out_.front(), sent_).empty()) continue;
+        out_.pop_front();
+        sent_ = 0;
+        if (answering_ && before_it_-- == 0) {
+            answering_ = false;
+            changed_.notify_all();
+        }
+    }
+    if (ends_) ::shutdown(socket_.get(), SHUT_WR);
+}
+
+void Connection::hang_up() {
+    (void)cancel(0);
+    socket_ = FileDescriptor();
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+        out_.clear();
+    }
+    changed_.notify_all();
+}
+
+void Connection::end_with(std::uint32_t id, const Failure& failure) {
+    (void)cancel(0);
+    queue(error_message(id, failure));
+    ends_ = Clock::now() + farewell;
+    input_.clear();
+    begun_.reset();
+}
+
+void Connection::run_jobs() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+        changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+        if (ending_) break;
+        current_ = std::move(waiting_.front());
+        waiting_.pop_front();
+        lock.unlock();
+        Outgoing answer = run(*current_);
+        lock.lock();
+        current_.reset();
+        changed_.wait(lock, [this] { return ending_ || !answering_; });
+        if (ending_) break;
+        answering_ = true;
+        before_it_ = out_.size();
+        out_.push_back(std::move(answer));
+        wake_();
+    }
+    waiting_.clear();
+    current_.reset();
+    lock.unlock();
+    at_rest_ = true;
+    wake_();
+}
+
+Outgoing Connection::run(Job& job) const {
+    try {
+        if (job.stop) throw cancelled();
+        Answer answer = bind(job.call, job.request).run(job);
+        Outgoing message =
+            make_message(MessageKind::answer, job.id, std::move(answer.head), std::move(answer.arrays));
+        message.keep = std::move(answer.keep);
+        return message;
+    } catch (const Failure& failure) {
+        return error_message(job.id, failure);
+    } catch (const std::bad_alloc&) {
+        return error_message(job.id, Failure(FailureCode::too_large, "not enough memory"));
+    } catch (const std::exception& error) {
+        return error_message(job.id, Failure(FailureCode::internal, error.what()));
+    }
+}
+
+std::size_t Connection::cancel(std::uint32_t id) {
+    const std::lock_guard lock(mutex_);
+    std::size_t found = 0;
+    const auto stop = [&](Job& job) {
+        if (id != 0 && job.id != id) return;
+        job.stop = true;
+        ++found;
+    };
+    for (const std::shared_ptr<Job>& job : waiting_)
+        stop(*job);
+    if (current_) stop(*current_);
+    return found;
+}
+
+Answer Connection::hello_answer() const {
+    json limits = session_->limits();
+    limits["clients"] = limits_.clients;
+    limits["head_bytes"] = limits_.head_bytes;
+    limits["body_bytes"] = limits_.body_bytes;
+    limits["head_depth"] = limits_.head_depth;
+    limits["requests"] = limits_.requests;
+    // FNV-1a of the table: clients see whether it is the one that they were written for.
+    std::uint64_t hash = 0xCBF29CE484222325U;
+    for (const char c : describe(calls_).dump())
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+    return {{{"server", "obscura"},
+             {"version", host_.version()},
+             {"protocol", protocol_version},
+             {"api", fmt::format("{:016x}", hash)},
+             {"permission", name_of(permission_)},
+             {"limits", std::move(limits)}}};
+}
+
+Answer Connection::status() const {
+    const std::lock_guard lock(mutex_);
+    json head{{"waiting", waiting_.size()}};
+    if (current_) {
+        head["call"] = current_->call.name;
+        head["request"] = current_->id;
+        head["done"] = current_->done.load();
+        head["total"] = current_->total.load();
+    }
+    return {std::move(head)};
+}
+
+namespace {
+
+struct Hello {
+    std::uint32_t least = protocol_version, most = protocol_version;
+    std::string client;
+
+    Fields fields() {
+        return {
+            {config::key("protocol_min", &least).range(0, 255).help("Oldest version that the client speaks"),
+             config::key("protocol_max", &most).range(0, 255).help("Newest version that the client speaks"),
+             config::key("client", &client).help("Name and version of the client, for messages")}};
+    }
+};
+
+struct Cancel {
+    std::uint32_t request = 0;
+
+    Fields fields() {
+        return {{config::key("request", &request)
+                     .help("Number of the request, as its message had it; 0: all of the connection")}};
+    }
+};
+
+} // namespace
+
+Calls Connection::own_calls() {
+    Calls calls{
+        call<Hello>("hello", Permission::view,
+                    "Begins a connection: agrees on the version of the protocol. The first request.",
+                    [this](const Hello& hello, Work& /*work*/) {
+                        if (hello.least > protocol_version || hello.most < protocol_version) {
+                            Failure failure(FailureCode::no_hello,
+                                            fmt::format("versions {} to {} of the protocol, allowed {}",
+                                                        hello.least, hello.most, protocol_version));
+                            failure.field = "protocol_min";
+                            failure.allowed = fmt::format("{}", protocol_version);
+                            throw failure;
+                        }
+                        greeted_ = true;
+                        return hello_answer();
+                    }),
+        call<NoArguments>("describe", Permission::view,
+                          "Lists the calls with their fields, and the keys of scenes.",
+                          [this](const NoArguments&, Work& /*work*/) {
+                              Answer answer{session_->description()};
+                              answer.head["calls"] = describe(calls_);
+                              return answer;
+                          }),
+        call<NoArguments>(
+            "status", Permission::view,
+            "Tells what the connection's request in progress is, and how far. Does not wait for it.",
+            [this](const NoArguments&, Work& /*work*/) { return status(); }),
+        call<Cancel>(
+            "cancel", Permission::view,
+            "Cancels a request, which is answered with the error \"cancelled\". Does not wait for others.",
+            [this](const Cancel& arguments, Work& /*work*/) {
+                return Answer{{{"cancelled", cancel(arguments.request)}}};
+            }),
+        call<NoArguments>("close", Permission::view,
+                          "Ends the connection; what is in progress or waits is cancelled.",
+                          [this](const NoArguments&, Work& /*work*/) {
+                              (void)cancel(0);
+                              ends_ = Clock::now() + farewell;
+                              return Answer{};
+                          }),
+    };
+    for (Call& call : calls)
+        call.overtakes = call.name != "describe";
+    calls[0].lenient = true;
+    calls[0].results = {
+        {"server", "string", "", "\"obscura\""},
+        {"version", "string", "", "Version of the server"},
+        {"protocol", "integer", "", "Version of the protocol that is spoken"},
+        {"api", "string", "", "Hash of the table of calls"},
+        {"permission", "string", "", "What the connection may do: view, operate, scene or admin"},
+        {"limits", "map", "", "Largest messages, pictures and numbers of requests and clients"}};
+    calls[1].results = {{"calls", "array of maps", "", "Rows: name, help, permission, fields, results"},
+                        {"sections", "array of maps", "", "Tables of scenes: heading, help, keys"}};
+    calls[2].results = {{"waiting", "integer", "", "Requests that wait"},
+                        {"call", "string", "", "Name of the request in progress; missing: none is"},
+                        {"request", "integer", "", "Its number"},
+                        {"done", "integer", "", "Parts of it that are done"},
+                        {"total", "integer", "", "Parts of it"}};
+    calls[3].results = {{"cancelled", "integer", "", "Requests that were found"}};
+    return calls;
+}
+
+} // namespace obscura::service

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Connection of one client: messages in and out, and a thread that runs its calls in order.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+#include "service/limits.hpp"
+#include "service/message.hpp"
+#include "service/session.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+namespace obscura::service {
+
+/// All members are for the server's thread, which never blocks here; calls run on a thread of the connection.
+/// A fault of the framing is answered and ends the connection; any other mistake is answered, and the
+/// connection lives on. The end of the connection cancels its calls.
+class Connection {
+public:
+    using Clock = std::chrono::steady_clock;
+
+    /// `wake` is called on the connection's thread when there is something to send. `host` outlives this.
+    Connection(FileDescriptor socket, const Limits& limits, Host& host, std::function<void()> wake);
+    /// Waits for the call in progress.
+    ~Connection();
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
+    [[nodiscard]] int socket() const noexcept { return socket_.get(); }
+    /// Events to poll for.
+    [[nodiscard]] short events() const;
+    /// Receives and sends what `events`, as poll() gave them, allow.
+    void serve(short events);
+    /// Ends the connection if a message, or hello, does not come in time.
+    void look_at(Clock::time_point now);
+    /// Ends the connection and cancels its calls.
+    void end() { hang_up(); }
+    /// The client is gone; its calls have been cancelled.
+    [[nodiscard]] bool gone() const noexcept { return !socket_; }
+    /// Whether the destructor would not wait.
+    [[nodiscard]] bool at_rest() const noexcept { return at_rest_.load(); }
+
+private:
+    class Job;
+
+    void receive();
+    void take_messages();
+    void take_request(std::uint32_t id, const std::string& text);
+    void run_now(const Call& call, std::uint32_t id, const nlohmann::json& request);
+    void send();
+    void hang_up();
+    /// Answers `failure` and ends the connection once that has been sent.
+    void end_with(std::uint32_t id, const Failure& failure);
+    void queue(Outgoing message);
+    void run_jobs();
+    [[nodiscard]] Outgoing run(Job& job) const;
+    [[nodiscard]] Calls own_calls();
+    [[nodiscard]] Answer hello_answer() const;
+    [[nodiscard]] Answer status() const;
+    /// Cancels the request, or all for 0. Returns how many were.
+    std::size_t cancel(std::uint32_t id);
+
+    const Limits& limits_;
+    Host& host_;
+    const std::function<void()> wake_;
+    FileDescriptor socket_;
+    const std::unique_ptr<Session> session_;
+    const Calls calls_;
+    const Permission permission_ = Permission::scene;
+
+    std::string input_;
+    std::optional<Clock::time_point> begun_; ///< of the message whose first bytes are in input_
+    const Clock::time_point connected_ = Clock::now();
+    bool greeted_ = false;
+    /// Nothing is read as requests any more; the connection ends when the client ends it, or then.
+    std::optional<Clock::time_point> ends_;
+
+    mutable std::mutex mutex_; ///< of what follows
+    std::condition_variable changed_;
+    std::deque<std::shared_ptr<Job>> waiting_;
+    std::shared_ptr<Job> current_; ///< null: none
+    std::deque<Outgoing> out_;
+    std::size_t sent_ = 0;      ///< bytes of the first of them
+    bool answering_ = false;    ///< an answer of a job is among them, the only one that may have arrays
+    std::size_t before_it_ = 0; ///< messages before that answer
+    bool ending_ = false;
+    std::atomic<bool> at_rest_{false};
+    std::thread thread_; ///< last, so that all else is there when it starts
+};
+
+} // namespace obscura::service

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limits of what clients may send and ask for.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace obscura::service {
+
+/// What one server grants; `hello` tells clients.
+struct Limits {
+    std::size_t clients = 16;                    ///< at a time
+    std::uint32_t head_bytes = 1U << 20;         ///< of a message
+    std::uint64_t body_bytes = 0;                ///< of a request; no call takes arrays yet
+    std::size_t head_depth = 8;                  ///< maps and arrays within each other
+    std::size_t head_values = 200'000;           ///< in the head of a message
+    std::size_t requests = 64;                   ///< of a client, received and not yet begun
+    std::chrono::milliseconds message_ms{30000}; ///< from the first byte of a message to its last
+    std::chrono::milliseconds hello_ms{10000};   ///< from the connection to `hello`
+};
+
+} // namespace obscura::service

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/listener.hpp"
+
+#include "core/error.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace obscura::service {
+namespace {
+
+constexpr int waiting_clients = 64;
+constexpr int socket_flags = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK;
+
+[[noreturn]] void refuse(const std::string& address, const std::string& why) {
+    throw HardwareError(fmt::format("{}: {}", address, why));
+}
+
+sockaddr_in parse(const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    const std::string host = text.substr(0, colon);
+    std::uint16_t port = 0;
+    const std::string_view digits =
+        colon == std::string::npos ? std::string_view() : std::string_view(text).substr(colon + 1);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    if (digits.empty() || error != std::errc{} || end != digits.data() + digits.size() ||
+        ::inet_pton(AF_INET, host == "localhost" ? "127.0.0.1" : host.c_str(), &address.sin_addr) != 1)
+        throw Error(exit_usage,
+                    fmt::format("{}: no address, allowed ADDRESS:PORT such as 127.0.0.1:5152", text));
+    // Clients do not say who they are.
+    if (ntohl(address.sin_addr.s_addr) >> 24 != IN_LOOPBACKNET)
+        throw Error(
+            exit_usage,
+            fmt::format("{}: only addresses of the loopback interface are allowed (127.0.0.1), because "
+                        "clients are not identified; from another machine: ssh -L {}:127.0.0.1:{} HOST",
+                        text, port, port));
+    return address;
+}
+
+} // namespace
+
+Listener::Listener(FileDescriptor socket, std::string address, std::filesystem::path file)
+    : socket_(std::move(socket)), address_(std::move(address)), file_(std::move(file)) {}
+
+Listener::~Listener() {
+    if (!socket_ || file_.empty()) return;
+    std::error_code error;
+    std::filesystem::remove(file_, error);
+}
+
+Listener Listener::tcp(const std::string& text) {
+    sockaddr_in address = parse(text);
+    FileDescriptor socket(::socket(AF_INET, socket_flags, 0));
+    const int on = 1;
+    ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    socklen_t size = sizeof address;
+    if (!socket || ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        ::listen(socket.get(), waiting_clients) != 0 ||
+        ::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0)
+        refuse(text, std::strerror(errno));
+    char host[INET_ADDRSTRLEN]{};
+    ::inet_ntop(AF_INET, &address.sin_addr, host, sizeof host);
+    return {std::move(socket), fmt::format("{}:{}", host, ntohs(address.sin_port)), {}};
+}
+
+Listener Listener::unix_socket(const std::filesystem::path& path) {
+    const std::string& text = path.native();
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (text.empty() || text.size() >= sizeof address.sun_path)
+        refuse(text, fmt::format("a path of 1 to {} bytes is allowed", sizeof address.sun_path - 1));
+    text.copy(address.sun_path, text.size());
+    const auto* const raw = reinterpret_cast<const sockaddr*>(&address);
+    std::error_code error;
+    if (std::filesystem::exists(path, error)) {
+        if (!std::filesystem::is_socket(path, error)) refuse(text, "exists, and is no socket");
+        const FileDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+        if (::connect(probe.get(), raw, sizeof address) == 0) refuse(text, "another server listens there");
+        std::filesystem::remove(path, error);
+    }
+    FileDescriptor socket(::socket(AF_UNIX, socket_flags, 0));
+    // The umask may keep the group from writing, and so from connecting.
+    if (!socket || ::bind(socket.get(), raw, sizeof address) != 0 || ::chmod(text.c_str(), 0660) != 0 ||
+        ::listen(socket.get(), waiting_clients) != 0)
+        refuse(text, std::strerror(errno));
+    return {std::move(socket), text, path};
+}
+
+FileDescriptor Listener::accept() const {
+    FileDescriptor client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    const int on = 1; // no use, and no harm, for a Unix socket
+    if (client) ::setsockopt(client.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    return client;
+}
+
+} // namespace obscura::service

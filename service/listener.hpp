@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Listening sockets: TCP of the loopback interface, and Unix sockets.
+#pragma once
+
+#include "core/file_descriptor.hpp"
+
+#include <filesystem>
+#include <string>
+
+namespace obscura::service {
+
+/// A socket that clients connect to. A Unix socket is removed at the end.
+class Listener {
+public:
+    /// Listens at "127.0.0.1:5152"; port 0: any free one. Throws Error (exit_usage) for an address that is
+    /// not of the loopback interface, HardwareError if it cannot be used.
+    [[nodiscard]] static Listener tcp(const std::string& address);
+    /// Creates a socket for the user and the group of this process. One that is left over at that path is
+    /// replaced, one that is served is not. Throws HardwareError.
+    [[nodiscard]] static Listener unix_socket(const std::filesystem::path& path);
+    ~Listener();
+    Listener(Listener&&) noexcept = default;
+    Listener& operator=(Listener&&) = delete;
+
+    [[nodiscard]] int socket() const noexcept { return socket_.get(); }
+    /// "127.0.0.1:5152", or the path.
+    [[nodiscard]] const std::string& address() const noexcept { return address_; }
+    /// The next client, non-blocking; empty: none waits.
+    [[nodiscard]] FileDescriptor accept() const;
+
+private:
+    Listener(FileDescriptor socket, std::string address, std::filesystem::path file);
+
+    FileDescriptor socket_;
+    std::string address_;
+    std::filesystem::path file_;
+};
+
+} // namespace obscura::service

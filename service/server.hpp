@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Server of the native protocol: one thread that receives and sends for all connections.
+#pragma once
+
+#include "service/limits.hpp"
+#include "service/listener.hpp"
+#include "service/session.hpp"
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace obscura::service {
+
+class Connection;
+
+/// Accepts clients up to the limit, refuses further ones with an error message, and serves all until it is
+/// stopped. Thread-bound; calls run on threads of their connections.
+class Server {
+public:
+    /// `host` outlives this.
+    Server(const Limits& limits, Host& host, std::vector<Listener> listeners);
+    /// Cancels what is in progress and waits for it.
+    ~Server();
+    Server(const Server&) = delete;
+    Server& operator=(const Server&) = delete;
+
+    /// Serves until `stopped` returns true, which is asked five times a second and after each signal.
+    void run(const std::function<bool()>& stopped);
+
+private:
+    void accept(const Listener& listener);
+    void bury();
+
+    const Limits limits_;
+    Host& host_;
+    const std::vector<Listener> listeners_;
+    FileDescriptor bell_; ///< eventfd: a connection has something to send
+    std::vector<std::unique_ptr<Connection>> connections_;
+    std::vector<std::unique_ptr<Connection>> gone_; ///< their calls have not ended yet
+};
+
+} // namespace obscura::service

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+// The server from a client's side of the socket: order, cancelling, limits, and clients that do as they
+// please.
+#include "core/error.hpp"
+#include "service/connection.hpp"
+#include "service/server.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/temp_folder.hpp"
+
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+using namespace obscura;
+using namespace obscura::service;
+using Catch::Matchers::ContainsSubstring;
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+namespace {
+
+struct Echo {
+    json value;
+
+    Fields fields() { return {{}, {{"value", "any", "Value that comes back", &value}}}; }
+};
+
+/// Calls: echo, picture (a MiB), wait (until it is cancelled).
+class TestHost final : public Host {
+public:
+    std::atomic<int> waiting{0}, ended{0}, open_sessions{0};
+
+    [[nodiscard]] std::string version() const override { return "test"; }
+    [[nodiscard]] std::unique_ptr<Session> open() override { return std::make_unique<TestSession>(*this); }
+
+private:
+    class TestSession final : public Session {
+    public:
+        explicit TestSession(TestHost& host) : host_(host) { ++host_.open_sessions; }
+        ~TestSession() override { --host_.open_sessions; }
+        [[nodiscard]] Calls calls() override {
+            return {
+                call<Echo>("echo", Permission::scene, "Echo.",
+                           [](const Echo& echo, Work& /*work*/) {
+                               Answer answer;
+                               answer.head["value"] = echo.value;
+                               return answer;
+                           }),
+                call<NoArguments>("picture", Permission::scene, "A MiB.",
+                                  [](const NoArguments&, Work& /*work*/) {
+                                      Answer answer;
+                                      answer.arrays = {{"p", {512, 512}, std::vector<float>(512 * 512, 1)}};
+                                      return answer;
+                                  }),
+                call<NoArguments>("wait", Permission::scene, "Until it is cancelled.",
+                                  [this](const NoArguments&, Work& work) -> Answer {
+                                      ++host_.waiting;
+                                      while (!work.cancelled()) {
+                                          work.progress(1, 4);
+                                          std::this_thread::sleep_for(1ms);
+                                      }
+                                      ++host_.ended;
+                                      throw cancelled();
+                                  }),
+                call<NoArguments>("admin", Permission::admin, "Not for these clients.",
+                                  [](const NoArguments&, Work& /*work*/) { return Answer{}; }),
+                call<NoArguments>(
+                    "fault", Permission::scene, "A fault.",
+                    [](const NoArguments&, Work& /*work*/) -> Answer { throw std::logic_error("a fault"); })};
+        }
+
+    private:
+        TestHost& host_;
+    };
+};
+
+/// A server on a thread of its own.
+struct Bench {
+    explicit Bench(const Limits& limits = {}) : limits_(limits) {
+        std::vector<Listener> listeners;
+        listeners.push_back(Listener::unix_socket(path()));
+        server_ = std::make_unique<Server>(limits_, host, std::move(listeners));
+        thread_ = std::thread([this] { server_->run([this] { return stop_.load(); }); });
+    }
+    ~Bench() {
+        stop_ = true;
+        thread_.join();
+    }
+    [[nodiscard]] std::string path() const { return (folder_.path() / "s").string(); }
+    /// Waits for what must come true soon.
+    static void until(const std::function<bool()>& condition) {
+        for (int i = 0; i < 20000 && !condition(); ++i)
+            std::this_thread::sleep_for(1ms);
+        REQUIRE(condition());
+    }
+
+    TestHost host;
+
+private:
+    test::TempFolder folder_;
+    Limits limits_;
+    std::unique_ptr<Server> server_;
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+struct Message {
+    Frame frame;
+    json head;
+    std::string body;
+};
+
+class Client {
+public:
+    explicit Client(const Bench& bench, bool greet = true) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        const std::string path = bench.path();
+        path.copy(address.sun_path, path.size());
+        const timeval patience{20, 0};
+        ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        REQUIRE(::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+        if (!greet) return;
+        request(1, {{"call", "hello"}});
+        REQUIRE(next()->frame.kind == MessageKind::answer);
+    }
+    void write(std::string_view text) {
+        while (!text.empty()) {
+            const ssize_t bytes = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL);
+            if (bytes <= 0) return;
+            text.remove_prefix(static_cast<std::size_t>(bytes));
+        }
+    }
+    void request(std::uint32_t id, json head) {
+        write(make_message(MessageKind::request, id, std::move(head)).start);
+    }
+    /// None: the server has ended the connection, or does not answer.
+    std::optional<Message> next() {
+        const auto start = read(Frame::bytes);
+        if (!start) return {};
+        Limits wide;
+        wide.body_bytes = std::uint64_t{1} << 30;
+        Message message{read_frame(*start, wide), {}, {}};
+        message.head = read_head(read(message.frame.head_bytes).value(), wide);
+        message.body = read(message.frame.body_bytes).value();
+        return message;
+    }
+    /// The next message that is no event.
+    Message answer() {
+        while (true) {
+            std::optional<Message> message = next();
+            REQUIRE(message);
+            if (message->frame.kind != MessageKind::event) return *message;
+        }
+    }
+    void hang_up() { socket_ = FileDescriptor(); }
+
+private:
+    std::optional<std::string> read(std::size_t bytes) {
+        std::string text(bytes, '\0');
+        for (std::size_t at = 0; at < bytes;) {
+            const ssize_t got = ::recv(socket_.get(), text.data() + at, bytes - at, 0);
+            if (got <= 0) return {};
+            at += static_cast<std::size_t>(got);
+        }
+        return text;
+    }
+
+    FileDescriptor socket_;
+};
+
+} // namespace
+
+TEST_CASE("requests are answered in order, with their numbers", "[service]") {
+    const Bench bench;
+    Client client(bench);
+    for (std::uint32_t i = 10; i < 60; ++i)
+        client.request(i, {{"call", "echo"}, {"value", i}});
+    for (std::uint32_t i = 10; i < 60; ++i) {
+        const Message message = client.answer();
+        CHECK(message.frame.id == i);
+        CHECK(message.head["value"] == i);
+    }
+    client.request(9, {{"call", "picture"}});
+    const Message picture = client.answer();
+    CHECK(picture.body.size() == 1U << 20);
+    CHECK(picture.head["arrays"][0]["shape"] == json{512, 512});
+}
+
+TEST_CASE("the first request is hello, in this version of the protocol", "[service]") {
+    const Bench bench;
+    Client client(bench, false);
+    client.request(1, {{"call", "echo"}});
+    CHECK(client.answer().head["code"] == "no-hello");
+    client.request(2, {{"call", "hello"}, {"protocol_min", 2}, {"protocol_max", 3}});
+    CHECK(client.answer().head["code"] == "no-hello");
+    // A field of a later version is ignored.
+    client.request(3, {{"call", "hello"}, {"protocol_max", 9}, {"wishes", {1, 2}}});
+    const json head = client.answer().head;
+    CHECK(head["protocol"] == 1);
+    CHECK(head["permission"] == "scene");
+    CHECK(head["limits"]["head_bytes"] == 1048576);
+    client.request(4, {{"call", "echo"}, {"value", 1}});
+    CHECK(client.answer().head["value"] == 1);
+}
+
+TEST_CASE("mistakes are answered, and the connection lives on", "[service]") {
+    const Bench bench;
+    Client client(bench);
+    const std::vector<std::pair<json, std::string>> mistakes{
+        {{{"call", "ecko"}}, "unknown-call"}, {{{"call", 5}}, "bad-message"},
+        {{{"x", 5}}, "bad-message"},          {{{"call", "echo"}, {"valu", 5}}, "bad-argument"},
+        {{{"call", "admin"}}, "forbidden"},   {{{"call", "fault"}}, "internal"}};
+    std::uint32_t id = 100;
+    for (const auto& [request, code] : mistakes) {
+        client.request(++id, request);
+        const Message message = client.answer();
+        CHECK(message.frame.kind == MessageKind::error);
+        CHECK(message.frame.id == id);
+        CHECK(message.head["code"] == code);
+    }
+    client.write(frame_text({MessageKind::request, 7, 3, 0}) + "\x91\x91\x91");
+    CHECK(client.answer().head["code"] == "bad-message");
+    client.request(1, {{"call", "echo"}, {"value", "alive"}});
+    CHECK(client.answer().head["value"] == "alive");
+}
+
+TEST_CASE("a fault of the framing is answered, and ends the connection", "[service]") {
+    const Bench bench;
+    for (const std::string& text : {std::string("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"),
+                                    frame_text({MessageKind::request, 1, 0xFFFFFFFF, 0}),
+                                    frame_text({MessageKind::request, 1, 1, 0xFFFFFFFFFFFFFFFF}),
+                                    frame_text({MessageKind::answer, 1, 0, 0})}) {
+        Client client(bench);
+        client.write(text);
+        const Message message = client.answer();
+        CHECK(message.frame.kind == MessageKind::error);
+        CHECK(message.frame.id == 0);
+        CHECK_FALSE(client.next());
+    }
+}
+
+TEST_CASE("a call in progress is cancelled, and what waits is done after it", "[service]") {
+    Bench bench;
+    Client client(bench);
+    client.request(5, {{"call", "wait"}});
+    client.request(6, {{"call", "echo"}, {"value", 6}});
+    Bench::until([&] { return bench.host.waiting == 1; });
+    client.request(7, {{"call", "status"}});
+    const Message status = client.answer();
+    CHECK(status.frame.id == 7);
+    CHECK(status.head["call"] == "wait");
+    CHECK(status.head["request"] == 5);
+    CHECK(status.head["waiting"] == 1);
+    client.request(8, {{"call", "cancel"}, {"request", 5}});
+    CHECK(client.answer().head["cancelled"] == 1);
+    const Message ended = client.answer();
+    CHECK(ended.frame.id == 5);
+    CHECK(ended.head["code"] == "cancelled");
+    CHECK(client.answer().head["value"] == 6);
+    client.request(9, {{"call", "cancel"}, {"request", 5}});
+    CHECK(client.answer().head["cancelled"] == 0);
+}
+
+TEST_CASE("progress is told at most five times a second", "[service]") {
+    Bench bench;
+    Client client(bench);
+    client.request(5, {{"call", "wait"}});
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < 3; ++i) {
+        const auto event = client.next();
+        REQUIRE(event);
+        CHECK(event->frame.kind == MessageKind::event);
+        CHECK(event->frame.id == 5);
+        CHECK(event->head["done"] == 1);
+        CHECK(event->head["total"] == 4);
+    }
+    CHECK(std::chrono::steady_clock::now() - begin > 590ms);
+}
+
+TEST_CASE("a client that vanishes has its calls cancelled and its session ended", "[service]") {
+    Bench bench;
+    Client other(bench);
+    {
+        Client client(bench);
+        client.request(5, {{"call", "wait"}});
+        client.request(6, {{"call", "wait"}});
+        Bench::until([&] { return bench.host.waiting == 1; });
+    }
+    Bench::until([&] { return bench.host.ended == 1 && bench.host.open_sessions == 1; });
+    CHECK(bench.host.waiting == 1); // the second one never began
+    other.request(1, {{"call", "echo"}, {"value", 1}});
+    CHECK(other.answer().head["value"] == 1);
+}
+
+TEST_CASE("a client beyond the limit is refused with a line", "[service]") {
+    Limits limits;
+    limits.clients = 2;
+    Bench bench(limits);
+    Client first(bench);
+    auto second = std::make_unique<Client>(bench);
+    Client third(bench, false);
+    const Message refusal = third.answer();
+    CHECK(refusal.head["code"] == "busy");
+    CHECK(refusal.head["message"] == "2 clients are connected already, allowed 2");
+    CHECK_FALSE(third.next());
+    second.reset();
+    Bench::until([&] { return bench.host.open_sessions == 1; });
+    Client fourth(bench);
+    fourth.request(1, {{"call", "echo"}, {"value", 4}});
+    CHECK(fourth.answer().head["value"] == 4);
+}
+
+TEST_CASE("messages and hello that do not come in time end the connection", "[service]") {
+    Limits limits;
+    limits.message_ms = 50ms;
+    limits.hello_ms = 300ms;
+    const Bench bench(limits);
+    Client slow(bench);
+    slow.write("OB");
+    CHECK_THAT(slow.answer().head["message"].get<std::string>(), ContainsSubstring("longer than 50 ms"));
+    CHECK_FALSE(slow.next());
+    Client silent(bench, false);
+    CHECK(silent.answer().head["code"] == "no-hello");
+    CHECK_FALSE(silent.next());
+}
+
+TEST_CASE("pictures that nobody reads wait in one piece, and requests beyond the limit are refused",
+          "[service]") {
+    Bench bench;
+    Client greedy(bench), other(bench);
+    // Blocks once the server reads no more of a client with so much unread.
+    std::thread asking([&] {
+        for (std::uint32_t i = 1; i <= 2000; ++i)
+            greedy.request(i, {{"call", "picture"}});
+    });
+    other.request(1, {{"call", "echo"}, {"value", 1}});
+    CHECK(other.answer().head["value"] == 1);
+    std::size_t pictures = 0, refused = 0;
+    while (pictures + refused < 2000) {
+        const Message message = greedy.answer();
+        if (message.frame.kind == MessageKind::answer)
+            ++pictures;
+        else if (message.head["code"] == "busy")
+            ++refused;
+    }
+    asking.join();
+    CHECK(pictures >= 64);
+    greedy.request(1, {{"call", "echo"}, {"value", 2}});
+    CHECK(greedy.answer().head["value"] == 2);
+}
+
+TEST_CASE("a client works while another sends noise", "[service]") {
+    const Bench bench;
+    Client good(bench);
+    std::atomic<bool> done{false};
+    std::thread noise([&] {
+        std::mt19937 random(1);
+        while (!done) {
+            Client bad(bench, random() % 2 == 0);
+            std::string text =
+                frame_text({MessageKind::request, 3, static_cast<std::uint32_t>(random() % 64), 0});
+            for (int i = 0; i < 200; ++i)
+                text += static_cast<char>(random() & 0xFF);
+            bad.write(text);
+        }
+    });
+    for (int i = 0; i < 500; ++i) {
+        good.request(1, {{"call", "echo"}, {"value", i}});
+        CHECK(good.answer().head["value"] == i);
+    }
+    done = true;
+    noise.join();
+}
+
+TEST_CASE("only the loopback interface can be listened at", "[service]") {
+    CHECK_THROWS_WITH(Listener::tcp("0.0.0.0:5152"),
+                      ContainsSubstring("only addresses of the loopback interface"));
+    CHECK_THROWS_WITH(Listener::tcp("192.168.1.4:5152"), ContainsSubstring("ssh -L"));
+    for (const char* const text :
+         {"", "5152", "127.0.0.1", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:5x", "::1:5152"})
+        CHECK_THROWS_WITH(Listener::tcp(text), ContainsSubstring("allowed ADDRESS:PORT"));
+    const Listener first = Listener::tcp("127.0.0.1:0");
+    CHECK_THROWS_AS(Listener::tcp(first.address()), HardwareError);
+}
+
+TEST_CASE("a Unix socket that is left over is replaced, one that is served is not", "[service]") {
+    const test::TempFolder folder;
+    const std::string path = (folder.path() / "s").string();
+    {
+        const Listener first = Listener::unix_socket(path);
+        CHECK_THROWS_WITH(Listener::unix_socket(path), ContainsSubstring("another server"));
+    }
+    CHECK_FALSE(std::filesystem::exists(path));
+    (void)folder.write("file", "x");
+    CHECK_THROWS_WITH(Listener::unix_socket(folder.path() / "file"), ContainsSubstring("no socket"));
+    CHECK_THROWS_WITH(Listener::unix_socket(std::string(200, 'x')), ContainsSubstring("107 bytes"));
+}
