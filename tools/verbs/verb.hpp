@@ -56,5 +56,6 @@ struct VerbEntry {
 [[nodiscard]] std::unique_ptr<Verb> make_trigger();
 [[nodiscard]] std::unique_ptr<Verb> make_truth();
 [[nodiscard]] std::unique_ptr<Verb> make_sky();
+[[nodiscard]] std::unique_ptr<Verb> make_serve();
 
 } // namespace obscura::tools

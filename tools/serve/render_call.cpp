@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/serve/render_call.hpp"
+
+#include "core/error.hpp"
+#include "core/memory_budget.hpp"
+#include "renderer/world/scene_poses.hpp"
+#include "service/failure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace obscura::tools {
+namespace {
+
+using nlohmann::json;
+using service::Answer;
+using service::Failure;
+using service::FailureCode;
+
+/// Rows that are rendered at a time: progress is told, and a cancelled call ends, between them at the latest.
+constexpr std::int32_t block_rows = 16;
+
+Failure bad_argument(const std::string& field, const std::string& what, const std::string& allowed) {
+    Failure failure(FailureCode::bad_argument,
+                    fmt::format("render: {}: {}, allowed {}", field, what, allowed));
+    failure.field = field;
+    failure.allowed = allowed;
+    return failure;
+}
+
+json json_of(const Vec3& v) {
+    return {v.x, v.y, v.z};
+}
+json json_of(const Pose& pose) {
+    const Quat& q = pose.orientation;
+    return {{"position_m", json_of(pose.position_m)}, {"orientation", {q.w, q.x, q.y, q.z}}};
+}
+json json_of(const renderer::BodyView& view) {
+    json row = json_of(view.pose);
+    row["range_m"] = view.range_m;
+    row["phase_deg"] = view.phase_rad * 180 / std::numbers::pi;
+    if (view.pixel) row["pixel"] = {view.pixel->x, view.pixel->y};
+    return row;
+}
+
+/// Poses at the scene time, and where the centres of the bodies are in the whole sensor.
+json truth_of(const scene::Scene& scene, double time_s) {
+    const renderer::ScenePoses poses(scene);
+    json bodies = json::array();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        bodies.push_back(json_of(poses.body(i, time_s)));
+        bodies.back()["name"] = scene.bodies[i].name;
+    }
+    return {{"camera", json_of(poses.camera(time_s))},
+            {"sun", json_of(poses.sun(time_s))},
+            {"bodies", std::move(bodies)}};
+}
+
+/// The names of an array of AOVs, as indices.
+std::vector<std::size_t> aovs_of(const json& layers) {
+    std::vector<std::string> known;
+    for (std::size_t k = 0; k < renderer::aov_count; ++k)
+        known.emplace_back(renderer::aov_name(static_cast<renderer::Aov>(k)));
+    const std::string allowed = fmt::format("an array of {}", fmt::join(known, ", "));
+    if (layers.is_null()) return {};
+    if (!layers.is_array()) throw bad_argument("layers", "no array", allowed);
+    std::vector<std::size_t> chosen;
+    for (const json& layer : layers) {
+        const std::string name = layer.is_string() ? layer.get<std::string>() : "no name";
+        const auto at = std::find(known.begin(), known.end(), name);
+        if (at == known.end())
+            throw bad_argument("layers", fmt::format("\"{}\" is not known", config::printable(name, 60)),
+                               allowed);
+        chosen.push_back(static_cast<std::size_t>(at - known.begin()));
+    }
+    return chosen;
+}
+
+/// Copies a block of rows of every plane to its place in the whole picture.
+void copy_rows(std::span<const float> block, std::int32_t first_row, std::int32_t rows, const Region& window,
+               std::size_t from_plane, float* to) {
+    const std::size_t values = static_cast<std::size_t>(rows) * static_cast<std::size_t>(window.width);
+    const std::size_t offset = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(window.width);
+    std::copy_n(block.data() + from_plane * values, values, to + offset);
+}
+
+} // namespace
+
+struct RenderCall::Arguments {
+    double time_s = 0, exposure_s = 0;
+    std::int32_t width = 0, height = 0;
+    std::array<double, 4> window{};
+    renderer::RenderSettings settings;
+    std::uint64_t frame = 1;
+    bool truth = false;
+    json layers;
+    std::uint32_t most_samples = 65536;
+
+    service::Fields fields() {
+        return {
+            {config::key("time_s", &time_s).unit("s").range(-1e9, 1e9).help("Scene time of mid-exposure"),
+             config::key("exposure_s", &exposure_s)
+                 .unit("s")
+                 .range(0, 1e6)
+                 .help("Exposure time; moving bodies and the moving camera blur"),
+             config::key("width", &width)
+                 .unit("px")
+                 .range(0, 65536)
+                 .help("Width of the picture, with the same horizontal field of view; 0: that of the scene"),
+             config::key("height", &height)
+                 .unit("px")
+                 .range(0, 65536)
+                 .help("Height of the picture, with width; 0: that of the scene"),
+             config::key("window", config::Numbers{window.data(), window.size()})
+                 .unit("px")
+                 .range(0, 65536)
+                 .help("Column and row of the upper left corner, width and height of the only part that is "
+                       "rendered; all 0: the whole picture"),
+             config::key("samples", &settings.samples_per_pixel)
+                 .range(1, most_samples)
+                 .help("Samples per pixel, taken where a body may cover the pixel"),
+             config::key("error", &settings.target_error)
+                 .range(0, 1)
+                 .help("Adaptive sampling: relative standard error of a pixel to sample to; 0: samples "
+                       "everywhere"),
+             config::key("max_samples", &settings.max_samples_per_pixel)
+                 .range(1, most_samples)
+                 .help("Largest number of samples per pixel, with error"),
+             config::key("bounces", &settings.max_bounces)
+                 .range(0, 1000)
+                 .help("Reflections after the first (the scene's own number if that is larger)"),
+             config::key("seed", &settings.seed).range(0, 9e15).help("Seed of the random numbers"),
+             config::key("frame", &frame)
+                 .range(1, 9e15)
+                 .help("Number of the frame; frames of different numbers have different noise"),
+             config::key("truth", &truth)
+                 .help("Also tell the poses of camera and bodies, and where they are in the sensor")},
+            {{"layers", "array of strings",
+              "Further arrays, one value a pixel: body, range_m, depth_m, normal.x, ... as the layers of "
+              "`obscura render`",
+              &layers}}};
+    }
+};
+
+/// What a renderer is made of.
+struct RendererKey {
+    std::uint64_t revision = 0; ///< of the scene
+    std::int32_t width = 0, height = 0;
+    std::uint32_t samples = 0, max_samples = 0, bounces = 0;
+    double error = 0;
+    std::uint64_t seed = 0;
+
+    bool operator==(const RendererKey&) const = default;
+};
+
+struct RenderCall::Made {
+    RendererKey key;
+    renderer::Renderer renderer;
+};
+
+RenderCall::RenderCall(const SceneCalls& scene, const PictureLimits& limits)
+    : scene_(scene), limits_(limits) {}
+RenderCall::~RenderCall() = default;
+
+const renderer::Renderer& RenderCall::renderer(const Arguments& a) {
+    scene::Scene scene = scene_.document().scene();
+    scene::Camera& camera = scene.camera;
+    if ((a.width > 0) != (a.height > 0))
+        throw bad_argument(a.width > 0 ? "height" : "width", "is missing", "both, or none");
+    if (a.width > 0) {
+        const double larger = static_cast<double>(camera.width) / a.width;
+        camera.pixel_pitch_m *= larger, camera.pixel_pitch_y_m *= larger;
+        camera.width = a.width, camera.height = a.height;
+    }
+    const RendererKey key{scene_.document().revision(),
+                          camera.width,
+                          camera.height,
+                          a.settings.samples_per_pixel,
+                          a.settings.max_samples_per_pixel,
+                          a.settings.max_bounces,
+                          a.settings.target_error,
+                          a.settings.seed};
+    if (made_ && made_->key == key) return made_->renderer;
+    made_.reset(); // two at a time might be more than the memory holds
+    renderer::RenderSettings settings = a.settings;
+    settings.threads = limits_.threads;
+    scene_.check_scene([&] {
+        made_ = std::make_unique<Made>(Made{key, renderer::Renderer(std::move(scene), settings)});
+    });
+    return made_->renderer;
+}
+
+service::Answer RenderCall::run(const Arguments& arguments, service::Work& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<std::size_t> aovs = aovs_of(arguments.layers);
+    const scene::Camera& own = scene_.document().scene().camera;
+    Region window{0, 0, arguments.width > 0 ? arguments.width : own.width,
+                  arguments.height > 0 ? arguments.height : own.height};
+    if (static_cast<std::uint64_t>(window.area()) > limits_.pixels)
+        throw Failure(FailureCode::too_large, fmt::format("render: {} x {} pixels, allowed {} in all",
+                                                          window.width, window.height, limits_.pixels));
+    if (std::any_of(arguments.window.begin(), arguments.window.end(), [](double v) { return v != 0; })) {
+        const auto whole = [&](std::size_t i) { return static_cast<std::int32_t>(arguments.window[i]); };
+        const Region part{whole(0), whole(1), whole(2), whole(3)};
+        if (!part.inside(window))
+            throw bad_argument(
+                "window", "is not inside the picture",
+                fmt::format("[x, y, width, height] within {} x {}", window.width, window.height));
+        window = part;
+    }
+    const std::size_t plane = static_cast<std::size_t>(window.area());
+    const renderer::Renderer& renderer = this->renderer(arguments);
+    const std::size_t bands = renderer.band_count();
+    try {
+        require_memory(plane * (bands + aovs.size()) * sizeof(float), "picture");
+    } catch (const InputError& error) {
+        throw Failure(FailureCode::too_large, error.what());
+    }
+
+    const auto height = static_cast<std::size_t>(window.height),
+               width = static_cast<std::size_t>(window.width);
+    const scene::Scene& scene = renderer.scene();
+    std::vector<service::Array> arrays{
+        {std::string(name_of(scene.quantity)), {bands, height, width}, std::vector<float>(bands * plane)}};
+    for (const std::size_t k : aovs)
+        arrays.push_back(
+            {renderer::aov_name(static_cast<renderer::Aov>(k)), {height, width}, std::vector<float>(plane)});
+
+    const Time when{std::llround(arguments.time_s * 1e9)};
+    const std::int64_t half_ns = std::llround(arguments.exposure_s * 0.5e9);
+    const std::vector<RowTime> exposed(block_rows, {when - half_ns, when + half_ns}),
+        instant(block_rows, {when, when});
+    std::vector<float> block, layers;
+    for (std::int32_t y = 0; y < window.height; y += block_rows) {
+        work.progress(static_cast<std::uint64_t>(y), height);
+        renderer::RenderRequest request;
+        request.window = window;
+        request.first_row = y;
+        request.rows = std::min(block_rows, window.height - y);
+        request.row_times = std::span(exposed).first(static_cast<std::size_t>(request.rows));
+        request.common_mid = when;
+        request.frame_id = arguments.frame;
+        const std::size_t values = static_cast<std::size_t>(request.rows) * width;
+        block.resize(values * bands);
+        if (work.cancelled() || !renderer.render(request, block, &work.cancelled()))
+            throw service::cancelled();
+        for (std::size_t b = 0; b < bands; ++b)
+            copy_rows(block, y, request.rows, window, b, arrays[0].values.data() + b * plane);
+        if (aovs.empty()) continue;
+        request.row_times = std::span(instant).first(static_cast<std::size_t>(request.rows));
+        layers.resize(values * renderer::aov_count);
+        if (!renderer.render_aovs(request, layers, &work.cancelled())) throw service::cancelled();
+        for (std::size_t i = 0; i < aovs.size(); ++i)
+            copy_rows(layers, y, request.rows, window, aovs[i], arrays[1 + i].values.data());
+    }
+
+    Answer answer;
+    answer.arrays = std::move(arrays);
+    json& head = answer.head;
+    head["time_s"] = arguments.time_s;
+    head["unit"] = scene.quantity == scene::Quantity::radiance ? "W m-2 sr-1" : "W m-2";
+    for (const SpectralBand& band : scene.bands)
+        head["bands_nm"].push_back({band.from_m * 1e9, band.to_m * 1e9});
+    if (arguments.truth) head["truth"] = truth_of(scene, arguments.time_s);
+    head["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return answer;
+}
+
+service::Call RenderCall::call() {
+    service::Call made = service::call<Arguments>(
+        "render", service::Permission::scene,
+        "Renders the scene: irradiance per pixel and spectral band, the same bytes as `obscura render` with "
+        "the same settings.",
+        [this](const Arguments& arguments, service::Work& work) { return run(arguments, work); });
+    made.results = {
+        {"irradiance", "array float32 [bands, height, width]", "W m-2",
+         "Irradiance at the entrance pupil from each pixel, first row on top; called \"radiance\" if the "
+         "scene's quantity is"},
+        {"unit", "string", "", "Unit of that array"},
+        {"bands_nm", "array of [from, to]", "nm", "Spectral bands"},
+        {"time_s", "number", "s", "Scene time"},
+        {"seconds", "number", "s", "Time that the call took"},
+        {"truth", "map", "",
+         "With truth: camera, sun and bodies with position_m, orientation (w, x, y, z), "
+         "range_m, phase_deg, pixel (column, row; missing: behind the lens)"}};
+    return made;
+}
+
+} // namespace obscura::tools

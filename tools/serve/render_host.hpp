@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Host of `obscura serve`: each client has a scene of its own.
+#pragma once
+
+#include "service/session.hpp"
+#include "tools/serve/render_call.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace obscura::tools {
+
+/// Opens sessions with an empty scene.
+class RenderHost final : public service::Host {
+public:
+    /// `root`: absolute folder below which clients may name files.
+    RenderHost(std::string version, std::filesystem::path root, const PictureLimits& limits)
+        : version_(std::move(version)), root_(std::move(root)), limits_(limits) {}
+
+    [[nodiscard]] std::string version() const override { return version_; }
+    [[nodiscard]] std::unique_ptr<service::Session> open() override;
+
+private:
+    const std::string version_;
+    const std::filesystem::path root_;
+    const PictureLimits limits_;
+};
+
+} // namespace obscura::tools

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verb `obscura serve`: renders scenes for clients.
+#include "core/error.hpp"
+#include "emulator/service_notify.hpp"
+#include "service/listener.hpp"
+#include "service/server.hpp"
+#include "tools/serve/render_host.hpp"
+#include "tools/support/interrupt.hpp"
+#include "tools/verbs/verb.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace obscura::tools {
+namespace {
+
+/// Whether standard input has ended; what is in it is thrown away.
+bool input_ended() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (::poll(&input, 1, 0) <= 0) return false;
+    char text[256];
+    return ::read(STDIN_FILENO, text, sizeof text) <= 0;
+}
+
+class Serve final : public Verb {
+public:
+    void declare(CommandLine& line) override {
+        line.summary = "renders scenes for programs that connect to it";
+        line.description =
+            "A server for programs: each client has a scene of its own, which it loads, or builds key by key "
+            "with the keys of scene files, and gets its pictures as arrays of W/m2 per pixel, with depth, "
+            "normals "
+            "and poses if it wants them. The same scene and settings give the same bytes as obscura render. "
+            "The "
+            "Python client obscura_client starts such a server by itself, or connects to one; "
+            "docs/clients.md "
+            "describes it, the calls and the protocol. Clients are not identified, so that only this machine "
+            "can connect (a tunnel of ssh serves others); the files that they may name are those below "
+            "--root "
+            "and the shipped ones. Each address is printed once the server listens there. It ends on SIGTERM "
+            "or SIGINT.";
+        line.option(
+            "--listen", &address_, "ADDRESS:PORT",
+            "Listen at this address of the loopback interface; port 0: any free one; \"none\": not over TCP");
+        line.option("--unix", &socket_, "PATH",
+                    "Listen at this Unix socket too, which the user and group of the server may use");
+        line.option("--root", &root_, "DIR",
+                    "Folder that the file names of clients start from and stay below (default: the working "
+                    "directory)");
+        line.number("--threads", &picture_.threads, "N", "Render threads of each client; 0: one per core", 0,
+                    1024);
+        line.number("--clients", &clients_, "N", "Clients at a time; further ones are refused", 1, 1000);
+        line.flag("--with-input", with_input_,
+                  "End when standard input ends, as for a program that started it");
+        line.examples = {"obscura serve",
+                         "obscura serve --listen none --unix /tmp/obscura.socket --root scenes"};
+    }
+
+    int run() override {
+        std::error_code error;
+        const std::filesystem::path root = std::filesystem::canonical(root_.empty() ? "." : root_, error);
+        if (error || !std::filesystem::is_directory(root))
+            throw InputError(
+                fmt::format("obscura serve: --root {}: {}", root_, error ? error.message() : "no folder"));
+        std::vector<service::Listener> listeners;
+        if (address_ != "none") listeners.push_back(service::Listener::tcp(address_));
+        if (!socket_.empty()) listeners.push_back(service::Listener::unix_socket(socket_));
+        if (listeners.empty()) throw UsageError("obscura serve: --listen none: --unix PATH is wanted then");
+        for (const service::Listener& listener : listeners)
+            fmt::print("listening at {}\n", listener.address());
+        std::fflush(stdout);
+        service::Limits limits;
+        limits.clients = clients_;
+        RenderHost host(OBSCURA_VERSION, root, picture_);
+        service::Server server(limits, host, std::move(listeners));
+        emulator::notify_service_manager("READY=1");
+        server.run([this] { return interrupted() || (with_input_ && input_ended()); });
+        emulator::notify_service_manager("STOPPING=1");
+        return exit_ok;
+    }
+
+private:
+    std::string address_ = "127.0.0.1:5152", socket_, root_;
+    PictureLimits picture_;
+    std::uint32_t clients_ = 16;
+    bool with_input_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Verb> make_serve() {
+    return std::make_unique<Serve>();
+}
+
+} // namespace obscura::tools
