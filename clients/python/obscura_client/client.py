@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Client of a rendering server: one scene, which only this client sees."""
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+from .connection import Connection, Progress
+from .picture import Picture
+
+Item = Union[str, int]
+
+
+class Client:
+    """A connection and its scene. Use it in a `with` statement, or call close().
+
+    Names and units of keys are those of scene files (docs/reference/scene.md, `obscura keys`). Waits at most `timeout_s`
+    for news from the server. Not for several threads at once.
+    """
+
+    def __init__(self, address: str, timeout_s: float = 600, on_close: Optional[Callable[[], None]] = None) -> None:
+        self._on_close = on_close
+        self._connection = Connection(address, timeout_s)
+        try:
+            from . import __version__
+
+            self.server: Dict[str, Any] = self.call("hello", protocol_min=1, protocol_max=1, client=f"obscura_client {__version__}")
+        except BaseException:
+            self._connection.close()
+            raise
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = self._connection.address if self._connection.is_open else "closed"
+        return f"<obscura_client.Client {state}, server {self.server['version']}>"
+
+    def close(self) -> None:
+        """Ends the connection; the scene is gone."""
+        self._connection.close()
+        on_close, self._on_close = self._on_close, None
+        if on_close is not None:
+            on_close()
+
+    def call(self, name: str, **fields: Any) -> Dict[str, Any]:
+        """Any call of the server by its name (see describe()); fields that are None are left out."""
+        return self._connection.request(name, {key: value for key, value in fields.items() if value is not None})[0]
+
+    # Scene
+
+    def load(self, file: Optional[str] = None, *, toml: Optional[str] = None, scene: Optional[Mapping[str, Any]] = None) -> List[str]:
+        """Replaces the scene by a shipped one ("demo"), by a file below the server's folder, by the text of a scene file or
+        by its tables as a dict. Returns the names of the bodies."""
+        bodies: List[str] = self.call("scene.load", file=file, toml=toml, scene=None if scene is None else dict(scene))["bodies"]
+        return bodies
+
+    def export(self) -> str:
+        """The scene as a scene file; `obscura render` makes the same picture of it."""
+        text: str = self.call("scene.export")["toml"]
+        return text
+
+    def get(self, section: str, item: Optional[Item] = None) -> Any:
+        """Keys that a table gives ("camera", "sun", "stars", "scene"), or an element of "body", "lamp", ..."""
+        return self.call("scene.get", section=section, item=item)["keys"]
+
+    def set(self, section: str, item: Optional[Item] = None, /, **keys: Any) -> None:
+        """Changes keys of a table or of an element; None removes a key."""
+        self.call("scene.set", section=section, item=item, keys=keys)
+
+    def add(self, section: str, /, **keys: Any) -> None:
+        """Adds a body, a lamp, ..."""
+        self.call("scene.add", section=section, keys=keys)
+
+    def remove(self, section: str, item: Optional[Item] = None) -> None:
+        """Removes a table or an element."""
+        self.call("scene.remove", section=section, item=item)
+
+    # Pictures
+
+    def render(
+        self,
+        time_s: float = 0.0,
+        *,
+        exposure_s: Optional[float] = None,
+        size: Optional[Tuple[int, int]] = None,
+        window: Optional[Tuple[int, int, int, int]] = None,
+        samples: Optional[int] = None,
+        error: Optional[float] = None,
+        max_samples: Optional[int] = None,
+        bounces: Optional[int] = None,
+        seed: Optional[int] = None,
+        frame: Optional[int] = None,
+        layers: Optional[Sequence[str]] = None,
+        truth: bool = False,
+        progress: Optional[Progress] = None,
+    ) -> Picture:
+        """Renders the scene at a scene time. `size`: width and height; `window`: column, row, width, height; `layers`: see
+        Picture; `progress(done_rows, rows, seconds_left)` is called up to five times a second. What is None has the
+        server's default. Ctrl-C cancels."""
+        fields: Dict[str, Any] = {"time_s": float(time_s), "truth": truth}
+        for name, value in (("exposure_s", exposure_s), ("window", window), ("samples", samples), ("error", error),
+                            ("max_samples", max_samples), ("bounces", bounces), ("seed", seed), ("frame", frame)):
+            if value is not None:
+                fields[name] = value
+        if size is not None:
+            fields["width"], fields["height"] = size
+        if layers is not None:
+            fields["layers"] = list(layers)
+        return Picture(*self._connection.request("render", fields, progress))
+
+    # Server
+
+    def describe(self) -> Dict[str, Any]:
+        """The table of calls (`calls`) and the tables and keys of scenes (`sections`)."""
+        return self.call("describe")
+
+    def status(self) -> Dict[str, Any]:
+        """What the server does for this connection."""
+        return self.call("status")
+
+
+def connect(address: str = "127.0.0.1:5152", timeout_s: float = 600) -> Client:
+    """Client of a server that runs: "HOST:PORT", or the path of its Unix socket. Raises ConnectionLost."""
+    return Client(address, timeout_s)
