@@ -3,6 +3,7 @@
 #include "config/document.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -159,6 +160,7 @@ std::string read_text(const std::filesystem::path& file, std::string& text) {
     // Reading a directory, device or pipe could block or never end.
     if (!S_ISREG(facts.st_mode)) return "not a regular file";
     if (static_cast<std::size_t>(facts.st_size) > limit) return "larger than 64 MiB";
+    note_input(file);
     text.resize(static_cast<std::size_t>(facts.st_size));
     text.resize(std::fread(text.data(), 1, text.size(), in.get()));
     if (std::ferror(in.get()) != 0) return std::strerror(errno);

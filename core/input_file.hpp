@@ -5,8 +5,30 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <set>
+#include <vector>
 
 namespace obscura {
+
+/// Lists the files that readers open while it lives, on any thread; one at a time in a process. Readers that
+/// do not open their file by the functions below call note_input().
+class InputRecord {
+public:
+    InputRecord();
+    ~InputRecord();
+    InputRecord(const InputRecord&) = delete;
+    InputRecord& operator=(const InputRecord&) = delete;
+    /// Absolute paths without links, sorted.
+    [[nodiscard]] std::vector<std::filesystem::path> files() const;
+
+private:
+    friend void note_input(const std::filesystem::path& file);
+    mutable std::mutex mutex_;
+    std::set<std::filesystem::path> files_;
+};
+/// Adds `file` to the record, if there is one. Thread-safe.
+void note_input(const std::filesystem::path& file);
 
 /// Throws InputError unless `file` is a regular file or a link to one: to open a pipe can block, and to open
 /// a device can do more than open it.

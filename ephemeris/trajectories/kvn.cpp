@@ -3,6 +3,7 @@
 
 #include "config/document.hpp"
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 
 #include <fmt/format.h>
 
@@ -99,6 +100,7 @@ std::string read_message(const std::filesystem::path& file) {
     if (bytes > most_bytes)
         throw ConfigError(
             fmt::format("{}: {} bytes, allowed are at most {}", file.string(), bytes, most_bytes));
+    note_input(file);
     return {std::istreambuf_iterator<char>(in), {}};
 }
 

@@ -2,6 +2,7 @@
 #include "renderer/mesh_files/mesh_file.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 #include "core/memory_budget.hpp"
 #include "renderer/mesh_files/assimp.hpp"
 #include "renderer/mesh_files/obj.hpp"
@@ -71,6 +72,7 @@ bool is_bare_obj(std::string_view text) {
 
 TriangleMesh read_mesh_file(const MeshFileParameters& description) {
     TriangleMesh mesh = read(description);
+    note_input(description.path);
     if (!description.smooth_normals) mesh.normals = {};
     if (description.smooth_normals && mesh.normals.empty()) smooth_normals(mesh);
     return mesh;
