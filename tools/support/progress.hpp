@@ -8,6 +8,9 @@
 
 namespace obscura::tools {
 
+/// "12 s", "3 min" or "1.5 h".
+[[nodiscard]] std::string span_text(double seconds);
+
 /// Writes "what  43 %  12 s left" to standard error if that is a terminal, at most ten times a second, and
 /// erases it at the end. Thread-bound.
 class Progress {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/verbs/batch.hpp"
 #include "tools/verbs/texture.hpp"
 #include "tools/verbs/verb.hpp"
 
@@ -10,6 +11,11 @@ std::span<const VerbEntry> verbs() {
     static constexpr std::array table{
         VerbEntry{"render", make_render},
         VerbEntry{"capture", make_capture},
+        VerbEntry{"batch plan", make_batch_plan},
+        VerbEntry{"batch run", make_batch_run},
+        VerbEntry{"batch status", make_batch_status},
+        VerbEntry{"batch verify", make_batch_verify},
+        VerbEntry{"batch submit", make_batch_submit},
         VerbEntry{"grab", make_grab},
         VerbEntry{"check", make_check},
         VerbEntry{"keys", make_keys},
