@@ -112,7 +112,7 @@ BatchState batch_state(const Plan& plan, const std::filesystem::path& batch, Fra
     const std::int64_t span_s = std::clamp<std::int64_t>(now_s - *first, 1, longest_s);
     state.recent_s = static_cast<double>(span_s);
     state.recent = static_cast<std::uint64_t>(std::count_if(
-        finished_s.begin(), finished_s.end(), [&](std::int64_t at_s) { return at_s > now_s - span_s; }));
+        finished_s.begin(), finished_s.end(), [&](std::int64_t at_s) { return at_s >= now_s - span_s; }));
     return state;
 }
 
