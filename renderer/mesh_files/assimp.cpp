@@ -2,7 +2,9 @@
 #include "renderer/mesh_files/assimp.hpp"
 
 #include "core/error.hpp"
+#include "core/input_file.hpp"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -137,8 +139,27 @@ std::string lower_extension(const std::filesystem::path& file) {
     return end;
 }
 
-TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, bool normals) {
+/// Files beside the mesh file that hold a part of it: materials of OBJ, numbers of glTF.
+using Companions = std::vector<std::string>;
+
+/// Notes the files that assimp opens.
+class NotingFiles final : public Assimp::DefaultIOSystem {
+public:
+    explicit NotingFiles(Companions& opened) : opened_(opened) {}
+    Assimp::IOStream* Open(const char* file, const char* mode) override {
+        Assimp::IOStream* const stream = Assimp::DefaultIOSystem::Open(file, mode);
+        if (stream != nullptr) opened_.emplace_back(file);
+        return stream;
+    }
+
+private:
+    Companions& opened_;
+};
+
+TriangleMesh import(const std::filesystem::path& file, double metres_per_unit, bool normals,
+                    Companions& companions) {
     Assimp::Importer importer;
+    importer.SetIOHandler(new NotingFiles(companions)); // which the importer deletes
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 80);
@@ -221,7 +242,7 @@ private:
 
 enum class Verdict : char { mesh = 'm', refused = 'r' };
 
-void put(int fd, const TriangleMesh& mesh) {
+void put(int fd, const TriangleMesh& mesh, const Companions& companions) {
     Writer out(fd);
     const Verdict verdict = Verdict::mesh;
     out.bytes(&verdict, sizeof verdict);
@@ -238,9 +259,12 @@ void put(int fd, const TriangleMesh& mesh) {
         out.list(m.albedo_texture.native());
         out.list(m.normal_texture.native());
     }
+    for (const std::string& file : companions)
+        out.list(file);
+    out.list(std::string());
 }
 
-TriangleMesh get(const char* data, std::size_t size) {
+TriangleMesh get(const char* data, std::size_t size, Companions& companions) {
     Reader in(data, size);
     Verdict verdict{};
     in.bytes(&verdict, sizeof verdict);
@@ -268,6 +292,8 @@ TriangleMesh get(const char* data, std::size_t size) {
         m.normal_texture = path;
         mesh.materials.push_back(std::move(m));
     }
+    for (std::string companion; in.list(companion), !companion.empty();)
+        companions.push_back(companion);
     // The file may have taken over the child: check its counts like those of a file.
     const auto fits = [](std::size_t n, std::size_t wanted) { return n == 0 || n == wanted; };
     if (!fits(mesh.normals.size(), mesh.vertices.size()) || !fits(mesh.uvs.size(), mesh.vertices.size()) ||
@@ -308,7 +334,9 @@ struct Descriptor {
     dup2(null, STDERR_FILENO);
     std::string why;
     try {
-        put(fd, import(file, metres_per_unit, normals));
+        Companions companions;
+        const TriangleMesh mesh = import(file, metres_per_unit, normals, companions);
+        put(fd, mesh, companions);
         _exit(0);
     } catch (const std::bad_alloc&) {
         why = "not enough memory";
@@ -368,12 +396,15 @@ TriangleMesh read_with_assimp(const std::filesystem::path& file, double metres_p
     const auto unmap = [&](const void*) { munmap(mapped, static_cast<std::size_t>(size)); };
     const std::unique_ptr<const void, decltype(unmap)> hold(mapped, unmap);
     TriangleMesh mesh;
+    Companions companions;
     try {
-        mesh = get(static_cast<const char*>(mapped), static_cast<std::size_t>(size));
+        mesh = get(static_cast<const char*>(mapped), static_cast<std::size_t>(size), companions);
     } catch (const std::runtime_error& why) {
         refuse(why.what());
     }
     validate(mesh, file.string());
+    for (const std::string& companion : companions)
+        note_input(companion);
     return mesh;
 }
 
