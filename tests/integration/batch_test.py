@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import resource
 import shutil
 import signal
@@ -134,6 +135,25 @@ with tempfile.TemporaryDirectory(prefix="obscura-batch-") as temporary:
         check_complete(f"killed at {call} {n}", batch)
     if traceable:
         checks.check("runs were killed", killed >= len(stages) - 3, True)
+
+    # The plan lists every file that rendering opens, also those that the files of the scene name.
+    (folder / "scene" / "mesh.mtl").write_text("newmtl a\nKd 0.1 0.2 0.3\n")
+    (folder / "scene" / "mesh.obj").write_text("mtllib mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    (folder / "scene" / "all.tm").write_text("KPL/MK\n\\begindata\nKERNELS_TO_LOAD = ('radii.tpc')\n\\begintext\n")
+    (folder / "scene" / "radii.tpc").write_text("KPL/PCK\n\\begindata\nBODY301_RADII = (1737.4 1737.4 1737.4)\n\\begintext\n")
+    assets = folder / "scene" / "assets.toml"
+    assets.write_text(f'kernels = ["all.tm"]\nepoch = "2020-01-01T00:00:00"\n{scene.read_text()}\n[[body]]\nname = "mesh"\nshape = "mesh"\nfile = "mesh.obj"\n')
+    checks.run("batch", "plan", assets, "--frames", "1", "--out", folder / "listing")
+    planned = json.loads((folder / "listing" / "plan.json").read_text())
+    checks.check("files of the scene", sorted(pathlib.Path(asset["file"]).name for asset in planned["assets"]),
+                 ["all.tm", "mesh.mtl", "mesh.obj", "radii.tpc", "stars.csv"])
+    if traceable:
+        subprocess.run(["strace", "-f", "-e", "trace=open,openat", "-o", folder / "trace", obscura, "render", assets, "-o",
+                        folder / "traced.exr"], capture_output=True, timeout=PATIENCE_S)
+        opened = set(re.findall(rf'"({folder}/scene/[^"]+)", O_RDONLY[^)]*\) = \d', (folder / "trace").read_text()))
+        opened = {str(pathlib.Path(name).resolve()) for name in opened if pathlib.Path(name).is_file()}
+        checks.check("files that obscura render opens", opened,
+                     {planned["scene"]["file"], *(asset["file"] for asset in planned["assets"])})
 
     # SIGTERM during a frame: exit 75, and the frame in work leaves nothing.
     for stop in (signal.SIGTERM, signal.SIGINT):

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/batch/inputs.hpp"
 
-#include "config/document.hpp"
 #include "core/error.hpp"
 #include "core/time.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
 #include <cerrno>
 #include <cstring>
-#include <set>
 
 namespace obscura::tools {
 namespace {
@@ -22,23 +19,6 @@ PlannedInput planned(const std::filesystem::path& file) {
     input.whole = digest_of(file);
     if (input.whole.bytes > sampled_above) input.sampled_sha256 = sampled_digest_of(file).sha256;
     return input;
-}
-
-/// Files beside a glTF file that hold its numbers. Meshes are read by a process of their own, which tells
-/// nothing of the files that it opens.
-void add_gltf_buffers(const std::filesystem::path& file, std::set<std::filesystem::path>& files) {
-    if (file.extension() != ".gltf") return;
-    std::string text;
-    if (!config::read_text(file, text).empty()) return;
-    const auto json = nlohmann::json::parse(text, nullptr, false);
-    if (!json.is_object() || !json.contains("buffers")) return;
-    for (const nlohmann::json& buffer : json["buffers"]) {
-        if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
-        std::error_code error;
-        const auto beside =
-            std::filesystem::canonical(file.parent_path() / buffer["uri"].get<std::string>(), error);
-        if (!error && std::filesystem::is_regular_file(beside, error)) files.insert(beside);
-    }
 }
 
 [[noreturn]] void changed(const std::string& file, const std::string& how) {
@@ -59,16 +39,10 @@ void compare(const PlannedInput& input, InputCheck check) {
 
 void plan_inputs(const std::filesystem::path& file, const InputRecord& record, Plan& plan) {
     const std::filesystem::path scene = std::filesystem::canonical(file);
-    std::set<std::filesystem::path> files;
-    for (const std::filesystem::path& one : record.files()) {
-        files.insert(one);
-        add_gltf_buffers(one, files);
-    }
-    files.erase(scene);
     plan.scene = planned(scene);
     plan.assets.clear();
-    for (const std::filesystem::path& asset : files)
-        plan.assets.push_back(planned(asset));
+    for (const std::filesystem::path& asset : record.files())
+        if (asset != scene) plan.assets.push_back(planned(asset));
 }
 
 CheckedInputs::Stamp CheckedInputs::stamp_of(const std::string& file) {

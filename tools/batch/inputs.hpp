@@ -11,8 +11,8 @@
 
 namespace obscura::tools {
 
-/// Gives `plan` the scene `file` and the assets, which are what `record` lists beside it and what those files
-/// name in turn. Throws InputError.
+/// Gives `plan` the scene `file` and the assets, which are what `record` lists beside it. Throws
+/// InputError.
 void plan_inputs(const std::filesystem::path& file, const InputRecord& record, Plan& plan);
 
 /// How closely inputs are compared with the plan.
