@@ -832,7 +832,7 @@ bool Renderer::Impl::fill_sparse_grid(const RenderRequest& request, QualityLevel
     for (std::int32_t r = first; r < request.rows; ++r) {
         if (!asks(r)) continue;
         const std::int32_t about = grid.row_about(top + r);
-        for (const std::int32_t at : {about, about + 1})
+        for (std::int32_t at = about - 1; at <= about + 2; ++at)
             if (std::uint8_t& filled = grid.filled(at); filled == 0) {
                 filled = 2;
                 rows.grid_jobs.push_back(at);
@@ -852,19 +852,33 @@ bool Renderer::Impl::fill_sparse_grid(const RenderRequest& request, QualityLevel
                 for (std::int32_t c = 0; c < grid.columns(); c += packet_size)
                     blocks.trace_points(grid.x_of(c), y, grid.step(), grid.row(r) + c, grid.plane());
             });
-        grid.estimate(r, plain ? 1 : scene.bands.size());
         grid.filled(r) = 1;
     };
-    return fill_rows(
+    const bool filled = fill_rows(
         RenderPart::grid, request, rows, cancel,
         [&](std::int32_t job) {
             const double y = grid.y_of(rows.grid_jobs[static_cast<std::size_t>(job)]);
-            return std::clamp(static_cast<std::int32_t>(y) - grid.step() - top, first, request.rows - 1);
+            return std::clamp(static_cast<std::int32_t>(y) - 2 * grid.step() - top, first, request.rows - 1);
         },
         fill,
         [&](std::int32_t job) -> std::uint8_t& {
             return grid.filled(rows.grid_jobs[static_cast<std::size_t>(job)]);
         });
+    if (!filled) return false;
+    rows.grid_jobs.clear();
+    for (std::int32_t r = first; r < request.rows; ++r) {
+        if (!asks(r)) continue;
+        const std::int32_t about = grid.row_about(top + r);
+        for (const std::int32_t at : {about, about + 1})
+            if (!grid.estimated(at) && grid.can_estimate(at) &&
+                (rows.grid_jobs.empty() || rows.grid_jobs.back() < at))
+                rows.grid_jobs.push_back(at);
+    }
+    return for_rows(RenderPart::grid, static_cast<std::int32_t>(rows.grid_jobs.size()), rows_of(request),
+                    cancel, [&](std::int32_t job, Scratch&) {
+                        grid.estimate(rows.grid_jobs[static_cast<std::size_t>(job)],
+                                      plain ? 1 : scene.bands.size());
+                    });
 }
 
 template<typename RowOf, typename Fill, typename Flag>

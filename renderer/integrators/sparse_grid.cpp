@@ -30,8 +30,23 @@ constexpr double edge_growth = 2;
 constexpr double of_curve = 1.0 / 60;
 constexpr double curve_growth = 16;
 
+/// How much an edge counts in its direction: 1 overestimates those that run across the axes, 0 halves those
+/// along them.
+constexpr double of_directed = 0.6;
+
 /// Points on either side over which the growth is measured.
 constexpr std::int32_t window = 12;
+
+/// Share of `growth` on the way from `from` to `to`, by powers.
+double way(double growth, double from, double to) {
+    return std::log(std::clamp(growth, from, to) / from) / std::log(to / from);
+}
+
+/// How much of the light is edges.
+double edge_share(double growth) {
+    return growth < edge_growth ? way(growth, noise_growth, edge_growth)
+                                : 1 - way(growth, edge_growth, curve_growth);
+}
 
 /// From one kind to the next by the powers of the growth. `response`: over the distance of the points.
 double interpolated(double growth, double response) {
@@ -39,8 +54,7 @@ double interpolated(double growth, double response) {
     const std::size_t k = std::min(static_cast<std::size_t>(at), of_edge.size() - 2);
     const double edge = std::lerp(of_edge[k], of_edge[k + 1], at - static_cast<double>(k));
     const auto between = [growth](double first, double from, double second, double to) {
-        const double share = std::log(std::clamp(growth, from, to) / from) / std::log(to / from);
-        return first * std::pow(second / first, share);
+        return first * std::pow(second / first, way(growth, from, to));
     };
     return growth < edge_growth ? between(of_noise, noise_growth, edge, edge_growth)
                                 : between(edge, edge_growth, of_curve, curve_growth);
@@ -59,13 +73,14 @@ void SparseGrid::reset(std::int32_t step, std::int32_t x, std::int32_t width, st
     const auto multiple_below = [](std::int32_t v, std::int32_t of) { return v - ((v % of) + of) % of; };
     // Whole packets, the same for any window.
     first_x_ = multiple_below(x - step, packet_size * step);
-    first_y_ = multiple_below(y, step) - step;
+    first_y_ = multiple_below(y, step) - 2 * step;
     const std::int32_t points = (x + width - first_x_ + step - 1) / step + 2;
     columns_ = (points + packet_size - 1) / packet_size * packet_size;
     rows_ = (y + height - first_y_ + step - 1) / step + 2;
     values_.assign(channels * plane(), 0.0F);
     variance_.assign(plane(), 0.0F);
     filled_.assign(static_cast<std::size_t>(rows_), 0);
+    estimated_.assign(static_cast<std::size_t>(rows_), 0);
 }
 
 SparseGrid::Between SparseGrid::between(std::int32_t pixel, std::int32_t first, double shift) const {
@@ -106,20 +121,39 @@ void SparseGrid::estimate(std::int32_t r, std::size_t channels) {
                          point(channels, column + apart, r);
         return d * d;
     };
-    double near = 0, far = 0; // sums over the window
+    // The same across the row, of the rows next to it.
+    const auto squared_across = [&](std::int32_t column) {
+        if (column < 0 || column >= columns_) return 0.0;
+        const double d =
+            point(channels, column, r - 1) - 2 * point(channels, column, r) + point(channels, column, r + 1);
+        return d * d;
+    };
+    double near = 0, far = 0, across = 0; // sums over the window
     const auto add = [&](std::int32_t column, double sign) {
         near += sign * squared(column, 1);
         far += sign * squared(column, 2);
+        across += sign * squared_across(column);
     };
     for (std::int32_t k = 0; k < window; ++k)
         add(k, 1);
     float* const out = variance_.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
     for (std::int32_t k = 0; k < columns_; ++k) {
         add(k + window, 1);
-        const double own = squared(k, 1);
-        out[k] = static_cast<float>(interpolated(near > 0 ? far / near : edge_growth, response_) * own);
+        if (const double along = squared(k, 1), over = squared_across(k); along + over > 0) {
+            // Growth is measured along rows. What there is more of across them are edges along rows, such as
+            // those at the upper and lower ends of a body.
+            const double along_growth = near > 0 ? far / near : edge_growth;
+            const double edges = std::max(0.0, across - near), sum = near + across;
+            const double growth =
+                sum > 0 ? (along_growth * (sum - edges) + edge_growth * edges) / sum : edge_growth;
+            // Noise and curves have as much along rows as across, an edge in the direction that it has.
+            const double mean = (along + over) / 2;
+            const double own = std::lerp(mean, std::max(along, over), of_directed * edge_share(growth));
+            out[k] = static_cast<float>(interpolated(growth, response_) * own);
+        }
         add(k - window, -1);
     }
+    estimated_[static_cast<std::size_t>(r)] = 1;
 }
 
 void SparseGrid::variance(std::int32_t x, std::int32_t y, std::span<double> out) const {

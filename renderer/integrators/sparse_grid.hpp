@@ -9,8 +9,8 @@
 
 namespace obscura::renderer {
 
-/// Points `step` pixels apart, all displaced by one random shift of each frame, over a window and one point
-/// beyond it. Different threads may fill different rows.
+/// Points `step` pixels apart, all displaced by one random shift of each frame, over a window and two points
+/// beyond it. Different threads may fill different rows, then estimate them.
 class SparseGrid {
 public:
     /// Sets all to 0 for the sensor's pixels [x, x + width) of rows [y, y + height). `response_px`: standard
@@ -37,15 +37,24 @@ public:
     }
     /// Whether the points of a row have been traced.
     [[nodiscard]] std::uint8_t& filled(std::int32_t r) { return filled_[static_cast<std::size_t>(r)]; }
+    /// Whether a row has been estimated, and whether it can be.
+    [[nodiscard]] bool estimated(std::int32_t r) const {
+        return estimated_[static_cast<std::size_t>(r)] != 0;
+    }
+    [[nodiscard]] bool can_estimate(std::int32_t r) const {
+        const auto at = static_cast<std::size_t>(r);
+        return filled_[at - 1] == 1 && filled_[at] == 1 && filled_[at + 1] == 1;
+    }
+    /// Whether the sensor's row `y` can be taken.
     [[nodiscard]] bool ready(std::int32_t y) const {
-        const auto r = static_cast<std::size_t>(row_about(y));
-        return filled_[r] != 0 && filled_[r + 1] != 0;
+        const std::int32_t r = row_about(y);
+        return estimated(r) && estimated(r + 1);
     }
 
     /// Interpolates channel `c` at the pixels from `x` of the sensor's row `y`.
     void interpolate(std::size_t c, std::int32_t x, std::int32_t y, std::span<double> out) const;
-    /// Estimates the variance of pixels interpolated from a row of points that have been traced, by the
-    /// second differences of the mean over the channels.
+    /// Estimates the variance of pixels interpolated from a row of points, which has been traced as have the
+    /// rows above and below, by the second differences of the mean over the channels, along it and across.
     void estimate(std::int32_t r, std::size_t channels);
     /// The variance of the pixels of interpolate(), after estimate() of the two rows about them.
     void variance(std::int32_t x, std::int32_t y, std::span<double> out) const;
@@ -60,7 +69,7 @@ private:
 
     std::vector<float> values_;
     std::vector<float> variance_; ///< of pixels about each point, as estimated
-    std::vector<std::uint8_t> filled_;
+    std::vector<std::uint8_t> filled_, estimated_;
     std::int32_t step_ = 0, rows_ = 0, columns_ = 0;
     double response_ = 0;                    ///< steps
     std::int32_t first_x_ = 0, first_y_ = 0; ///< multiples of the step, of 16 steps along rows

@@ -142,8 +142,8 @@ TEST_CASE("the error of frames falls with the time that they have, and the recor
                        << ", estimated " << told_ratio);
         CHECK(told / error > 0.8);
         CHECK(told / error < 1.25);
-        // In the groups with most edges the estimate is too low.
-        CHECK(told_ratio / ratio > (budget > 1 ? 0.7 : 0.45));
+        // Few points meet the edges of the group with most of them: 0.67 at worst.
+        CHECK(told_ratio / ratio > (budget > 1 ? 0.7 : 0.6));
         CHECK(told_ratio / ratio < 1.4);
         errors.push_back(error);
     }
