@@ -26,6 +26,7 @@
 #include "renderer/reprojection/motion_grid.hpp"
 #include "renderer/reprojection/resample.hpp"
 #include "renderer/scene/position.hpp"
+#include "renderer/shapes/shape_cache.hpp"
 #include "renderer/truth/body_light.hpp"
 #include "renderer/truth/landmarks.hpp"
 #include "renderer/truth/row_states.hpp"
@@ -340,7 +341,7 @@ struct Renderer::Impl {
           gaussian_psf(scene.camera.psf_sigma_px, scene.camera.pixel_aspect()),
           psf(scene::at_position(scene.camera.position,
                                  [&] { return Psf::make(scene.camera, scene.bands); })),
-          bodies(build_bodies(scene)),
+          bodies(build_bodies(scene, r.shapes.get())),
           landmarks_m(landmark_points(scene, bodies)),
           splatter(scene, bodies, *lens, gaussian_psf, psf.get(), r.seed),
           stray(read_stray_light(scene)),
@@ -1465,6 +1466,10 @@ bool Renderer::Impl::load_tiles(const RenderRequest& request,
     if (failure) std::rethrow_exception(failure);
     if (!loaders.empty()) predict_views(request);
     return done == request.rows;
+}
+
+std::shared_ptr<ShapeCache> make_shape_cache() {
+    return std::make_shared<ShapeCache>();
 }
 
 Renderer::Renderer(scene::Scene scene, RenderSettings settings)

@@ -35,6 +35,10 @@ namespace obscura::renderer {
 struct View;
 struct TruthRequest;
 class Renderer;
+class ShapeCache;
+
+/// An empty cache for RenderSettings::shapes.
+[[nodiscard]] std::shared_ptr<ShapeCache> make_shape_cache();
 
 /// Quality, threads and seed of a renderer; fixed after construction.
 struct RenderSettings {
@@ -69,6 +73,10 @@ struct RenderSettings {
     std::function<void()> enter_loader{};
     /// Share of a core that each of those threads takes at most while rows are rendered.
     double loader_share = 1;
+    /// Shapes of the renderer that was made before with this cache: those that are the same are taken over,
+    /// so that a scene whose poses or materials change is soon built. The pictures are the same. Null: none.
+    /// Not for renderers that are made at the same time.
+    std::shared_ptr<ShapeCache> shapes{};
     /// Called before each row, on every thread that renders rows; `first`: of those that the thread was just
     /// given. It may sleep. Not called for requests with memory of their own (RenderRequest::alone). Must not
     /// throw.

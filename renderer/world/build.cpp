@@ -13,6 +13,7 @@
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/mesh_shape.hpp"
 #include "renderer/shapes/registry.hpp"
+#include "renderer/shapes/shape_cache.hpp"
 #include "renderer/textures/surface_textures.hpp"
 #include "renderer/world/albedo_maker.hpp"
 #include "renderer/world/kinematics.hpp"
@@ -276,11 +277,12 @@ void validate(const scene::Scene& scene) {
         scene::at_position(stray.position, [&] { validate_ranges(stray, "stray light"); });
 }
 
-std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
+std::vector<BuiltBody> build_bodies(const scene::Scene& scene, ShapeCache* cache) {
     ShapeContext shapes;
     SurfaceTexturesMaker texture_maker(scene.bands);
     const std::vector<std::int32_t> parents = scene::parents_of(scene.bodies);
     std::vector<BuiltBody> built;
+    if (cache != nullptr) cache->begin_scene();
     std::uint32_t materials = 1;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const scene::Body& body = scene.bodies[i];
@@ -289,7 +291,7 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
             shapes.place = name_of(body);
             // An area light is uniform; textured light is found by the paths that hit it.
             shapes.emits = !body.emission_w_m2_sr.empty() && body.textures.emission.empty();
-            auto shape = make_shape(body.shape, shapes);
+            auto shape = cache != nullptr ? cache->get(body.shape, shapes) : make_shape(body.shape, shapes);
             scene::Material material_at_mean = body.material;
             auto textures = texture_maker.make(body, *shape, material_at_mean);
             auto material = make_material(material_at_mean, name_of(body));
@@ -300,6 +302,7 @@ std::vector<BuiltBody> build_bodies(const scene::Scene& scene) {
             materials += slots;
         });
     }
+    if (cache != nullptr) cache->end_scene();
     if (scene.sun.irradiance_scale == 0) return built;
     scene::Motion sun_motion;
     sun_motion.samples[0].pose.position_m = scene.sun.position_m;

@@ -194,6 +194,7 @@ const renderer::Renderer& RenderCall::renderer(const Arguments& a) {
     made_.reset(); // two at a time might be more than the memory holds
     renderer::RenderSettings settings = a.settings;
     settings.threads = limits_.threads;
+    settings.shapes = shapes_;
     scene_.check_scene([&] {
         made_ = std::make_unique<Made>(Made{key, renderer::Renderer(std::move(scene), settings)});
     });

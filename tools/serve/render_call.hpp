@@ -39,6 +39,7 @@ private:
 
     const SceneCalls& scene_;
     const PictureLimits& limits_;
+    const std::shared_ptr<renderer::ShapeCache> shapes_ = renderer::make_shape_cache();
     std::unique_ptr<Made> made_;
 };
 
