@@ -345,6 +345,16 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     with obscura_client.start("demo", threads=1) as own:
         check("a server of the program's own renders the same bytes on one thread",
               own.render(**options, exposure_s=0.5).values.tobytes() == served.values.tobytes())
+    # The example program
+    runs = [subprocess.run([sys.executable, source / "clients" / "python" / "examples" / "rendezvous.py", "3", folder], text=True,
+                           capture_output=True, env={**os.environ, "PYTHONPATH": str(source / "clients" / "python")})
+            for _ in range(2)]
+    depths = [float(depth) for depth in re.findall(r"nearest surface +([\d.]+) m", runs[0].stdout)]
+    check("the rendezvous comes nearer", len(depths) == 3 and depths[0] > depths[1] > depths[2] > 15, runs[0])
+    check("it makes the same bytes again", runs[0].stdout == runs[1].stdout and "sha256" in runs[0].stdout, runs[1])
+    check("its last scene is a scene file", subprocess.run([obscura, "check", folder / "rendezvous.toml"],
+                                                           capture_output=True).returncode == 0)
+
     # The first example of the documentation, without the last word.
     page = (source / "docs" / "clients.md").read_text()
     first = [line[4:] for line in page.splitlines() if line.startswith("    ")][:3]

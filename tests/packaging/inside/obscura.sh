@@ -33,7 +33,8 @@ check "dpkg has nothing to complain of" bash -c '[ -z "$(dpkg --audit)" ] && dpk
 
 # Files
 for file in /usr/bin/obscurad /usr/bin/obscura /etc/obscura/obscurad.toml /etc/security/limits.d/obscura.conf \
-    /lib/systemd/system/obscurad.service /lib/systemd/system/obscurad@.service /lib/systemd/system/obscurad-modules.service /usr/lib/sysusers.d/obscura.conf \
+    /lib/systemd/system/obscurad.service /lib/systemd/system/obscurad@.service /lib/systemd/system/obscurad-modules.service \
+    /lib/systemd/system/obscura-serve.service /usr/lib/sysusers.d/obscura.conf \
     /usr/lib/tmpfiles.d/obscura.conf /usr/lib/sysctl.d/60-obscura.conf /usr/lib/modprobe.d/obscura.conf \
     /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml /usr/share/obscura/examples/lockstep/camera.toml \
     /usr/share/obscura/python/obscura_client/__init__.py \

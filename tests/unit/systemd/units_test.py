@@ -33,12 +33,13 @@ def settings(text, key):
     return values
 
 
-for name in ["obscurad.service", "obscurad@.service"]:
+def judge(name):
+    """Complains of what systemd's tools and the rules of all units complain of. Returns the text of the unit."""
     text = (units_folder / name).read_text()
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         # The program is not installed while the tests run; any that exists serves the check of the rest.
-        runnable = re.sub(r"^(Exec\w+=-?)\S+/obscurad", r"\1/bin/true", text, flags=re.MULTILINE)
+        runnable = re.sub(r"^(Exec\w+=-?)\S+/obscurad?", r"\1/bin/true", text, flags=re.MULTILINE)
         copy = folder / name.replace("@", "@north")
         copy.write_text(runnable)
         status, output = run("systemd-analyze", "--offline=true", "--threshold=20", "--no-pager", "security", str(copy))
@@ -55,6 +56,11 @@ for name in ["obscurad.service", "obscurad@.service"]:
     for key in ["CapabilityBoundingSet", "AmbientCapabilities"]:
         if f"\n{key}=\n" not in text or settings(text, key):
             complaints.append(f"{name}: {key} must be there and empty")
+    return text
+
+
+for name in ["obscurad.service", "obscurad@.service"]:
+    text = judge(name)
     for key, wanted in {
         "Type": "notify",
         "WatchdogSec": "5s",
@@ -72,6 +78,14 @@ for name in ["obscurad.service", "obscurad@.service"]:
         complaints.append(f"{name}: ExecStart={program} does not start the daemon with {config}")
     if len(check) != 1 or not check[0].endswith(f"/obscurad --check --config {config}"):
         complaints.append(f"{name}: ExecStartPre={check} does not check {config}")
+
+# The rendering server: an account of its own, and only this machine can reach it.
+serve = judge("obscura-serve.service")
+for key, wanted in {"Type": "notify", "DynamicUser": "yes", "Group": "obscura", "IPAddressAllow": "localhost", "IPAddressDeny": "any"}.items():
+    if settings(serve, key) != [wanted]:
+        complaints.append(f"obscura-serve.service: {key}={settings(serve, key)}, wanted {wanted}")
+if not settings(serve, "ExecStart")[0].endswith("/obscura serve --unix %t/obscura-serve/socket --root %S/obscura-serve"):
+    complaints.append("obscura-serve.service: ExecStart does not start the server in its folders")
 
 # Two services of one machine must not share a folder that systemd removes when one of them stops.
 folders = [
