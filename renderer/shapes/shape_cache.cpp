@@ -22,12 +22,13 @@ std::string state_of(const std::string& file) {
 }
 
 /// All that a shape is made of; empty: more than its parameters.
-std::string key_of(scene::Shape description, bool emits) {
+std::string key_of(const scene::Shape& description, bool emits) {
+    scene::Shape bound = description; // what the keys are bound to
     const ShapeKind& kind = *scene::find_kind(shape_kinds(), description.kind());
-    const config::Section inside = kind.tables(description);
+    const config::Section inside = kind.tables(bound);
     if (!inside.tables.empty() || !inside.lists.empty()) return {};
     std::string key = fmt::format("{} {}", kind.name, emits);
-    for (const scene::Parameter& parameter : kind.parameters(description)) {
+    for (const scene::Parameter& parameter : kind.parameters(bound)) {
         key += fmt::format("\n{} = {}", parameter.key.name, config::value_text(parameter.key));
         if (const auto* path = std::get_if<config::Path>(&parameter.key.target))
             key += fmt::format(" {}", state_of(*path->value));

@@ -360,8 +360,10 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     first = [line[4:] for line in page.splitlines() if line.startswith("    ")][:3]
     check("the page begins with three lines", first[2].endswith(".show()"), first)
     done = subprocess.run([sys.executable, "-c", "\n".join(first).replace(".show()", ".save('first.png')")], text=True,
-                          capture_output=True, env={**os.environ, "PYTHONPATH": str(source / "clients" / "python")})
+                          capture_output=True, env={**os.environ, "PYTHONPATH": str(source / "clients" / "python"),
+                                                    "TMPDIR": str(root / "sub")})
     check("they make a picture", done.returncode == 0 and (folder / "first.png").stat().st_size > 1000, done.stderr)
+    check("and leave nothing behind", os.listdir(root / "sub") == ["stars.csv"], os.listdir(root / "sub"))
 
 print(f"{len(failures)} checks failed")
 sys.exit(1 if failures else 0)

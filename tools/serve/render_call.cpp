@@ -96,7 +96,7 @@ void copy_rows(std::span<const float> block, std::int32_t first_row, std::int32_
 
 } // namespace
 
-struct RenderCall::Arguments {
+struct RenderCall::Arguments { // NOLINT(bugprone-exception-escape): json does not throw when moved
     double time_s = 0, exposure_s = 0;
     std::int32_t width = 0, height = 0;
     std::array<double, 4> window{};

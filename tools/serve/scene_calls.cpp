@@ -65,7 +65,7 @@ constexpr std::string_view item_help = "Which element of an array of tables: its
 } // namespace
 
 /// Arguments of scene.load.
-struct SceneCalls::Load {
+struct SceneCalls::Load { // NOLINT(bugprone-exception-escape): json does not throw when moved
     std::string file;
     json toml, tree;
 
@@ -78,7 +78,7 @@ struct SceneCalls::Load {
 };
 
 /// A table, or an element of an array of tables.
-struct SceneCalls::Place {
+struct SceneCalls::Place { // NOLINT(bugprone-exception-escape): json does not throw when moved
     std::string section;
     json item_json;
 
@@ -96,6 +96,7 @@ struct SceneCalls::Place {
 };
 
 /// Keys of a table.
+// NOLINTNEXTLINE(bugprone-exception-escape): json does not throw when moved
 struct SceneCalls::Edit : SceneCalls::Place {
     json keys;
 
@@ -174,7 +175,7 @@ void SceneCalls::check_files(config::Value root, const std::filesystem::path& fi
 
 std::filesystem::path SceneCalls::scene_file(const std::string& name) const {
     if (auto shipped = config::find_shipped(config::shipped_scenes, name)) return *shipped;
-    const std::filesystem::path file = root_ / name;
+    std::filesystem::path file = root_ / name;
     check_file(file, name);
     std::error_code error;
     if (!std::filesystem::exists(file, error))

@@ -17,8 +17,8 @@ class Client:
     for news from the server. Not for several threads at once.
     """
 
-    def __init__(self, address: str, timeout_s: float = 600, on_close: Optional[Callable[[], None]] = None) -> None:
-        self._on_close = on_close
+    def __init__(self, address: str, timeout_s: float = 600) -> None:
+        self.on_close: Optional[Callable[[], object]] = None  # called once, after the connection has ended
         self._connection = Connection(address, timeout_s)
         try:
             from . import __version__
@@ -41,7 +41,7 @@ class Client:
     def close(self) -> None:
         """Ends the connection; the scene is gone."""
         self._connection.close()
-        on_close, self._on_close = self._on_close, None
+        on_close, self.on_close = self.on_close, None
         if on_close is not None:
             on_close()
 

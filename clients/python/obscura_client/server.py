@@ -6,6 +6,8 @@ import os
 import pathlib
 import shutil
 import subprocess
+import tempfile
+import weakref
 from typing import Optional, Union
 
 from .client import Client
@@ -22,33 +24,40 @@ def find_program() -> str:
     raise ConnectionLost("the program obscura is not found: set the environment variable OBSCURA to its path")
 
 
+def _stop(process: "subprocess.Popen[str]", folder: str) -> str:
+    """Ends the server; returns what it complained of."""
+    complaints = process.communicate()[1]  # closes its standard input, upon which it ends
+    shutil.rmtree(folder, ignore_errors=True)
+    return complaints.strip()
+
+
 def start(scene: Optional[str] = None, *, root: Union[str, "os.PathLike[str]"] = ".", threads: int = 0,
           program: Optional[str] = None, timeout_s: float = 600) -> Client:
     """Starts `obscura serve` and returns its client; the server ends with the client, or with this program.
 
     scene: a shipped scene, or a file below `root`, to begin with; root: folder below which scenes may name files; threads:
     render threads, 0: one per core. Raises ConnectionLost, RequestError."""
-    command = [program or find_program(), "serve", "--listen", "127.0.0.1:0", "--root", os.fspath(root), "--threads",
-               str(threads), "--clients", "1", "--with-input"]
+    program = program or find_program()
+    folder = tempfile.mkdtemp(prefix="obscura-")  # of this user alone, and so is the socket in it
+    command = [program, "serve", "--listen", "none", "--unix", os.path.join(folder, "socket"), "--root", os.fspath(root),
+               "--threads", str(threads), "--clients", "1", "--with-input"]
     try:
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                    start_new_session=True)  # Ctrl-C is for the client
     except OSError as error:
-        raise ConnectionLost(f"{command[0]}: {error.strerror}") from None
-
-    def stop() -> None:
-        process.communicate()  # closes its standard input, upon which it ends
+        os.rmdir(folder)
+        raise ConnectionLost(f"{program}: {error.strerror}") from None
 
     assert process.stdout is not None
     line = process.stdout.readline()
     if not line.startswith("listening at "):
-        _, why = process.communicate()
-        raise ConnectionLost(why.strip() or f"{command[0]}: ended at its start")
+        raise ConnectionLost(_stop(process, folder) or f"{program}: ended at its start")
     try:
-        client = Client(line.split()[-1], timeout_s, stop)
+        client = Client(command[5], timeout_s)
     except BaseException:
-        stop()
+        _stop(process, folder)
         raise
+    client.on_close = weakref.finalize(client, _stop, process, folder)  # at the latest when this program ends
     if scene is not None:
         try:
             client.load(scene)

@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -130,10 +131,14 @@ public:
         path.copy(address.sun_path, path.size());
         const timeval patience{20, 0};
         ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-        REQUIRE(::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+        // Thrown, not asserted, because other threads make clients too.
+        if (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+            throw std::runtime_error("no connection");
         if (!greet) return;
         request(1, {{"call", "hello"}});
-        REQUIRE(next()->frame.kind == MessageKind::answer);
+        const std::optional<Message> answer = next();
+        if (!answer || answer->frame.kind != MessageKind::answer)
+            throw std::runtime_error("no answer to hello");
     }
     void write(std::string_view text) {
         while (!text.empty()) {
@@ -368,12 +373,15 @@ TEST_CASE("a client works while another sends noise", "[service]") {
     std::thread noise([&] {
         std::mt19937 random(1);
         while (!done) {
-            Client bad(bench, random() % 2 == 0);
             std::string text =
                 frame_text({MessageKind::request, 3, static_cast<std::uint32_t>(random() % 64), 0});
             for (int i = 0; i < 200; ++i)
                 text += static_cast<char>(random() & 0xFF);
-            bad.write(text);
+            try {
+                Client bad(bench, random() % 2 == 0);
+                bad.write(text);
+            } catch (const std::runtime_error&) { // too many at a time
+            }
         }
     });
     for (int i = 0; i < 500; ++i) {
