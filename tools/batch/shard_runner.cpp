@@ -66,6 +66,17 @@ void remove_leftovers(const std::filesystem::path& folder) {
             std::filesystem::remove(entry.path(), error);
 }
 
+/// Scene of the plan with its render options.
+scene::Scene load_planned_scene(const Plan& plan) {
+    scene::Scene scene = scene::load_scene(plan.scene.file);
+    plan.render.resize(scene);
+    if (const std::size_t samples = scene.camera.motion.samples.size();
+        plan.render.trajectory && samples < plan.frames.last)
+        throw InputError(fmt::format("{}: the camera's trajectory has {} samples, the batch goes to frame {}",
+                                     plan.scene.file, samples, plan.frames.last));
+    return scene;
+}
+
 } // namespace
 
 std::string host_name() {
@@ -79,16 +90,6 @@ std::string host_name() {
 
 std::string program_version() {
     return OBSCURA_VERSION;
-}
-
-scene::Scene load_planned_scene(const Plan& plan, std::vector<double>& times_s) {
-    scene::Scene scene = scene::load_scene(plan.scene.file);
-    plan.render.resize(scene);
-    times_s = plan.render.times_s(scene, plan.frames.last);
-    if (times_s.size() < plan.frames.last)
-        throw InputError(fmt::format("{}: the camera's trajectory has {} samples, the batch goes to frame {}",
-                                     plan.scene.file, times_s.size(), plan.frames.last));
-    return scene;
 }
 
 ShardRunner::ShardRunner(Plan plan, std::filesystem::path batch, FrameCheck check, std::uint32_t threads)
@@ -106,8 +107,8 @@ ShardRunner::ShardRunner(Plan plan, std::filesystem::path batch, FrameCheck chec
 void ShardRunner::prepare() {
     if (frames_) return;
     inputs_.emplace(plan_, InputCheck::sampled);
-    frames_ = std::make_unique<SceneFrames>(load_planned_scene(plan_, times_s_), plan_.render,
-                                            (batch_ / plan_name).string());
+    frames_ =
+        std::make_unique<SceneFrames>(load_planned_scene(plan_), plan_.render, (batch_ / plan_name).string());
 }
 
 bool ShardRunner::is_done(ShardRecords& records, std::uint64_t frame) const {
@@ -140,7 +141,7 @@ bool ShardRunner::run(std::uint64_t shard, const std::function<void()>& frame_do
 
 bool ShardRunner::render(const ShardRecords& records, std::uint64_t frame) {
     const auto start = std::chrono::steady_clock::now();
-    frames_->begin(frame, times_s_[frame - 1]);
+    frames_->begin(frame, plan_.render.time_of(frames_->camera(), frame));
     if (!frames_->render(0, [](std::int32_t /*rows*/) {})) return false;
     if (plan_.render.layers && !frames_->trace_aovs()) return false;
     FrameRecord record;

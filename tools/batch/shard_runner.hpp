@@ -13,7 +13,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace obscura::tools {
 
@@ -51,7 +50,6 @@ private:
     Counts counts_;
     std::optional<CheckedInputs> inputs_;
     std::unique_ptr<SceneFrames> frames_; ///< null: nothing was missing so far
-    std::vector<double> times_s_;         ///< of the frames from number 1 to the plan's last
 };
 
 /// Name of this machine in records and names of temporary files: letters, digits, "-", "_" and ".".
@@ -59,9 +57,5 @@ private:
 
 /// The program's version, which plans and records bear.
 [[nodiscard]] std::string program_version();
-
-/// Scene of the plan with its render options and times of its frames. Throws InputError if the scene's
-/// trajectory has fewer frames, and what reading a scene throws.
-[[nodiscard]] scene::Scene load_planned_scene(const Plan& plan, std::vector<double>& times_s);
 
 } // namespace obscura::tools

@@ -77,14 +77,15 @@ Region RenderOptions::region(const scene::Camera& camera, std::string_view progr
     return r;
 }
 
-std::vector<double> RenderOptions::times_s(const scene::Scene& scene, std::uint64_t count) const {
-    std::vector<double> out;
-    if (trajectory)
-        for (const scene::TimedPose& sample : scene.camera.motion.samples)
-            out.push_back(sample.time_s);
-    else
-        for (std::uint64_t i = 0; i < count; ++i)
-            out.push_back(time_s + static_cast<double>(i) * step_s);
+double RenderOptions::time_of(const scene::Camera& camera, std::uint64_t number) const {
+    if (trajectory) return camera.motion.samples.at(number - 1).time_s;
+    return time_s + static_cast<double>(number - 1) * step_s;
+}
+
+std::vector<double> RenderOptions::times_s(const scene::Camera& camera, std::uint64_t count) const {
+    std::vector<double> out(trajectory ? camera.motion.samples.size() : count);
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = time_of(camera, i + 1);
     return out;
 }
 

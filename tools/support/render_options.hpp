@@ -33,8 +33,10 @@ struct RenderOptions {
     void resize(scene::Scene& scene) const;
     /// Part of the sensor that is rendered. Throws UsageError, which begins with `program`.
     [[nodiscard]] Region region(const scene::Camera& camera, std::string_view program) const;
+    /// Scene time of frame `number`, from 1; with --trajectory at most the number of its samples.
+    [[nodiscard]] double time_of(const scene::Camera& camera, std::uint64_t number) const;
     /// Scene times of `count` frames, or of all samples of the trajectory.
-    [[nodiscard]] std::vector<double> times_s(const scene::Scene& scene, std::uint64_t count) const;
+    [[nodiscard]] std::vector<double> times_s(const scene::Camera& camera, std::uint64_t count) const;
     /// Exposure of all rows of a frame.
     [[nodiscard]] RowTime exposure_of(double at_s) const;
 };

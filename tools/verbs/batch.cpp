@@ -70,11 +70,10 @@ public:
         scene::Scene scene = scene::load_scene(file);
         options_.resize(scene);
         set_frames(scene, plan);
-        const std::vector<double> times_s = options_.times_s(scene, plan.frames.last);
         // Reads the other files of the scene, and finds out what is wrong with them before a thousand
         // machines do.
         const SceneFrames frames(std::move(scene), options_, "obscura batch plan");
-        Plausibility view("", frames.renderer(), some(times_s, plan.frames));
+        Plausibility view("", frames.renderer(), some_times(frames.camera(), plan.frames));
         view.warn("batch plan");
         plan_inputs(file, record, plan);
         write(plan);
@@ -133,12 +132,13 @@ private:
                             shard_frames_, plan.shards(), most_shards));
     }
 
-    /// Times of at most 64 frames, evenly spaced.
-    static std::vector<double> some(const std::vector<double>& times_s, const FrameRange& frames) {
+    /// Scene times of at most some 64 frames, evenly spaced.
+    [[nodiscard]] std::vector<double> some_times(const scene::Camera& camera,
+                                                 const FrameRange& frames) const {
         std::vector<double> out;
         const std::uint64_t step = std::max<std::uint64_t>(1, frames.count() / 64);
         for (std::uint64_t frame = frames.first; frame <= frames.last; frame += step)
-            out.push_back(times_s[frame - 1]);
+            out.push_back(options_.time_of(camera, frame));
         return out;
     }
 
