@@ -101,7 +101,8 @@ public:
 
         scene::Scene scene = scene::load_scene(config::file_or_shipped(config::shipped_scenes, scene_));
         options_.resize(scene);
-        const std::vector<SequenceFrame> sequenced = sequence(output_, options_.times_s(scene.camera, frames_));
+        const std::vector<SequenceFrame> sequenced =
+            sequence(output_, options_.times_s(scene.camera, frames_));
         for (const scene::Body& body : scene.bodies)
             bodies_.push_back(body.name);
 
