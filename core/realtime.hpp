@@ -55,8 +55,8 @@ void enter_thread(const char* name, const ThreadSettings& settings) noexcept;
 /// What prefault_stack() touches, bytes: several times the deepest stack of rendering.
 inline constexpr std::size_t prefaulted_stack_bytes = std::size_t{256} * 1024;
 
-/// Touches the calling thread's stack below the caller, so that a path taken for the first time late (a tile that
-/// is missing) meets no page fault there. Needed where memory may not be locked.
+/// Touches the calling thread's stack below the caller, so that a path taken for the first time late (a tile
+/// that is missing) meets no page fault there. Needed where memory may not be locked.
 void prefault_stack() noexcept;
 
 /// Locks the process's memory, present and future (mlockall). Call after the pools exist.

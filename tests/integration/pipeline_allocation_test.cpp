@@ -12,6 +12,8 @@
 #include "transports/gige/channels/payload.hpp"
 #include "transports/loopback/loopback.hpp"
 
+#include <sys/mman.h>
+
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -23,7 +25,6 @@
 #include <memory>
 #include <sstream>
 #include <string>
-#include <sys/mman.h>
 #include <utility>
 
 using namespace obscura;
