@@ -79,6 +79,14 @@ public:
         return std::numeric_limits<double>::infinity();
     }
 
+    /// Mean squared slope (of the gradient: both directions) that heights made at a spacing lack for cells of
+    /// that width. `lost`: that of the layers below, first 0; on return, with this layer.
+    /// `sample_spacings_m`: as apply() left them. At positions far from each other: means over what is
+    /// between them.
+    virtual void add_lost_slopes(std::span<const Vec3> /*positions_m*/, double /*spacing_m*/,
+                                 std::span<const double> /*sample_spacings_m*/,
+                                 std::span<double> /*lost*/) const {}
+
     /// Appends the rocks that stand on a tile and on all finer ones there: those with centres in it that
     /// apply() leaves out of its heights, but not out of its parent's.
     virtual void add_rocks(TileKey /*tile*/, std::vector<StandingRock>& /*rocks*/) const {}

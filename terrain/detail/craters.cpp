@@ -89,6 +89,11 @@ Craters::Craters(const SurfaceDomain& domain, const Settings& settings, std::uin
         laws_.push_back(law);
         // Small ones are worn most.
         profiles_.emplace_back(low * std::numbers::sqrt2, wear(laws_.size() - 1, low, law_.oldest(low)));
+        const std::size_t number = laws_.size() - 1;
+        const auto structure = [&](double distance) {
+            return octave_deviation_m2(number, distance * low) / (low * low);
+        };
+        losses_.emplace_back(structure, domain.spacing_m(0));
     }
 }
 
@@ -423,32 +428,56 @@ void Craters::add_young(const Cap& cap, double least_diameter_m, double age_ga, 
     });
 }
 
-double Craters::deviation_m2(double baseline_m) const {
+double Craters::middle_diameter_m(std::size_t octave) const {
+    return std::ldexp(std::numbers::sqrt2, field_.octaves()[octave].exponent);
+}
+
+double Craters::octave_deviation_m2(std::size_t octave, double baseline_m) const {
     // Campbell's theorem: craters are independent, so each adds its own integral over the plane.
     constexpr double step = 0.2;
-    double total = 0;
+    const double diameter = middle_diameter_m(octave);
+    if (diameter < least_diameter_m_ || diameter > largest_diameter_m_) return 0;
+    const double radius = diameter / 2, shift = std::min(baseline_m / radius, 2 * CraterProfiles::reach);
     CraterProfile profile{};
-    for (std::size_t octave = 0; octave < field_.octaves().size(); ++octave) {
-        // The mean of D^4 of N ~ D^-2 within an octave is that of this diameter.
-        const double diameter = std::ldexp(std::numbers::sqrt2, field_.octaves()[octave].exponent);
-        if (diameter < least_diameter_m_ || diameter > largest_diameter_m_) continue;
-        const double radius = diameter / 2, shift = std::min(baseline_m / radius, 2 * CraterProfiles::reach);
-        const auto height = [&](double x, double y) {
-            const double place = (x * x + y * y) * steps_per_square;
-            return place < CraterProfiles::steps ? between_steps(profile, place) : 0.0;
-        };
-        double sum = 0;
-        for (const double age : {1.0 / 6, 0.5, 5.0 / 6}) {
-            profiles_[octave].at(wear(octave, diameter, age * law_.oldest(diameter)), profile.data());
-            for (double y = step / 2; y < CraterProfiles::reach; y += step)
-                for (double x = -CraterProfiles::reach - shift; x < CraterProfiles::reach; x += step) {
-                    const double difference = height(x + shift, y) - height(x, y);
-                    sum += 2 * difference * difference / 3; // both signs of y
-                }
-        }
-        total += field_.octaves()[octave].per_m2 * sum * step * step * radius * radius * diameter * diameter;
+    const auto height = [&](double x, double y) {
+        const double place = (x * x + y * y) * steps_per_square;
+        return place < CraterProfiles::steps ? between_steps(profile, place) : 0.0;
+    };
+    double sum = 0;
+    for (const double age : {1.0 / 6, 0.5, 5.0 / 6}) {
+        profiles_[octave].at(wear(octave, diameter, age * law_.oldest(diameter)), profile.data());
+        for (double y = step / 2; y < CraterProfiles::reach; y += step)
+            for (double x = -CraterProfiles::reach - shift; x < CraterProfiles::reach; x += step) {
+                const double difference = height(x + shift, y) - height(x, y);
+                sum += 2 * difference * difference / 3; // both signs of y
+            }
     }
+    return field_.octaves()[octave].per_m2 * sum * step * step * radius * radius * diameter * diameter;
+}
+
+double Craters::deviation_m2(double baseline_m) const {
+    double total = 0;
+    for (std::size_t octave = 0; octave < field_.octaves().size(); ++octave)
+        total += octave_deviation_m2(octave, baseline_m);
     return total;
+}
+
+void Craters::add_lost_slopes(std::span<const Vec3> positions_m, double spacing_m,
+                              std::span<const double> sample_spacings_m, std::span<double> lost) const {
+    std::vector<double> own; // squared slopes, of each octave
+    for (std::size_t octave = 0; octave < losses_.size(); ++octave) {
+        constexpr int parts = 4;
+        double kept = 0;
+        for (int part = 0; part < parts; ++part) {
+            const double diameter = laws_[octave].low_m * exact_exp2((part + 0.5) / parts);
+            const double share = whole(diameter, spacing_m);
+            kept += share * share / parts;
+        }
+        kept *= 1 - losses_[octave].share(spacing_m / laws_[octave].low_m);
+        own.push_back(2 * losses_[octave].whole() * (1 - kept));
+    }
+    add_shared_slopes(own, sample_spacings_m.first(positions_m.size()), lost,
+                      [&](std::size_t octave, double spacing) { return octave_share(octave, spacing); });
 }
 
 } // namespace obscura::terrain

@@ -4,6 +4,7 @@
 
 #include "terrain/detail/crater_law.hpp"
 #include "terrain/detail/scattered_features.hpp"
+#include "terrain/detail/slope_loss.hpp"
 #include "terrain/feature_search.hpp"
 #include "terrain/height_layer.hpp"
 
@@ -44,6 +45,9 @@ public:
                std::span<double> sample_spacings_m) const override;
     [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
     [[nodiscard]] double sample_spacing_m(Vec3 /*position_m*/) const override { return 0; }
+    /// Without the removal of older craters by later ones.
+    void add_lost_slopes(std::span<const Vec3> positions_m, double spacing_m,
+                         std::span<const double> sample_spacings_m, std::span<double> lost) const override;
 
     void find_features(FeatureSearch& search) const override;
     /// Depth in the middle over that of a fresh one, less what later, larger craters removed.
@@ -89,6 +93,10 @@ private:
     [[nodiscard]] double wear(const Stamp& stamp) const;
     /// Range of an octave's sum.
     [[nodiscard]] HeightRange clamp_of(std::size_t octave) const;
+    /// The mean of D^4 of N ~ D^-2 within an octave is that of this diameter.
+    [[nodiscard]] double middle_diameter_m(std::size_t octave) const;
+    /// As deviation_m2(), of one octave.
+    [[nodiscard]] double octave_deviation_m2(std::size_t octave, double baseline_m) const;
     /// Of the octave's middle diameter, over samples that are 2 to the power `log2_spacing` m apart.
     [[nodiscard]] double octave_share(std::size_t octave, double log2_spacing) const;
 
@@ -102,6 +110,7 @@ private:
     std::vector<OctaveLaw> laws_;          ///< of each octave
     std::vector<CraterProfiles> profiles_; ///< of each octave
     FeatureField field_;
+    std::vector<SlopeLoss> losses_; ///< of each octave, by its least diameter
 };
 
 } // namespace obscura::terrain

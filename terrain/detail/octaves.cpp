@@ -46,7 +46,7 @@ double midway(double a, double b, double c, double d) {
 
 Octaves::Octaves(const SurfaceDomain& domain, const SlopeTable& table, std::uint64_t seed, bool over_maps,
                  const std::function<double(double)>& made_m2)
-    : domain_(domain), over_maps_(over_maps) {
+    : domain_(domain), loss_(noise_structure, domain.spacing_m(0)), over_maps_(over_maps) {
     const double extent = domain.spacing_m(0) * (tile_cells / 2.0);
     const int longest =
         static_cast<int>(std::floor(exact_log2(std::min(2 * table.longest_m(), extent)) + 1e-6));
@@ -179,6 +179,18 @@ void Octaves::apply(const VertexGrid& grid, std::span<double> heights_m,
     }
     for (std::size_t n = 0; n < detail.size(); ++n)
         heights_m[n] += detail[n];
+}
+
+void Octaves::add_lost_slopes(std::span<const Vec3> positions_m, double spacing_m,
+                              std::span<const double> sample_spacings_m, std::span<double> lost) const {
+    const std::size_t count = count_at(spacing_m);
+    std::vector<double> own; // squared slopes, of each octave
+    for (std::size_t k = 0; k < octaves_.size(); ++k) {
+        const double lattice_m = std::ldexp(1.0, octaves_[k].exponent), rms = octaves_[k].rms_m / lattice_m;
+        own.push_back(2 * rms * rms * loss_.whole() * (k < count ? loss_.share(spacing_m / lattice_m) : 1.0));
+    }
+    add_shared_slopes(own, sample_spacings_m.first(positions_m.size()), lost,
+                      [&](std::size_t k, double spacing) { return share(octaves_[k].exponent, spacing); });
 }
 
 HeightRange Octaves::range(const Cap& cap, double spacing_m, HeightRange below) const {

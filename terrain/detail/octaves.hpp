@@ -3,6 +3,7 @@
 #pragma once
 
 #include "terrain/detail/gradient_noise.hpp"
+#include "terrain/detail/slope_loss.hpp"
 #include "terrain/detail/slope_table.hpp"
 #include "terrain/height_layer.hpp"
 
@@ -30,6 +31,8 @@ public:
                std::span<double> sample_spacings_m) const override;
     [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
     [[nodiscard]] double sample_spacing_m(Vec3 /*position_m*/) const override { return 0; }
+    void add_lost_slopes(std::span<const Vec3> positions_m, double spacing_m,
+                         std::span<const double> sample_spacings_m, std::span<double> lost) const override;
 
     /// Longest first.
     [[nodiscard]] const std::vector<Octave>& octaves() const { return octaves_; }
@@ -64,6 +67,7 @@ private:
     std::vector<NoiseLattice> lattices_; ///< of each octave
     /// Level at whose vertices each octave is sampled, unless the grid's is coarser. Not falling.
     std::vector<int> levels_;
+    SlopeLoss loss_; ///< by lattice spacings
     bool over_maps_;
 };
 

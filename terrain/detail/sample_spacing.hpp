@@ -5,6 +5,7 @@
 #include "terrain/detail/exact_math.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <vector>
@@ -28,6 +29,26 @@ namespace obscura::terrain {
         last = spacing;
     }
     return result;
+}
+
+/// Adds to `lost` the squared slopes of octaves of detail, each times the square of its share,
+/// `share(octave, log2_spacing)`.
+template<typename Share>
+void add_shared_slopes(std::span<const double> squared_slopes, std::span<const double> sample_spacings_m,
+                       std::span<double> lost, const Share& share) {
+    double last = -1, sum = 0;
+    for (std::size_t n = 0; n < lost.size(); ++n) {
+        if (sample_spacings_m[n] != last) { // often the same
+            last = sample_spacings_m[n];
+            const double spacing = log2_spacing(last);
+            sum = 0;
+            for (std::size_t k = 0; k < squared_slopes.size(); ++k) {
+                const double part = share(k, spacing);
+                sum += part * part * squared_slopes[k];
+            }
+        }
+        lost[n] += sum;
+    }
 }
 
 } // namespace obscura::terrain

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace obscura::terrain {
 namespace {
@@ -143,6 +144,25 @@ std::size_t TileMaker::make(TileKey key, Scratch& scratch, SurfaceTile& out) con
     store_heights(scratch.heights_m.data(), out.offset_m, tile_vertices, out.heights.data());
     make_pyramid(out);
     return made.outside;
+}
+
+LostSlopes TileMaker::lost_slopes(TileKey key, const Scratch& scratch) const {
+    constexpr std::size_t count = std::tuple_size_v<LostSlopes>;
+    std::vector<Vec3> positions;
+    std::vector<double> spacings, lost(count);
+    for (int j = 0; j <= tile_cells; j += slope_cells)
+        for (int i = 0; i <= tile_cells; i += slope_cells) {
+            const std::size_t n = static_cast<std::size_t>(j + tile_margin) * tile_edge +
+                                  static_cast<std::size_t>(i + tile_margin);
+            positions.push_back(scratch.positions_m[n]);
+            spacings.push_back(scratch.sample_spacings_m[n]);
+        }
+    for (std::size_t k = lowest_seen(cap(key)); k < layers_.size(); ++k)
+        layers_[k]->add_lost_slopes(positions, domain_.spacing_m(key.level), spacings, lost);
+    LostSlopes out;
+    for (std::size_t n = 0; n < count; ++n)
+        out[n] = static_cast<float>(lost[n]);
+    return out;
 }
 
 } // namespace obscura::terrain

@@ -6,6 +6,8 @@
 #include "terrain/surface_domain.hpp"
 #include "terrain/tiles/surface_tile.hpp"
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -15,6 +17,10 @@ namespace obscura::terrain {
 struct ReducedRange {
     double least = 0, largest = 0;
 };
+
+/// Slopes that cells are too coarse for: means at so many points of a tile each way, that many cells apart.
+inline constexpr int slope_cells = 16, slope_edge = tile_cells / slope_cells + 1;
+using LostSlopes = std::array<float, std::size_t{slope_edge} * slope_edge>;
 
 /// Applies the layers in order at the vertices of a tile. Immutable; thread-safe. Takes what layers take to
 /// read files; allocates.
@@ -36,6 +42,9 @@ public:
     /// the bounds of a layer that states them wrongly; returns how many there were, which is a fault of the
     /// layer.
     std::size_t make(TileKey key, Scratch& scratch, SurfaceTile& out) const;
+    /// Mean squared slopes that the tile lacks, rows along u: HeightLayer::add_lost_slopes(). `scratch`: as
+    /// make() of that tile left it. Neighbouring tiles of a level agree where they meet.
+    [[nodiscard]] LostSlopes lost_slopes(TileKey key, const Scratch& scratch) const;
     /// From the layers' own bounds, without making anything.
     [[nodiscard]] ReducedRange range(TileKey key) const;
     /// Distance of the finest samples below a layer, by its number, at a position; infinite: there are none.
