@@ -84,6 +84,13 @@ void PathTracer::gather(const HitPacket& hits, PathPacket& paths, Lanes& left, P
         }
         vertex.varies[vertex.count] = colour(index, here, hits, paths, vertex.view, surface, vertex.colour,
                                              vertex.varied[vertex.count]);
+        Doubles unresolved;
+        const bool rougher = body.shape->unresolved_slopes(hits, index, unresolved);
+        if (rougher && std::none_of(vertex.rougher, vertex.rougher + vertex.count, [](bool r) { return r; }))
+            vertex.unresolved = unresolved;
+        else if (rougher)
+            copy_lanes(here, unresolved, vertex.unresolved);
+        vertex.rougher[vertex.count] = rougher;
         for (int i = 0; i < packet_size; ++i)
             if (here.on[i] != 0) vertex.slot[i] = vertex.count;
         if (vertex.count > 0) copy_lanes(here, own, vertex.surface);

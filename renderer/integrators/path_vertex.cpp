@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/path_vertex.hpp"
 
-#include "renderer/integrators/tracer.hpp"
+#include "renderer/integrators/rough_ground.hpp"
 #include "renderer/materials/hemisphere.hpp"
 #include "renderer/packets/lanes.hpp"
 #include "renderer/packets/vector_math.hpp"
@@ -128,16 +128,15 @@ void sample_by_lane(const RowState& row, const PathVertex& vertex, const Elevati
 } // namespace
 
 void evaluate_brdf(const RowState& row, const PathVertex& vertex, const Vec3s& light, Doubles& r) {
-    ScatterPacket angles;
-    scatter_angles(vertex.surface, vertex.view.direction, light, angles);
     for (double& value : r.v)
         value = 0;
     for (int k = 0; k < vertex.count; ++k) {
         const Material& material = *row.bodies[static_cast<std::size_t>(vertex.bodies[k])].material;
         if (material.mirror_reflectance() >= 0) continue;
-        angles.varied = vertex.varies[k] ? &vertex.varied[k] : nullptr;
         Doubles own;
-        material.reflectance(angles, own);
+        ground_reflectance(material, vertex.surface, vertex.view.direction, light,
+                           vertex.varies[k] ? &vertex.varied[k] : nullptr,
+                           vertex.rougher[k] ? &vertex.unresolved : nullptr, own);
         copy_lanes(vertex.on[k], own, r);
     }
 }

@@ -25,6 +25,8 @@ struct PathVertex {
     Channels colour;                     ///< factor on the material's reflectance
     bool varies[packet_size];            ///< whether the parameters of each of `bodies` differ by lane
     ParameterPacket varied[packet_size]; ///< the parameters of those that do
+    bool rougher[packet_size];           ///< whether each of `bodies` has unresolved slopes
+    Doubles unresolved;                  ///< those of all: Shape::unresolved_slopes
     std::int32_t slot[packet_size];      ///< index of each lane's body in `bodies`
 
     /// Material parameters of one lane; null: the material's constants.

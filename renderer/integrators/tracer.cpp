@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/integrators/tracer.hpp"
 
+#include "renderer/integrators/rough_ground.hpp"
 #include "renderer/lights/sunlight.hpp"
 
 #include <algorithm>
@@ -129,11 +130,11 @@ void Tracer::reflect(std::int32_t index, const CameraRays& rays, const Doubles& 
     Doubles solid_angle;
     instants_.sample_sun(index, rays.instant, surface.position, sun_, u, v, shadow.direction, solid_angle);
     // Evaluate the BRDF.
-    ScatterPacket scatter;
-    scatter_angles(surface, view.direction, shadow.direction, scatter);
-    if (body.built->textures && body.built->textures->varies()) scatter.varied = &varied;
-    Doubles r;
-    body.material->reflectance(scatter, r);
+    const bool varies = body.built->textures && body.built->textures->varies();
+    Doubles r, unresolved;
+    const bool rougher = body.shape->unresolved_slopes(hits, index, unresolved);
+    ground_reflectance(*body.material, surface, view.direction, shadow.direction, varies ? &varied : nullptr,
+                       rougher ? &unresolved : nullptr, r);
     if (body.built->textures)
         for (int i = 0; i < packet_size; ++i)
             r[i] *= factor.v[0][i];
@@ -186,17 +187,18 @@ void Tracer::reflect_kept(std::int32_t index, const CameraRays& rays, const RayP
     const Doubles middle{};
     instants_.sample_sun(index, rays.instant, surface.position, even, middle, middle, shadow.direction,
                          solid_angle);
-    ScatterPacket scatter;
-    scatter_angles(surface, view.direction, shadow.direction, scatter);
     Channels factor;
     ParameterPacket varied;
     const SurfaceTextures* const textures = body.built->textures.get();
     if (textures != nullptr) {
-        textures->apply(*body.shape, view, rays.hits, index, width_m, 1, surface, factor, varied);
-        if (textures->varies()) scatter.varied = &varied;
+        SurfacePacket turned = surface; // the means stay
+        textures->apply(*body.shape, view, rays.hits, index, width_m, 1, turned, factor, varied);
     }
-    Doubles r;
-    body.material->reflectance(scatter, r);
+    Doubles r, unresolved;
+    const bool rougher = body.shape->unresolved_slopes(rays.hits, index, unresolved);
+    ground_reflectance(*body.material, surface, view.direction, shadow.direction,
+                       textures != nullptr && textures->varies() ? &varied : nullptr,
+                       rougher ? &unresolved : nullptr, r);
     for (int i = 0; i < packet_size; ++i) {
         if (left.on[i] == 0 || lit.known.on[i] == 0) {
             shadow.active.on[i] = 0;

@@ -44,6 +44,13 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
                   "\"tiles\", from means over cells that are kept with its tiles and made again when the Sun "
                   "has moved by 0.05 degrees: for frames of one sample a pixel at a fixed rate. In direct "
                   "sunlight alone; reflections and lamps have shadow rays"));
+    keys.emplace_back(
+        config::key("unresolved_slopes", &relief.unresolved_slopes)
+            .help(
+                "Slopes of detail that are too fine for the cells: \"in_material\", the material stands for "
+                "them, as laws fitted to pictures from afar do; \"facets\", the light is that of facets with "
+                "such slopes, some in the shadow of others, and the material that of ground finer than all "
+                "detail"));
     return keys;
 }
 
@@ -88,7 +95,8 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
                                          const ReliefParameters& relief, ShapeContext& context) {
     const bool sun_visibility = relief.sun_visibility == SunVisibilityKind::tiles;
     const std::string key = fmt::format(
-        "{} {} {} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.cell_px, relief.tile_memory_mib,
+        "{} {} {} {} {} {}\n{}\n{}", surface, relief.cells_per_face, relief.cell_px, relief.tile_memory_mib,
+        name_of(relief.unresolved_slopes),
         // That of a body is for its own Sun.
         sun_visibility ? context.place : "", identity_of(relief.heights), identity_of(relief.detail));
     return context.shared(key, [&] {
@@ -98,6 +106,7 @@ std::shared_ptr<const Shape> make_relief(const std::string& surface, const terra
         require_memory(settings.tiles.arena_bytes, "tiles of a surface (tile_memory_mib)");
         settings.tiles.listed = {relief.detail.truth_least_px, relief.detail.truth_most};
         settings.tiles.sun_visibility = sun_visibility;
+        settings.tiles.lost_slopes = relief.unresolved_slopes == UnresolvedSlopes::facets;
         if (relief.cells_per_face > 0) settings.fixed_level = level_of(relief.cells_per_face);
         std::vector<std::shared_ptr<const terrain::HeightLayer>> layers =
             open_heights(relief.heights, domain, settings.notes);

@@ -31,6 +31,16 @@ constexpr auto enum_names(SunVisibilityKind /*type*/) {
     return std::array{EnumName{Kind::traced, "traced"}, EnumName{Kind::tiles, "tiles"}};
 }
 
+/// Slopes of ground that is too fine for the cells of a terrain.
+enum class UnresolvedSlopes : std::uint8_t {
+    in_material, ///< the material's own roughness stands for them
+    facets,      ///< the material is on facets of such slopes
+};
+constexpr auto enum_names(UnresolvedSlopes /*type*/) {
+    using Slopes = UnresolvedSlopes;
+    return std::array{EnumName{Slopes::in_material, "in_material"}, EnumName{Slopes::facets, "facets"}};
+}
+
 /// What planets and terrains have in common.
 struct ReliefParameters {
     std::vector<HeightTable> heights;
@@ -40,6 +50,7 @@ struct ReliefParameters {
     double cell_px = 0.5;                ///< largest width of cells by distance
     std::uint32_t tile_memory_mib = 512; ///< of the arena of tiles
     SunVisibilityKind sun_visibility = SunVisibilityKind::traced;
+    UnresolvedSlopes unresolved_slopes = UnresolvedSlopes::in_material;
 };
 
 /// Parameters of an ellipsoid with relief.

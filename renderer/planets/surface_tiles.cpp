@@ -198,6 +198,7 @@ SurfaceNode* SurfaceTiles::fill(terrain::TileKey key, SurfaceNode* parent, Surfa
     // Nested parallel loops of a layer must not take other work, which may need the tile that is made here.
     tbb::this_task_arena::isolate(
         [&] { clamped_.fetch_add(maker_.make(key, *scratch, slot->tile), std::memory_order_relaxed); });
+    if (settings_.lost_slopes) slot->lost_slopes = maker_.lost_slopes(key, *scratch);
     const double per_m = 1 / domain().unit_m();
     const terrain::Cap cap = maker_.cap(key);
     slot->centre_m = cap.centre_m;

@@ -49,8 +49,9 @@ struct SurfaceNode {
     SurfaceNode* parent = nullptr;
     std::uint64_t born = 0; ///< version that published it
     std::uint32_t slot = 0;
-    std::uint8_t quarter = 0; ///< of the parent
-    std::vector<Rock> rocks;  ///< that are domes in its parent
+    std::uint8_t quarter = 0;        ///< of the parent
+    std::vector<Rock> rocks;         ///< that are domes in its parent
+    terrain::LostSlopes lost_slopes; ///< only if they are kept
 
     std::array<std::atomic<SurfaceNode*>, 4> child{}; ///< null: not made
     std::atomic<std::uint32_t> wanted{0};             ///< bit per child that rays missed, wanted_sun
@@ -112,6 +113,7 @@ public:
         double cell_px = 0.5;
         FeatureLimits listed{};
         bool sun_visibility = false;
+        bool lost_slopes = false; ///< whether tiles keep them
     };
     class Pin;
 
@@ -124,6 +126,7 @@ public:
     [[nodiscard]] FeatureLimits listed() const { return settings_.listed; }
     [[nodiscard]] const terrain::SurfaceDomain& domain() const { return maker_.domain(); }
     [[nodiscard]] double cell_px() const { return settings_.cell_px; }
+    [[nodiscard]] bool keeps_lost_slopes() const { return settings_.lost_slopes; }
     /// Bounds of the unit heights of the whole terrain.
     [[nodiscard]] double least() const { return least_; }
     [[nodiscard]] double largest() const { return largest_; }

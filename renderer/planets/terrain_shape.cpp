@@ -176,6 +176,25 @@ void TerrainShape::surface(const RayPacket& rays, const HitPacket& hits, std::in
     if (rocks_) rocks_->surface(rays, hits, body, out);
 }
 
+bool TerrainShape::unresolved_slopes(const HitPacket& hits, std::int32_t body, Doubles& squared) const {
+    if (!tiles_.keeps_lost_slopes()) return false;
+    using terrain::slope_cells;
+    for (int i = 0; i < packet_size; ++i) {
+        squared[i] = 0;
+        if (hits.body[i] != body || is_dark(hits, i) || RockTracer::is_hit(hits, i)) continue;
+        const terrain::LostSlopes& kept = tiles_.in_slot(hits.primitive[i] >> 16).lost_slopes;
+        const std::uint32_t cell = hits.primitive[i] & 0xffffu;
+        const std::uint32_t ci = cell % terrain::tile_cells, cj = cell / terrain::tile_cells;
+        const double s = (ci % slope_cells + static_cast<double>(hits.u[i])) / slope_cells;
+        const double r = (cj % slope_cells + static_cast<double>(hits.v[i])) / slope_cells;
+        const float* const corner = kept.data() + cj / slope_cells * terrain::slope_edge + ci / slope_cells;
+        const auto at = [&](std::size_t n) { return static_cast<double>(corner[n]); };
+        squared[i] = (1 - r) * ((1 - s) * at(0) + s * at(1)) +
+                     r * ((1 - s) * at(terrain::slope_edge) + s * at(terrain::slope_edge + 1));
+    }
+    return true;
+}
+
 namespace {
 
 /// What the widths and places of look-ups depend on, of 16 hits.

@@ -46,6 +46,7 @@ public:
                  SurfacePacket& out) const override;
     bool sunlit(const RayPacket& rays, const HitPacket& hits, std::int32_t body, const Doubles& width_m,
                 SunlitPacket& out) const override;
+    bool unresolved_slopes(const HitPacket& hits, std::int32_t body, Doubles& squared) const override;
     [[nodiscard]] Vec3 up(Vec3 position_m) const override { return plane_ ? Vec3{0, 0, 1} : position_m; }
     [[nodiscard]] const SurfaceTiles* tiles() const override { return &tiles_; }
     [[nodiscard]] std::vector<std::string> notes() const override { return notes_; }

@@ -44,6 +44,14 @@ public:
         return false;
     }
 
+    /// Mean squared slope, of the gradient of heights, of ground at the hits of `body` that is too fine for
+    /// the surface that rays meet; other lanes 0. False: the surface has all, or the material's roughness
+    /// stands for it.
+    virtual bool unresolved_slopes(const HitPacket& /*hits*/, std::int32_t /*body*/,
+                                   Doubles& /*squared*/) const {
+        return false;
+    }
+
     /// Texture coordinates (uv) at the hits of `body`, whose `surface` has been filled; false: the shape has
     /// no parametrisation of its own.
     virtual bool texture_coordinates(const HitPacket& /*hits*/, std::int32_t /*body*/,
