@@ -12,9 +12,9 @@ namespace {
 
 /// HitPacket::primitive has 16 bits for them.
 constexpr std::size_t most_rocks = 65536;
-/// Samples that are finer than boulders have the real ones: then domes fade out, and rocks are left out from
-/// half of that on.
-constexpr double least_share = 0.5;
+/// Samples that are finer than a boulder have the real one: there domes fade out, and rocks become flatter as
+/// they do, down to this share of their height.
+constexpr double least_share = 1e-3;
 
 struct Ball {
     Vec3 centre_m;
@@ -95,13 +95,14 @@ int level_of(const terrain::SurfaceDomain& domain, double size_m, double cells) 
 
 } // namespace
 
-std::vector<Rock> place_rocks(const terrain::TileMaker& maker, const terrain::SurfaceTile& tile) {
+std::vector<Rock> place_rocks(const terrain::TileMaker& maker, const terrain::SurfaceTile& tile,
+                              std::span<const double> sample_spacings_m) {
     const terrain::SurfaceDomain& domain = maker.domain();
     const terrain::TileKey key = tile.key;
     std::vector<Rock> rocks;
     std::vector<terrain::StandingRock> standing;
-    for (std::size_t number = 0; number < maker.layers().size(); ++number) {
-        const terrain::HeightLayer& layer = *maker.layers()[number];
+    for (const auto& made : maker.layers()) {
+        const terrain::HeightLayer& layer = *made;
         standing.clear();
         layer.add_rocks(key, standing);
         // The ground at a vertex as tiles of rocks alone have it.
@@ -120,21 +121,30 @@ std::vector<Rock> place_rocks(const terrain::TileMaker& maker, const terrain::Su
         };
         for (const terrain::StandingRock& one : standing) {
             if (rocks.size() == most_rocks) break;
-            if (layer.share_left(
-                    {terrain::FeatureKind::boulder, one.id, one.position_m, 2 * one.semi_axes_m.x},
-                    maker.sample_spacing_m(number, one.position_m)) < least_share)
-                continue;
             const terrain::SurfaceDomain::Place place = domain.place_of(one.position_m);
             const double x = cells_at(place.u, key.i), y = cells_at(place.v, key.j);
             const auto i = static_cast<std::int32_t>(x), j = static_cast<std::int32_t>(y);
             const double s = x - i, r = y - j;
-            const double ground = (1 - r) * ((1 - s) * ground_m(i, j) + s * ground_m(i + 1, j)) +
-                                  r * ((1 - s) * ground_m(i, j + 1) + s * ground_m(i + 1, j + 1));
-            const Vec3 half = one.semi_axes_m;
+            const auto between = [&](const auto& at) {
+                return (1 - r) * ((1 - s) * at(i, j) + s * at(i + 1, j)) +
+                       r * ((1 - s) * at(i, j + 1) + s * at(i + 1, j + 1));
+            };
+            const double share = between([&](std::int32_t column, std::int32_t row) {
+                const double spacing_m =
+                    sample_spacings_m[static_cast<std::size_t>(row + terrain::tile_margin) *
+                                          terrain::tile_edge +
+                                      static_cast<std::size_t>(column + terrain::tile_margin)];
+                return layer.share_left(
+                    {terrain::FeatureKind::boulder, one.id, one.position_m, 2 * one.semi_axes_m.x},
+                    spacing_m);
+            });
+            if (share < least_share) continue;
+            const double ground = between(ground_m), top = share * one.height_m;
+            const Vec3 half{one.semi_axes_m.x, one.semi_axes_m.y, share * one.semi_axes_m.z};
             const Vec3 up = cross(one.along, one.across);
             const Vec3 foot = domain.is_plane() ? one.position_m + ground * up
                                                 : one.position_m * (1 + ground / domain.unit_m());
-            rocks.push_back({foot + (one.height_m - half.z) * up,
+            rocks.push_back({foot + (top - half.z) * up,
                              std::sqrt(3.0) * std::max({half.x, half.y, half.z}),
                              {one.along / half.x, one.across / half.y, up / half.z},
                              one.form});

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace obscura::renderer {
@@ -19,9 +20,10 @@ struct RockSettings {
     double least_m = 0, largest_m = 0;               ///< longest axes
 };
 
-/// Where the terrain's layers have rocks in a tile, on the ground of its vertices.
-[[nodiscard]] std::vector<Rock> place_rocks(const terrain::TileMaker& maker,
-                                            const terrain::SurfaceTile& tile);
+/// Where the terrain's layers have rocks in a tile, on the ground of its vertices. `sample_spacings_m`: as
+/// TileMaker::make() left them in its scratch space.
+[[nodiscard]] std::vector<Rock> place_rocks(const terrain::TileMaker& maker, const terrain::SurfaceTile& tile,
+                                            std::span<const double> sample_spacings_m);
 
 /// Rays against the rocks of tiles. A tile has those that its parent has as domes in its heights: a ray meets
 /// them if, by its LevelChoice, it takes that tile or finer ones there, so never meets both a rock and its

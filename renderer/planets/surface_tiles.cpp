@@ -214,7 +214,7 @@ SurfaceNode* SurfaceTiles::fill(terrain::TileKey key, SurfaceNode* parent, Surfa
             slot->child_highest[quarter] = maker_.range(key.child(quarter)).largest * per_m;
             slot->child_cap[quarter] = maker_.cap(key.child(quarter));
         }
-    slot->rocks = place_rocks(maker_, slot->tile);
+    slot->rocks = place_rocks(maker_, slot->tile, scratch->sample_spacings_m);
     slot->parent = parent;
     slot->used.store(clock_.fetch_add(1, std::memory_order_relaxed), std::memory_order_relaxed);
     const std::lock_guard lock(mutex_);

@@ -89,8 +89,8 @@ void Boulders::find_features(FeatureSearch& search) const {
     });
 }
 
-double Boulders::share_left(const SurfaceFeature& /*feature*/, double sample_spacing_m) const {
-    return Craters::share(settings_.largest_diameter_m, sample_spacing_m);
+double Boulders::share_left(const SurfaceFeature& feature, double sample_spacing_m) const {
+    return Craters::share(feature.diameter_m, sample_spacing_m);
 }
 
 double Boulders::Dome::profile(Vec3 way_m) const {
@@ -147,6 +147,7 @@ void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
     const std::vector<Dome> all = domes(grid.cap, least_cells * grid.spacing_m);
     if (all.empty()) return;
     std::vector<double> highest(heights_m.size());
+    const auto [finest, coarsest] = std::minmax_element(sample_spacings_m.begin(), sample_spacings_m.end());
     constexpr int edge = 16;
     std::vector<GridBlock> blocks;
     for (int j = 0; j < tile_edge; j += edge)
@@ -155,7 +156,9 @@ void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
     for (const Dome& dome : all) {
         const Boulder& boulder = dome.boulder;
         const double height = top_m(boulder, grid.spacing_m);
-        if (height == 0) continue;
+        // Samples that are finer than a boulder have the real ones.
+        if (height == 0 || Craters::share(boulder.diameter_m, *coarsest) == 0) continue;
+        const bool whole = Craters::share(boulder.diameter_m, *finest) == 1;
         const double radius = boulder.diameter_m / 2;
         for (const GridBlock& block : blocks) {
             if (!block.touches(boulder.position_m, radius)) continue;
@@ -164,13 +167,13 @@ void Boulders::apply(const VertexGrid& grid, std::span<double> heights_m,
                     const std::size_t n = GridBlock::index(i, j);
                     const Vec3 way = grid.positions_m[n] - boulder.position_m;
                     if (!(length_squared(way) < radius * radius)) continue;
-                    highest[n] = std::max(highest[n], height * dome.profile(way));
+                    const double share = whole ? 1 : Craters::share(boulder.diameter_m, sample_spacings_m[n]);
+                    highest[n] = std::max(highest[n], share * (height * dome.profile(way)));
                 }
         }
     }
     for (std::size_t n = 0; n < heights_m.size(); ++n)
-        if (highest[n] > 0) // samples that are finer than boulders have the real ones
-            heights_m[n] += highest[n] * Craters::share(settings_.largest_diameter_m, sample_spacings_m[n]);
+        heights_m[n] += highest[n];
 }
 
 double Boulders::top_m(const Boulder& boulder, double spacing_m) const {

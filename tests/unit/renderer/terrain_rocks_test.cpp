@@ -285,6 +285,64 @@ TEST_CASE("The limb of a boulder overhangs") {
 
 namespace {
 
+/// Level samples that are 6.4 m apart at -x and closer and closer towards x, as at the edge of a finer map.
+class FinerAndFiner final : public terrain::HeightLayer {
+public:
+    static double spacing_m(Vec3 p) { return 0.8 * std::exp2(-3 * p.x / half_edge_m); }
+    void apply(const terrain::VertexGrid& grid, std::span<double> /*heights_m*/,
+               std::span<double> sample_spacings_m) const override {
+        for (std::size_t n = 0; n < sample_spacings_m.size(); ++n)
+            sample_spacings_m[n] = spacing_m(grid.positions_m[n]);
+    }
+    [[nodiscard]] terrain::HeightRange range(const terrain::Cap& /*cap*/, double /*spacing_m*/,
+                                             terrain::HeightRange below) const override {
+        return {below.least, below.largest, 6.4};
+    }
+    [[nodiscard]] double sample_spacing_m(Vec3 position_m) const override { return spacing_m(position_m); }
+};
+
+} // namespace
+
+TEST_CASE("Domes and rocks fade alike where samples become fine enough for boulders") {
+    const auto domain = terrain::SurfaceDomain::plane(half_edge_m);
+    const renderer::DetailParameters detail = boulders(0.03);
+    const Ground bare(domain, detail, fixed_cells, fixed_level);
+    const auto over_samples = [&](double cells) {
+        renderer::TerrainShape::Settings settings;
+        settings.fixed_level = fixed_level;
+        if (cells > 0) settings.rocks = rock_settings(detail, cells);
+        return std::make_unique<renderer::TerrainShape>(
+            domain,
+            std::vector<std::shared_ptr<const terrain::HeightLayer>>{
+                std::make_shared<FinerAndFiner>(),
+                renderer::make_detail(detail, domain, true, cells).boulders},
+            settings);
+    };
+    const auto domes = over_samples(0), rocks = over_samples(fixed_cells);
+    const auto pins = std::pair(domes->tiles()->pin(), rocks->tiles()->pin());
+    int whole = 0, partial = 0, none = 0;
+    for (const Standing& rock : lonely(bare, domain, fixed_level, 1.5)) {
+        const double size = 2 * rock.rock.semi_axes_m.x;
+        const double share = terrain::Craters::share(size, FinerAndFiner::spacing_m(rock.rock.position_m));
+        // Above the highest vertex of the form, and the middle of the dome.
+        Vec3 summit;
+        for (std::size_t i = 0; i < rock.form().vertices.size(); ++i)
+            if (const Vec3 v = rock.vertex(i); i == 0 || v.z > summit.z) summit = v;
+        const auto top = [](const renderer::TerrainShape& shape, Vec3 at) {
+            return 10 - distance_along(shape, {at.x, at.y, 10}, {0, 0, -1});
+        };
+        INFO(size << " m, share " << share);
+        CHECK_THAT(top(*rocks, summit), WithinAbs(share * rock.rock.height_m, 0.02 * size));
+        CHECK_THAT(top(*domes, rock.rock.position_m), WithinAbs(share * rock.rock.height_m, 0.02 * size));
+        ++(share > 0.99 ? whole : share < 0.01 ? none : partial);
+    }
+    CHECK(whole > 3);
+    CHECK(partial > 5);
+    CHECK(none > 3);
+}
+
+namespace {
+
 /// A plain of boulders under a camera that looks straight down, the Sun 25 degrees above the horizon.
 scene::Scene plain(const renderer::DetailParameters& detail, double altitude_m, Vec3 above_m,
                    std::int32_t edge, double pixel_rad) {
