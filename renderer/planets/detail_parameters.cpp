@@ -74,7 +74,7 @@ config::Keys keys_of(DetailParameters& d) {
             .range(0, 1e6)
             .help("Size in the picture from which a boulder that overhangs is a rock that stands on the "
                   "ground, with a form of its own, instead of a dome in the surface; from a quarter of it on "
-                  "for more and more of the samples. 0: all are domes, as with sun_visibility = \"tiles\""),
+                  "for more and more of the samples. 0: all are domes"),
         config::key("truth_least_px", &d.truth_least_px)
             .unit("px")
             .range(3, 1e6)

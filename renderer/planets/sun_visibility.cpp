@@ -3,6 +3,7 @@
 
 #include "renderer/lights/sunlight.hpp"
 #include "renderer/planets/packet_tracer.hpp"
+#include "renderer/planets/rocks.hpp"
 #include "renderer/planets/surface_tiles.hpp"
 #include "renderer/planets/tile_tracer.hpp"
 #include "terrain/cube_sphere.hpp"
@@ -247,8 +248,9 @@ bool SunVisibility::fill(const SurfaceNode& node, SunTile& out, const std::funct
 
     ScaledRays rays;
     rays.fixed_level = node.tile.key.level;
-    for (double& t : rays.t_max.v)
-        t = no_hit;
+    RayPacket to_rocks; // the same rays in metres
+    for (int i = 0; i < packet_size; ++i)
+        rays.t_max[i] = to_rocks.t_max[i] = no_hit;
     constexpr std::uint32_t square = 4; // cells of a packet, each way
     for (std::uint32_t j0 = 0; j0 < tile_cells; j0 += square) {
         if (pause && !pause()) return false;
@@ -269,14 +271,24 @@ bool SunVisibility::fill(const SurfaceNode& node, SunTile& out, const std::funct
                 const Vec3 to_sun = direction.lane(k);
                 // Facets that face away shade themselves.
                 rays.active.on[k] = dot(cell.smooth, to_sun) > 0 && dot(cell.facet, to_sun) > 0 ? -1 : 0;
-                rays.origin.set(k, middles.scaled(cell.position_m + clear_m * cell.facet));
+                const Vec3 origin = cell.position_m + clear_m * cell.facet;
+                rays.origin.set(k, middles.scaled(origin));
                 rays.direction.set(k, middles.scaled(to_sun));
+                to_rocks.origin.set(k, origin);
+                to_rocks.direction.set(k, to_sun);
             }
             if (!rays.active.any()) continue;
             TileCrossings found;
             first_crossings(tiles_, rays, true, found);
+            for (int k = 0; k < packet_size; ++k)
+                rays.active.on[k] = found.t[k] == no_hit ? rays.active.on[k] : 0;
+            if (rocks_ != nullptr && rays.active.any()) {
+                to_rocks.active = rays.active;
+                rocks_->occlude(to_rocks, rays);
+                rays.active = to_rocks.active;
+            }
             for (int k = 0; k < packet_size; ++k) {
-                if (rays.active.on[k] == 0 || found.t[k] != no_hit) continue;
+                if (rays.active.on[k] == 0) continue;
                 const std::size_t i = (i0 + static_cast<std::uint32_t>(k) % square) / 2,
                                   j = (j0 + static_cast<std::uint32_t>(k) / square) / 2;
                 Vec3& sum = sums[j * edge + i];

@@ -19,6 +19,7 @@
 
 namespace obscura::renderer {
 
+class RockTracer;
 struct SurfaceNode;
 class SurfaceTiles;
 
@@ -75,6 +76,9 @@ public:
     SunVisibility(const SunVisibility&) = delete;
     SunVisibility& operator=(const SunVisibility&) = delete;
 
+    /// Lets rocks of the terrain cast shadows too. Before anything is made; `rocks` outlives the last use.
+    void set_rocks(const RockTracer& rocks) { rocks_ = &rocks; }
+
     /// Memory of each slot.
     [[nodiscard]] static std::size_t slot_bytes();
 
@@ -108,6 +112,7 @@ private:
     void retire(const SunTile* tile) const;
 
     const SurfaceTiles& tiles_;
+    const RockTracer* rocks_ = nullptr; ///< null: none
     std::byte* arena_ = nullptr;
     std::size_t slots_ = 0;
     static constexpr std::size_t stripes = 64;

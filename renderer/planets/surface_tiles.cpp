@@ -99,6 +99,10 @@ SurfaceTiles::~SurfaceTiles() {
     if (arena_ != nullptr) munmap(arena_, slots_ * slot_bytes());
 }
 
+void SurfaceTiles::set_rocks(const RockTracer& rocks) {
+    if (sun_visibility_) sun_visibility_->set_rocks(rocks);
+}
+
 void SurfaceTiles::release(SurfaceNode* node) const {
     const std::uint32_t slot = node->slot;
     table_[slot] = nullptr;

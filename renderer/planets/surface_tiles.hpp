@@ -19,6 +19,7 @@
 
 namespace obscura::renderer {
 
+class RockTracer;
 struct SunTile;
 class SunVisibility;
 
@@ -131,6 +132,8 @@ public:
     [[nodiscard]] double least() const { return least_; }
     [[nodiscard]] double largest() const { return largest_; }
 
+    /// Rocks that cast shadows in what is kept of the Sun's visibility. Before the first use.
+    void set_rocks(const RockTracer& rocks);
     /// Null: not kept.
     [[nodiscard]] const SunVisibility* sun_visibility() const { return sun_visibility_.get(); }
 

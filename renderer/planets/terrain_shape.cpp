@@ -44,7 +44,9 @@ TerrainShape::TerrainShape(const terrain::SurfaceDomain& domain,
       bounding_radius_m_(bounding_radius(tiles_)),
       rocks_(settings.rocks.forms.empty() ? nullptr
                                           : std::make_unique<const RockTracer>(tiles_, settings.rocks)),
-      notes_(settings.notes) {}
+      notes_(settings.notes) {
+    if (rocks_) tiles_.set_rocks(*rocks_);
+}
 
 void TerrainShape::set_levels(const RayPacket& rays, ScaledRays& scaled_rays) const {
     scaled_rays.view = fixed_level_ >= 0 ? nullptr : rays.detail;

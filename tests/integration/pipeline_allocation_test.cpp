@@ -100,7 +100,7 @@ crater_least_m = 50
 }
 
 /// A camera that goes over ground strewn with boulders at 15 m, 0.3 m/s.
-std::string boulder_walk(const TempFolder& folder) {
+std::string boulder_walk(const TempFolder& folder, const std::string& sun_visibility) {
     folder.write("walk.csv", "time_s,x_m,y_m,z_m\n-100,-30,1,15\n100,30,1,15\n");
     return folder
         .write("walk.toml", R"(name = "walk"
@@ -119,6 +119,8 @@ name = "ground"
 shape = "terrain"
 half_edge_m = 64
 albedo = 0.2
+sun_visibility = ")" + sun_visibility +
+                                R"("
 [body.detail]
 terrain = "highlands"
 boulders_per_m2 = 0.3
@@ -326,7 +328,9 @@ TEST_CASE("frames of boulders near the camera allocate nothing on real-time thre
     const TempFolder folder;
     DaemonOptions options;
     options.size = 96;
-    options.scene = boulder_walk(folder);
+    const std::string sun_visibility = GENERATE("traced", "tiles");
+    CAPTURE(sun_visibility);
+    options.scene = boulder_walk(folder, sun_visibility);
     const emulator::DaemonConfig config = emulator::load_config(write_configuration(folder, options));
     emulator::Imaging imaging(config, 12, {}, {.scene_entries = 1000}, emulator::RenderAhead::off, true);
     std::atomic<std::uint64_t> boulders{0};

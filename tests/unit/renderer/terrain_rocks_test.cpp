@@ -345,11 +345,13 @@ namespace {
 
 /// A plain of boulders under a camera that looks straight down, the Sun 25 degrees above the horizon.
 scene::Scene plain(const renderer::DetailParameters& detail, double altitude_m, Vec3 above_m,
-                   std::int32_t edge, double pixel_rad) {
+                   std::int32_t edge, double pixel_rad,
+                   renderer::SunVisibilityKind kind = renderer::SunVisibilityKind::traced) {
     scene::Scene s;
     renderer::TerrainParameters ground;
     ground.half_edge_m = half_edge_m;
     ground.relief.detail = detail;
+    ground.relief.sun_visibility = kind;
     s.bodies.push_back({"plain", ground, renderer::LambertParameters{0.3}, {}});
     s.sun.position_m = astronomical_unit_m * normalized(Vec3{1, 0.3, 0.487});
     s.camera = camera_at({1, 1, 1}, edge, pixel_rad);
@@ -395,6 +397,42 @@ TEST_CASE("The picture of a boulder changes continuously while its dome becomes 
             before = chosen;
         }
         CHECK(between > 3);
+    }
+}
+
+TEST_CASE("Kept visibility of the Sun has the shadows of rocks") {
+    renderer::DetailParameters detail = boulders(0.004);
+    const auto domain = terrain::SurfaceDomain::plane(half_edge_m);
+    const Ground ground(domain, detail, fixed_cells, fixed_level);
+    const std::vector<Standing> rocks = lonely(ground, domain, fixed_level, 3);
+    REQUIRE(rocks.size() > 1);
+    constexpr double pixel_rad = 1e-3, size_px = 40;
+    for (std::size_t n = 0; n < 2; ++n) {
+        const Standing& rock = rocks[n];
+        const double size = 2 * rock.rock.semi_axes_m.x;
+        const auto picture = [&](renderer::SunVisibilityKind kind, double from_px) {
+            detail.boulder_rock_px = from_px;
+            constexpr auto edge = static_cast<std::int32_t>(3 * size_px);
+            return render(renderer::Renderer(
+                plain(detail, size / size_px / pixel_rad, rock.rock.position_m, edge, pixel_rad, kind),
+                {16, 2, 1}));
+        };
+        using renderer::SunVisibilityKind;
+        const Image traced = picture(SunVisibilityKind::traced, 16),
+                    kept = picture(SunVisibilityKind::tiles, 16),
+                    domes = picture(SunVisibilityKind::tiles, 0);
+        const double mean = traced.sum() / static_cast<double>(traced.values.size());
+        const auto rms = [&](const Image& of) {
+            double squares = 0;
+            for (std::size_t k = 0; k < of.values.size(); ++k)
+                squares +=
+                    std::pow(static_cast<double>(of.values[k]) - static_cast<double>(traced.values[k]), 2);
+            return std::sqrt(squares / static_cast<double>(of.values.size())) / mean;
+        };
+        INFO("rock of " << size << " m: rms " << rms(kept) << " kept, " << rms(domes) << " as a dome");
+        CHECK_THAT(kept.sum(), WithinRel(traced.sum(), 0.01));
+        CHECK(rms(kept) < 0.02);
+        CHECK(rms(kept) < rms(domes) / 5);
     }
 }
 
