@@ -47,7 +47,8 @@ scene::ParameterList with_keys(scene::ParameterList keys, ReliefParameters& reli
     keys.emplace_back(
         config::key("unresolved_slopes", &relief.unresolved_slopes)
             .help(
-                "Slopes of detail that are too fine for the cells: \"in_material\", the material stands for "
+                "Slopes of maps and detail that are too fine for the cells: \"in_material\", the material "
+                "stands for "
                 "them, as laws fitted to pictures from afar do; \"facets\", the light is that of facets with "
                 "such slopes, some in the shadow of others, and the material that of ground finer than all "
                 "detail"));

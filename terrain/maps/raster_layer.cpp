@@ -171,6 +171,24 @@ double RasterLayer::sample_spacing_m(Vec3 position_m) const {
     return weight(at, metres) > 0 ? at.pixel() * metres : std::numeric_limits<double>::infinity();
 }
 
+void RasterLayer::add_lost_slopes(std::span<const Vec3> positions_m, double spacing_m,
+                                  std::span<const double> /*sample_spacings_m*/,
+                                  std::span<double> lost) const {
+    const Raster& raster = *source_.raster;
+    std::call_once(slopes_made_,
+                   [&] { slopes_ = std::make_unique<SlopeLevels>(raster.samples(), raster.frame()); });
+    for (std::size_t n = 0; n < positions_m.size(); ++n) {
+        const Raster::Located at = located(positions_m[n]);
+        const double metres = domain_.is_plane() ? 1 : length(positions_m[n]);
+        const double w = weight(at, metres);
+        if (!(w > 0)) continue;
+        const double per = source_.scale_m / metres;
+        const double own =
+            per * per * slopes_->lost(at.place, at.density.y * footprint(positions_m[n], spacing_m));
+        lost[n] += w * (own - lost[n]);
+    }
+}
+
 void RasterLayer::apply(const VertexGrid& grid, std::span<double> heights_m,
                         std::span<double> sample_spacings_m) const {
     if (coverage_) {

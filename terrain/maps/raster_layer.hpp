@@ -6,8 +6,10 @@
 #include "terrain/maps/coverage.hpp"
 #include "terrain/maps/map_block.hpp"
 #include "terrain/maps/raster.hpp"
+#include "terrain/maps/slope_levels.hpp"
 
 #include <memory>
+#include <mutex>
 #include <optional>
 
 namespace obscura::terrain {
@@ -32,6 +34,9 @@ public:
     [[nodiscard]] bool hides_below(const Cap& cap) const override { return covers(cap); }
     [[nodiscard]] HeightRange range(const Cap& cap, double spacing_m, HeightRange below) const override;
     [[nodiscard]] double sample_spacing_m(Vec3 position_m) const override;
+    /// Nothing for rasters that SlopeLevels does not look through, which happens at the first call.
+    void add_lost_slopes(std::span<const Vec3> positions_m, double spacing_m,
+                         std::span<const double> sample_spacings_m, std::span<double> lost) const override;
 
     /// Height above the reference surface along the direction from its centre at a point of it, m; NaN where
     /// the raster has none. `reader`: of the source's raster.
@@ -54,6 +59,8 @@ private:
     HeightRaster source_;
     std::shared_ptr<const Coverage> coverage_;
     double feather_m_;
+    mutable std::once_flag slopes_made_;
+    mutable std::unique_ptr<const SlopeLevels> slopes_;
 };
 
 } // namespace obscura::terrain
