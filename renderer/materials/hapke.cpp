@@ -113,11 +113,12 @@ template<typename Value>
             si_tan[i] = si * p.tan_roughness[i];
             se_tan[i] = se * p.tan_roughness[i];
             // Azimuth between the planes of incidence and emission, from the phase angle. It is undefined
-            // with the Sun or the viewer in the zenith: the tiny number added makes it 0, and the cotangents
-            // stay large.
-            const double inverse = 1 / (si * se + 1e-12);
-            cot_i[i] = clamp(ci[i] * se * inverse, si > 1e-5 ? 0 : 1e5, 1e12);
-            cot_e[i] = clamp(ce[i] * si * inverse, se > 1e-5 ? 0 : 1e5, 1e12);
+            // with the Sun or the viewer in the zenith, and does not matter: sines that are not 0 keep the
+            // cotangents right.
+            const double sine_i = si > 1e-6 ? si : 1e-6, sine_e = se > 1e-6 ? se : 1e-6;
+            const double inverse = 1 / (sine_i * sine_e);
+            cot_i[i] = clamp(ci[i] * sine_e * inverse, si > 1e-5 ? 0 : 1e5, 1e12);
+            cot_e[i] = clamp(ce[i] * sine_i * inverse, se > 1e-5 ? 0 : 1e5, 1e12);
             cos_psi[i] = clamp((s.cos_phase[i] - ci[i] * ce[i] + 1e-12) * inverse, -1, 1);
         }
         for (int i = 0; i < packet_size; ++i)

@@ -168,6 +168,32 @@ TEST_CASE("Hapke's model agrees with its formulas written from the angles") {
     }
 }
 
+TEST_CASE("Hapke's roughness is continuous where the Sun or the viewer is in the zenith") {
+    const auto hapke = make(renderer::HapkeParameters{0.4, 0.3, 0.6, 0, 0.05, 0, 0.08, 25 * pi / 180, 0.3});
+    for (const double angle : {0.3, 0.8, 1.2, 1.5})
+        for (const double azimuth : {0.0, 1.0, 3.0}) {
+            const double near = 1e-5, phase = std::cos(angle) * std::cos(near) +
+                                              std::sin(angle) * std::sin(near) * std::cos(azimuth);
+            renderer::ScatterPacket s{};
+            const auto at = [&](int lane, double in, double out, double cos_phase) {
+                s.cos_in[lane] = std::cos(in);
+                s.cos_out[lane] = std::cos(out);
+                s.cos_phase[lane] = cos_phase;
+            };
+            for (int i = 4; i < renderer::packet_size; ++i)
+                at(i, 0, 0, 1);
+            at(0, angle, 0, std::cos(angle));
+            at(1, angle, near, phase);
+            at(2, 0, angle, std::cos(angle));
+            at(3, near, angle, phase);
+            renderer::Doubles r;
+            hapke->reflectance(s, r);
+            INFO(angle << ", azimuth " << azimuth);
+            CHECK_THAT(r[0], WithinRel(r[1], 1e-3));
+            CHECK_THAT(r[2], WithinRel(r[3], 1e-3));
+        }
+}
+
 TEST_CASE("Hapke's model without its refinements is Lommel-Seeliger in the limit of dark grains") {
     const auto hapke = make(renderer::HapkeParameters{1e-6, 0, 0, 0, 1, 0, 1, 0, 0});
     const auto ls = make(renderer::LommelSeeligerParameters{1e-6});
