@@ -67,6 +67,13 @@ void add_pixels(const float* __restrict samples, const float* __restrict varianc
     }
 }
 
+/// Adds a band of 16 pixels to the mean of the bands.
+OBSCURA_VECTOR_CLONES
+void add_band(const float* __restrict band, double share, double* __restrict light) {
+    for (std::size_t i = 0; i < lanes; ++i)
+        light[i] += share * static_cast<double>(band[i]);
+}
+
 /// Whether any of 16 numbers, none of which is negative, is not 0.
 bool any(const float* values) {
     std::array<std::uint64_t, lanes / 2> bits;
@@ -85,11 +92,11 @@ void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row, const renderer::
     const std::size_t bands = light_->renderer->band_count();
     const double share = 1 / static_cast<double>(bands);
     PixelSums pixels;
+    float rest[2][lanes] = {}, padded[lanes] = {}; // at the end of the row
     for (std::size_t x = 0; x < width; x += lanes) {
         const std::size_t count = std::min(lanes, width - x);
         const float* n = samples.data() + at + x;
         const float* v = variance.data() + at + x;
-        float rest[2][lanes] = {}; // at the end of the row
         if (count < lanes) {
             n = std::copy_n(n, count, rest[0]) - count;
             v = std::copy_n(v, count, rest[1]) - count;
@@ -99,10 +106,8 @@ void AdaptiveFrame::sum_row(std::size_t part, std::int32_t row, const renderer::
         for (std::size_t b = 0; b < bands; ++b) {
             const float* const own = floats_[part].data() + b * plane + at + x;
             const float* from = own;
-            float padded[lanes] = {};
             if (count < lanes) from = std::copy_n(own, count, padded) - count;
-            for (std::size_t i = 0; i < lanes; ++i)
-                light[i] += share * static_cast<double>(from[i]);
+            add_band(from, share, light);
         }
         add_pixels(n, v, light, pixels);
     }

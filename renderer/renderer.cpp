@@ -89,7 +89,7 @@ struct Scratch {
     std::vector<double> light;                      ///< channels x pixels, in the tracer's units, sr
     std::vector<double> starlight;                  ///< bands x pixels, W/m2
     std::vector<double> per_pixel;                  ///< factor from irradiance to the requested quantity
-    std::vector<double> variance;                   ///< per pixel; 0: no samples
+    std::vector<double> variance;                   ///< per pixel; 0: no samples, and between rows
     std::size_t first_sampled = 0, end_sampled = 0; ///< pixels that may have some
     std::vector<float> wing_row;
     std::vector<PointJob> point_jobs; ///< of a row that shares its points with no other
@@ -232,22 +232,29 @@ void clear(std::span<float> values) {
     if (!values.empty()) std::memset(values.data(), 0, values.size_bytes());
 }
 
-struct Floats {
-    float v[packet_size];
-};
-
 /// Brings the variance of 16 pixels from the tracer's unit to that of the image: no less than the rounding of
 /// the image to float, nor than a float can hold; 0 where there are no samples.
 OBSCURA_VECTOR_CLONES
-void scale_packet(const Doubles& light, const Doubles& variance, const Doubles& per_pixel, double unit,
-                  Floats& __restrict out) {
+void scale_packet(const double* __restrict light, const double* __restrict variance,
+                  const double* __restrict per_pixel, double unit, float* __restrict out) {
     for (int i = 0; i < packet_size; ++i) {
-        const double scale = unit * per_pixel.v[i];
-        const double rounded = 0x1p-24 * light.v[i];
+        const double scale = unit * per_pixel[i];
+        const double rounded = 0x1p-24 * light[i];
         const double least = rounded * rounded / 12;
-        const double own = (variance.v[i] > least ? variance.v[i] : least) * scale * scale;
+        const double own = (variance[i] > least ? variance[i] : least) * scale * scale;
         const double kept = own > least_float ? own : least_float;
-        out.v[i] = static_cast<float>(variance.v[i] > 0 ? kept : 0);
+        out[i] = static_cast<float>(variance[i] > 0 ? kept : 0);
+    }
+}
+
+/// Adds what is known of 16 pixels of a block.
+OBSCURA_VECTOR_CLONES
+void add_estimates(const BlockResult& result, float* __restrict samples, double* __restrict variance) {
+    for (int i = 0; i < packet_size; ++i) {
+        const auto n = static_cast<float>(static_cast<std::int32_t>(result.samples[i]));
+        const double own = result.variance[i] > least_variance ? result.variance[i] : least_variance;
+        samples[i] += result.covered[i] ? n : 0.0F;
+        variance[i] = result.covered[i] ? own : variance[i];
     }
 }
 
@@ -1245,15 +1252,30 @@ bool Renderer::Impl::trace_block(const RenderRequest& request, std::int32_t y, s
     const bool estimates = !request.variance.empty();
     if (!blocks.trace(block, y, result, estimates, kernel, grid)) return false;
     s.add_sampled(block * packet_size - request.window.x, packet_size, request.window.width);
-    for (int i = 0; i < packet_size; ++i) {
-        const std::int32_t column = block * packet_size + i - request.window.x;
-        if (!result.covered[i] || column < 0 || column >= request.window.width) continue;
-        const auto pixel = static_cast<std::size_t>(column);
-        for (std::size_t c = 0; c < channels; ++c)
-            s.light[c * width + pixel] += result.mean[c][i];
-        const std::size_t at = static_cast<std::size_t>(s.row) * width + pixel;
-        if (!request.samples.empty()) request.samples[at] += static_cast<float>(result.samples[i]);
-        if (estimates) s.variance[pixel] = std::max(result.variance[i], least_variance);
+    const std::int32_t first = block * packet_size - request.window.x;
+    const int begin = std::max(0, -first), end = std::min(packet_size, request.window.width - first);
+    const auto row_from = [&](auto& row, std::size_t at) {
+        return row.data() + at + static_cast<std::size_t>(first + begin);
+    };
+    for (std::size_t c = 0; c < channels; ++c) {
+        double* const light = row_from(s.light, c * width);
+        for (int i = begin; i < end; ++i)
+            if (result.covered[i]) light[i - begin] += result.mean[c][i];
+    }
+    if (estimates && !request.samples.empty() && end - begin == packet_size) {
+        add_estimates(result, row_from(request.samples, static_cast<std::size_t>(s.row) * width),
+                      row_from(s.variance, 0));
+        return true;
+    }
+    if (!request.samples.empty()) {
+        float* const samples = row_from(request.samples, static_cast<std::size_t>(s.row) * width);
+        for (int i = begin; i < end; ++i)
+            if (result.covered[i]) samples[i - begin] += static_cast<float>(result.samples[i]);
+    }
+    if (estimates) {
+        double* const variance = row_from(s.variance, 0);
+        for (int i = begin; i < end; ++i)
+            if (result.covered[i]) variance[i - begin] = std::max(result.variance[i], least_variance);
     }
     return true;
 }
@@ -1292,7 +1314,6 @@ bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
 }
 
 void Renderer::Impl::scale_variance(Scratch& s, std::span<float> variance) const {
-    clear(variance);
     const double unit =
         plain ? std::accumulate(sun_w_m2.begin(), sun_w_m2.end(), 0.0) / static_cast<double>(sun_w_m2.size())
               : 1;
@@ -1300,18 +1321,28 @@ void Renderer::Impl::scale_variance(Scratch& s, std::span<float> variance) const
     const std::size_t channels = s.light.size() / width;
     const double share = 1 / static_cast<double>(channels);
     constexpr std::size_t packet = packet_size;
-    for (std::size_t x = s.first_sampled / packet * packet; x < s.end_sampled; x += packet) {
+    const std::size_t first = s.first_sampled / packet * packet;
+    const std::size_t end = std::max(first, std::min(width, (s.end_sampled + packet - 1) / packet * packet));
+    clear(variance.first(first));
+    clear(variance.subspan(end));
+    for (std::size_t x = first; x < end; x += packet) {
         const std::size_t count = std::min(packet, width - x);
+        if (count == packet && channels == 1) {
+            scale_packet(&s.light[x], &s.variance[x], &s.per_pixel[x], unit, &variance[x]);
+            continue;
+        }
         Doubles light{}, own{}, per_pixel{};
         for (std::size_t c = 0; c < channels; ++c)
             for (std::size_t i = 0; i < count; ++i)
                 light.v[i] += share * s.light[c * width + x + i];
         std::copy_n(s.variance.data() + x, count, own.v);
         std::copy_n(s.per_pixel.data() + x, count, per_pixel.v);
-        Floats out;
-        scale_packet(light, own, per_pixel, unit, out);
-        std::copy_n(out.v, count, variance.data() + x);
+        float out[packet];
+        scale_packet(light.v, own.v, per_pixel.v, unit, out);
+        std::copy_n(out, count, variance.data() + x);
     }
+    std::fill(s.variance.begin() + static_cast<std::ptrdiff_t>(first),
+              s.variance.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
 }
 
 RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBlock& rows, std::int32_t r,
@@ -1327,7 +1358,8 @@ RenderedRow Renderer::Impl::render_row(const RenderRequest& request, const RowBl
     clear(row_of(request.samples));
     s.first_sampled = width;
     s.end_sampled = 0;
-    if (!request.variance.empty()) s.variance.assign(width, 0);
+    // All 0: scale_variance() leaves it so.
+    if (!request.variance.empty() && s.variance.size() != width) s.variance.assign(width, 0);
     s.light.assign(width * (plain ? 1 : scene.bands.size()), 0);
     const QualityLevel level = level_of(request, r);
     const Exposure traced = level >= QualityLevel::reprojected ? when : exposure_at(level, when.row, s);

@@ -134,10 +134,25 @@ void SparseGrid::estimate(std::int32_t r, std::size_t channels) {
         far += sign * squared(column, 2);
         across += sign * squared_across(column);
     };
-    for (std::int32_t k = 0; k < window; ++k)
+    estimated_[static_cast<std::size_t>(r)] = 1;
+    // Only the lit points, and one on either side, have differences.
+    const auto lit = [&](std::int32_t column) {
+        return point(channels, column, r - 1) > 0 || point(channels, column, r) > 0 ||
+               point(channels, column, r + 1) > 0;
+    };
+    std::int32_t begin = 0;
+    std::int32_t end = columns_;
+    while (begin < end && !lit(begin))
+        ++begin;
+    while (begin < end && !lit(end - 1))
+        --end;
+    if (begin == end) return;
+    begin = std::max(0, begin - 1);
+    end = std::min(columns_, end + 1);
+    for (std::int32_t k = begin - window; k < begin + window; ++k)
         add(k, 1);
     float* const out = variance_.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
-    for (std::int32_t k = 0; k < columns_; ++k) {
+    for (std::int32_t k = begin; k < end; ++k) {
         add(k + window, 1);
         if (const double along = squared(k, 1), over = squared_across(k); along + over > 0) {
             // Growth is measured along rows. What there is more of across them are edges along rows, such as
@@ -153,7 +168,6 @@ void SparseGrid::estimate(std::int32_t r, std::size_t channels) {
         }
         add(k - window, -1);
     }
-    estimated_[static_cast<std::size_t>(r)] = 1;
 }
 
 void SparseGrid::variance(std::int32_t x, std::int32_t y, std::span<double> out) const {
