@@ -7,7 +7,8 @@ The camera looks down on one point; its altitude falls by the same factor from f
 Site01 of OBSCURA_DATA (default ../shared/data), with procedural detail between their samples. Tests that nothing pops up: at thirteen
 altitudes, three frames a thousandth of the altitude apart differ from a straight line by no more than their stated noise, and so do
 their means. Says what a frame costs. Exit status 1 where a figure is further off than it may be, 77 where data or numpy are missing. With
---output also the contact sheet and the table of docs/cases/descent.md. The whole is --frames 2000 --size 256.
+--output also the contact sheet and the table of docs/cases/descent.md. The page is made
+with --frames 2000 --size 256.
 """
 import argparse
 import importlib.util
@@ -31,6 +32,7 @@ AU_M, END_M, FIELD_DEG = 149597870700.0, 2.0, 30.0
 TESTED_M = "1e10,1e9,1e8,1e7,3e6,1e6,3e5,1e5,1e4,1e3,100,10,2"
 FAR_M = 5e7  # beyond, the disc has some pixels and its samples are cheap
 STEP = 1e-3  # of the altitude
+SHEET_PX = 128  # edge of a picture of the contact sheet
 
 
 def scene_text(files, size, up, table):
@@ -63,7 +65,7 @@ tile_memory_mib = {flyby.TILES_MIB}
 
 
 def sequence(obscura, folder, name, files, up, ground_m, altitudes, size, samples, *more):
-    """Layers of one frame for each altitude, and what the program says."""
+    """Layers of one frame for each altitude, processor time of a frame in s, and largest memory so far in MiB."""
     table = folder / f"{name}.csv"
     rows = ["time_s,x_m,y_m,z_m"]
     for k, altitude in enumerate(altitudes):
@@ -82,7 +84,7 @@ def sequence(obscura, folder, name, files, up, ground_m, altitudes, size, sample
     frames = [{key.lower(): value for key, value in case_files.read_fits(file)[1].items()} for file in made]
     for file in made:
         file.unlink()
-    return frames, spent / len(altitudes)
+    return frames, spent / len(altitudes), after.ru_maxrss / 1024
 
 
 def check_steps(report, tested, frames):
@@ -126,22 +128,23 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         # The ground with its detail: met from a kilometre above it.
-        first, _ = sequence(options.obscura, folder, "ground", files, up, 0.0, [20000.0, 19999.0], 3, 64, "--layers")
+        first, _, _ = sequence(options.obscura, folder, "ground", files, up, 0.0, [20000.0, 19999.0], 3, 64, "--layers")
         ground_m = 20000.0 - float(first[0]["range_m"][1, 1])
         altitudes = [AU_M * (END_M / AU_M)**(k / (options.frames - 1)) for k in range(options.frames)]
-        frames, cost = sequence(options.obscura, folder, "frame", files, up, ground_m, altitudes, options.size, options.samples)
+        frames, cost, memory = sequence(options.obscura, folder, "frame", files, up, ground_m, altitudes, options.size, options.samples)
         report.say("the descent", f"{options.frames} frames of {options.size}² pixels, {options.samples} samples, {cost:.2f} s of processor time each",
                    "one process, which keeps its tiles")
         tested = [float(word) for word in options.tested.split(",")]
         for name, some, samples in (("far", [a for a in tested if a > FAR_M], 64), ("near", [a for a in tested if a <= FAR_M], 32)):
-            steps, _ = sequence(options.obscura, folder, name, files, up, ground_m, [a * f for a in some for f in (1 - STEP, 1, 1 + STEP)], 64, samples,
+            steps, _, _ = sequence(options.obscura, folder, name, files, up, ground_m, [a * f for a in some for f in (1 - STEP, 1, 1 + STEP)], 64, samples,
                                 "--layers")
             check_steps(report, some, steps)
-        report.say("memory of the renderer", f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MiB at most",
+        report.say("memory of the renderer", f"{memory:.0f} MiB at most",
                    f"tile_memory_mib is {flyby.TILES_MIB}; under a limit of {flyby.LIMIT_MIB} MiB of address space (RLIMIT_AS)")
         if options.output:
-            shown = frames[::max(1, len(frames) // 60)]
-            pictures = [f[""] for f in shown]
+            shown = frames[::max(1, len(frames) // 60)][:60]
+            by = max(1, options.size // SHEET_PX)
+            pictures = [f[""].reshape(options.size // by, by, options.size // by, by).mean(axis=(1, 3)) for f in shown]
             columns = 12
             case_files.write_png(options.output / "descent.png", flyby.stacked([pictures[r:r + columns] for r in range(0, len(pictures), columns)]))
             report.into_page(options.output / "descent.md")
