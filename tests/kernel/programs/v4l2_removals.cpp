@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -51,6 +52,23 @@ std::size_t mappings() {
     std::ifstream maps("/proc/self/maps");
     return static_cast<std::size_t>(
         std::count(std::istreambuf_iterator<char>(maps), std::istreambuf_iterator<char>(), '\n'));
+}
+
+struct Held {
+    std::size_t files, maps, memory;
+};
+
+/// The least of a quarter of a second: while the file transport writes a frame it holds a file and its
+/// buffers.
+Held held() {
+    Held least{open_files(), mappings(), allocated()};
+    for (int i = 0; i < 50; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        least.files = std::min(least.files, open_files());
+        least.maps = std::min(least.maps, mappings());
+        least.memory = std::min(least.memory, allocated());
+    }
+    return least;
 }
 
 void run(std::map<std::string, std::string>& option) {
@@ -109,12 +127,11 @@ void run(std::map<std::string, std::string>& option) {
     };
 
     std::vector<std::int64_t> recovery_ns;
-    std::size_t files = 0, maps = 0;
-    std::size_t memory = 0;
+    Held before{};
     try {
         wait_for_more(3);
         for (int i = 0; i < removals; ++i) {
-            if (i == 5) files = open_files(), maps = mappings(), memory = allocated();
+            if (i == 5) before = held();
             write_to(option["--driver"] + "/unbind", option["--name"]);
             const std::uint64_t lost = output.v4l2_counters().lost;
             MonotonicClock clock;
@@ -131,8 +148,7 @@ void run(std::map<std::string, std::string>& option) {
         camera.join();
         throw;
     }
-    const std::size_t files_after = open_files(), maps_after = mappings();
-    const std::size_t memory_after = allocated();
+    const Held after = held();
     stopping = true;
     camera.join();
     output.stop();
@@ -141,7 +157,8 @@ void run(std::map<std::string, std::string>& option) {
     const auto c = output.counters(), o = other.counters();
     const auto v = output.v4l2_counters();
     std::cerr << fmt::format("files {} -> {}, mappings {} -> {}, memory {} -> {} bytes, frames held {}\n",
-                             files, files_after, maps, maps_after, memory, memory_after, pool.in_use());
+                             before.files, after.files, before.maps, after.maps, before.memory, after.memory,
+                             pool.in_use());
     std::cerr << fmt::format(
         "node: {} frames, {} out, {} dropped, lost {} times, {} attempts refused; files: {} "
         "frames, {} written, {} dropped\n",
@@ -157,8 +174,7 @@ void run(std::map<std::string, std::string>& option) {
     if (o.delivered + o.dropped != o.submitted || (o.dropped != 0 && !busy))
         throw HardwareError("v4l2_removals: the file transport was disturbed");
     if (c.delivered + c.dropped != c.submitted) throw HardwareError("v4l2_removals: frames were not counted");
-    // The file transport may be about to write one.
-    if (files_after > files + 1 || maps_after > maps + 4 || memory_after > memory + 16384 ||
+    if (after.files > before.files || after.maps > before.maps + 4 || after.memory > before.memory + 16384 ||
         pool.in_use() != 0)
         throw HardwareError("v4l2_removals: something leaks");
     if (longest_ms > (busy ? 5000 : 2000))
