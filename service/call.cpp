@@ -55,10 +55,7 @@ BoundCall bind(const Call& call, const json& request) {
         const auto found = request.find(std::string(field.name));
         if (found != request.end()) *field.target = *found;
         if (found != request.end() || !field.required) continue;
-        Failure failure(FailureCode::bad_argument,
-                        fmt::format("{}: the field \"{}\" is missing", call.name, field.name));
-        failure.field = field.name;
-        throw failure;
+        throw bad_argument(field.name, fmt::format("{}: the field \"{}\" is missing", call.name, field.name));
     }
     for (const auto& [name, value] : request.items()) {
         if (is_own(name) || std::find(elsewhere.begin(), elsewhere.end(), name) != elsewhere.end()) continue;
@@ -139,10 +136,7 @@ config::Value value_of(const json& json, const std::string& field) {
         for (const auto& [name, item] : json.items())
             value.members.push_back({name, {}, value_of(item, fmt::format("{}.{}", field, name))});
     } else {
-        Failure failure(FailureCode::bad_argument,
-                        fmt::format("{}: nil is no value here", config::printable(field, 200)));
-        failure.field = field;
-        throw failure;
+        throw bad_argument(field, fmt::format("{}: nil is no value here", config::printable(field, 200)));
     }
     return value;
 }

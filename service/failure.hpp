@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace obscura::service {
@@ -44,5 +45,14 @@ public:
     std::string allowed{}; ///< values of the field; empty: not known
     std::string hint{};    ///< what to try; empty: none
 };
+
+/// A field of the request that cannot be what it is; `message` names it.
+[[nodiscard]] inline Failure bad_argument(std::string_view field, const std::string& message,
+                                          const std::string& allowed = {}) {
+    Failure failure(FailureCode::bad_argument, message);
+    failure.field = field;
+    failure.allowed = allowed;
+    return failure;
+}
 
 } // namespace obscura::service

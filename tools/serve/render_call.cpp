@@ -27,15 +27,13 @@ using service::Answer;
 using service::Failure;
 using service::FailureCode;
 
-/// Rows that are rendered at a time: progress is told, and a cancelled call ends, between them at the latest.
+/// Rows that are rendered at a time: progress is reported, and a cancelled call ends, between them at the
+/// latest.
 constexpr std::int32_t block_rows = 16;
 
 Failure bad_argument(const std::string& field, const std::string& what, const std::string& allowed) {
-    Failure failure(FailureCode::bad_argument,
-                    fmt::format("render: {}: {}, allowed {}", field, what, allowed));
-    failure.field = field;
-    failure.allowed = allowed;
-    return failure;
+    return service::bad_argument(field, fmt::format("render: {}: {}, allowed {}", field, what, allowed),
+                                 allowed);
 }
 
 json json_of(const Vec3& v) {

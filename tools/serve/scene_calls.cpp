@@ -27,9 +27,7 @@ using service::Permission;
 using service::Work;
 
 Failure bad_argument(const std::string& field, const std::string& what) {
-    Failure failure(FailureCode::bad_argument, fmt::format("{}: {}", field, what));
-    failure.field = field;
-    return failure;
+    return service::bad_argument(field, fmt::format("{}: {}", field, what));
 }
 
 /// Whether `path` is `folder` or below it, links followed.
