@@ -15,9 +15,9 @@
 namespace obscura::emulator {
 
 /// Two stores of light: one has that of the last frame whose rows were all rendered, the other takes that of
-/// the frame in work. A frame with rows made of another one does not replace it: errors do not add up from
-/// frame to frame, and which frame rows are made of follows from the levels alone. Thread-bound; real-time
-/// safe after construction.
+/// the frame in progress. A frame with rows made of another one does not replace it: errors do not add up
+/// from frame to frame, and which frame rows are made of follows from the levels alone. Thread-bound;
+/// real-time safe after construction.
 class KeptFrames {
 public:
     using Make = std::function<std::unique_ptr<renderer::KeptLight>()>;

@@ -155,7 +155,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-batch-") as temporary:
         checks.check("files that obscura render opens", opened,
                      {planned["scene"]["file"], *(asset["file"] for asset in planned["assets"])})
 
-    # SIGTERM during a frame: exit 75, and the frame in work leaves nothing.
+    # SIGTERM during a frame: exit 75, and the frame in progress leaves nothing.
     for stop in (signal.SIGTERM, signal.SIGINT):
         slow = folder / stop.name
         checks.run("batch", "plan", scene, "--frames", "3", "--out", slow, "--samples", "60000")
@@ -168,7 +168,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-batch-") as temporary:
         _, errors = started.communicate(timeout=PATIENCE_S)
         checks.check(f"{stop.name}: exit status", started.returncode, 75)
         checks.check(f"{stop.name}: one line", errors.count("\n"), 1)
-        checks.check(f"{stop.name}: the frame in work leaves nothing", len([*(slow / "shards/00000").glob("*.tmp*")]), 0)
+        checks.check(f"{stop.name}: the frame in progress leaves nothing", len([*(slow / "shards/00000").glob("*.tmp*")]), 0)
 
     # A full disk, by a limit on the size of files: wherever a write fails, one line and no frame.
     size = (whole / "shards/00000/frame_000001.exr").stat().st_size

@@ -211,7 +211,7 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     camera.load("demo")
     asked = camera._connection
     number = asked._send("render", {"width": 2048, "height": 2048, "samples": 65536, "time_s": 0.0})
-    check("a request in progress is told", wait_for(lambda: camera.status().get("call") == "render"))
+    check("a request in progress is reported", wait_for(lambda: camera.status().get("call") == "render"))
     check("it is cancelled", camera.call("cancel", request=number) == {"cancelled": 1})
     check_refused("its answer", "cancelled", "cancelled", lambda: asked._receive(number, None))
     check("the next call is answered", camera.render(**options, exposure_s=0.5).values.tobytes() == served.values.tobytes())

@@ -14,7 +14,7 @@
 namespace obscura::tools {
 namespace {
 
-/// What is told of one shard.
+/// State of one shard.
 struct ShardState {
     std::uint64_t done = 0, bytes = 0;
     double seconds = 0;

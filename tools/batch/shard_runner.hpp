@@ -32,7 +32,7 @@ public:
         std::uint64_t rendered = 0; ///< made by this process
     };
     /// Renders what is missing of `shard`; `frame_done` is called after each of its frames. Returns false
-    /// when interrupted, without the frame in work. Throws OutputError if a file cannot be written,
+    /// when interrupted, without the frame in progress. Throws OutputError if a file cannot be written,
     /// InputError if scene or assets are not those of the plan.
     bool run(std::uint64_t shard, const std::function<void()>& frame_done);
     [[nodiscard]] const Counts& counts() const noexcept { return counts_; }

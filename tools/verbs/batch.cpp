@@ -175,9 +175,10 @@ public:
             "record in the shard's shard.jsonl, and its file has the recorded size and SHA-256. So a run can "
             "be stopped, killed and repeated at any time, on any machine, and two runs of one shard do no "
             "harm. A frame's file appears under its name when it is complete and on the disk. On SIGTERM and "
-            "SIGINT the frame in work is dropped, and the exit status is 75: run it again. The first error "
+            "SIGINT the frame in progress is dropped, and the exit status is 75: run it again. The first "
+            "error "
             "(disk full, scene or asset changed or unreadable) ends the run.";
-        line.positional("DIR", &batch_, "Folder of the batch, with plan.json");
+        declare_batch_folder(line, batch_);
         line.option("--shard", &shards_, "K",
                     "Shards to render, from 0: 7, or 0-9,12. Default: all, one after the other");
         line.number("--threads", &threads_, "N", "Render threads; 0: one per core", 0, 1024);

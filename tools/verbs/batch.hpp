@@ -5,8 +5,14 @@
 #include "tools/verbs/verb.hpp"
 
 #include <memory>
+#include <string>
 
 namespace obscura::tools {
+
+/// The operand of all verbs but plan.
+inline void declare_batch_folder(CommandLine& line, std::string& folder) {
+    line.positional("DIR", &folder, "Folder of the batch, with plan.json");
+}
 
 [[nodiscard]] std::unique_ptr<Verb> make_batch_plan();
 [[nodiscard]] std::unique_ptr<Verb> make_batch_run();

@@ -55,7 +55,7 @@ public:
             "that of the remaining frames at the rate of the last 15 minutes, whoever rendered. Exit status "
             "0 "
             "if every frame is done, else 1.";
-        line.positional("DIR", &batch_, "Folder of the batch, with plan.json");
+        declare_batch_folder(line, batch_);
         line.flag("--json", json_, "Print the state as one JSON object, with the list of unfinished shards");
         line.examples = {"obscura batch status batch", "obscura batch status batch --json"};
     }
@@ -90,7 +90,7 @@ public:
         line.description = "Prints a line for each frame whose file is missing or is not as recorded; "
                            "obscura batch run makes "
                            "those anew. Exit status 0 if every frame of the plan is there and right, else 1.";
-        line.positional("DIR", &batch_, "Folder of the batch, with plan.json");
+        declare_batch_folder(line, batch_);
         line.flag(
             "--inputs", inputs_,
             "Also read the scene and all files that it reads whole; a run reads samples of those beyond "
@@ -132,7 +132,7 @@ public:
             "others. All machines must see DIR, the scene and its files under the same names. Slurm sends "
             "SIGTERM a minute before a job's time is over; what it did not finish is submitted by the next "
             "call.";
-        line.positional("DIR", &batch_, "Folder of the batch, with plan.json");
+        declare_batch_folder(line, batch_);
         line.flag("--slurm", slurm_, "Submit an array of jobs with sbatch");
         line.flag("--parallel", parallel_, "Run jobs with GNU parallel, and wait for them");
         line.flag("--dry-run", dry_run_, "Print the command and do not execute it");

@@ -278,7 +278,7 @@ TEST_CASE("a call in progress is cancelled, and what waits is done after it", "[
     CHECK(client.answer().head["cancelled"] == 0);
 }
 
-TEST_CASE("progress is told at most five times a second", "[service]") {
+TEST_CASE("progress is reported at most five times a second", "[service]") {
     Bench bench;
     Client client(bench);
     client.request(5, {{"call", "wait"}});
