@@ -106,6 +106,9 @@ Cards quality_cards(const FrameQuality& quality) {
 Cards frame_cards(const Frame& frame) {
     const FrameInfo& info = frame.info;
     const auto whole = [](auto value) { return static_cast<std::int64_t>(value); };
+    const auto flagged = [set = frame.flags.load(std::memory_order_relaxed)](FrameFlag flag) {
+        return (set & flag) != 0;
+    };
     Cards cards{
         {"FRAMEID", whole(info.frame_id), "counts from 1 at acquisition start"},
         {"TRIGID", whole(info.trigger_id), "trigger that asked for the frame"},
@@ -120,13 +123,10 @@ Cards frame_cards(const Frame& frame) {
         {"PARTIAL", !frame.complete(), "rows at the bottom are missing"},
         {"CLKSTATE", std::string(name_of(frame.info.clock_state)),
          "of what triggered: free, locked, holdover"},
-        {"LATE", (frame.flags.load(std::memory_order_relaxed) & frame_late) != 0, "a row was late"},
-        {"STALLED", (frame.flags.load(std::memory_order_relaxed) & frame_stalled) != 0,
-         "a row was ready in time and left late"},
-        {"DEGRADED", (frame.flags.load(std::memory_order_relaxed) & frame_degraded) != 0,
-         "a row is not of full quality"},
-        {"NOLAG", (frame.flags.load(std::memory_order_relaxed) & frame_lag_unknown) != 0,
-         "image lag of the frame before is missing"},
+        {"LATE", flagged(frame_late), "a row was late"},
+        {"STALLED", flagged(frame_stalled), "a row was ready in time and left late"},
+        {"DEGRADED", flagged(frame_degraded), "a row is not of full quality"},
+        {"NOLAG", flagged(frame_lag_unknown), "image lag of the frame before is missing"},
     };
     const Cards camera = intrinsics_cards(info.truth.intrinsics);
     cards.insert(cards.end(), camera.begin(), camera.end());
