@@ -330,19 +330,7 @@ std::string landmark_scene(const std::string& shape, const std::string& landmark
 
 std::vector<TruthEntry> landmarks_of(const std::string& text) {
     const scene::Scene s = scene::parse_scene(text, "scene.toml");
-    const renderer::Renderer r(s, {});
-    FrameWindow window;
-    window.sensor = {0, 0, 200, 200};
-    const std::vector<RowTime> rows(200);
-    renderer::TruthRequest request;
-    request.windows = {&window, 1};
-    request.rows = rows;
-    SceneTruth truth;
-    r.list_truth(request, truth);
-    std::vector<TruthEntry> found;
-    for (const TruthEntry& e : truth.entries)
-        if (e.kind == TruthKind::landmark) found.push_back(e);
-    return found;
+    return test::truth_entries(renderer::Renderer(s, {}), TruthKind::landmark, 200);
 }
 
 std::string landmark(const std::string& name, const std::string& place) {

@@ -2,11 +2,13 @@
 // Scenes and whole-frame rendering for the renderer's tests.
 #pragma once
 
+#include "core/scene_truth.hpp"
 #include "core/solar_spectrum.hpp"
 #include "renderer/lights/spectrum.hpp"
 #include "renderer/renderer.hpp"
 #include "renderer/shapes/ellipsoid.hpp"
 #include "renderer/shapes/polygons.hpp"
+#include "renderer/truth/scene_truth.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -106,6 +108,23 @@ inline renderer::PolygonsParameters inward_cube() {
                 std::reverse(room.faces_m[f].begin(), room.faces_m[f].end());
     }
     return room;
+}
+
+/// Entries of one kind in the truth table of a square frame, edge_px wide.
+inline std::vector<TruthEntry> truth_entries(const renderer::Renderer& r, TruthKind kind,
+                                             std::int32_t edge_px) {
+    FrameWindow window;
+    window.sensor = {0, 0, edge_px, edge_px};
+    const std::vector<RowTime> rows(static_cast<std::size_t>(edge_px));
+    renderer::TruthRequest request;
+    request.windows = {&window, 1};
+    request.rows = rows;
+    SceneTruth truth;
+    r.list_truth(request, truth);
+    std::vector<TruthEntry> found;
+    for (const TruthEntry& e : truth.entries)
+        if (e.kind == kind) found.push_back(e);
+    return found;
 }
 
 /// The Sun's irradiance at 1 au in the scene's first band.

@@ -458,18 +458,7 @@ TEST_CASE("The truth table lists rocks as it lists domes") {
     const auto listed = [&](double rock_px) {
         detail.boulder_rock_px = rock_px;
         const renderer::Renderer r(plain(detail, 40, {3, 4, 0}, 200, 2e-3), {1, 2, 1});
-        FrameWindow window;
-        window.sensor = {0, 0, 200, 200};
-        const std::vector<RowTime> rows(200);
-        renderer::TruthRequest request;
-        request.windows = {&window, 1};
-        request.rows = rows;
-        SceneTruth truth;
-        r.list_truth(request, truth);
-        std::vector<TruthEntry> boulders;
-        for (const TruthEntry& e : truth.entries)
-            if (e.kind == TruthKind::boulder) boulders.push_back(e);
-        return boulders;
+        return truth_entries(r, TruthKind::boulder, 200);
     };
     const std::vector<TruthEntry> domes = listed(0), rocks = listed(10);
     REQUIRE(domes.size() > 10);
