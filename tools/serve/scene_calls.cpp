@@ -285,7 +285,8 @@ service::Calls SceneCalls::calls() {
                         {"bands", "integer", "", "Number of spectral bands"},
                         {"bodies", "array of strings", "", "Names of the bodies"}};
     calls[1].results = {{"toml", "string", "", "Text of the scene file, names of files absolute"}};
-    calls[2].results = {{"keys", "map", "", "Keys that are given, and their values"}};
+    calls[2].results = {{"keys", "map or array of maps", "",
+                         "Keys that are given, and their values; of all elements if none is asked for"}};
     return calls;
 }
 
