@@ -286,6 +286,8 @@ with tempfile.TemporaryDirectory(prefix="obscura-serve-") as temporary:
     wanted = {"size" if name in ("width", "height") else name for name in (field["name"] for field in calls["render"]["fields"])}
     offered = set(inspect.signature(obscura_client.Client.render).parameters) - {"self", "progress"}
     check("the client's render() has the fields of the call", offered == wanted, offered ^ wanted)
+    check("the typed calls are asked", camera.calls.scene_load(file="demo")["bodies"] == ["asteroid"] and
+          camera.calls.render(width=8, height=8, samples=1)[1]["irradiance"].shape == (1, 8, 8))
     check("the sections are those of scene files", {"[camera]", "[[body]]"} <= {s["heading"] for s in described["sections"]})
 
     # Pictures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
+from .calls import Calls
 from .connection import Connection, Progress
 from .picture import Picture
 
@@ -14,12 +15,13 @@ class Client:
     """A connection and its scene. Use it in a `with` statement, or call close().
 
     Names and units of keys are those of scene files (docs/reference/scene.md, `obscura keys`). Waits at most `timeout_s`
-    for news from the server. Not for several threads at once.
+    for news from the server. Not for several threads at once. `calls` has each call of the server, with types.
     """
 
     def __init__(self, address: str, timeout_s: float = 600) -> None:
         self.on_close: Optional[Callable[[], object]] = None  # called once, after the connection has ended
         self._connection = Connection(address, timeout_s)
+        self.calls = Calls(self._connection.request)
         try:
             from . import __version__
 

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Typed calls of the clients, made from the server's own table of calls, which `describe` gives.
+
+Usage: generate.py OBSCURA SOURCE-DIRECTORY [--update]
+Without --update the committed files are compared: exit status 1 if one differs, 77 without numpy.
+"""
+import pathlib
+import sys
+
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    print("skipped: Python's numpy is not installed (Debian package python3-numpy)")
+    sys.exit(77)
+
+obscura, source = sys.argv[1], pathlib.Path(sys.argv[2])
+sys.path.insert(0, str(source / "clients" / "python"))
+from call_table import calls_of  # noqa: E402
+import java_stubs  # noqa: E402
+import lua_stubs  # noqa: E402
+import python_stubs  # noqa: E402
+
+import obscura_client  # noqa: E402
+
+with obscura_client.start(program=obscura) as camera:
+    calls = calls_of(camera.describe())
+wanted = {}
+for writer in (python_stubs, java_stubs, lua_stubs):
+    wanted.update(writer.write(calls))
+# What the folder of Java's stubs has besides is of calls that are gone.
+gone = {file.relative_to(source) for file in (source / java_stubs.FOLDER).glob("*.java")} - {pathlib.Path(f) for f in wanted}
+
+wrong = sorted(str(file) for file in gone)
+for file, text in wanted.items():
+    path = source / file
+    if path.exists() and path.read_text() == text:
+        continue
+    wrong.append(str(file))
+    if "--update" in sys.argv:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+if "--update" in sys.argv:
+    for file in gone:
+        (source / file).unlink()
+elif wrong:
+    print(f"{', '.join(wrong)}: not what `obscura serve` describes; run {sys.argv[0]} with --update")
+    sys.exit(1)
+print(f"{len(calls)} calls, the stubs are those of the server")
