@@ -37,7 +37,6 @@ for file in /usr/bin/obscurad /usr/bin/obscura /etc/obscura/obscurad.toml /etc/s
     /lib/systemd/system/obscura-serve.service /usr/lib/sysusers.d/obscura.conf \
     /usr/lib/tmpfiles.d/obscura.conf /usr/lib/sysctl.d/60-obscura.conf /usr/lib/modprobe.d/obscura.conf \
     /lib/udev/rules.d/60-obscura.rules /usr/share/obscura/demo.toml /usr/share/obscura/scenes/demo.toml /usr/share/obscura/examples/lockstep/camera.toml \
-    /usr/share/obscura/python/obscura_client/__init__.py \
     /usr/share/man/man1/obscura.1.gz /usr/share/man/man1/obscura-stimulator-sim.1.gz /usr/share/man/man5/obscurad.toml.5.gz /usr/share/man/man8/obscurad.8.gz \
     /usr/share/bash-completion/completions/obscura /usr/share/bash-completion/completions/obscurad \
     /usr/share/doc/obscura/copyright /usr/share/doc/obscura/examples/txtime.conf; do

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+# Runs in a bare Debian with obscura and the packages of its clients: each makes a picture by a server of its own.
+# Exit status 0 only if all did.
+set -uo pipefail
+failed=0
+cd /tmp || exit 1
+# try LANGUAGE COMMAND...: the command writes LANGUAGE.png.
+try() {
+    local language=$1 output
+    shift
+    if output=$("$@" 2>&1) && [ "$(head -c 4 "$language.png" | tail -c 3)" = PNG ]; then
+        echo "ok - $language"
+    else
+        failed=1
+        printf 'NOT OK - %s\n%s\n' "$language" "$output"
+    fi
+}
+try python /usr/bin/python3 -c 'import obscura_client; obscura_client.start("demo").render(size=(64, 64)).save("python.png")'
+try lua lua5.4 -e 'require("obscura").start("demo"):render({ width = 64, height = 64 }):save("lua.png")'
+# Its file only: a Java runtime is ten times as large as all of this.
+dpkg-deb -c /packages/libobscura-java_*.deb | grep -q 'usr/share/java/obscura-client.jar' && echo "ok - the Java archive" || failed=1
+exit $failed
