@@ -13,16 +13,16 @@ import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 
 import numpy
+
+from bare_sockets import PICTURE, EchoServer, receive
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "clients" / "python"))
 import obscura_client  # noqa: E402
 
 obscura, repeats = os.path.abspath(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2000
-PICTURE = 4 << 20
 
 
 def times_us(count, work):
@@ -34,44 +34,17 @@ def times_us(count, work):
     return f"p50 {numpy.median(spent):9.0f} us, p99 {numpy.percentile(spent, 99):9.0f} us"
 
 
-def receive(sock, buffer):
-    view, at = memoryview(buffer), 0
-    while at < len(buffer):
-        at += sock.recv_into(view[at:])
-
-
 def floor(family):
     """Round trips of 64 bytes, and of a picture, between two threads' sockets."""
-    listener = socket.socket(family)
-    listener.bind(("127.0.0.1", 0) if family == socket.AF_INET else tempfile.mktemp(prefix="obscura-bench-"))
-    listener.listen(1)
-    client = socket.socket(family)
-    client.connect(listener.getsockname())
-    other, _ = listener.accept()
-
-    def echo():
-        asked, picture = bytearray(64), bytes(PICTURE)
-        while True:
-            try:
-                receive_all = other.recv_into(asked)
-            except OSError:
-                return
-            if receive_all == 0:
-                return
-            other.sendall(picture if asked[0] else asked)
-
-    threading.Thread(target=echo, daemon=True).start()
     small, large = bytearray(64), bytearray(PICTURE)
+    with EchoServer(family) as server, server.connect() as client:
 
-    def ask(first, into):
-        client.sendall(bytes([first]) + bytes(63))
-        receive(client, into)
+        def ask(first, into):
+            client.sendall(bytes([first]) + bytes(63))
+            receive(client, into)
 
-    print(f"    bare sockets, 64 bytes     {times_us(repeats, lambda _i: ask(0, small))}")
-    print(f"    bare sockets, 4 MiB        {times_us(max(repeats // 50, 10), lambda _i: ask(1, large))}")
-    client.close()
-    if family == socket.AF_UNIX:
-        os.unlink(listener.getsockname())
+        print(f"    bare sockets, 64 bytes     {times_us(repeats, lambda _i: ask(0, small))}")
+        print(f"    bare sockets, 4 MiB        {times_us(max(repeats // 50, 10), lambda _i: ask(1, large))}")
 
 
 with tempfile.TemporaryDirectory(prefix="obscura-bench-") as folder:
