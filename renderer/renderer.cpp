@@ -135,6 +135,8 @@ struct RowBlock {
     bool kept = false;                     ///< the samples belong to a frame that has begun
     std::optional<WingMaps> wings;         ///< empty: the PSF has none
     std::vector<RowTime> middles;          ///< scratch space of fill_wings()
+    /// Ends rows early: of requests none of whose rows is used if it becomes true.
+    const std::atomic<bool>* cancel = nullptr;
 };
 
 } // namespace
@@ -664,6 +666,9 @@ bool Renderer::Impl::for_rows(RenderPart part, std::int32_t row_count, const Row
             samples_done.fetch_add(local.counts.samples, std::memory_order_relaxed);
             local.counts = {};
         }
+        // The last row may have been cut short.
+        if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
+            complete.store(false, std::memory_order_relaxed);
         local.pins.clear();
         local.work.stop(work_done);
     };
@@ -1296,7 +1301,8 @@ bool Renderer::Impl::trace_pixels(const RenderRequest& request, std::int32_t y, 
     const bool sparse = level >= QualityLevel::grid && !shared;
     if (sparse && take_sparse(request, y, rows.sparse[sparse_index(level)], tracer.channels(), s))
         return true;
-    const Sampling how = sampling(request, level);
+    Sampling how = sampling(request, level);
+    how.cancel = rows.cancel;
     BlockTracer blocks(instants.one() ? *s.lens : *lens, gaussian_psf, psf.get(), how, instants, swept,
                        tracer, s.candidates);
     const std::int32_t last = BlockTracer::block_of(request.window.x + request.window.width - 1);
@@ -1630,6 +1636,8 @@ bool Renderer::render(const RenderRequest& request, std::span<float> irradiance,
     RowBlock& rows = request.kept != nullptr    ? request.kept->impl_->rows
                      : request.alone != nullptr ? request.alone->impl_->rows
                                                 : impl_->block_scratch.local();
+    // Gates and kept light take rows as they come.
+    rows.cancel = request.gate == nullptr && request.keep == nullptr ? cancel : nullptr;
     if (request.kept == nullptr || !rows.kept) {
         rows.request = impl_->requests.fetch_add(1, std::memory_order_relaxed) + 1;
         rows.kernel.reset();

@@ -412,7 +412,7 @@ void BlockTracer::trace_points(double x, double y, double step, float* out, std:
 void BlockTracer::sample(const std::uint32_t (&wanted)[packet_size], Sums& sums) {
     Batch batch;
     for (int p = 0; p < packet_size; ++p) {
-        for (std::uint32_t s = sums.count[p]; s < wanted[p]; ++s) {
+        for (std::uint32_t s = sums.count[p]; s < wanted[p] && !sampling_.is_cancelled(); ++s) {
             batch.pixel[batch.count] = p;
             batch.index[batch.count] = s;
             if (++batch.count == Batch::most) trace(batch, sums);

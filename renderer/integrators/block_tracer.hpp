@@ -11,6 +11,7 @@
 #include "renderer/packets/sampler.hpp"
 #include "renderer/world/instants.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -27,6 +28,12 @@ struct Sampling {
     /// Upper limit of those where no body near is BodyState::small.
     std::uint32_t most_samples = std::numeric_limits<std::uint32_t>::max();
     bool grid_only = false; ///< there, no samples beyond the shared grid
+    /// Once it is true, pixels get no further samples: what they hold is of no use. Null: never.
+    const std::atomic<bool>* cancel = nullptr;
+
+    [[nodiscard]] bool is_cancelled() const noexcept {
+        return cancel != nullptr && cancel->load(std::memory_order_relaxed);
+    }
 };
 
 /// Means over the pixels of a block: radiance of the tracer times solid angle of the pixel.

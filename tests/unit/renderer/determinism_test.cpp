@@ -121,6 +121,21 @@ TEST_CASE("Rendering stops when it is cancelled") {
     CHECK(r.render(request, image));
 }
 
+TEST_CASE("A row that is being rendered when it is cancelled ends soon, also the last one") {
+    std::atomic<bool> cancel{false};
+    renderer::RenderSettings settings{65536, 1, 1};
+    settings.before_row = [&cancel](bool /*first*/) { cancel = true; };
+    const renderer::Renderer r(sphere_scene(renderer::LambertParameters{0.5}, 0, 40, 150), settings);
+    std::vector<float> image(150);
+    const std::vector<RowTime> times(1);
+    renderer::RenderRequest request;
+    request.window = {0, 75, 150, 1};
+    request.rows = 1;
+    request.row_times = times;
+    CHECK_FALSE(r.render(request, image, &cancel));
+    CHECK(r.samples_taken() < 65536);
+}
+
 TEST_CASE("Nothing is traced where nothing is") {
     scene::Scene s = busy_scene();
     s.bodies.clear();
